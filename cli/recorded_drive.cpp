@@ -50,7 +50,8 @@ void add_drive_options(Command& command, DriveArguments& arguments) {
   command.add_option(
       "--obs", arguments.obs, "FILE",
       "recorded observations: RINEX 2, 3 or 4, or a log of Android's GnssLogger (not with a list)");
-  command.add_option("--truth", arguments.truth, "FILE", "true positions (the scenario's trajectory file)");
+  command.add_option("--truth", arguments.truth, "FILE|PLACE",
+                     "true positions, or LAT,LON,HEIGHT of a fixed antenna (the scenario's trajectory)");
   command
       .add_option("--format", arguments.format, "FORMAT",
                   fmt::format("format of the true positions: {} (told by the file's content)",
@@ -210,6 +211,11 @@ validation::RecordingRow RecordedDrive::row_of(const std::string& name, const va
 }
 
 void RecordedDrive::check() {
+  if (parse_numbers(arguments_.truth).size() == 3) {
+    recorded_.truth.reset();
+    scenario_.trajectory = {};
+    scenario_.trajectory.waypoints = {parse_place(arguments_.truth, "--truth")};
+  }
   validation::settle_truth(scenario_, recorded_, prefix_ + "--truth");
   check_trajectory_format(recorded_.truth_format);
   if (recorded_.split && !recorded_.align && arguments_.part.empty()) {

@@ -75,6 +75,10 @@ bool is_changes(std::string_view head) {
   return has(head, "<osmChange");
 }
 
+bool is_map(std::string_view head) {
+  return has(head, "<osm") || (head.starts_with('\0') && has(head, "OSMHeader"));
+}
+
 bool is_gpx(std::string_view head) {
   return has(head, "<gpx") || has(head, ":gpx ");
 }
@@ -155,9 +159,14 @@ constexpr Row kKinds[] = {
      "it is not read: give a RINEX navigation file of that day"},
     {FileKind::Foreign, is_changes, "a file of changes of OpenStreetMap (.osc)", "",
      "apply it to a map, such as by osmium apply-changes, and give that map"},
-    {FileKind::Nmea, is_nmea, "a log of NMEA sentences", "nmea", "as a trajectory its format is nmea"},
+    {FileKind::Foreign, is_map, "a map of OpenStreetMap", "",
+     "a scenario's city takes it: city: {osm: FILE}"},
+    {FileKind::Nmea, is_nmea, "a log of NMEA sentences", "nmea",
+     "as a trajectory its format is nmea; RTKLIB's convbin makes RINEX of what else is in it"},
     {FileKind::Foreign, [](auto head) { return head.starts_with("\xB5\x62"); }, "a log of UBX", "",
      "it is not read: RTKLIB's convbin -r ubx makes RINEX observations of its RXM-RAWX"},
+    {FileKind::Foreign, [](auto head) { return head.starts_with("$@"); }, "a log of SBF", "",
+     "it is not read: RTKLIB's convbin -r sbf makes RINEX observations and navigation of it"},
     {FileKind::Columns, is_columns, "a text of columns", "", ""},
 };
 
@@ -213,7 +222,7 @@ std::optional<InputError> of_other_kind(std::string_view head, const std::filesy
                                         std::string_view wanted) {
   const auto* const row =
       std::find_if(std::begin(kKinds), std::end(kKinds), [head](const Row& each) { return each.is(head); });
-  if (row == std::end(kKinds) || row->kind == FileKind::Columns) return std::nullopt;
+  if (row == std::end(kKinds) || row->kind == FileKind::Columns || row->name == wanted) return std::nullopt;
   return InputError(path, 0, "is " + std::string(row->name) + ", not " + std::string(wanted), row->use);
 }
 

@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <tuple>
 
 #include "canyon/base/file_kind.hpp"
 #include "canyon/base/input_error.hpp"
@@ -16,6 +17,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/gnss/broadcast_messages.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/heatmap/files/netcdf_file.hpp"
 #include "canyon/orbit/precise_sky.hpp"
@@ -216,6 +218,8 @@ FileReport inspect_navigation(const std::filesystem::path& path) {
   for (const auto& e : data.kepler) add(e.id, e.toe);
   for (const auto& e : data.glonass) add(e.id, e.toe);
   for (const auto& e : data.sbas) add(e.id, e.toe);
+  std::set<std::tuple<gnss::SatelliteId, GpsTime, bool>> used;
+  for (const auto& e : data.kepler) used.emplace(e.id, e.toe, gnss::is_galileo_fnav(e));
   FileReport report{"RINEX navigation (broadcast ephemerides)",
                     {},
                     data.report,
@@ -223,6 +227,11 @@ FileReport inspect_navigation(const std::filesystem::path& path) {
   if (first) report.contents.emplace_back("ephemerides", span_text(*first, *last));
   report.contents.emplace_back("records", fmt::format("{}", records));
   report.contents.emplace_back("satellites", satellites_text(satellites));
+  if (used.size() < data.kepler.size()) {
+    report.notes.say(ReadReport::Level::Remark,
+                     fmt::format("{} records are replaced by later messages for the same satellite and time",
+                                 data.kepler.size() - used.size()));
+  }
   report.contents.emplace_back("ionosphere",
                                data.klobuchar.empty() ? "no coefficients" : "Klobuchar coefficients");
   if (data.galileo_nequick) {

@@ -71,6 +71,13 @@ TEST_F(Inspect, Observations) {
   EXPECT_THAT(seen.uses, Contains(HasSubstr("--obs FILE")));
 }
 
+TEST_F(Inspect, NavigationWithRecordsOfOneTime) {
+  // The same time of ephemeris, sent again with another issue.
+  const std::string again = test::replaced(test::kG05, "6.080000000000e+02", "6.090000000000e+02");
+  EXPECT_THAT(report("again", test::kRinex3Header + test::kG05 + again).notes.lines(),
+              Contains(HasSubstr("1 records are replaced by later messages for the same satellite and time")));
+}
+
 TEST_F(Inspect, Navigation) {
   const FileReport seen = report("without_ending", test::kRinex3Header + test::kG05 + test::kR07);
   EXPECT_THAT(seen.kind, HasSubstr("RINEX navigation"));

@@ -123,7 +123,7 @@ constexpr std::array kFigures{
                   "share without line of sight that are received", &of<&S::nlos_share>},
     SummaryFigure{"blocked_share", "", 1, "blocked", 100, "blocked_share", "share that is blocked",
                   &of<&S::blocked_share>},
-    SummaryFigure{"mean_cn0_los_dbhz", "dB-Hz", 1, "C/N0 of LOS, mean", 1, "cn0_los",
+    SummaryFigure{"mean_cn0_los_dbhz", "dB-Hz", 1, "C/N0 in sight, mean", 1, "cn0_los",
                   "C/N0 of satellites in line of sight, mean", &of<&S::mean_cn0_los_dbhz>,
                   &known<&S::mean_cn0_los_dbhz>},
     SummaryFigure{"mean_cn0_nlos_dbhz", "dB-Hz", 1, "C/N0 of NLOS, mean", 1, "cn0_nlos",

@@ -90,7 +90,7 @@ TEST(Summary, StrengthAndIntegrity) {
   EXPECT_EQ(summaries[0].inconsistent, 1U);
   EXPECT_TRUE(std::isnan(summaries[1].mean_cn0_los_dbhz));
   const std::string table = format_summary_table(summaries);
-  EXPECT_THAT(table, testing::ContainsRegex("C/N0 of LOS, mean .dB-Hz. +40.9 +-\n"));
+  EXPECT_THAT(table, testing::ContainsRegex("C/N0 in sight, mean .dB-Hz. +40.9 +-\n"));
   EXPECT_THAT(table, testing::ContainsRegex("C/N0 of NLOS, mean .dB-Hz. +33.4 +-\n"));
   EXPECT_THAT(table, testing::ContainsRegex("satellites excluded, in all +3 +-\n"));
   EXPECT_THAT(table, testing::ContainsRegex("epochs that failed RAIM +1 +-\n"));

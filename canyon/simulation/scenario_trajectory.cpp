@@ -32,6 +32,10 @@ TrajectoryFile make_trajectory(const Scenario& scenario, double geoid_undulation
     throw scenario_error(scenario, "'start' is missing, and the trajectory has no times",
                          "add start: 2026-01-01T12:00:00Z");
   }
+  if (!config.file && config.waypoints.empty()) {
+    throw scenario_error(scenario, "'trajectory' is missing",
+                         "add its file, waypoints or position; canyon live also takes --poses FROM");
+  }
   if (config.waypoints.size() == 1) {
     if (!scenario.duration_s) {
       throw scenario_error(scenario, "'duration_s' is missing",

@@ -185,7 +185,8 @@ BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end,
   check_coverage(*sky, begin, end, "ephemerides", sky->span(),
                  config.allow_stale
                      ? "give the navigation files of that day; all in these are unhealthy"
-                     : "give the navigation files of that day, another start, or sky.allow_stale: true",
+                     : "give the navigation files of that day, or take old ones: sky.allow_stale: true in a "
+                       "scenario, --allow-stale in canyon rtk and canyon sky",
                  built.report);
   check_distances(*sky, begin, end, built.report);
   report_unusable(*sky, config, begin, end, place, built.report);

@@ -172,11 +172,11 @@ struct RecordingOptions {
   std::optional<std::filesystem::path> nmea;  ///< the recorded receiver's own fixes: Recording::own_fixes
 };
 /// Reads recording and truth and brings them to the scenario's sky and city. `obs` RINEX, `truth` of
-/// `truth_format` (simulation::read_trajectory; dates that the file leaves open are those of the scenario's
-/// `start`, in NMEA else of the recording). The scenario gives systems and height above terrain, its first
-/// receiver the lever arm. `environment` has the scenario's city, and a sky of the recording's day. Throws
-/// InputError where files are unreadable, nothing of the recording is in the truth, no recorded satellite
-/// has an ephemeris, or the ionosphere's coefficients are missing.
+/// `truth_format` (simulation::read_trajectory; empty: the scenario's one position; dates that the file
+/// leaves open are those of the scenario's `start`, in NMEA else of the recording). The scenario gives
+/// systems and height above terrain, its first receiver the lever arm. `environment` has the scenario's city,
+/// and a sky of the recording's day. Throws InputError where files are unreadable, nothing of the recording
+/// is in the truth, no recorded satellite has an ephemeris, or the ionosphere's coefficients are missing.
 [[nodiscard]] Recording read_recording(const simulation::Scenario& scenario,
                                        const simulation::Environment& environment,
                                        const std::filesystem::path& obs, const std::filesystem::path& truth,

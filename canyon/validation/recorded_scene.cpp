@@ -23,10 +23,11 @@ namespace canyon::validation {
 
 void settle_truth(const simulation::Scenario& scenario, ListedRecording& files, std::string_view option) {
   const simulation::TrajectoryConfig& trajectory = scenario.trajectory;
-  if (files.truth) return;
+  if (files.truth || (!trajectory.file && trajectory.waypoints.size() == 1)) return;
   if (!trajectory.file) {
-    throw InputError(std::string(option) + " is missing, and the scenario's trajectory is not a file",
-                     "give the file of true positions");
+    throw InputError(
+        std::string(option) + " is missing, and the scenario's trajectory is no file or position",
+        "give the file of true positions, or LATITUDE,LONGITUDE,HEIGHT of a fixed antenna");
   }
   files.truth = trajectory.file;
   if (files.truth_format.empty()) files.truth_format = trajectory.format;
@@ -53,7 +54,7 @@ RecordedScene read_recorded_scene(simulation::Scenario& scenario, const ListedRe
   options.ionosphere = options.troposphere = atmosphere;
   options.nmea = files.nmea;
   scene.recording = join_recording(scenario, *scene.environment, *files.obs, std::move(recorded),
-                                   *files.truth, files.truth_format, options);
+                                   files.truth.value_or(""), files.truth_format, options);
   return scene;
 }
 

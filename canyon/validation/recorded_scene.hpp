@@ -22,7 +22,7 @@ struct ListedRecording {
   /// Recordings of one class are pooled; empty: with none.
   std::string receiver_class;
   std::optional<std::filesystem::path> scenario, obs;  ///< given, as files that are there
-  std::optional<std::filesystem::path> truth;          ///< empty: the scenario's trajectory
+  std::optional<std::filesystem::path> truth;          ///< empty: the scenario's trajectory or position
   std::string truth_format;  ///< simulation::trajectory_formats(); empty: told by the file's content
   std::string profile;       ///< instead of the scenario's, for its first receiver; empty: the scenario's
   std::optional<std::filesystem::path> nmea;  ///< the recorded receiver's own fixes

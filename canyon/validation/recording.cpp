@@ -235,14 +235,27 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
   recording.warnings.insert(recording.warnings.end(), left_out_systems.begin(), left_out_systems.end());
 
   // NMEA has times of day: the recording has the day.
-  const GpsTime first = recorded.epochs.front().receiver_time;
+  const GpsTime first = recorded.epochs.front().receiver_time, last = recorded.epochs.back().receiver_time;
+  const bool file = !truth.empty();
   const bool of_day =
-      (truth_format.empty() ? simulation::trajectory_format_of(truth) : truth_format) == "nmea";
+      file && (truth_format.empty() ? simulation::trajectory_format_of(truth) : truth_format) == "nmea";
   const GpsTime start = scenario.start.value_or(of_day ? first : GpsTime{});
   const double geoid_m = environment.city().geoid_undulation_m;
-  simulation::TrajectoryFile path = simulation::read_trajectory_file(
-      truth, truth_format, start, {!scenario.trajectory.height_above_terrain_m, geoid_m},
-      truth == scenario.trajectory.file ? scenario.trajectory.columns : simulation::TrajectoryColumns{});
+  const simulation::TrajectoryConfig& way = scenario.trajectory;
+  if (!file && way.waypoints.size() != 1) throw InputError("there is neither a truth nor a position");
+  simulation::TrajectoryFile path =
+      file ? simulation::read_trajectory_file(
+                 truth, truth_format, start, {!way.height_above_terrain_m, geoid_m},
+                 truth == way.file ? way.columns : simulation::TrajectoryColumns{})
+           : simulation::TrajectoryFile{
+                 simulation::Trajectory::fixed(
+                     first - 1,
+                     way.local_waypoints.empty()
+                         ? way.waypoints.front()
+                         : environment.city().frame.geodetic_from_local(way.local_waypoints.front().second),
+                     last - first + 2),
+                 true,
+                 {}};
   for (std::string& line : path.report.warnings()) recording.warnings.push_back(std::move(line));
 
   const Eigen::Vector3d& lever_arm_m = scenario.receivers.front().lever_arm_m;

@@ -644,6 +644,20 @@ P
   [ ! -s err ] || fail "--quiet printed something"
   runs 0 "${judge[@]}" --align --align-heading --split 0.6 --ladder
   says out "city moved by east" "turned by" "last 40 %" "+ ground reflection" "mirror (the paper's)"
+  # An antenna that stands: its place instead of a file, as an option or in the scenario.
+  sed -e 's/waypoints.*/position: {east_m: 0, north_m: 0, up_m: 2}/' -e '/speed_mps/d' small.yaml >stands.yaml; echo 'duration_s: 40' >>stands.yaml
+  runs 0 "$canyon" simulate stands.yaml --out still --quiet
+  sed 's/^sky:.*/sky: {navigation: [still\/sky.nav]}/' stands.yaml >stood.yaml
+  place=$(awk -F, 'NR == 2 {print $3 "," $4 "," $5}' still/epochs.csv)
+  runs 0 "$canyon" validate stood.yaml --obs still/receiver.obs --no-atmosphere --json - --quiet; cp out in_scenario.json
+  runs 0 "$canyon" validate judge.yaml --obs still/receiver.obs --truth "$place" --no-atmosphere --json - --quiet
+  python3 - <<'P' || fail "a fixed antenna is not judged at its place"
+import json
+for name in "in_scenario.json", "out":
+    f = json.load(open(name))["models"][0]
+    assert f["epochs"] == 41 and f["position"]["measured"]["horizontal_error_m"]["p95"] < 3, f["position"]
+P
+  runs 2 "$canyon" validate small.yaml --obs still/receiver.obs; one_line; says err "--truth is missing" "LATITUDE,LONGITUDE,HEIGHT"
   # Cities drawn anew: what was measured stays, what is simulated is of all of them.
   sed 's/^city: *{/city: {georeference: {sigma_m: 3}, /' judge.yaml >unsure.yaml
   grep -q georeference unsure.yaml || sed 's/^city:$/city:\n  georeference: {sigma_m: 3}/' judge.yaml >unsure.yaml
@@ -1072,6 +1086,15 @@ bad_scenario)
   runs 2 "$canyon" simulate absent.yaml --out res; one_line; says err absent.yaml
   [ ! -e res/epochs.csv ] || fail "bad input left results" ;;
 bad_trajectory)
+  # What is no path says what it is.
+  block_osm >map.txt; printf '$@ no SBF' >log.txt
+  for file in map.txt:'is a map of OpenStreetMap' log.txt:'is a log of SBF'; do
+    printf 'city: {synthetic: {}}\nstart: 2026-03-01T10:00:00Z\ntrajectory: {file: %s}\n' "${file%%:*}" >path.yaml
+    runs 2 "$canyon" simulate path.yaml --out res; one_line; says err "${file##*:}"
+  done
+  runs 2 "$canyon" rtk log.txt log.txt --nav log.txt; one_line; says err 'is a log of SBF' 'convbin -r sbf'
+  grep -vE 'trajectory|waypoints|speed' small.yaml >still.yaml
+  runs 2 "$canyon" live still.yaml --duration 1; one_line; says err "'trajectory' is missing" '--poses'
   sed '/waypoints/,/speed/d' small.yaml >base.yaml
   with_file() { { cat base.yaml; } | sed "s/^trajectory:.*/trajectory: {file: $1}/" >bad.yaml; }
   printf 'time,latitude,longitude,height\n0,22.3,114.17,nan\n1,22.3,114.17,nan\n' >t.csv; with_file t.csv
@@ -1227,6 +1250,10 @@ heatmap)
   says out --out --bbox --enu-box --area --spacing --altitude --altitude-kind --times --layers --format --model \
     --receiver --draws --motion --seed --threads --tile --keep-tiles --large horizontal_error_p95 sky_view query mpirun
   # The whole city in all formats: files, table, nothing left behind.
+  runs 0 "$canyon" heatmap small.yaml --out map --spacing 4 --threads 1
+  # Titles name systems that have satellites.
+  sed 's/nominal: true/nominal: true, systems: [GPS, SBAS]/' small.yaml >sbas.yaml
+  runs 0 "$canyon" heatmap sbas.yaml --out sbas --spacing 40 --quiet; grep -qa SBAS sbas/map.nc && fail "the sky has no SBAS"
   runs 0 "$canyon" heatmap small.yaml --out map --spacing 4 --threads 1
   says out "inside buildings" "availability of a fix" "cells/s" horizontal_error satellites_visible hdop median "95 %"
   says err "city " "grid " map.nc

@@ -99,8 +99,10 @@ MapSource map_source(const Heatmap& heatmap, const TileStore& store,
           : fmt::format("specular, order {}{}{}", paths.reflection_order,
                         paths.diffraction ? ", diffraction" : "", paths.diffuse ? ", diffuse" : "");
   std::string systems;
-  for (const gnss::System system : scenario.sky.systems) {
-    systems += fmt::format("{}{}", systems.empty() ? "" : ", ", gnss::name(system));
+  for (const gnss::SatelliteId id : environment.sky().satellites()) {
+    const std::string name(gnss::name(id.system));
+    if (systems.ends_with(name)) continue;  // satellites are in the order of their systems
+    systems += (systems.empty() ? "" : ", ") + name;
   }
   source.attributes["systems"] = systems;
   if (receiver.options.signal.enabled) {
