@@ -18,6 +18,9 @@
 namespace canyon::heatmap {
 class MpiProcesses;
 }
+namespace canyon::gnss {
+struct NavigationData;
+}
 
 namespace canyon::cli {
 
@@ -30,6 +33,7 @@ namespace canyon::cli {
 
 /// Each adds a command to the program, or to the command that its argument names.
 void add_demo(Command& app);
+void add_new(Command& app);
 void add_simulate(Command& app);
 void add_live(Command& app);
 void add_sky(Command& app);
@@ -60,6 +64,8 @@ void add_manual(Command& app, const std::string& version);
 [[nodiscard]] std::vector<double> parse_numbers(const std::string& text);
 /// Throws InputError, naming --format, unless simulation::trajectory_formats() has it.
 void check_trajectory_format(const std::string& format);
+/// The time of the middle one of the ephemerides, since some receivers also write old ones; {} without any.
+[[nodiscard]] geodesy::GpsTime middle_time(const gnss::NavigationData& navigation);
 /// Adds --threads.
 void add_threads(Command& command, int& threads, const std::string& about = "0: one for each core (0)");
 /// Adds --known, a list of names for unknowns::unknowns_of().

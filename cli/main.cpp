@@ -45,6 +45,7 @@ int run_program(int argc, char** argv) {
   program.footer =
       "Each command has its own --help. Exit status: 0 done, 2 bad input, 130 interrupted, 1 anything else.";
   add_demo(program);
+  add_new(program);
   add_simulate(program);
   add_live(program);
   add_sky(program);

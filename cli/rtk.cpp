@@ -204,16 +204,6 @@ void print_kinds(const std::vector<relative::PairEpoch>& epochs,
   print_table({"fix", "epochs", "[%]", "horizontal p50 [m]", "p95 [m]", "vertical p50 [m]", "p95 [m]"}, rows);
 }
 
-/// The time of the middle one of the ephemerides: some receivers also write old ones.
-GpsTime time_of(const gnss::NavigationData& navigation) {
-  std::vector<GpsTime> times;
-  for (const auto& ephemeris : navigation.kepler) times.push_back(ephemeris.toe);
-  for (const auto& ephemeris : navigation.glonass) times.push_back(ephemeris.toe);
-  if (times.empty()) return {};
-  std::sort(times.begin(), times.end());
-  return times[times.size() / 2];
-}
-
 int run_rtk(const RtkArguments& arguments) {
   const std::vector<std::string> signals = signals_of(arguments.options.signals);
   std::optional<OutputFile> out;
@@ -229,9 +219,10 @@ int run_rtk(const RtkArguments& arguments) {
   const bool rover_first = !is_rtcm(arguments.rover);
   if (rover_first) rover = read(arguments.rover, arguments, navigation, {}, false, given);
   const auto base_file = read(arguments.base, arguments, navigation,
-                              rover_first ? rover.first() : time_of(navigation), given.isZero(), given);
+                              rover_first ? rover.first() : middle_time(navigation), given.isZero(), given);
   const Eigen::Vector3d place = place_of_base(arguments, base_file);
-  if (!rover_first) rover = read(arguments.rover, arguments, navigation, time_of(navigation), false, place);
+  if (!rover_first)
+    rover = read(arguments.rover, arguments, navigation, middle_time(navigation), false, place);
   const GpsTime first = rover.first();
   const simulation::BuiltSky sky =
       simulation::build_sky(arguments.sky, first, rover.last(), geodesy::geodetic_from_ecef(place));
@@ -280,6 +271,15 @@ int run_rtk(const RtkArguments& arguments) {
 }
 
 }  // namespace
+
+GpsTime middle_time(const gnss::NavigationData& navigation) {
+  std::vector<GpsTime> times;
+  for (const auto& ephemeris : navigation.kepler) times.push_back(ephemeris.toe);
+  for (const auto& ephemeris : navigation.glonass) times.push_back(ephemeris.toe);
+  if (times.empty()) return {};
+  std::sort(times.begin(), times.end());
+  return times[times.size() / 2];
+}
 
 void add_rtk(Command& app) {
   Command& command =

@@ -49,4 +49,16 @@ struct ReadyRun {
                                         simulation::RunOptions options = {},
                                         const std::string& report_file = {});
 
+/// A scenario that is made of a city and of what lies beside it.
+struct NewScenario {
+  std::string yaml;
+  std::vector<std::string> facts;  ///< what it holds and what was assumed, a line each
+  ReadReport report;               ///< of the scenario made ready to run
+};
+/// The scenario that `canyon new` writes, made ready to run once. Throws InputError for files that have no
+/// place in a scenario, and as their readers do.
+/// @param name of its file; names of files in it count from its folder @param origin "LAT,LON,HEIGHT" or ""
+[[nodiscard]] NewScenario new_scenario(const std::vector<std::string>& files, const std::string& name,
+                                       const std::string& origin = {});
+
 }  // namespace canyon::cli

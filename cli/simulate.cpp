@@ -30,6 +30,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMostDrawn = 16;
 
 struct SimulateArguments : RunArguments {
+  std::vector<std::string> files;  ///< one scenario, or those of `canyon new`
   std::string out;
   std::vector<std::string> streams;
   bool realtime = false, view = false;
@@ -88,9 +89,22 @@ std::vector<std::unique_ptr<simulation::EpochSink>> make_sinks(const simulation:
   return sinks;
 }
 
-int run_simulate(const SimulateArguments& arguments) {
+/// The scenario of the command line, or one that `canyon new` would write.
+simulation::Scenario scenario_of(SimulateArguments& arguments) {
+  arguments.scenario = arguments.files.front();
+  if (arguments.files.size() == 1 && !simulation::source_of_file(arguments.scenario))
+    return read_scenario(arguments);
+  const NewScenario made = new_scenario(arguments.files, "new.yaml");
+  for (const std::string& fact : made.facts) note(arguments.quiet, "assumed     " + fact);
+  simulation::Scenario scenario = simulation::parse_scenario(made.yaml, "new.yaml");
+  make(arguments.changes, scenario);
+  return scenario;
+}
+
+int run_simulate(const SimulateArguments& given) {
+  SimulateArguments arguments = given;
   const auto note = [&arguments](const std::string& text) { cli::note(arguments.quiet, text); };
-  const simulation::Scenario scenario = read_scenario(arguments);
+  const simulation::Scenario scenario = scenario_of(arguments);
   make_output_folder(arguments.out);
   const FolderLock lock(arguments.out);
   const std::unique_ptr<simulation::Simulation> made = make_simulation(scenario, arguments.quiet);
@@ -159,7 +173,10 @@ std::vector<std::string> output_keys() {
 void add_simulate(Command& app) {
   Command& command = app.add_command("simulate", "simulate a scenario's receivers and write their outputs");
   SimulateArguments& arguments = command.run_with(run_simulate);
-  add_scenario_file(command, arguments.scenario);
+  command
+      .add_option("scenario", arguments.files, "SCENARIO",
+                  "scenario file (YAML); or files as for `canyon new`, whose scenario is not written")
+      .required();
   command.add_option("-o,--out", arguments.out, "DIR", "folder for the results, created if missing")
       .required();
   add_run_field(command, "--rate", arguments, "rate_hz");

@@ -15,6 +15,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/relative/correction_link.hpp"
+#include "canyon/simulation/motion/antenna_pose.hpp"
 #include "canyon/simulation/run_plan.hpp"
 #include "canyon/simulation/scenario/receiver_bases.hpp"
 #include "canyon/simulation/scenario_trajectory.hpp"
@@ -178,6 +179,33 @@ void check_fixed(const RunView& run) {
   }
 }
 
+// A drive is not planned through a building; one place may be inside, to see what happens.
+void check_waypoints(const RunView& run) {
+  const std::vector<Geodetic>& waypoints = run.scenario.trajectory.waypoints;
+  const city::City& city = run.environment.city();
+  const raytrace::RayScene& scene = run.environment.scene();
+  for (std::size_t i = 0; i < waypoints.size() && waypoints.size() > 1; ++i) {
+    Pose pose;
+    pose.position = waypoints[i];
+    if (const auto& height_m = run.scenario.trajectory.height_above_terrain_m)
+      (void)clamp_to_terrain(pose, city, scene, *height_m);
+    const Eigen::Vector3d at = city.frame.local_from_geodetic(pose.position);
+    Eigen::Vector3d free = at;
+    for (double away_m = 1, turn = 0; scene.placement(free) == raytrace::Placement::InsideBuilding;
+         turn += 1 / away_m) {
+      if (turn > 2 * geodesy::kPi) turn = 0, away_m += 1;
+      free = at + away_m * Eigen::Vector3d(std::sin(turn), std::cos(turn), 0);
+    }
+    if (free == at) continue;
+    const Geodetic place = city.frame.geodetic_from_local(free);
+    throw scenario_error(run.scenario, fmt::format("waypoint {} is inside a building", i + 1),
+                         fmt::format("the nearest free place is {{latitude_deg: {:.6f}, longitude_deg: "
+                                     "{:.6f}}}, which is {{east_m: {:.1f}, north_m: {:.1f}}}",
+                                     geodesy::degrees(place.latitude_rad),
+                                     geodesy::degrees(place.longitude_rad), free.x(), free.y()));
+  }
+}
+
 void check_faults(const RunView& run, std::vector<std::string>& warnings) {
   for (const disturbance::Fault& fault : run.scenario.faults) {
     if (run.plan.at(run.plan.epochs() - 1) >= run.plan.begin + fault.from_s) continue;
@@ -207,6 +235,7 @@ std::vector<std::string> check_run(const RunView& run) {
   check_all_sensors(run, warnings);
   check_places(run, warnings);
   check_fixed(run);
+  check_waypoints(run);
   check_faults(run, warnings);
   return warnings;
 }

@@ -412,6 +412,38 @@ demo)
   runs 0 "$canyon" simulate here/demo.yaml --out here/mine
   cmp -s here/epochs.csv here/mine/epochs.csv || fail "what it says next gives another drive"
   : >file; runs 2 "$canyon" demo --out file/here; one_line ;;
+new)
+  # A street from south to north between the two buildings, and one that leads east; a way through a building is none.
+  street='<node id="21" version="1" lat="47.9985" lon="11.00075"/><node id="22" version="1" lat="48.0001" lon="11.00075"/>
+    <node id="23" version="1" lat="48.0016" lon="11.00075"/><node id="24" version="1" lat="48.0016" lon="10.9980"/>
+    <node id="25" version="1" lat="48.0001" lon="11.0002"/>
+    <way id="31" version="1"><nd ref="21"/><nd ref="22"/><nd ref="23"/><nd ref="24"/><tag k="highway" v="residential"/></way>
+    <way id="32" version="1"><nd ref="22"/><nd ref="25"/><nd ref="24"/><tag k="highway" v="residential"/></way></osm>'
+  { block_osm | grep -v '^</osm>'; echo "$street"; } >'my map.osm'; block_osm >bare.osm
+  runs 0 "$canyon" new 'my map.osm' -o drive.yaml
+  says out 'my map.osm, 2 buildings' 'nominal satellites, since' '500 m along streets' 'canyon simulate drive.yaml --out out/drive --view'
+  says drive.yaml 'canyon profiles' 'canyon scenario keys' 'T12:00:00 GPST'; grep -q 'longitude_deg: 11.0002' drive.yaml && fail "through a building"
+  runs 0 "$canyon" simulate drive.yaml --out res; says err '500 m, 63 epochs'; grep -q 'inside a building' err && fail "inside a building"
+  # What stands there stays; nothing is left behind where the name cannot be.
+  cp drive.yaml kept.yaml; runs 2 "$canyon" new bare.osm -o drive.yaml; one_line; says err 'drive.yaml: is there already'; cmp drive.yaml kept.yaml || fail "replaced"
+  runs 2 "$canyon" new bare.osm -o bare.osm; one_line; runs 2 "$canyon" new bare.osm -o nowhere/drive.yaml; one_line
+  runs 0 "$canyon" new bare.osm -o bare.yaml; says out 'straight on, outside buildings'; runs 0 "$canyon" simulate bare.yaml --out res --quiet
+  # A path without times, one whose first place is off the map, and navigation of the day; the same without a file.
+  echo '<gpx><trk><trkseg><trkpt lat="47.999" lon="11.00075"/><trkpt lat="48.001" lon="11.00075"/></trkseg></trk></gpx>' >track.gpx
+  runs 0 "$canyon" new 'my map.osm' track.gpx -o track.yaml; says out '2 of 2 places of track.gpx, 1.5 m above the ground, at 8 m/s, since it has no times'
+  runs 0 "$canyon" simulate track.yaml --out by_file --quiet; runs 0 "$canyon" simulate track.gpx 'my map.osm' --out without; says err 'assumed     trajectory'
+  cmp by_file/epochs.csv without/epochs.csv || fail "another run without a file"; [ ! -e new.yaml ] || fail "a file that nobody asked for"
+  { echo time,latitude,longitude,height; s=0; for latitude in 48.0041 48.0031 48.0021 48.0011 48.0001 47.9991; do echo "2026-03-01T10:00:0$((s++)).25Z,$latitude,11.00075,500"; done; } >timed.csv
+  runs 0 "$canyon" new 'my map.osm' timed.csv -o timed.yaml; says out 'for 2 s, where the path is on the map' '3 of 6 places'
+  runs 0 "$canyon" simulate timed.yaml --out res; says err '3 epochs every 1'
+  runs 2 "$canyon" new 'my map.osm' track.gpx timed.csv -o two.yaml; one_line; says err 'timed.csv: is one file too many'
+  runs 2 "$canyon" new track.gpx -o two.yaml; one_line; says err 'no file is a city'
+  runs 2 "$canyon" new absent.osm -o two.yaml; one_line; says err 'absent.osm'; [ ! -e two.yaml ] || fail "written although refused"
+  echo 'o box' >box.obj; runs 2 "$canyon" new box.obj -o two.yaml; one_line; says err 'box.obj: is a mesh' '--origin'
+  # A corner in a building is refused with the nearest free place, which is taken then.
+  sed 's/waypoints.*/waypoints: [{east_m: -38, north_m: 0, up_m: 2}, {east_m: -20, north_m: 30, up_m: 2}]/' small.yaml >inside.yaml
+  runs 2 "$canyon" simulate inside.yaml --out in; one_line; says err 'waypoint 2 is inside a building' 'nearest free place is {latitude_deg'
+  place=$(grep -o '{east_m[^}]*' err); sed -i "s/{east_m: -20, north_m: 30/$place/" inside.yaml; runs 0 "$canyon" simulate inside.yaml --out in --quiet ;;
 reference)
   for shell in bash zsh fish; do runs 0 "$canyon" completion $shell; cp out "$shell"; done
   says zsh "#compdef canyon"

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <optional>
 #include <osmium/osm.hpp>
+#include <string_view>
 
 #include "canyon/buildings/sources/osm_file.hpp"
 
@@ -301,6 +303,54 @@ class ObjectReader {
 
 OsmObjects read_osm_objects(const std::vector<std::filesystem::path>& paths, const OsmReadOptions& options) {
   return ObjectReader(paths, options).read();
+}
+
+namespace {
+
+bool is_street(const osmium::OSMObject& way) {
+  const auto is_set = [&](const char* key) {
+    return !std::string_view(way.tags().get_value_by_key(key, "no")).starts_with("no");
+  };
+  constexpr std::string_view kStreets[] = {"trunk",       "primary",       "secondary",   "tertiary",
+                                           "residential", "living_street", "unclassified"};
+  std::string_view kind = way.tags().get_value_by_key("highway", "");
+  if (kind.ends_with("_link")) kind.remove_suffix(5);
+  return way.visible() && !is_set("tunnel") && !is_set("area") &&
+         std::find(std::begin(kStreets), std::end(kStreets), kind) != std::end(kStreets);
+}
+
+}  // namespace
+
+StreetMap read_streets(const std::vector<std::filesystem::path>& paths) {
+  std::vector<OsmFile> files;
+  for (const auto& path : paths) files.push_back(open_osm_file(path));
+  std::vector<std::pair<OsmId, OsmId>> pieces;
+  std::map<OsmId, osmium::Location> places;
+  for_each_object(files, osmium::osm_entity_bits::way, [&](const osmium::OSMObject& object) {
+    if (!is_street(object)) return;
+    std::optional<OsmId> before;
+    for (const osmium::NodeRef& node : static_cast<const osmium::Way&>(object).nodes()) {
+      places[node.ref()] = node.location();  // most files have it with the node alone
+      if (before) pieces.emplace_back(*before, node.ref());
+      before = node.ref();
+    }
+  });
+  for_each_object(files, osmium::osm_entity_bits::node, [&](const osmium::OSMObject& object) {
+    const auto place = places.find(object.id());
+    if (place != places.end()) place->second = static_cast<const osmium::Node&>(object).location();
+  });
+  StreetMap streets;
+  std::map<OsmId, std::size_t> index;
+  for (const auto& [id, place] : places) {
+    if (!place.valid()) continue;
+    index.emplace(id, streets.places.size());
+    streets.places.emplace_back(place.lon(), place.lat());
+  }
+  for (const auto& [from, to] : pieces) {
+    const auto a = index.find(from), b = index.find(to);
+    if (a != index.end() && b != index.end()) streets.pieces.emplace_back(a->second, b->second);
+  }
+  return streets;
 }
 
 }  // namespace canyon::buildings

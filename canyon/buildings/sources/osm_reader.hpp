@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "canyon/buildings/sources/map_data.hpp"
@@ -12,6 +13,15 @@ struct OsmReadOptions {
   std::optional<LonLatBox> box;  ///< only features that touch it
   bool foliage = false;          ///< trees, tree rows, woods as well
 };
+
+/// Streets for cars, as a graph.
+struct StreetMap {
+  std::vector<LonLat> places;
+  std::vector<std::pair<std::size_t, std::size_t>> pieces;  ///< between two of `places`
+};
+/// The streets of a map: ways tagged highway from trunk to residential, living_street and unclassified, but
+/// tunnels, areas and what has no place. Empty where it has none. Throws InputError as read_osm().
+[[nodiscard]] StreetMap read_streets(const std::vector<std::filesystem::path>& paths);
 
 /// Reads OpenStreetMap .osm, .osm.gz, .osm.bz2, .osm.pbf through libosmium, detected by content: closed
 /// ways and multipolygon relations (several outers, inners; old-style ones whose outer ways carry the tags)
