@@ -195,6 +195,24 @@ TEST(HostedReceiver, SaysWhyThereIsNoEpochAndGoesOn) {
   EXPECT_THAT(host.lines, ElementsAre("error: plugin 'gnss' of model 'car': the engine is gone")) << "once";
 }
 
+TEST(HostedReceiver, AnOutputThatFailsEndsAlone) {
+  struct Failing final : live::EpochPublisher {
+    explicit Failing(int& n) : calls(n) {}
+    void publish(const live::ReceiverReport&) override {
+      ++calls;
+      throw std::runtime_error("no ink");
+    }
+    int& calls;
+  };
+  Host host;
+  int calls = 0;
+  host.receiver->add(std::make_unique<Failing>(calls), "the plotter");
+  for (const int ms : {0, 200, 400}) host.update(ms);
+  EXPECT_EQ(calls, 1);
+  EXPECT_EQ(host.seen.size(), 3U);
+  EXPECT_THAT(host.lines, ElementsAre("plugin 'gnss' of model 'car': the plotter: no ink"));
+}
+
 TEST(HostedReceiver, BeginsAnewWhereTimeGoesBack) {
   Host host;
   for (const int ms : {0, 200, 400, 0}) host.update(ms);

@@ -179,7 +179,8 @@ GnssSensor::Impl::Impl(const Attachment& attachment) : at(attachment) {
 #if defined(CANYON_WITH_ROS)
     receiver->add(make_ros_publisher(identity, settings, hosted_faults(desk, name, settings)));
 #elif defined(CANYON_WITH_ROS2)
-    receiver->add(ros2::make_host_publisher(identity, settings, hosted_faults(desk, name, settings)));
+    receiver->add(ros2::make_host_publisher(identity, settings, hosted_faults(desk, name, settings)),
+                  "cannot publish on ROS 2");
 #endif
   }
   world->add(*this);

@@ -270,11 +270,12 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
 #ifdef CANYON_WITH_ROS2
   if (settings.publish_ros) {
     receiver.hosted->add(ros2::make_host_publisher(identity, settings,
-                                                   hosted_faults(options->desk(), receiver.name, settings)));
+                                                   hosted_faults(options->desk(), receiver.name, settings)),
+                         "cannot publish on ROS 2");
   }
 #endif
   if (settings.show_rays || settings.show_bubble) {
-    receiver.hosted->add(make_markers(identity, settings));
+    receiver.hosted->add(make_markers(identity, settings), "rays and bubble are not drawn");
   }
   const std::string services = options->add(receiver.name, topic);
   const auto rooted = [](const std::string& name) { return name.starts_with('/') ? name : "/" + name; };

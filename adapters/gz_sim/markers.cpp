@@ -57,46 +57,29 @@ class Markers final : public live::EpochPublisher {
         ledger_([id = std::uint32_t{0}]() mutable { return ++id; }) {}  // 0 would be any number
 
   ~Markers() override {
-    safely([this] {
+    try {
       if (!present_ || ledger_.clear().empty()) return;
       gz::msgs::Marker_V all;
       add(all).set_action(gz::msgs::Marker::DELETE_ALL);
       send(all);
-    });
+    } catch (const std::exception&) {  // a picture that stays
+    }
   }
   Markers(const Markers&) = delete;
   Markers& operator=(const Markers&) = delete;
 
   void publish(const live::ReceiverReport& report) override {
-    safely([&] {
-      const double now = steady_now_s();
-      if (!updates_.due(now) || !look_for_client(now)) return;
-      update(visual_shapes(report, settings_), now);
-    });
+    const double now = steady_now_s();
+    if (!updates_.due(now) || !look_for_client(now)) return;
+    update(visual_shapes(report, settings_), now);
   }
 
   void reset() override {
-    safely([this] {
-      if (present_) update({}, steady_now_s());
-      updates_.reset();
-    });
+    if (present_) update({}, steady_now_s());
+    updates_.reset();
   }
-
-  [[nodiscard]] std::vector<std::string> take_notes() override { return std::exchange(notes_, {}); }
 
  private:
-  /// A picture that fails must not end the simulation.
-  template <typename Action>
-  void safely(Action action) noexcept {
-    try {
-      action();
-    } catch (const std::exception& e) {
-      if (!std::exchange(said_, true)) {
-        notes_.push_back(std::string("rays and bubble are not drawn: ") + e.what());
-      }
-    }
-  }
-
   /// Whether anybody draws markers. A client that is new is sent everything.
   [[nodiscard]] bool look_for_client(double now) {
     if (now - begin_s_ < kFirstLook_s || !looks_.due(now)) return present_;
@@ -159,9 +142,7 @@ class Markers final : public live::EpochPublisher {
   double sent_s_ = 0;
   bool present_ = false;
   bool everything_ = false;
-  bool said_ = false;
   std::set<std::string> clients_;  // by their processes
-  std::vector<std::string> notes_;
   std::shared_ptr<std::atomic<bool>> unanswered_ = std::make_shared<std::atomic<bool>>(false);
   gz::transport::Node node_;
 };

@@ -2,7 +2,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <exception>
 #include <mutex>
 #include <rclcpp/rclcpp.hpp>
 #include <set>
@@ -99,12 +98,8 @@ class HostPublisher final : public live::EpochPublisher {
   HostPublisher& operator=(const HostPublisher&) = delete;
 
   void publish(const live::ReceiverReport& report) override {
-    try {
-      health_.reason = report.reason;
-      topics_->publish(report, frame_id_, health_);
-    } catch (const std::exception& e) {  // ROS 2 was shut down, perhaps
-      if (!std::exchange(said_, true)) notes_.push_back(std::string("cannot publish on ROS 2: ") + e.what());
-    }
+    health_.reason = report.reason;
+    topics_->publish(report, frame_id_, health_);
   }
   void reset() override { topics_->reset(); }
   std::vector<std::string> take_notes() override { return std::exchange(notes_, {}); }
@@ -118,7 +113,6 @@ class HostPublisher final : public live::EpochPublisher {
   std::unique_ptr<ReceiverTopics> topics_;
   std::unique_ptr<FaultServices> services_;
   ros_messages::ReceiverHealth health_;
-  bool said_ = false;
 };
 
 }  // namespace

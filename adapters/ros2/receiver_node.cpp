@@ -265,7 +265,7 @@ void ReceiverNode::Impl::begin_receiver(geodesy::GpsTime start) {
   };
   if (setup.sensors) sensors.emplace(setup.sensors());
   hosted = std::make_unique<live::HostedReceiver>(std::move(setup));
-  hosted->add(std::make_unique<TopicsPublisher>([this](const auto& report) { publish(report); }));
+  hosted->add(std::make_unique<TopicsPublisher>([this](const auto& report) { publish(report); }), "");
 }
 
 void ReceiverNode::Impl::listen_to_corrections() {

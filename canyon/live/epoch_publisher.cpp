@@ -33,51 +33,31 @@ class StreamPublisher final : public EpochPublisher {
 
   void publish(const ReceiverReport& report) override {
     serve(report.sim_time_ns);
-    if (report.step == nullptr) return;
-    guarded([&] {
-      for (const simulation::LiveReceiver::Step* step = report.step; step != nullptr;
-           step = step->base.get()) {
-        if (step->epoch.receiver != stream_->receiver()) continue;
-        simulation::Epoch epoch = step->epoch;
-        epoch.arrival = &step->arrival;
-        stream_->write(epoch);
-      }
-    });
+    for (const simulation::LiveReceiver::Step* step = report.step; step != nullptr; step = step->base.get()) {
+      if (step->epoch.receiver != stream_->receiver()) continue;
+      simulation::Epoch epoch = step->epoch;
+      epoch.arrival = &step->arrival;
+      stream_->write(epoch);
+    }
   }
   void serve(std::int64_t sim_time_ns) override {
     now_ns_ = sim_time_ns;
-    guarded([&] {
-      stream_->serve();
-      if (device_ == nullptr) return;
-      if (std::string line = output::hand_on(*stream_, *device_); !line.empty()) notes_.push_back(line);
-    });
+    stream_->serve();
+    if (device_ == nullptr) return;
+    if (std::string line = output::hand_on(*stream_, *device_); !line.empty()) notes_.push_back(line);
   }
-  void reset() override {
-    guarded([&] { stream_->send_waiting(); });
-  }
+  void reset() override { stream_->send_waiting(); }
   std::vector<std::string> take_notes() override {
     for (const std::string& note : stream_->take_notes()) notes_.push_back(setting_ + ": " + note);
     return std::exchange(notes_, {});
   }
 
  private:
-  template <class Work>
-  void guarded(const Work& work) {
-    if (broken_) return;
-    try {
-      work();
-    } catch (const std::exception& error) {
-      broken_ = true;
-      notes_.push_back(setting_ + ": " + error.what());
-    }
-  }
-
   std::string setting_;
   std::int64_t now_ns_ = 0;
   std::unique_ptr<output::EncodedStream> stream_;
   simulation::LiveReceiver* device_;
   std::vector<std::string> notes_;
-  bool broken_ = false;
 };
 
 }  // namespace

@@ -33,8 +33,8 @@ struct ReceiverReport {
   double compute_s = 0;  ///< real time that the epoch took
 };
 
-/// An output of a host. Called from one thread at a time, the simulation's or one that it waits for: quick,
-/// and nothing here may throw.
+/// An output of a host. Called from one thread at a time, the simulation's or one that it waits for: quick.
+/// Where it throws it has failed: HostedReceiver says so and ends it, and goes on without it.
 class EpochPublisher {
  public:
   virtual ~EpochPublisher() = default;

@@ -65,7 +65,8 @@ HostedReceiver::HostedReceiver(HostSetup setup)
     const auto descriptions = output::describe_receivers(*receiver_, schedule_.interval_s());
     for (const auto& [setting, stream] : setup.streams) {
       add(make_stream_publisher(setting, stream_of_model(setting, stream, setup.model), descriptions,
-                                setup.open_link, &*receiver_));
+                                setup.open_link, &*receiver_),
+          setting);
     }
   } catch (const InputError& e) {  // name the receiver
     if (name().empty()) throw;
@@ -100,14 +101,21 @@ void HostedReceiver::say(Tone tone, const std::string& line, bool of_all) {
   say_(tone, hide_passwords(of_all || name_.empty() ? line : fmt::format("{}: {}", name_, line)));
 }
 
-void HostedReceiver::add(std::unique_ptr<EpochPublisher> publisher) {
-  if (publisher) publishers_.push_back(std::move(publisher));
+void HostedReceiver::add(std::unique_ptr<EpochPublisher> publisher, std::string failure) {
+  if (publisher) publishers_.emplace_back(std::move(publisher), std::move(failure));
 }
 
 void HostedReceiver::publish(const std::function<void(EpochPublisher&)>& work) {
-  for (const auto& publisher : publishers_) {
-    work(*publisher);
-    for (const std::string& note : publisher->take_notes()) say(Tone::Warning, note);
+  for (auto& [publisher, failure] : publishers_) {
+    if (!publisher) continue;
+    try {
+      work(*publisher);
+      for (const std::string& note : publisher->take_notes()) say(Tone::Warning, note);
+    } catch (const std::exception& e) {
+      if (failure.empty()) throw;
+      say(Tone::Warning, fmt::format("{}: {}", failure, e.what()));
+      publisher.reset();
+    }
   }
 }
 

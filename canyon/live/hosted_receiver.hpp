@@ -96,7 +96,9 @@ class HostedReceiver {
   /// The world's time of the last begin().
   [[nodiscard]] std::int64_t begun_ns() const { return report_.sim_time_ns; }
 
-  void add(std::unique_ptr<EpochPublisher> publisher);  ///< null: none
+  /// @param publisher null: none @param failure in front of what it throws: "cannot publish on ROS 2"; empty:
+  /// that ends the host's call
+  void add(std::unique_ptr<EpochPublisher> publisher, std::string failure = "an output has failed");
   /// Rays go through this scene, in whose world `own_model` (empty: none) stays invisible.
   void set_scene(std::shared_ptr<WorldScene> scene, std::optional<HostWorld::Id> own_model);
   /// The world's place on the Earth changed: the receiver starts anew there. A scene in the new frame must
@@ -147,7 +149,7 @@ class HostedReceiver {
   void start_receiver();
   void make_rtcm();
   void say_warnings();
-  /// Gives each publisher its work, then says its notes.
+  /// Gives each publisher its work, then says its notes; those that fail end.
   void publish(const std::function<void(EpochPublisher&)>& work);
   void begin_anew();
   void begin_sensors();
@@ -180,7 +182,7 @@ class HostedReceiver {
   std::string name_;
   Say say_;
   std::set<std::string> said_;
-  std::vector<std::unique_ptr<EpochPublisher>> publishers_;
+  std::vector<std::pair<std::unique_ptr<EpochPublisher>, std::string>> publishers_;
   std::shared_ptr<SkyWarnings> sky_warnings_;
   std::int64_t last_ns_ = 0;
   bool went_back_ = false;  // in time, since the last epoch
