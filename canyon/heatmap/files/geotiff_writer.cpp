@@ -137,10 +137,9 @@ void GeotiffWriter::gather(std::size_t time) {
                                    static_cast<int>(grid_.columns), static_cast<int>(grid_.rows),
                                    static_cast<int>(bands()), GDT_Float32, options.data()));
   failures.check(dataset != nullptr, folder_);
-  const std::array<double, 6> map_from_pixel{grid_.west_m,    grid_.spacing_m, 0, grid_.north_m(), 0,
-                                             -grid_.spacing_m};
-  std::array<double, 6> transform = map_from_pixel;
-  failures.check(GDALSetGeoTransform(dataset.get(), transform.data()) == CE_None, folder_);
+  std::array<double, 6> map_from_pixel{grid_.west_m,    grid_.spacing_m, 0, grid_.north_m(), 0,
+                                       -grid_.spacing_m};
+  failures.check(GDALSetGeoTransform(dataset.get(), map_from_pixel.data()) == CE_None, folder_);
   failures.check(GDALSetProjection(dataset.get(), wkt_.c_str()) == CE_None, folder_);
   // All bands of a TIFF have one nodata value; cells that are never written have it.
   failures.check(GDALSetRasterNoDataValue(GDALGetRasterBand(dataset.get(), 1),
