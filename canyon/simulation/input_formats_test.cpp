@@ -365,8 +365,14 @@ std::string rinex4() {
 /// RINEX 2.11 of the same: numbers for names, years of two digits, and lines one column to the left.
 std::string rinex2(gnss::System system) {
   const bool glonass = system == gnss::System::GLONASS;
-  std::string text = fmt::format("{:9.2f}{:11}{:<40}RINEX VERSION / TYPE\n{:60}END OF HEADER\n", 2.11, "",
-                                 glonass ? "GLONASS NAV DATA" : "NAVIGATION DATA", "");
+  std::string text = fmt::format("{:9.2f}{:11}{:<40}RINEX VERSION / TYPE\n", 2.11, "",
+                                 glonass ? "GLONASS NAV DATA" : "NAVIGATION DATA");
+  if (!glonass) {
+    text +=
+        fmt::format("{:<60}ION ALPHA\n{:<60}ION BETA\n", "    0.1118D-07 -0.7451D-08 -0.5961D-07  0.1192D-06",
+                    "    0.1167D+06 -0.2294D+06 -0.1311D+06  0.1049D+07");
+  }
+  text += fmt::format("{:60}END OF HEADER\n", "");
   text[20] = glonass ? 'G' : 'N';
   for (const std::string& record : records({system}).second) {
     const auto lines = split(trim(record), '\n');
