@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -23,6 +24,16 @@ struct Restart {
   std::optional<double> ephemeris_s{};  ///< a satellite is tracked for so long before its use; empty: its own
 };
 
+/// Kinds of fix that a receiver may be made to state: the first of positioning::FixKind.
+enum class StatedFix : std::uint8_t { None, Single, Differential, Float, Fixed };
+
+/// A fix that a receiver states in place of its own. Vectors are east, north, up.
+struct ForcedFix {
+  StatedFix kind = StatedFix::None;
+  Eigen::Vector3d error_m = Eigen::Vector3d::Zero(), sigma_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_error_mps = Eigen::Vector3d::Zero(), velocity_sigma_mps = Eigen::Vector3d::Zero();
+};
+
 /// Events of a receiver itself at one epoch, whatever arrives at its antenna.
 struct ReceiverEvents {
   /// Offsets of the oscillator, added to the receiver's own clock [s, s/s].
@@ -30,6 +41,7 @@ struct ReceiverEvents {
   /// Errors of the date that the firmware states: GPS weeks, and seconds of UTC.
   int weeks_off = 0, utc_off_s = 0;
   std::optional<Restart> restart{};
+  std::optional<ForcedFix> forced{};
   std::vector<std::string> faults{};  ///< names of those at work (FaultTimeline)
 };
 
@@ -53,7 +65,7 @@ class Disturbance {
   /// Free no path arrives.
   virtual void apply(const propagation::Antenna& /*antenna*/, propagation::Arrival& /*arrival*/) {}
   /// Reports events of the receiver itself at this epoch; called right behind apply(). Clock and date: add to
-  /// the values of others. The last of several restarts at one epoch counts.
+  /// the values of others. The last of several restarts, and of forced fixes, at one epoch counts.
   virtual void happen(const propagation::Antenna& /*antenna*/, ReceiverEvents& /*events*/) {}
 };
 

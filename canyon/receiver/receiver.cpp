@@ -197,6 +197,7 @@ struct Receiver::State {
     }
     if (check) epoch.spoofing = check->update(epoch);
     fuse(context, epoch);
+    if (epoch.events.forced) force(*epoch.events.forced, context.antenna, epoch);
     for (SatelliteObservation& satellite : epoch.satellites) {
       satellite.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), satellite.id);
     }
@@ -208,6 +209,48 @@ struct Receiver::State {
     if (!options.dead_reckoning.enabled || context.sensors == nullptr) return;
     if (!fusion) fusion.emplace(options.dead_reckoning, context.sensors->mounting);
     epoch.fix = fusion->update(epoch.time, context.sensors->readings, epoch.fix);
+  }
+
+  /// States another fix than its own. Satellites and clock stay those of its own; where that has none, all
+  /// above the mask count as used. A vector from a base stays where it is as good as asked.
+  static void force(const disturbance::ForcedFix& forced, const propagation::Antenna& antenna,
+                    ReceiverEpoch& epoch) {
+    positioning::Fix& fix = epoch.fix;
+    if (forced.kind == disturbance::StatedFix::None) {
+      positioning::Fix none;
+      none.available = fix.available;
+      none.fusion = fix.fusion;
+      fix = std::move(none);
+      return;
+    }
+    if (!fix.measured()) {
+      std::vector<Eigen::Vector3d> directions;
+      for (const SatelliteObservation& satellite : epoch.satellites) {
+        if (!satellite.above_mask) continue;
+        fix.used.push_back(satellite.id);
+        fix.clock_bias_s[satellite.id.system] = epoch.clock_bias_s;
+        directions.push_back(
+            geodesy::enu_from_azimuth_elevation(satellite.azimuth_rad, satellite.elevation_rad));
+      }
+      fix.dop = positioning::dop_of_directions(directions);
+      fix.clock_drift = epoch.clock_drift;
+      fix.available = static_cast<int>(fix.used.size());
+    }
+    const geodesy::Geodetic truth = geodesy::geodetic_from_ecef(antenna.position_ecef);
+    const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(truth);
+    static_assert(static_cast<int>(disturbance::StatedFix::Fixed) ==
+                  static_cast<int>(positioning::FixKind::Fixed));
+    fix.status = positioning::FixStatus::Fix;
+    fix.solution = static_cast<positioning::FixKind>(forced.kind);
+    fix.position_ecef = antenna.position_ecef + enu_from_ecef.transpose() * forced.error_m;
+    fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
+    fix.covariance_enu = forced.sigma_m.cwiseAbs2().asDiagonal();
+    fix.velocity_enu_mps = enu_from_ecef * antenna.velocity_ecef + forced.velocity_error_mps;
+    fix.velocity_covariance_enu = forced.velocity_sigma_mps.cwiseAbs2().asDiagonal();
+    if (!fix.baseline) return;
+    const bool good = fix.baseline->kind >= fix.solution && fix.solution >= positioning::FixKind::Float;
+    fix.baseline->kind = fix.solution;
+    if (!good) fix.baseline.reset();
   }
 
   const ReceiverOptions options;

@@ -219,6 +219,32 @@ TEST(DateFault, StatesAnotherDateOfTheSameDay) {
   EXPECT_LT(seen[0].epoch.error_enu_m.norm(), 1e-3);
 }
 
+// Whatever the sky: with all satellites, and with none.
+TEST(ForceFault, StatesTheFixThatItIsTold) {
+  using positioning::FixKind;
+  for (const auto& [word, kind] : {std::pair("none", FixKind::None), std::pair("single", FixKind::Single),
+                                   std::pair("differential", FixKind::Differential),
+                                   std::pair("float", FixKind::Float), std::pair("fixed", FixKind::Fixed)}) {
+    const auto seen = run(
+        fmt::format("{{from_s: 2, until_s: 9, force: {{fix: {}}}}}, {{from_s: 5, outage: {{}}}}", word), "");
+    for (const std::size_t k : {3U, 7U}) {
+      const Epoch& epoch = seen[k].epoch;
+      const positioning::Fix& fix = epoch.observed.fix;
+      EXPECT_EQ(fix.kind(), kind) << word << k;
+      EXPECT_EQ(epoch.observed.visible == 0, k == 7) << "measurements stay";
+      if (kind == FixKind::None) continue;
+      EXPECT_LT(epoch.error_enu_m.cwiseQuotient(fix.covariance_enu.diagonal().cwiseSqrt()).norm(), 5);
+      EXPECT_GT(epoch.error_enu_m.norm(), 1e-4);
+      EXPECT_GE(fix.used.size(), 6U);
+      EXPECT_LT(fix.dop->pdop, 3);
+      EXPECT_LT(fix.velocity_enu_mps->norm(), 0.3);
+      EXPECT_EQ(fix.clock_bias_s.size(), 2U);
+    }
+    EXPECT_EQ(seen[1].epoch.observed.fix.kind(), FixKind::Single);
+    EXPECT_EQ(seen[9].epoch.observed.fix.kind(), FixKind::None);
+  }
+}
+
 // A fault that names satellites which the sky lacks would have no effect.
 TEST(Faults, OfSatellitesThatTheSkyHasNotAreRefused) {
   const auto refused = [](const std::string& fault) {

@@ -85,6 +85,8 @@ constexpr std::array kKinds{
               &SettingsOf<AntennaFaultOptions, AntennaFault>::fresh},
     FaultKind{"restart", "the receiver restarts: hot, warm or cold", "{from_s: 10, restart: {kind: cold}}",
               &SettingsOf<RestartOptions, RestartFault>::fresh},
+    FaultKind{"force", "the receiver states a fix of the kind that a test asks for",
+              "{from_s: 10, until_s: 20, force: {fix: float}}", &SettingsOf<ForceOptions, ForceFault>::fresh},
     FaultKind{"scintillation", "a stormy ionosphere: amplitude and phase scintillate",
               "{from_s: 10, scintillation: {s4: 0.8, sigma_phi_rad: 0.5}}",
               &SettingsOf<ScintillationOptions, Scintillation>::fresh},

@@ -84,6 +84,7 @@ TEST(Faults, TellFileLineAndCure) {
               HasSubstr("command:2: satellites: 'X3' is not a satellite"));
   EXPECT_THAT(fault_of("outage: {satellites: G40}"), HasSubstr("'G40' is not a satellite"));
   EXPECT_THAT(fault_of("time: {}"), HasSubstr("nothing is wrong with the date"));
+  EXPECT_THAT(fault_of("force: {}"), HasSubstr("give fix: none, single, differential, float or fixed"));
   EXPECT_THAT(fault_of("outtage: {}"), HasSubstr("did you mean 'outage'?"));
   EXPECT_THAT(fault_of("{name: 'a;b', outage: {}}"), HasSubstr("cannot be used in tables"));
   EXPECT_THAT(fault_of("antenna: {period_s: 1, on_s: 2}"), HasSubstr("on_s is longer than period_s"));
@@ -201,6 +202,31 @@ TEST(Scintillation, SatellitesAndSeedsDifferAndRepeat) {
   EXPECT_EQ(first(1), first(1));
   EXPECT_NE(first(1), first(2));
   EXPECT_NE(first(1).first, first(1).second);
+}
+
+// A Gauss-Markov process has the stated deviation at any time, and a correlation of 1/e after 60 s.
+TEST(ForceFault, IsAsFarOffAsItStates) {
+  ForceOptions options;
+  options.fix = StatedFix::Float;
+  options.vertical_m = 2;
+  constexpr int kCount = 4000;
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero(), products = Eigen::Vector3d::Zero();
+  ForceFault fault(options, context());
+  for (int i = 0; i < kCount; ++i) {
+    ReceiverEvents events, later;
+    fault.happen(antenna(2000.0 * i), events);
+    fault.happen(antenna(2000.0 * i + 60), later);
+    EXPECT_EQ(events.forced->kind, StatedFix::Float);
+    squares += events.forced->error_m.cwiseAbs2();
+    products += events.forced->error_m.cwiseProduct(later.forced->error_m);
+    EXPECT_EQ(events.forced->sigma_m, later.forced->sigma_m);
+  }
+  const Eigen::Vector3d variance(0.04, 0.04, 4);
+  const double sampling = 4 * std::sqrt(2.0 / kCount);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    EXPECT_NEAR(squares[i] / kCount, variance[i], variance[i] * sampling);
+    EXPECT_NEAR(products[i] / kCount, variance[i] / std::exp(1), variance[i] * sampling);
+  }
 }
 
 // Friis by hand, linear: 1.41254 (1.5 dB), 1.99526 (3 dB), gain 501.187 (27 dB):

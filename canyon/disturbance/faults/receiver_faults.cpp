@@ -166,4 +166,40 @@ void RestartFault::happen(const propagation::Antenna& /*antenna*/, ReceiverEvent
   events.restart = restart_;
 }
 
+void visit(options::Visitor& v, ForceOptions& o) {
+  static constexpr std::string_view kFixes[]{"none", "single", "differential", "float", "fixed"};
+  v.require("fix", "give fix: none, single, differential, float or fixed");
+  v.choice({"fix", "", "what the receiver states, whatever it measures"}, o.fix, kFixes);
+  v.number({"horizontal_m", "m", "standard deviation that its position states and has, east and north each",
+            "single 1, differential 0.5, float 0.2, fixed 0.01"},
+           o.horizontal_m, {0, 1000, true});
+  v.number({"vertical_m", "m", "the same of its height", "single 2, differential 1, float 0.4, fixed 0.02"},
+           o.vertical_m, {0, 1000, true});
+}
+
+ForceFault::ForceFault(const ForceOptions& options, const FaultContext& context)
+    : stream_(context.seed, context.receiver + "/force/" + context.name) {
+  // Assumed: the order of what modules state under an open sky, horizontally and vertically, and of velocity.
+  constexpr std::array<std::array<double, 2>, 5> kUsual_m{
+      {{0, 0}, {1, 2}, {0.5, 1}, {0.2, 0.4}, {0.01, 0.02}}};
+  constexpr double kVelocity_mps = 0.05;
+  const auto& [horizontal_m, vertical_m] = kUsual_m.at(static_cast<std::size_t>(options.fix));
+  const double axis_m = options.horizontal_m.value_or(horizontal_m);
+  forced_.kind = options.fix;
+  forced_.sigma_m = {axis_m, axis_m, options.vertical_m.value_or(vertical_m)};
+  forced_.velocity_sigma_mps.setConstant(kVelocity_mps);
+}
+
+void ForceFault::happen(const propagation::Antenna& antenna, ReceiverEvents& events) {
+  constexpr double kCorrelation_s = 60;
+  const double kept = last_ ? std::exp(-(antenna.time - *last_) / kCorrelation_s) : 0;
+  last_ = antenna.time;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    double& error_m = forced_.error_m[i];
+    error_m = kept * error_m + std::sqrt(1 - kept * kept) * forced_.sigma_m[i] * stream_.normal();
+    forced_.velocity_error_mps[i] = forced_.velocity_sigma_mps[i] * stream_.normal();
+  }
+  events.forced = forced_;
+}
+
 }  // namespace canyon::disturbance

@@ -4,11 +4,12 @@
 #include <optional>
 #include <string_view>
 
+#include "canyon/base/random.hpp"
 #include "canyon/disturbance/disturbance.hpp"
 #include "canyon/disturbance/faults/fault.hpp"
 #include "canyon/options/visitor.hpp"
 
-// Faults of one receiver: oscillator, date, antenna, restart.
+// Faults of one receiver: oscillator, date, antenna, restart, forced fix.
 
 namespace canyon::disturbance {
 
@@ -62,6 +63,15 @@ struct RestartOptions {
 };
 void visit(options::Visitor& v, RestartOptions& o);
 
+/// A receiver that states the fix it is told to, for tests of what follows it. Its position is the true one
+/// with an error as large as it states: Gaussian, of a correlation time of 60 s.
+struct ForceOptions {
+  StatedFix fix = StatedFix::None;
+  /// Standard deviations of east and north each, and of the height [m], (0, 1000]; empty: usual ones.
+  std::optional<double> horizontal_m, vertical_m;
+};
+void visit(options::Visitor& v, ForceOptions& o);
+
 class OscillatorFault final : public Disturbance {
  public:
   OscillatorFault(const OscillatorOptions& options, const FaultContext& context)
@@ -102,6 +112,17 @@ class RestartFault final : public Disturbance {
 
  private:
   Restart restart_;
+};
+
+class ForceFault final : public Disturbance {
+ public:
+  ForceFault(const ForceOptions& options, const FaultContext& context);
+  void happen(const propagation::Antenna& antenna, ReceiverEvents& events) override;
+
+ private:
+  ForcedFix forced_;
+  RandomStream stream_;
+  std::optional<geodesy::GpsTime> last_;
 };
 
 }  // namespace canyon::disturbance

@@ -243,7 +243,9 @@ std::vector<std::string> scenarios_with_every_key() {
       "1, "
       "azimuth_to_deg: 2, elevation_from_deg: 3, elevation_to_deg: 4, loss_db: 5, stage: behind, "
       "amplifier_gain_db: 20, amplifier_noise_db: 1, receiver_noise_db: 4, period_s: 3, on_s: 1}}, {restart: "
-      "{kind: warm, search_s: 2, ephemeris_s: 20}}, {scintillation: {satellites: [GPS], s4: 0.6, "
+      "{kind: warm, search_s: 2, ephemeris_s: 20}}, {force: {fix: float, horizontal_m: 0.2, vertical_m: "
+      "0.3}}, "
+      "{scintillation: {satellites: [GPS], s4: 0.6, "
       "sigma_phi_rad: "
       "0.2, correlation_s: 1, phase_correlation_s: 3}}]\n",
       "city: {synthetic: {}}\nsky: {frozen: {satNum: 1, satAzimuth: 1, satElevation: 1}}\ninterval_s: 60\n"
