@@ -50,6 +50,7 @@ HostSettings read_settings(const Attachment& at, const ReceiverIdentity& identit
   place.name = place_name(identity);
   place.folder = std::filesystem::path(at.sdf->FilePath()).parent_path();
   place.resources = gazebos_paths();
+  place.sensor = at.sdf->GetParent();
   return read_plugin_settings(at.sdf, place);
 }
 

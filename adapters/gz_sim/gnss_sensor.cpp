@@ -14,7 +14,6 @@
 #include <gz/sim/components/World.hh>
 #include <sdf/Link.hh>
 #include <sdf/Model.hh>
-#include <sdf/NavSat.hh>
 #include <sdf/World.hh>
 #include <vector>
 
@@ -68,18 +67,10 @@ ReceiverIdentity identify(Entity sensor, const Ecm& ecm) {
   return identity;
 }
 
-bool has_noise(const sdf::Sensor& sensor) {
-  const sdf::NavSat* navsat = sensor.NavSatSensor();
-  if (navsat == nullptr) return false;
-  for (const sdf::Noise& noise : {navsat->HorizontalPositionNoise(), navsat->VerticalPositionNoise(),
-                                  navsat->HorizontalVelocityNoise(), navsat->VerticalVelocityNoise()}) {
-    if (noise.Type() != sdf::NoiseType::NONE) return true;
-  }
-  return false;
-}
-
-HostSettings read_settings(const sdf::ElementPtr& element, const ReceiverIdentity& identity, const Ecm& ecm) {
+HostSettings read_settings(const sdf::ElementPtr& element, const sdf::ElementPtr& sensor,
+                           const ReceiverIdentity& identity, const Ecm& ecm) {
   PluginPlace place;
+  place.sensor = sensor;
   place.name = place_name(identity);
   const auto world = ecm.ComponentData<components::WorldSdf>(gz::sim::worldEntity(ecm));
   if (world && world->Element())

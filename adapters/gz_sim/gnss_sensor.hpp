@@ -22,10 +22,9 @@ namespace canyon::adapters::gz_sim {
                                                 const gz::sim::EntityComponentManager& ecm);
 /// The receiver of a sensor, by the names of the world, model, link and sensor.
 [[nodiscard]] ReceiverIdentity identify(gz::sim::Entity sensor, const gz::sim::EntityComponentManager& ecm);
-/// Whether Gazebo's own NavSat system would add noise.
-[[nodiscard]] bool has_noise(const sdf::Sensor& sensor);
-/// Settings of a receiver, with what has no effect in Gazebo Sim as warnings. Throws InputError.
-[[nodiscard]] HostSettings read_settings(const sdf::ElementPtr& element, const ReceiverIdentity& identity,
+/// Settings of a receiver on `sensor`, with what has no effect in Gazebo Sim as warnings. Throws InputError.
+[[nodiscard]] HostSettings read_settings(const sdf::ElementPtr& element, const sdf::ElementPtr& sensor,
+                                         const ReceiverIdentity& identity,
                                          const gz::sim::EntityComponentManager& ecm);
 
 /// Truth from outside: gz.msgs.Pose on settings.pose_topic, in the world's frame, for as long as `node` and

@@ -213,12 +213,7 @@ void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf:
                             Ecm& ecm) {
   const ReceiverIdentity identity = identify(entity, ecm);
   check_sensor(sensor.Element(), place_name(identity));
-  HostSettings settings = read_settings(element, identity, ecm);
-  if (has_noise(sensor)) {
-    settings.warnings.emplace_back(
-        "the sensor's own <noise> is off: Canyon's receiver makes the errors, <noise> of <canyon> shapes "
-        "them");
-  }
+  HostSettings settings = read_settings(element, sensor.Element(), identity, ecm);
   if (element->HasElement("topic")) {
     settings.warnings.emplace_back("<topic> of <canyon> has no effect here: it belongs in <sensor>");
   }

@@ -25,6 +25,7 @@ struct Receiver::State {
         draws(draws_of(options)),
         models(source_of_models ? source_of_models(seed, draws) : OwnModels()),
         clock(options.clock, RandomStream(seed, draws + "/clock")),
+        fix_noise(seed, draws + "/fix noise"),
         channels(options, seed, draws),
         measuring(options, seed),
         fix_input(options),
@@ -197,6 +198,7 @@ struct Receiver::State {
     }
     if (check) epoch.spoofing = check->update(epoch);
     fuse(context, epoch);
+    if (epoch.fix.solved() && options.fix_noise.any()) add_noise(epoch.fix);
     if (epoch.events.forced) force(*epoch.events.forced, context.antenna, epoch);
     for (SatelliteObservation& satellite : epoch.satellites) {
       satellite.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), satellite.id);
@@ -209,6 +211,22 @@ struct Receiver::State {
     if (!options.dead_reckoning.enabled || context.sensors == nullptr) return;
     if (!fusion) fusion.emplace(options.dead_reckoning, context.sensors->mounting);
     epoch.fix = fusion->update(epoch.time, context.sensors->readings, epoch.fix);
+  }
+
+  /// Adds FixNoiseOptions' noise.
+  void add_noise(positioning::Fix& fix) {
+    const FixNoiseOptions& o = options.fix_noise;
+    const auto add = [&](const Eigen::Vector3d& sigma, Eigen::Vector3d& enu, Eigen::Matrix3d& covariance) {
+      for (Eigen::Index i = 0; i < 3; ++i) enu[i] += sigma[i] * fix_noise.normal();
+      covariance.diagonal() += sigma.cwiseAbs2();
+    };
+    Eigen::Vector3d moved = Eigen::Vector3d::Zero();
+    add({o.horizontal_m, o.horizontal_m, o.vertical_m}, moved, fix.covariance_enu);
+    fix.position_ecef += geodesy::enu_from_ecef_rotation(fix.position).transpose() * moved;
+    fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
+    if (!fix.velocity_enu_mps || !fix.velocity_covariance_enu) return;
+    add({o.horizontal_mps, o.horizontal_mps, o.vertical_mps}, *fix.velocity_enu_mps,
+        *fix.velocity_covariance_enu);
   }
 
   /// States another fix than its own. Satellites and clock stay those of its own; where that has none, all
@@ -259,6 +277,7 @@ struct Receiver::State {
   const OwnModels models;
   std::vector<std::unique_ptr<disturbance::Disturbance>> disturbances;
   tracking::ReceiverClock clock;
+  RandomStream fix_noise;
   ChannelBank channels;
   MeasurementModel measuring;
   FixInput fix_input;

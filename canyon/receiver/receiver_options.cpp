@@ -38,6 +38,19 @@ void visit(options::Visitor& v, NoiseOptions& o) {
   });
 }
 
+void visit(options::Visitor& v, FixNoiseOptions& o) {
+  constexpr options::Range kSigma{0, 1e4};
+  v.number({"horizontal_m", "m", "standard deviation of white noise on the solved position, east and north"},
+           o.horizontal_m, kSigma);
+  v.number({"vertical_m", "m", "standard deviation of white noise on the solved height"}, o.vertical_m,
+           kSigma);
+  v.number(
+      {"horizontal_mps", "m/s", "standard deviation of white noise on the solved velocity, east and north"},
+      o.horizontal_mps, kSigma);
+  v.number({"vertical_mps", "m/s", "standard deviation of white noise on the solved vertical velocity"},
+           o.vertical_mps, kSigma);
+}
+
 void BiasOptions::validate() const {
   options::check(*this, "biases");
   for (const auto& [group, bias] : code_m) gnss::check_group(group);
@@ -122,6 +135,7 @@ void ReceiverOptions::validate() const {
     biases.validate();
     fix.validate();
     noise.validate();
+    options::check(fix_noise, "fix noise");
     clock.validate();
     signal.validate();
     filter.validate();
@@ -242,6 +256,7 @@ void visit(options::Visitor& v, ReceiverOptions& o) {
   v.part("biases", o.biases);
   v.part("signal", o.signal);
   v.part("noise", o.noise);
+  v.part("fix_noise", o.fix_noise);
   v.part("spoofing_check", o.spoofing_check);
 }
 

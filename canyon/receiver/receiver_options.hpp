@@ -55,6 +55,15 @@ struct BiasOptions {
 };
 void visit(options::Visitor& v, BiasOptions& o);
 
+/// White noise on the solved position and velocity, beside all other errors and in the stated covariances, as
+/// simulators' own GNSS sensors have it. Each >= 0.
+struct FixNoiseOptions {
+  double horizontal_m = 0, vertical_m = 0;      ///< standard deviations: east and north each; up [m]
+  double horizontal_mps = 0, vertical_mps = 0;  ///< likewise [m/s]
+  [[nodiscard]] bool any() const { return horizontal_m + vertical_m + horizontal_mps + vertical_mps > 0; }
+};
+void visit(options::Visitor& v, FixNoiseOptions& o);
+
 /// Checks by which a receiver notices spoofing (SpoofingCheck).
 struct SpoofingCheckOptions {
   bool enabled = false;
@@ -99,6 +108,7 @@ struct ReceiverOptions {
   options::Switch own_draws = true;
   positioning::FixOptions fix;
   NoiseOptions noise;
+  FixNoiseOptions fix_noise;
   tracking::ClockOptions clock;
   SpoofingCheckOptions spoofing_check;
   tracking::SignalOptions signal;

@@ -710,5 +710,34 @@ TEST(ReceiverOptionsTest, NamesReceiverAndField) {
               testing::AllOf(testing::HasSubstr("rover"), testing::HasSubstr("ionosphere_sigma_m")));
 }
 
+// As simulators' own sensors have it: white, on the solved position and velocity, and stated.
+TEST(Receiver, FixNoiseIsWhiteAndStated) {
+  ReceiverOptions options = quiet();
+  options.fix_noise = {0.5, 2, 0.1, 0.3};
+  Receiver with(options, 1), without(quiet(), 1);
+  const Eigen::Vector3d antenna = kFrame.ecef_from_local({0, 0, 10});
+  constexpr int kCount = 1000;
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero(), products = squares, last = squares, speeds = squares;
+  for (int i = 0; i < kCount; ++i) {
+    const positioning::Fix fix = observe_open_sky(with, four_systems(), kTime + i, antenna).fix;
+    const positioning::Fix plain = observe_open_sky(without, four_systems(), kTime + i, antenna).fix;
+    const Eigen::Vector3d error = kEcefFromEnu.transpose() * (fix.position_ecef - antenna);
+    squares += error.cwiseAbs2();
+    products += error.cwiseProduct(last);
+    speeds += fix.velocity_enu_mps->cwiseAbs2();
+    last = error;
+    const Eigen::Vector3d stated = (fix.covariance_enu - plain.covariance_enu).diagonal();
+    EXPECT_LT((stated - Eigen::Vector3d(0.25, 0.25, 4)).norm(), 1e-6);
+    EXPECT_LT((plain.position_ecef - antenna).norm(), 1e-4);
+  }
+  const double sampling = 4 * std::sqrt(2.0 / kCount);
+  const Eigen::Vector3d position(0.25, 0.25, 4), velocity(0.01, 0.01, 0.09);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    EXPECT_NEAR(squares[i] / kCount, position[i], position[i] * sampling);
+    EXPECT_NEAR(products[i] / kCount, 0, position[i] * sampling);
+    EXPECT_NEAR(speeds[i] / kCount, velocity[i], velocity[i] * sampling);
+  }
+}
+
 }  // namespace
 }  // namespace canyon::receiver

@@ -182,6 +182,11 @@ void PluginElements::put(std::string_view path, const std::string& text, const s
   options::set_at(root_, path, options::scalar_node(text, static_cast<int>(tags_.size())));
 }
 
+void PluginElements::put_default(std::string_view path, const std::string& text, const std::string& tag) {
+  const Node::Entry* section = root_.find_path(path.substr(0, path.rfind('.')));
+  if (!has(path) && (section == nullptr || section->value.kind == Node::Kind::Mapping)) put(path, text, tag);
+}
+
 Document PluginElements::document(const std::vector<std::filesystem::path>& folders,
                                   const ResourcePaths& resources) const {
   Document document = document_;

@@ -32,6 +32,8 @@ class PluginElements {
   [[nodiscard]] std::optional<std::string> take(const std::string& name);
   /// Adds an element that another one, `tag`, gives.
   void put(std::string_view path, const std::string& text, const std::string& tag);
+  /// The same, unless the element stands there, or a word in place of its section.
+  void put_default(std::string_view path, const std::string& text, const std::string& tag);
 
   /// Has visit(Visitor&, Options&) read the elements. Names of files belong to `folders`, then to
   /// `resources`.

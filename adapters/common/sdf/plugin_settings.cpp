@@ -102,6 +102,38 @@ std::string turned_round(const std::string& text) {
   return small == "false" || small == "0" ? "true" : text;
 }
 
+sdf::ElementPtr child_of(const sdf::ElementPtr& element, const char* name) {
+  return element && element->HasElement(name) ? element->GetElement(name) : nullptr;
+}
+
+/// The sensor's own <noise> for a receiver without a profile.
+void put_noise(const sdf::ElementPtr& sensor, PluginElements& elements, std::vector<std::string>& warnings) {
+  sdf::ElementPtr own = child_of(sensor, "navsat");
+  if (!own) own = child_of(sensor, "gps");
+  bool any = false, more = false;
+  for (const auto& [sensing, unit] : {std::pair("position_sensing", "m"), {"velocity_sensing", "mps"}}) {
+    for (const char* axis : {"horizontal", "vertical"}) {
+      const sdf::ElementPtr noise = child_of(child_of(child_of(own, sensing), axis), "noise");
+      const sdf::ElementPtr deviation = child_of(noise, "stddev");
+      if (!deviation || noise->Get<std::string>("type") == "none") continue;
+      any = true;
+      for (const char* name : {"mean", "bias_mean", "bias_stddev", "precision"}) {
+        more = more || (noise->HasElement(name) && noise->Get<double>(name) != 0);
+      }
+      elements.put_default(fmt::format("fix_noise.{}_{}", axis, unit),
+                           options::show(deviation->Get<double>()), "<noise>");
+    }
+  }
+  if (!any) return;
+  for (const char* path : {"ionosphere", "troposphere", "orbit_errors", "signal.loop_noise"}) {
+    elements.put_default(path, "false", "<noise>");
+  }
+  if (!elements.has("gpsNoise") && !elements.has("disableNoise")) {
+    elements.put_default("noise.enabled", "false", "<noise>");
+  }
+  if (more) warnings.emplace_back("of the sensor's own <noise> only <stddev> is used: errors have no mean");
+}
+
 }  // namespace
 
 void check_sensor(const sdf::ElementPtr& sensor, const std::string& name) {
@@ -151,6 +183,7 @@ HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPl
   if (const auto disabled = elements.take("disableNoise")) {
     elements.put("disableNoise", turned_round(*disabled), "<disableNoise>");
   }
+  if (!elements.has("profile")) put_noise(place.sensor, elements, settings.warnings);
   std::vector<std::filesystem::path> folders;
   if (!place.folder.empty()) folders.push_back(place.folder);
   // A model may bring its files along. Elements that come from no file have no absolute path.

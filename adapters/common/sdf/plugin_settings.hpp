@@ -19,14 +19,19 @@ struct PluginPlace {
   /// or an included model's), then to Gazebo's resource paths. May be empty.
   std::filesystem::path folder;
   ResourcePaths resources = {};
+  /// The <sensor> of type navsat or gps that carries it; null: another, or none.
+  sdf::ElementPtr sensor = {};
 };
 
 /// Reads a plugin element. The paper's satNum, satAzimuth, satElevation become sky.frozen, disableNoise
 /// becomes noise.enabled, frameName frame_id. Warnings name unknown elements, with the closest known one, and
 /// elements of other plugins. Defaults are the paper's where its satAzimuth is given: the profile paper, and
-/// on a ray sensor the physics engine. Throws InputError, whose text names place.name, the element as it was
-/// written ("<noise><enabled>") and the cure, for a wrong value, an element that is given twice, a file that
-/// is not there, and ray_engine physics with the specular model. A null element has nothing but defaults.
+/// on a ray sensor the physics engine. Where no profile is named, the standard deviations of the sensor's own
+/// <noise> [m], [m/s] become fix_noise, and the receiver's other errors in the open are off, as far as
+/// elements do not say otherwise: what buildings do stays that of the default profile. Throws InputError,
+/// whose text names place.name, the element as it was written ("<noise><enabled>") and the cure, for a wrong
+/// value, an element that is given twice, a file that is not there, and ray_engine physics with the specular
+/// model. A null element has nothing but defaults.
 [[nodiscard]] HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPlace& place);
 
 /// Throws InputError, whose text begins with `name`, for a <sensor> with two <canyon> elements, and for

@@ -154,6 +154,41 @@ TEST(HostSettings, DisableNoiseDisablesNoise) {
   EXPECT_TRUE(read("<disableNoise>false</disableNoise>").live.receiver().options.noise.enabled);
 }
 
+// The sensor's own noise, as SDFormat has it for <navsat> and <gps>.
+TEST(HostSettings, TheSensorsOwnNoiseStandsForAProfile) {
+  const auto read_on = [](const std::string& type, const std::string& children) {
+    const auto noise = [](const std::string& deviation) {
+      return "<noise type='gaussian'><mean>0</mean><stddev>" + deviation + "</stddev></noise>";
+    };
+    PluginPlace place;
+    place.name = kName;
+    place.sensor =
+        sensor("<" + type + "><position_sensing><horizontal>" + noise("0.3") + "</horizontal><vertical>" +
+               noise("0.5") + "</vertical></position_sensing><velocity_sensing><horizontal>" + noise("0.04") +
+               "</horizontal></velocity_sensing></" + type + ">");
+    return read_plugin_settings(plugin(children), place);
+  };
+  for (const std::string type : {"gps", "navsat"}) {
+    const HostSettings s = read_on(type, "");
+    const receiver::ReceiverOptions& o = s.live.receiver().options;
+    EXPECT_EQ(o.fix_noise.horizontal_m, 0.3);
+    EXPECT_EQ(o.fix_noise.vertical_m, 0.5);
+    EXPECT_EQ(o.fix_noise.horizontal_mps, 0.04);
+    EXPECT_EQ(o.fix_noise.vertical_mps, 0);
+    EXPECT_FALSE(o.ionosphere || o.troposphere || o.orbit_errors || o.noise.enabled || o.signal.loop_noise);
+    EXPECT_TRUE(o.signal.enabled) << "streets as ever";
+    EXPECT_THAT(s.warnings, IsEmpty());
+  }
+  EXPECT_FALSE(read_on("gps", "<profile>ublox-m10</profile>").live.receiver().options.fix_noise.any());
+  EXPECT_FALSE(read_on("gps", kPaper).live.receiver().options.fix_noise.any()) << "the paper's own";
+  for (const char* own : {"<noise>1</noise>", "<gpsNoise>1</gpsNoise>", "<disableNoise>0</disableNoise>"}) {
+    EXPECT_TRUE(read_on("gps", own).live.receiver().options.noise.enabled) << own;
+  }
+  const auto own = read_on("gps", "<fix_noise><horizontal_m>2</horizontal_m></fix_noise>").live.receiver();
+  EXPECT_EQ(own.options.fix_noise.horizontal_m, 2);
+  EXPECT_EQ(own.options.fix_noise.vertical_m, 0.5);
+}
+
 TEST(HostSettings, ThePapersDefaultsGiveWay) {
   // A plugin that is not on a ray sensor has no rays to take over.
   EXPECT_EQ(read(kPaper, false).ray_engine, RayEngine::Embree);

@@ -173,7 +173,9 @@ std::vector<std::string> scenarios_with_every_key() {
           "correct_ionosphere: true, "
           "correct_troposphere: true, lever_arm: {forward_m: 1, left_m: 2, up_m: 3}, "
           "clock: {bias_s: 1e-3, drift: 1e-7, drift_walk: 1e-9}, propagation: " +
-          propagation + ", noise: " + noise +
+          propagation +
+          ", fix_noise: {horizontal_m: 1, vertical_m: 2, horizontal_mps: 0.1, vertical_mps: 0.2}, noise: " +
+          noise +
           "}, {name: b, fixed: {latitude_deg: 1, longitude_deg: 2, height_m: 30}, signal: {antenna_rows: "
           "[[0, -5, -5], [90, 3, -10]], antenna_lower_rows: [[0, -6, "
           "-6], [90, 2, "
