@@ -210,9 +210,10 @@ TEST(Autopilots, Px4FliesWithItsUbloxDriver) {
   EXPECT_TRUE(within(seconds(60), [&] {
     return ask("gps", "status").find("status: OK") != std::string::npos;
   })) << ask("gps", "status");
-  EXPECT_TRUE(within(seconds(60), [&] {
-    return ask("listener", "sensor_gps -n 1").find("fix_type: 3") != std::string::npos;
-  })) << ask("listener", "sensor_gps -n 1");
+  // Newer PX4 calls the topic sensor_gnss.
+  const auto heard = [&] { return ask("listener", "sensor_gps -n 1") + ask("listener", "sensor_gnss -n 1"); };
+  EXPECT_TRUE(within(seconds(60), [&] { return heard().find("fix_type: 3") != std::string::npos; }))
+      << heard();
   EXPECT_TRUE(within(seconds(120),
                      [&] {
                        (void)ask("commander", "takeoff");
@@ -220,7 +221,7 @@ TEST(Autopilots, Px4FliesWithItsUbloxDriver) {
                        return live.height_m() > 2;
                      }))
       << "height " << live.height_m() << "\n"
-      << ask("commander", "check") << ask("listener", "sensor_gps -n 1");
+      << ask("commander", "check") << heard();
   EXPECT_TRUE(px4.running());
   EXPECT_EQ(live.end().missed, 0U);
 }

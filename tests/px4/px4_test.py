@@ -34,7 +34,8 @@ CONFIGURATION = """<server_config><plugins>
 
 def options(**changed):
     return types.SimpleNamespace(**{"profile": "ublox-m10", "rate": 5.0, "start": "2026-06-01T08:00:00Z", "rtk": None, "inject": False,
-                                    "settings": "", "bridge": False, **changed})
+                                    "settings": "", "bridge": False, "stock": False, "param": [], "model": "x500",
+                                    "pose": [26.0, -260.0, 0.3], **changed})
 
 
 class WorldFile(unittest.TestCase):
@@ -106,6 +107,15 @@ class Elements(unittest.TestCase):
         bridge = ElementTree.fromstring(f"<plugin>{px4.canyon_elements(options(bridge=True), False)}</plugin>")
         self.assertEqual(bridge.find("publishers/navsat").text, "true")
         self.assertFalse(any("ubx" in stream.text for stream in bridge.iter("stream")))
+
+    def test_an_own_checkout_joins_by_one_line(self):
+        """PX4's start script joins a world that runs, and reads parameters from PX4_PARAM_NAME."""
+        make, gps = px4.join_lines(options(param=["EKF2_HGT_REF=1"]), "/px4", True)
+        self.assertEqual(make, "cd /px4 && PX4_GZ_MODEL_POSE=26,-260,0.3 PX4_PARAM_SIM_GZ_EN_GPS=0 PX4_PARAM_EKF2_REQ_EPH=10 "
+                               "PX4_PARAM_EKF2_REQ_EPV=15 PX4_PARAM_EKF2_HGT_REF=1 make px4_sitl gz_x500")
+        self.assertEqual(gps, "gps start -d /tmp/canyon-gps0 -p ubx")
+        self.assertEqual(px4.join_lines(options(stock=True, bridge=True), "/px4", True),
+                         ["cd /px4 && PX4_GZ_MODEL_POSE=26,-260,0.3 make px4_sitl gz_x500"])
 
     def test_the_line_is_short_enough_for_px4(self):
         """Its GPS driver keeps 19 characters of a device's path, and takes the last for the number of the bus."""
@@ -232,7 +242,7 @@ class FrontDoor(unittest.TestCase):
     def test_refuses_wrong_options(self):
         for words, problem in ((["--vehicles", "10"], "it is 1 to 9"), (["--pose", "1,2"], "three numbers"), (["--pose", "1,2,nan"], "three numbers"),
                                (["--inject"], "needs a base"), (["--rate", "0"], "up to 25 Hz"), (["--param", "EKF2_REQ_EPH"], "NAME=VALUE"),
-                               (["--takeoff", "--mission", "m"], "exclude each other"), (["--speed", "-1"], "0.01 to 100"),
+                               (["--takeoff", "--mission", "m"], "exclude each other"), (["--join", "--takeoff"], "PX4 is yours"), (["--speed", "-1"], "0.01 to 100"),
                                (["--fault", "soon", "{}"], "a time in seconds")):
             status, text = self.run_px4(*words)
             self.assertEqual(status, 2, words)

@@ -68,6 +68,8 @@ def arguments():
     parser.add_argument("--bridge", action="store_true",
                         help="PX4's usual way for comparison: its bridge reads the sensor's topic and fills accuracies in")
     parser.add_argument("--gui", action="store_true", help="with Gazebo's window")
+    parser.add_argument("--join", action="store_true",
+                        help="only Gazebo's side: 'make px4_sitl gz_x500' of your own checkout then joins this world")
     a = parser.parse_args()
     if not 1 <= a.vehicles <= 9:
         parser.error(f"--vehicles is {a.vehicles}; it is 1 to 9")
@@ -77,6 +79,8 @@ def arguments():
         parser.error(f"--speed is {a.speed}; it is 0.01 to 100")
     if a.mission and a.takeoff:
         parser.error("--takeoff and --mission exclude each other: a mission begins with its own take-off")
+    if a.join and (a.takeoff or a.mission or a.fault or a.vehicles > 1):
+        parser.error("with --join PX4 is yours: it flies by your own commands")
     a.pose = numbers(parser, "--pose", a.pose or (DOWNTOWN_POSE if a.world == DOWNTOWN else "0,0,0.3"))
     if a.rtk and "," in a.rtk:
         a.rtk = numbers(parser, "--rtk", a.rtk)
@@ -135,6 +139,19 @@ def canyon_elements(a, has_parameter):
             f"<publishers><navsat>{'true' if has_parameter or a.bridge else 'false'}</navsat>{lines}</publishers>{a.settings}")
 
 
+def px4_settings(a, has_parameter):
+    """Parameters of PX4 as its environment sets them."""
+    settings = [] if a.bridge or not has_parameter else ["SIM_GZ_EN_GPS=0"]    # older releases cannot leave it out
+    return dict(f"PX4_PARAM_{each}".split("=", 1) for each in settings + ([] if a.stock else list(STREET_PARAMETERS)) + a.param)
+
+
+def join_lines(a, px4, has_parameter):
+    """What a person writes so that an own PX4 joins the world that runs: its only line, and one of PX4's shell."""
+    environment = {"PX4_GZ_MODEL_POSE": ",".join(f"{value:g}" for value in a.pose), **px4_settings(a, has_parameter)}
+    make = " ".join([*(f"{name}={value}" for name, value in environment.items()), "make", "px4_sitl", f"gz_{a.model}"])
+    return [f"cd {px4} && {make}"] + ([] if a.bridge else ["gps start -d /tmp/canyon-gps0 -p ubx"])
+
+
 class Epochs:
     """Canyon's own record of a vehicle's receiver, rows of epochs.csv by UDP."""
 
@@ -171,13 +188,9 @@ class Vehicle:
         environment = dict(os.environ, PX4_GZ_STANDALONE="1", PX4_GZ_WORLD=world, PX4_SIM_MODEL=f"gz_{a.model}",
                            PX4_GZ_MODELS=os.path.join(self.px4, "Tools/simulation/gz/models"), PX4_GZ_NO_FOLLOW="1",
                            PX4_GZ_MODEL_POSE=f"{x + 4 * self.number},{y},{z}")
-        if has_parameter and not a.bridge:
-            environment["PX4_PARAM_SIM_GZ_EN_GPS"] = "0"
         if a.speed != 1:
             environment["PX4_SIM_SPEED_FACTOR"] = f"{a.speed:g}"
-        for setting in [*([] if a.stock else STREET_PARAMETERS), *a.param]:
-            name, value = setting.split("=", 1)
-            environment[f"PX4_PARAM_{name}"] = value
+        environment.update(px4_settings(a, has_parameter))
         build = os.path.join(self.px4, "build/px4_sitl_default")
         # PX4's GPS driver sets the machine's clock to the receiver's time if it may.
         guard = ["setpriv", "--bounding-set", "-sys_time", "--inh-caps", "-sys_time"] if os.geteuid() == 0 else []
@@ -283,7 +296,6 @@ class Pilot:
         if link.command(mavlink_link.DO_SET_MODE, system, 1, *mode) != 0:
             return
         self.flies = link.command(mavlink_link.COMPONENT_ARM_DISARM, system, 1) == 0
-
 
     def has_flown(self, now):
         """Whether it has disarmed after a flight, or lies where it fell: it has not moved for half a minute."""
@@ -450,10 +462,13 @@ def main():
         complain(str(error))
     signal.signal(signal.SIGTERM, end_once)
     with Children(a.out) as children:
-        vehicles = [Vehicle(i, px4, os.path.join(a.out, f"px4_{i}"), children) for i in range(a.vehicles)]
+        vehicles = [] if a.join else [Vehicle(i, px4, os.path.join(a.out, f"px4_{i}"), children) for i in range(a.vehicles)]
         try:
-            say("starting    Gazebo Sim and PX4; the first start of a world takes longer")
+            say(f"starting    Gazebo Sim{'' if a.join else ' and PX4'}; the first start of a world takes longer")
             server = children.start("gz_sim", "gz", "sim", "-r", "-v", "3", *([] if a.gui else ["-s"]), world)
+            if a.join:
+                say("\n".join(f"{who:11} {line}" for who, line in zip(("terminal 2", "PX4's shell"), join_lines(a, px4, has_parameter))))
+                return server.wait()
             for vehicle in vehicles:
                 vehicle.start(a, name, has_parameter)
             if os.path.exists(os.path.join(HERE, "../../../viewer/dist/viewer.html")):
