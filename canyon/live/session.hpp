@@ -15,7 +15,7 @@
 
 namespace canyon::live {
 
-/// How long it took from a pose to the bytes of its epoch: counts by tenths of a millisecond, up to 100 ms.
+/// How long it took from a pose to the bytes of its epoch: counts by steps of 1 %, up to 30 s.
 class Latencies {
  public:
   void add(double seconds);
