@@ -74,8 +74,9 @@ TEST_F(Inspect, Observations) {
 TEST_F(Inspect, NavigationWithRecordsOfOneTime) {
   // The same time of ephemeris, sent again with another issue.
   const std::string again = test::replaced(test::kG05, "6.080000000000e+02", "6.090000000000e+02");
-  EXPECT_THAT(report("again", test::kRinex3Header + test::kG05 + again).notes.lines(),
-              Contains(HasSubstr("1 records are replaced by later messages for the same satellite and time")));
+  EXPECT_THAT(
+      report("again", test::kRinex3Header + test::kG05 + again).notes.lines(),
+      Contains(HasSubstr("1 records are replaced by later messages for the same satellite and time")));
 }
 
 TEST_F(Inspect, Navigation) {
