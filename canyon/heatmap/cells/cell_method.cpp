@@ -19,7 +19,8 @@ bool must_run(const simulation::ReceiverConfig& receiver) {
   return !receiver.disturbances.empty() || receiver.streets.enabled ||
          options.fix_input.combination != receiver::Combination::First || !options.fix_input.uses.empty() ||
          options.fix.raim.enabled || options.fix.max_iterations < kIterations || options.filter.enabled ||
-         options.dead_reckoning.enabled || options.rtk.enabled || !options.corrections.from.empty();
+         options.dead_reckoning.enabled || options.rtk.enabled || options.fix_noise.any() ||
+         !options.corrections.from.empty();
 }
 
 bool needs_protection(Layer layer) {
