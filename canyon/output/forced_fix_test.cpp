@@ -6,6 +6,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/output/mavlink.hpp"
 #include "canyon/output/nmea.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "tests/support/ubx_device.hpp"
 
