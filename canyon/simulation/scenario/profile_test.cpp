@@ -1,5 +1,6 @@
 #include "canyon/simulation/scenario/profile.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
