@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Judge: what does one drive teach of a street? docs/learned-streets.md explains method and tables.
 
-    learn.py CANYON DATA OUT [--seeds 4] [--map]
+    learn.py CANYON DATA OUT [--seeds 4] [--map] [--picture FILE.svg]
 
 CANYON is the program, DATA the folder of the recordings (urbannav-tst-20190428, urbannav-tst-20210517, hongkong), OUT a
 folder for the runs. `canyon validate --view` gives every satellite and epoch, recorded and simulated. A field of dB over
@@ -352,6 +352,28 @@ def simulate(canyon, data, out, seeds):
     return {name: table([out / str(s) / name for s in seeds], r[3]) for name, r in RECORDINGS.items()}
 
 
+def picture(path, field, t):
+    """An SVG: the field along the way of `t`, a rose every 60 m for clear satellites at 30 deg; red is weaker, paler less sure."""
+    _, first = np.unique(np.column_stack([t["east"] // 60, t["north"] // 60]), axis=0, return_index=True)
+    az, n = np.tile(np.arange(0, 360, 15.0), len(first)), 24
+    east, north = np.repeat(t["east"][first], n), np.repeat(t["north"][first], n)
+    db, variance = field.at({"east": east, "north": north, "az": az, "el": 30 + 0 * az, "los": az >= 0})
+    low, high = np.array([east.min(), north.min()]) - 80, np.array([east.max(), north.max()]) + 80
+    scale = 820 / (high - low).max()
+    size = (high - low) * scale
+    svg = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {size[0]:.0f} {size[1] + 30:.0f}" font-family="sans-serif" font-size="13">',
+           f'<rect width="{size[0]:.0f}" height="{size[1] + 30:.0f}" fill="white"/>']
+    for e, v, a, d, s2 in zip(east, north, az, db, variance):
+        x, y = (e - low[0]) * scale, size[1] - (v - low[1]) * scale
+        rim = [(x + 28 * scale * math.sin(b), y - 28 * scale * math.cos(b)) for b in np.radians([a - 7.5, a + 7.5])]
+        colour = "#c0392b" if d < 0 else "#2468a2"
+        svg.append(f'<path d="M{x:.1f} {y:.1f}L{rim[0][0]:.1f} {rim[0][1]:.1f}L{rim[1][0]:.1f} {rim[1][1]:.1f}Z" fill="{colour}" '
+                   f'fill-opacity="{min(1, abs(d) / 6) * max(0, 1 - s2 / PRIOR):.2f}" stroke="#ddd" stroke-width="0.3"/>')
+    svg.append(f'<text x="10" y="{size[1] + 4:.0f}">Red: up to 6 dB weaker than the calibration says, blue: stronger, by direction.</text>'
+               f'<text x="10" y="{size[1] + 22:.0f}">Pale: as it says, or not known. Roses have a radius of 28 m.</text></svg>')
+    Path(path).write_text("\n".join(svg) + "\n")
+
+
 def self_test():
     near = math.isclose
     assert near(crps(0.0, 0.0, 1.0), (math.sqrt(2) - 1) / math.sqrt(math.pi)) and near(crps_draws(np.zeros(1), np.array([[-1.0, 1.0]])), 0)
@@ -385,11 +407,16 @@ def main():
         parser.add_argument(name, type=lambda p: Path(p).resolve())
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--map", action="store_true")
+    parser.add_argument("--picture", type=Path, help="the field of the drive of 2019 as an SVG, and nothing else")
     args = parser.parse_args()
     if not all((args.data / r[2]).exists() for r in RECORDINGS.values()):
         print("the recordings are missing")
         return 77
     tables = simulate(args.canyon, args.data, args.out, range(1, args.seeds + 1))
+    if args.picture:
+        drive = tables["m8t-2019"][0]
+        picture(args.picture, Field(drive), drive)
+        return 0
     tests = [("m8t-2019", "", r, lap) for r in CAR for lap in ("lap 2", "lap 1")]                     # another day
     tests += [(r, "", "m8t-2019", half) for r in CAR for half in ("half 1", "half 2")]
     tests += [(a, "lap 1", b, "lap 2") for a in CAR for b in CAR]                                      # the next lap

@@ -35,6 +35,9 @@ seed: 1
 """
 SKYLINE = "surroundings: dense\nshadowing: {{skyline: {{{}}}}}"
 VARIANTS = {  # name: receiver's keys, scenario's keys
+    "septentrio-mosaic, open": ("profile: septentrio-mosaic", "surroundings: open"),
+    "septentrio-mosaic, urban": ("profile: septentrio-mosaic", "surroundings: urban"),
+    "septentrio-mosaic, dense": ("profile: septentrio-mosaic", "surroundings: dense"),
     "survey, open": ("profile: survey", "surroundings: open"),
     "survey, urban": ("profile: survey", "surroundings: urban"),
     "survey, dense": ("profile: survey", "surroundings: dense"),
@@ -126,6 +129,7 @@ def main():
     parser.add_argument("--duration", type=float, help="first seconds of the drive alone")
     parser.add_argument("--only", nargs="+", choices=VARIANTS, default=list(VARIANTS))
     args = parser.parse_args()
+    args.canyon = args.canyon.resolve()  # "./canyon" is looked for in PATH else
     data = args.data / "tokyo-ppc-run1"
     if not data.is_dir():
         print(f"{data} is missing")
