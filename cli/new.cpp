@@ -192,6 +192,11 @@ class DriveFinder {
   Eigen::Vector2d middle_ = Eigen::Vector2d::Zero();
 };
 
+/// What a user types to run a scenario.
+std::string run_command(const fs::path& scenario) {
+  return fmt::format("canyon simulate {} --out out/{} --view", scenario.string(), scenario.stem().string());
+}
+
 /// Writes a scenario, part by part.
 class ScenarioWriter {
  public:
@@ -215,9 +220,7 @@ class ScenarioWriter {
     else
       write_drive(*scene, summary.terrain_triangles > 0);
     say("receiver", "ublox-m10, a common module");
-    out_.yaml = fmt::format("# Written by canyon new. To run it: canyon simulate {} --out out/{} --view\n",
-                            name_.string(), name_.stem().string()) +
-                out_.yaml + receivers +
+    out_.yaml = "# Written by canyon new. To run it: " + run_command(name_) + "\n" + out_.yaml + receivers +
                 "# Next: outputs: {nmea: true, rinex: true}; faults: [...] (`canyon faults list`); all keys: "
                 "`canyon scenario keys`.\n";
     out_.report = simulation::Simulation(simulation::parse_scenario(out_.yaml, name_), scene).report();
@@ -366,8 +369,7 @@ int run_new(const NewArguments& arguments) {
   const NewScenario made = new_scenario(arguments.files, arguments.out, arguments.origin);
   print_report(made.report, "canyon check " + arguments.out);
   write_file(out, made.yaml);
-  fmt::print("{}\n  {}\n\nRun it:\n  canyon simulate {} --out out/{} --view\n", arguments.out,
-             fmt::join(made.facts, "\n  "), arguments.out, out.stem().string());
+  fmt::print("{}\n  {}\n\nRun it:\n  {}\n", arguments.out, fmt::join(made.facts, "\n  "), run_command(out));
   return kOk;
 }
 

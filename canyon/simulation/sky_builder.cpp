@@ -132,6 +132,7 @@ void report_unusable(const orbit::BroadcastSky& sky, const SkyConfig& config, Gp
     by_reason[at == std::string::npos ? std::string() : source.substr(at)].push_back(id);
   }
   std::vector<std::string> groups;
+  groups.reserve(by_reason.size());
   for (const auto& [reason, ids] : by_reason) {
     groups.push_back(
         fmt::format("{}: {}", list_text(ids), reason.empty() ? sky.source(ids.front(), begin) : reason));
@@ -207,10 +208,6 @@ BuiltSky from_sp3(const SkyConfig& config, GpsTime begin, GpsTime end) {
   return built;
 }
 
-}  // namespace
-
-namespace {
-
 BuiltSky build(const SkyConfig& config, GpsTime begin, GpsTime end, const geodesy::Geodetic& place) {
   if (!config.navigation.empty()) return from_navigation(config, begin, end, place);
   if (!config.sp3.empty()) return from_sp3(config, begin, end);
@@ -222,6 +219,8 @@ BuiltSky build(const SkyConfig& config, GpsTime begin, GpsTime end, const geodes
   }
   // Signals leave their satellites before they arrive: the records begin a little earlier than the run.
   built.navigation = orbit::nominal_constellation(begin - 1.0, end + 1.0, config.systems);
+  if (config.errors.solar_flux_sfu && config.has_errors(true))
+    built.navigation.klobuchar[gnss::System::GPS] = orbit::standard_ionosphere(*config.errors.solar_flux_sfu);
   auto sky = std::make_shared<orbit::BroadcastSky>(built.navigation, orbit::BroadcastOptions{config.systems});
   check_systems(*sky, config.systems, built.report);
   built.sky = std::move(sky);
@@ -232,19 +231,16 @@ BuiltSky build(const SkyConfig& config, GpsTime begin, GpsTime end, const geodes
 void add_ionosphere(const SkyConfig& config, GpsTime begin, BuiltSky& sky) {
   auto& klobuchar = sky.navigation.klobuchar;
   const std::optional<double>& given_sfu = config.errors.solar_flux_sfu;
-  const bool nominal = config.navigation.empty() && !sky.navigation.empty();
-  if (!klobuchar.empty() && !nominal) {
-    if (given_sfu)
+  if (!klobuchar.empty()) {
+    if (given_sfu && !config.navigation.empty())
       sky.report.say(ReadReport::Level::Guess,
                      "sky.errors.solar_flux_sfu has no effect: the navigation files have coefficients of the "
                      "ionosphere");
     return;
   }
   if (!config.has_errors(!sky.navigation.empty())) return;
-  const double flux_sfu =
-      given_sfu.value_or(nominal ? orbit::kMediumSolarFlux_sfu : orbit::mean_solar_flux_sfu(begin));
+  const double flux_sfu = given_sfu.value_or(orbit::mean_solar_flux_sfu(begin));
   klobuchar[gnss::System::GPS] = orbit::standard_ionosphere(flux_sfu);
-  if (nominal) return;
   sky.report.say(
       ReadReport::Level::Guess,
       fmt::format("the ionosphere is a standard one for a solar flux of {:.0f} sfu, since the files "

@@ -13,7 +13,6 @@ the openness of the place and whether the car stands, too. With NumPy; ten minut
 
 Exit status: 0 done, 1 self-test failed, 2 bad input, 77 NumPy or data missing.
 """
-import argparse
 import gzip
 import json
 import math
@@ -21,6 +20,8 @@ import struct
 import subprocess
 import sys
 from pathlib import Path
+
+from transfer import judge_arguments
 
 try:
     import numpy as np
@@ -402,10 +403,7 @@ def main():
     if sys.argv[1:] == ["--self-test"]:
         self_test()
         return 0
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    for name in ("canyon", "data", "out"):
-        parser.add_argument(name, type=lambda p: Path(p).resolve())
-    parser.add_argument("--seeds", type=int, default=4)
+    parser = judge_arguments(__doc__, 4)
     parser.add_argument("--map", action="store_true")
     parser.add_argument("--picture", type=Path, help="the field of the drive of 2019 as an SVG, and nothing else")
     args = parser.parse_args()

@@ -12,7 +12,6 @@ epochs: Canyon's against its truth, recorded ones of another program (run1_spp.c
 
 Exit status: 0 done, 1 self-test failed, 2 bad input, 77 data missing.
 """
-import argparse
 import csv
 import gzip
 import math
@@ -20,6 +19,8 @@ import statistics
 import subprocess
 import sys
 from pathlib import Path
+
+from transfer import judge_arguments, quantile
 
 SCENARIO = """city: {{osm: tokyo/buildings_run1.osm.gz, geoid_undulation_m: 40}}
 sky:
@@ -52,16 +53,6 @@ VARIANTS = {  # name: receiver's keys, scenario's keys
     "dense, share 0.2, length 100": ("profile: survey", SKYLINE.format("share: 0.2, length_m: 100")),
     "urban, frame 20": ("profile: survey", "surroundings: urban\nshadowing: {frame_m: 20}"),
 }
-
-
-def quantile(values, share):
-    """Linear between the two nearest ranks; NaN of nothing."""
-    v = sorted(values)
-    if not v:
-        return math.nan
-    at = share * (len(v) - 1)
-    low = int(at)
-    return v[low] + (at - low) * (v[min(low + 1, len(v) - 1)] - v[low])
 
 
 def pearson(x, y):
@@ -121,15 +112,10 @@ def main():
     if sys.argv[1:] == ["--self-test"]:
         self_test()
         return 0
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("canyon", type=Path)
-    parser.add_argument("data", type=Path)
-    parser.add_argument("out", type=Path)
-    parser.add_argument("--seeds", type=int, default=1)
+    parser = judge_arguments(__doc__, 1)
     parser.add_argument("--duration", type=float, help="first seconds of the drive alone")
     parser.add_argument("--only", nargs="+", choices=VARIANTS, default=list(VARIANTS))
     args = parser.parse_args()
-    args.canyon = args.canyon.resolve()  # "./canyon" is looked for in PATH else
     data = args.data / "tokyo-ppc-run1"
     if not data.is_dir():
         print(f"{data} is missing")

@@ -68,11 +68,22 @@ def interval(x, y, draws=2000):
 
 
 def quantile(values, share):
-    """Linear between the two nearest ranks."""
+    """Linear between the two nearest ranks; NaN of nothing."""
     v = sorted(values)
+    if not v:
+        return math.nan
     at = share * (len(v) - 1)
     low = int(at)
     return v[low] + (at - low) * (v[min(low + 1, len(v) - 1)] - v[low])
+
+
+def judge_arguments(about, seeds):
+    """A parser of the judges' command line: program, data, folder of the runs, seeds."""
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
+    for name in ("canyon", "data", "out"):
+        parser.add_argument(name, type=lambda p: Path(p).resolve())  # runs have folders of their own
+    parser.add_argument("--seeds", type=int, default=seeds)
+    return parser
 
 
 def read_truth(path):
@@ -274,11 +285,7 @@ def main():
     if sys.argv[1:] == ["--self-test"]:
         self_test()
         return 0
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("canyon", type=Path)
-    parser.add_argument("data", type=Path)
-    parser.add_argument("out", type=Path)
-    parser.add_argument("--seeds", type=int, default=3)
+    parser = judge_arguments(__doc__, 3)
     parser.add_argument("--only", nargs="+", choices=RECORDINGS, default=list(RECORDINGS))
     parser.add_argument("--programs", nargs="+", choices=("RTKLIB", "Canyon"), default=["RTKLIB", "Canyon"])
     parser.add_argument("--picture", type=Path)

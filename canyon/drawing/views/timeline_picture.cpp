@@ -145,13 +145,16 @@ class Timeline {
   };
   void draw_values(Canvas& canvas, const Rect& area, const std::string& label,
                    const std::vector<Series>& series) const {
-    canvas.rectangle(area, kGround);
-    draw_outages(canvas, area);
     std::vector<double> all;
     for (const Series& each : series) {
       for (const TimelinePoint& p : points_) all.push_back(each.value_of(p));
     }
-    const Scale scale = make_scale(all, 0);
+    draw_values(canvas, area, label, series, make_scale(all, 0));
+  }
+  void draw_values(Canvas& canvas, const Rect& area, const std::string& label,
+                   const std::vector<Series>& series, const Scale& scale) const {
+    canvas.rectangle(area, kGround);
+    draw_outages(canvas, area);
     draw_grid(canvas, area, scale);
     for (const Series& each : series)
       draw_series(canvas, area, scale, all_values(each.value_of), each.colour);
@@ -160,16 +163,17 @@ class Timeline {
   }
 
   void draw_strength(Canvas& canvas, const Rect& area) const {
-    canvas.rectangle(area, kGround);
-    draw_outages(canvas, area);
-    const auto los = all_values([](const TimelinePoint& p) { return p.cn0_los_dbhz; });
-    const auto nlos = all_values([](const TimelinePoint& p) { return p.cn0_nlos_dbhz; });
+    const Colour los_colour = colour_of(propagation::Visibility::LOS);
+    const Colour nlos_colour = colour_of(propagation::Visibility::NLOS);
+    const std::vector<Series> series{{[](const TimelinePoint& p) { return p.cn0_nlos_dbhz; }, nlos_colour},
+                                     {[](const TimelinePoint& p) { return p.cn0_los_dbhz; }, los_colour}};
     constexpr double kStep_db = 10;
     Scale scale;
     scale.low = std::numeric_limits<double>::infinity();
     scale.high = -scale.low;
-    for (const auto* values : {&los, &nlos}) {
-      for (const double value : *values) {
+    for (const Series& each : series) {
+      for (const TimelinePoint& p : points_) {
+        const double value = each.value_of(p);
         if (!std::isfinite(value)) continue;
         scale.low = std::min(scale.low, kStep_db * std::floor(value / kStep_db));
         scale.high = std::max(scale.high, kStep_db * (std::floor(value / kStep_db) + 1));
@@ -177,13 +181,7 @@ class Timeline {
     }
     scale.ticks.clear();
     for (double tick = scale.low; tick <= scale.high; tick += kStep_db) scale.ticks.push_back(tick);
-    draw_grid(canvas, area, scale);
-    const Colour los_colour = colour_of(propagation::Visibility::LOS);
-    const Colour nlos_colour = colour_of(propagation::Visibility::NLOS);
-    draw_series(canvas, area, scale, nlos, nlos_colour);
-    draw_series(canvas, area, scale, los, los_colour);
-    canvas.rectangle(area, {}, Stroke{kFaintInk, 0.9});
-    draw_label(canvas, area, "C/N0 [dB-Hz]");
+    draw_values(canvas, area, "C/N0 [dB-Hz]", series, scale);
     draw_swatch(canvas, area, 12, los_colour, "LOS, mean");
     draw_swatch(canvas, area, 36, nlos_colour, "NLOS, mean");
   }
