@@ -2,7 +2,7 @@
 """Flies PX4's vehicles in Gazebo Sim with Canyon's receivers as their GPS: a world, PX4, u-blox receivers on serial lines.
 
 Starts `gz sim`, PX4 and the viewer's server, prints fix and accuracies once a second of simulated time, and ends them all.
-docs/px4.md explains it. Exit status 1 if PX4 gets no fix or something ends by itself.
+docs/autopilots.md explains it. Exit status 1 if PX4 gets no fix or something ends by itself.
 """
 import argparse
 import bisect
@@ -33,7 +33,7 @@ EPOCHS, HERE_PORT, PX4_PORT, VIEW = 28960, 24560, 24550, 2950
 STREET_PARAMETERS = ("EKF2_REQ_EPH=10", "EKF2_REQ_EPV=15", "EKF2_HGT_REF=0")
 PX4_RTCM_PORT = 14280    # PX4's link to a companion computer
 KINDS = ("no GPS", "no fix", "2D", "3D", "DGPS", "float", "fixed")    # GPS_FIX_TYPE
-GET_PX4 = """get it and build it once (docs/px4.md):
+GET_PX4 = """get it and build it once (docs/autopilots.md):
   git clone --recursive https://github.com/PX4/PX4-Autopilot && cd PX4-Autopilot && make px4_sitl_default
 then name its folder: ./run px4 --px4 DIR, or export PX4_DIR=DIR"""
 
