@@ -59,7 +59,7 @@ struct Corrections {
   std::string antenna_name = {}, receiver_name = {};
 };
 
-/// The base whose corrections a receiver takes, and the link between them (docs/corrections.md).
+/// The base whose corrections a receiver takes, and the link between them (docs/rtk.md).
 struct CorrectionOptions {
   /// Name of a reference station of the same run, or the address of a stream of RTCM 3 (is_stream()), which
   /// `canyon live` reads, or of a topic (kTopicAddress), which the node of ROS 2 reads; empty: none.
