@@ -29,7 +29,7 @@ constexpr double kGap_s = 1;
 /// A mean of squared innovations over their variances that means a wrong estimate.
 constexpr double kSurprise = 2;
 /// Heights are off by more than residuals show, since all reflections make ranges longer
-/// (docs/dead_reckoning.md).
+/// (docs/imu.md).
 constexpr double kHeightFactor = 2;
 /// Errors of velocities last [s].
 constexpr double kVelocityError_s = 1;
