@@ -29,11 +29,11 @@ struct VehicleClass {
   double length_m, width_m, height_m, sill_m;
   std::array<double, 4> shares;  ///< by StreetRegion, each region's sum is 1
 };
-/// All that there are; docs/streets.md has the source or the range of each number.
+/// All that there are; docs/shadowing.md has the source or the range of each number.
 [[nodiscard]] std::span<const VehicleClass> vehicle_classes();
 
 /// Objects of a street that are in no map: traffic and, along the kerbs, trees, signs, awnings
-/// and footbridges. docs/streets.md tells physics from assumptions.
+/// and footbridges. docs/shadowing.md tells physics from assumptions.
 struct StreetOptions {
   bool enabled = false;
   StreetRegion region = StreetRegion::Europe;

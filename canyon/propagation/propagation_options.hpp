@@ -14,7 +14,7 @@ struct DiffractionOptions {
   /// Reach [m] of the leg from the antenna to the edge. (0, 100,000].
   double max_range_m = 300;
   /// Largest angle [rad] between the leg and the direction to the satellite. Deeper in the shadow of a
-  /// right-angled wedge the knife edge loses over 2.3 dB more than the wedge does (docs/diffraction.md).
+  /// right-angled wedge the knife edge loses over 2.3 dB more than the wedge does (docs/propagation.md).
   /// (0, pi].
   double max_bending_rad = 1.0471975511965976;  // 60 deg
   /// Largest loss [dB] of a path that is kept. GPS L1 C/A arrives with at least -128.5 dBm (IS-GPS-200,
@@ -39,7 +39,7 @@ struct DiffractionOptions {
 };
 void visit(options::Visitor& v, DiffractionOptions& o);
 
-/// Scattering by facades that are no mirrors: windows, balconies, rough stone. docs/diffuse.md has the
+/// Scattering by facades that are no mirrors: windows, balconies, rough stone. docs/propagation.md has the
 /// sources.
 struct DiffuseOptions {
   /// Directions about the antenna that facades are looked for in, spread evenly over the sphere's part above
@@ -70,7 +70,7 @@ struct DiffuseOptions {
   /// Pieces of facades scatter more or less than their mean: powers are multiplied by log-normal numbers with
   /// this standard deviation [dB], [0, 30], and this median [dB], [-30, 30]. 0 and 0: the effective roughness
   /// model alone. Local means of urban paths are log-normal (H. Suzuki, IEEE Trans. Communications 25(7),
-  /// 1977); both numbers are of recordings (docs/diffuse.md).
+  /// 1977); both numbers are of recordings (docs/propagation.md).
   double strength_sigma_db = 8;
   double strength_median_db = -3;
   /// Length [m] of a piece, (0, 1000].

@@ -298,7 +298,7 @@ propagation::PropagationOptions edges_only() {
   return options;
 }
 
-// Satellite straight behind the roof's edge: d = 20 m, h = 8 m (docs/diffraction.md).
+// Satellite straight behind the roof's edge: d = 20 m, h = 8 m (docs/propagation.md).
 TEST(DiffractedPaths, OverARoof) {
   const double d = 20, h = 8, elevation = radians(15);
   const double excess = std::hypot(d, h) - (d * std::cos(elevation) + h * std::sin(elevation));

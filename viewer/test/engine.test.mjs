@@ -169,7 +169,7 @@ test('traffic and what stands in the street is about the antenna', { skip }, asy
     }
     return result;
   });
-  // docs/streets.md: 50 m along the road, and across it at most both lanes and pavements; classes of vehicles by their lengths and heights.
+  // docs/shadowing.md: 50 m along the road, and across it at most both lanes and pavements; classes of vehicles by their lengths and heights.
   assert.ok(seen.every((b) => b.far < Math.hypot(50, 30)), `${Math.max(...seen.map((b) => b.far))} m`);
   const vehicles = seen.filter((b) => b.kind === 'vehicle').map((b) => `${b.length.toFixed(1)} x ${b.high.toFixed(1)}`);
   const classes = ['4.5 x 1.5', '5.3 x 1.9', '5.9 x 2.4', '12.0 x 3.2', '12.0 x 4.4', '9.0 x 3.6'];
