@@ -224,7 +224,7 @@ std::string profile_of(const calibration::Calibration& result, const std::string
               : simulation::is_profile_path(base) ? std::filesystem::path(base).filename().string()
                                                   : base;
   head.description = fmt::format("{}, calibrated by {}", profile.description, fmt::join(by, ", "));
-  head.notes = {fmt::format("Written by canyon calibrate {} from {}; docs/calibration.md describes it.",
+  head.notes = {fmt::format("Written by canyon calibrate {} from {}; docs/methods.md describes it.",
                             CANYON_VERSION, head.base)};
   for (const std::string& line : scenario_lines(result))
     head.notes.push_back(fmt::format("Its place, by the same recordings, in the scenario: {}", line));
@@ -325,7 +325,7 @@ void add_calibrate(Command& app) {
       "the profile's value if the recording says nothing about it; comments in the file give the source\n"
       "of each number.\n"
       "Use it as 'profile: ./FILE.yaml'.\n"
-      "docs/calibration.md explains the method.";
+      "docs/methods.md explains the method.";
 }
 
 }  // namespace canyon::cli

@@ -422,7 +422,7 @@ Examples:
   canyon heatmap query out/risk/map.nc --path route.csv --altitude 60
   mpirun -n 8 canyon heatmap city.yaml --out out/large --spacing 1   (a build with CANYON_BUILD_MPI)
 
-docs/heatmap.md explains layers, docs/heatmap-files.md files and clusters.)";
+docs/heatmap.md explains layers, files and clusters.)";
 
 }  // namespace
 

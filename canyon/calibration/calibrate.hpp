@@ -13,7 +13,7 @@
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/validation/comparison.hpp"
 
-// A receiver's options, from what such a receiver recorded at known places. docs/calibration.md has the
+// A receiver's options, from what such a receiver recorded at known places. docs/methods.md has the
 // method.
 
 namespace canyon::calibration {
@@ -107,7 +107,7 @@ struct Calibration {
   std::optional<Estimate> coated_glass;
 };
 /// Estimates what shows in the recording itself, then the keys that the figures of the score card show
-/// (docs/calibration.md). One set of values for all drives. Throws InputError where there are no drives, or
+/// (docs/methods.md). One set of values for all drives. Throws InputError where there are no drives, or
 /// the profile has no strength of signals.
 [[nodiscard]] Calibration calibrate(const std::vector<Drive>& drives, const CalibrateOptions& options = {});
 

@@ -23,7 +23,7 @@ struct FitDrive {
 ///
 ///   exp(log-likelihood of what was recorded - 1/2 sum over keys of ((x - profile's) / prior's deviation)^2)
 ///
-/// (docs/calibration.md). @param result its values are set already for what is simulated
+/// (docs/methods.md). @param result its values are set already for what is simulated
 void add_likelihood_fit(std::span<const FitDrive> drives, const CalibrateOptions& options,
                         Calibration& result);
 

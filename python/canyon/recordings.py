@@ -48,7 +48,7 @@ def calibrate(
     seeds: int = 3,
     threads: int = 0,
 ) -> Calibration:
-    """Fits the options of a receiver to what such receivers recorded (docs/calibration.md).
+    """Fits the options of a receiver to what such receivers recorded (docs/methods.md).
 
     Parameters
     ----------

@@ -160,7 +160,7 @@ py::dict calibrate(const std::vector<Recorded*>& recordings, double from, double
   calibration::ProfileHead head;
   head.base = "the scenario";
   head.description = "calibrated in Python";
-  head.notes = {"Written by canyon " CANYON_VERSION " (Python); docs/calibration.md describes it."};
+  head.notes = {"Written by canyon " CANYON_VERSION " (Python); docs/methods.md describes it."};
   py::dict city;
   if (const auto share = calibration::fitted_glass(result)) {
     city["facades"] = py::dict("shares"_a = calibration::facade_shares(*share));

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Judge: what does one drive teach of a street? docs/learned-streets.md explains method and tables.
+"""Judge: what does one drive teach of a street? docs/results.md has the results.
 
     learn.py CANYON DATA OUT [--seeds 4] [--map] [--picture FILE.svg]
 

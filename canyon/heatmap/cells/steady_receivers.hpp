@@ -15,7 +15,7 @@ namespace canyon::heatmap {
 /// strengths and random phases, loops where they rest (tracking::LaneCodeLock), the fix linear about the
 /// place (CellFix). Paths are traced at one cell of each block of cells (a node) and constructed anew at
 /// the cells about it (Propagator::trace_near()): paths that no node about a cell has are missed there;
-/// diffuse paths are those of the block's node. docs/heatmap-files.md states what that costs. Directions
+/// diffuse paths are those of the block's node. docs/heatmap.md states what that costs. Directions
 /// are those of a tile's centre. Const, thread-safe.
 class SteadyReceivers final : public CellSolver {
  public:

@@ -118,7 +118,7 @@ TEST(SteadyReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
 
 // With nodes 6 m apart: medians of errors over places within 5 %, their 95th percentiles within 15 %: pieces
 // of facades that scatter differently are hardly longer than nodes are apart. Availability within 1 %.
-// docs/heatmap-files.md has the same over larger samples, and for Hong Kong.
+// docs/heatmap.md has the same over larger samples, and for Hong Kong.
 TEST(SteadyReceivers, HoldTheirBoundsBetweenNodes) {
   const std::vector<Layer> layers{Layer::HorizontalErrorP50, Layer::HorizontalErrorP95,
                                   Layer::HorizontalErrorMean, Layer::VerticalErrorP50, Layer::Availability};

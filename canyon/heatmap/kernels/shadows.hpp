@@ -26,7 +26,7 @@ struct CellPlane {
 /// floats, may differ within its surface_offset_m(); over Hong Kong it was 1e-6 m and less. Cells in solids
 /// are blocked and ranged as rays from there are. A triangle seen exactly from its edge is not met. Static
 /// cities only. Const, thread-safe after construction; the steady state allocates nothing.
-/// docs/heatmap-files.md says how it works and what else was tried.
+/// docs/heatmap.md says how it works.
 class ShadowCaster {
  public:
   /// Copies what it needs of the mesh (about 110 bytes a triangle). Throws InputError as city::check_mesh()
