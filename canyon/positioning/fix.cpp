@@ -261,7 +261,7 @@ class Solver {
   /// largest normalised residual goes; once it passes, what went first is tried again, since the first
   /// exclusions are made beside other faults. With one redundant measurement all normalised residuals are
   /// equal, and identify no fault: exclusions that lead there and still do not agree have nothing to
-  /// say for themselves, and are taken back (docs/positioning.md has the measurement).
+  /// say for themselves, and are taken back (docs/receiver.md has the measurement).
   Fix monitor(Fix fix) {
     fix.consistent = consistent(fix);
     if (fix.consistent != false) return fix;

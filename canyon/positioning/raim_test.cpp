@@ -259,7 +259,7 @@ TEST(Raim, LeavesAConsistentFixBitForBit) {
   }
 }
 
-// NLOS detours of 25 m on average on a quarter of 18 satellites: the figures of docs/positioning.md.
+// NLOS detours of 25 m on average on a quarter of 18 satellites: the figures of docs/receiver.md.
 TEST(Raim, HalvesErrorsAmongDetours) {
   std::vector<double> plain, excluded;
   for (int run = 0; run < 1000; ++run) {
