@@ -45,11 +45,14 @@ except ImportError:
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BLOCK = re.compile(r"^```(?P<language>\w*)\n(?P<text>.*?)^```$", re.S | re.M)
 INDENTED = re.compile(r"(?<=\n\n)(?:    [^\n]+\n)+")
-COMMAND = re.compile(r" *(\$|apt|canyon|cmake|export|gz|gzserver|mkdir|ros2|rosservice|sudo|(/usr/bin/)?python3|(examples|tests)/[\w./-]+) ")
+COMMAND = re.compile(r" *(\$|apt|canyon|cd|cmake|colcon|export|git|gz|gzserver|make|mavproxy\.py|mkdir|mpirun|pip|ros\w+|sudo|(/usr/bin/)?python3|\./\w+|"
+                     r"(examples|tests)/[\w./-]+) ")
 COMMENT = re.compile(r"<!-- (?P<kind>not run|not checked|within|in (?P<file>\S+) after): (?P<text>.*?) -->")
 # Programs that not every machine has; a block with one that is missing is counted as absent.
 OPTIONAL = {"curl", "ffmpeg", "gdalinfo", "gdallocationinfo", "gpsd", "socat", "str2str"}
 SERVERS = ("gpsd", "str2str")
+# No block that runs installs anything; nor does it open a browser.
+REFUSED = {"apt": 1, "apt-get": 1, "dpkg": 1, "pip": 1, "podman": 1, "sudo": 1, "xdg-open": 0}
 CANYON = ""
 
 
@@ -294,6 +297,9 @@ class Page:
             where = CANYON if name == "canyon" else shutil.which(name)
             (shims / name).write_text(f'#!/bin/sh\nexec {sys.executable} {__file__} --small {name} {where} "$@"\n')
             (shims / name).chmod(0o755)
+        for name, status in REFUSED.items():
+            (shims / name).write_text(f"#!/bin/sh\necho 'the test of pages runs no {name}: mark the block' >&2\nexit {status}\n")
+            (shims / name).chmod(0o755)
         (shims / "python3").symlink_to(sys.executable)
         self.environment = {**os.environ, "PATH": f"{shims}:{os.environ['PATH']}", "HOME": str(self.folder), "PYTHONDONTWRITEBYTECODE": "1",
                             "PYTHONPATH": str(BUILD / "python")}
@@ -489,11 +495,11 @@ def present():
 @functools.lru_cache(maxsize=None)
 def network():
     """A network of its own for each command, where the system allows it: pages use the same ports."""
-    command = ["unshare", "-n", "sh", "-c", 'ip link set lo up && exec "$@"', "sh"]
-    try:
-        return command if subprocess.run([*command, "true"], capture_output=True, check=False).returncode == 0 else []
-    except OSError:
-        return []
+    for option in ("-n", "-rn"):  # as root, and as another user
+        command = ["unshare", option, "sh", "-c", 'ip link set lo up && exec "$@"', "sh"]
+        if shutil.which("unshare") and subprocess.run([*command, "true"], capture_output=True, check=False).returncode == 0:
+            return command
+    return []
 
 
 def main():
@@ -515,6 +521,8 @@ def main():
     for done in ("run", "checked", "marked", "absent", "failed"):
         each = [f"{count} {language}" for (language, what), count in sorted(counts.items()) if what == done and count]
         print(f"{sum(count for (_, what), count in counts.items() if what == done):4} {done:8} {', '.join(each)}")
+    if missing := OPTIONAL - present():
+        print(f"absent: blocks with {', '.join(sorted(missing))}")
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     print(f"{used.ru_utime + used.ru_stime:.0f} s of processor time")
     return 1 if faults else 0
