@@ -4,15 +4,15 @@
     sh        in the page's folder, as a reader has it: the repository's examples, the files of tests/pages_files.sh, those that the page
               names ("Save this as `NAME`:" before a block), and what earlier blocks wrote; indented ones and those without a language, too, where
               they begin with a command
-    yaml      a scenario, a profile or a study is simulated; a part of a scenario within a small one
+    yaml      a scenario, a profile or a study is simulated, a list of recordings validated; a part of a scenario within a small one
     cpp       a program with main() is compiled, linked and run; other blocks of a page are compiled together, each alone or as
               `<!-- within: TEXT BLOCK TEXT -->` says, or in Canyon's source as `<!-- in FILE after: TEXT -->` says
     python    the blocks of a page are run in one interpreter, after its other blocks
     xml       a world is read as a city; other elements of Canyon's plugins are compared with those of docs/reference/sdf.md, and not run
     json      is parsed
 
-Commands run with small input: see small(). All blocks, the marked ones too, are first compared with the program's own lists: keys of YAML,
-subcommands and options of `canyon` and `./run`, files of the repository. `<!-- not checked: WHY -->` leaves out even that.
+Commands run with small input: see small(). All blocks, the marked ones too, are first parsed, and commands compared with the program's own lists:
+subcommands and options of `canyon` and `./run`, files of the repository.
 
     pages.py CANYON [PAGE...]         CANYON: BUILD/bin/canyon; libraries and the module are those of BUILD
 """
@@ -47,7 +47,7 @@ BLOCK = re.compile(r"^```(?P<language>\w*)\n(?P<text>.*?)^```$", re.S | re.M)
 INDENTED = re.compile(r"(?<=\n\n)(?:    [^\n]+\n)+")
 COMMAND = re.compile(r" *(\$|apt|canyon|cd|cmake|colcon|export|git|gz|gzserver|make|mavproxy\.py|mkdir|mpirun|pip|ros\w+|sudo|(/usr/bin/)?python3|\./\w+|"
                      r"(examples|tests)/[\w./-]+) ")
-COMMENT = re.compile(r"<!-- (?P<kind>not run|not checked|within|in (?P<file>\S+) after): (?P<text>.*?) -->")
+COMMENT = re.compile(r"<!-- (?P<kind>not run|within|in (?P<file>\S+) after): (?P<text>.*?) -->")
 # Programs that not every machine has; a block with one that is missing is counted as absent.
 OPTIONAL = {"curl", "ffmpeg", "gdalinfo", "gdallocationinfo", "gpsd", "socat", "str2str"}
 SERVERS = ("gpsd", "str2str")
@@ -62,8 +62,8 @@ def printed(*arguments):
 
 
 @functools.lru_cache(maxsize=None)
-def schema():
-    return json.loads(printed("scenario", "schema"))
+def scenario_keys():
+    return set(json.loads(printed("scenario", "schema"))["properties"])
 
 
 @functools.lru_cache(maxsize=None)
@@ -71,72 +71,6 @@ def table(page, heading):
     """The keys of a table in docs/reference/."""
     text = (ROOT / "docs/reference" / page).read_text()
     return set(re.findall(r"^\| `([^`]+)` \|", text[text.index(f"\n## {heading}\n"):].split("\n## ")[1], re.M))
-
-
-def faults_of(value, node, where):
-    """Why a value does not fit a node of the schema; what is required may be missing, since a page shows parts."""
-    if "anyOf" in node or "oneOf" in node:
-        choices = [faults_of(value, choice, where) for choice in node.get("anyOf", node.get("oneOf"))]
-        return [] if any(not c for c in choices) else choices[0] or [where]
-    if "enum" in node and value not in node["enum"]:
-        return [f"{where}: '{value}' is none of {node['enum']}"]
-    if isinstance(value, dict):
-        found = []
-        for key, inner in value.items():
-            if key in node.get("properties", {}):
-                found += faults_of(inner, node["properties"][key], f"{where}.{key}")
-            elif not isinstance(node.get("additionalProperties"), dict):
-                found.append(f"{where}: no key '{key}'")
-        return found
-    if isinstance(value, list):
-        found = [] if "items" in node else [f"{where}: no list"]
-        for inner in value:
-            found += faults_of(inner, node.get("items", {}), where + "[]")
-        return found
-    types = node.get("type", [])
-    types = [types] if isinstance(types, str) else types
-    if isinstance(value, (int, float)) and not isinstance(value, bool):
-        inside = (node.get("minimum", value) <= value <= node.get("maximum", value)
-                  and not value <= node.get("exclusiveMinimum", value - 1) and not value >= node.get("exclusiveMaximum", value + 1))
-        return [] if inside else [f"{where}: {value} is out of range"]
-    if isinstance(value, bool) and types and "boolean" not in types:
-        return [f"{where}: no switch"]
-    return []
-
-
-def paths_of(value, where=""):
-    if isinstance(value, dict):
-        for key, inner in value.items():
-            yield from paths_of(inner, f"{where}.{key}" if where else str(key))
-    elif isinstance(value, list) and any(isinstance(inner, dict) for inner in value):
-        for inner in value:
-            yield from paths_of(inner, where + "[]")
-    else:
-        yield where
-
-
-def unknown_keys(value, keys):
-    """Paths that are no key, nor below one that takes a whole section."""
-    return [path for path in paths_of(value)
-            if path not in keys and not any(path.startswith((key + ".", key + "[]")) for key in keys)]
-
-
-def check_yaml(text):
-    value = yaml.safe_load(text)
-    if isinstance(value, list) or "from_s" in value:  # faults, or one
-        value = {"faults": value if isinstance(value, list) else [value]}
-    if "axes" in value:
-        scenario = value.get("scenario", {})
-        return unknown_keys(value, table("keys.md", "Keys of a study")) + (
-            faults_of(scenario, schema(), "scenario") if isinstance(scenario, dict) else [])
-    if "recordings" in value:
-        return unknown_keys(value, table("keys.md", "Keys of a list of recordings"))
-    found = faults_of(value, schema(), "scenario")
-    if found:  # a profile, or a receiver's keys
-        value.pop("description", None)
-        if not faults_of(value, schema()["properties"]["receivers"]["items"], "receiver"):
-            return []
-    return found
 
 
 def check_xml(text):
@@ -212,8 +146,8 @@ def check_canyon(words):
 
 
 RUN = (ROOT / "run").read_text()
-CHECKS = {"yaml": check_yaml, "xml": check_xml, "sh": check_commands, "bash": check_commands,
-          "json": lambda text: [json.loads(line) for line in text.splitlines()] and [], "cpp": lambda text: [], "python": lambda text: ast.parse(text) and []}
+CHECKS = {"yaml": yaml.safe_load, "xml": check_xml, "sh": check_commands,
+          "json": lambda text: [json.loads(line) for line in text.splitlines()], "cpp": str, "python": ast.parse}
 
 
 
@@ -233,6 +167,8 @@ def small(canyon, arguments):
     if command == "heatmap" and arguments[1] != "query":
         given("--spacing", "96" if "rtk" in " ".join(arguments) else "24")
         given("--draws", "2")
+    if "--ensemble" in arguments:
+        given("--ensemble", "2")
     if command == "study" and scenario and "--dry-run" not in arguments:
         study = yaml.safe_load(pathlib.Path(arguments[1]).read_text())
         short = pathlib.Path(arguments[1]).resolve().parent
@@ -340,11 +276,12 @@ class Page:
         if "axes" in value:
             return self.run(["canyon", "study", self.write(yaml.safe_dump(value), ".yaml"), "--dry-run"]) or self.run(
                 ["canyon", "study", self.write(yaml.safe_dump(first_values(value)), ".yaml"), "--out", f"study{self.number}"])
-        if faults_of(value, schema(), "scenario"):
-            if "description" in value:
-                value = {"receivers": [{"name": "car", "profile": "./" + self.write(text, ".yaml")}]}
-            else:  # a receiver's keys
-                value = {"receivers": [{"name": "car", **value}]}
+        if "recordings" in value:
+            return self.run(["canyon", "validate", self.write(text, ".yaml")])
+        if "description" in value:
+            value = {"receivers": [{"name": "car", "profile": "./" + self.write(text, ".yaml")}]}
+        elif not set(value) <= scenario_keys():
+            value = {"receivers": [{"name": "car", **value}]}
         scenario = small_scenario(value)
         name = self.write(yaml.safe_dump(scenario), ".yaml")
         return self.run(["canyon", "simulate", name, "--out", f"out/{name}"]) + (self.run(["canyon", "live", name]) if "live" in value else [])
@@ -426,7 +363,7 @@ def libraries():
 def blocks_of(text):
     """(line, language, text, marks by kind) of each block."""
     plain = BLOCK.sub(lambda m: "\n" * m[0].count("\n"), text)
-    found = [(m.start("text"), m.start(), m["language"] or ("sh" if COMMAND.match(m["text"]) else ""), m["text"]) for m in BLOCK.finditer(text)]
+    found = [(m.start("text"), m.start(), m["language"].replace("bash", "sh") or ("sh" if COMMAND.match(m["text"]) else ""), m["text"]) for m in BLOCK.finditer(text)]
     offset = list(itertools.accumulate((len(line) + 1 for line in text.split("\n")), initial=0))
     for match in INDENTED.finditer(plain):
         if COMMAND.match(match[0]):
@@ -446,15 +383,15 @@ def check_page(page, files):
     with tempfile.TemporaryDirectory() as folder:
         reader = Page(folder, files, text)
         for line, language, content, before, marks in blocks_of(text):
-            language = {"bash": "sh"}.get(language, language)
             if language not in CHECKS:
                 continue
             if named := re.search(r"[Ss]ave this as `([\w.]+)`", before):
                 (reader.folder / named[1]).write_text(content)
             done = "run"
             try:
-                found = [] if "not checked" in marks else CHECKS[language](content)
-                if "not checked" in marks or "not run" in marks:
+                found = CHECKS[language](content)
+                found = found if language in ("sh", "xml") else []
+                if "not run" in marks:
                     done = "marked"
                 elif language == "json" or (language == "xml" and "<world " not in content):
                     done = "checked"
