@@ -7,7 +7,7 @@
     yaml      a scenario, a profile or a study is simulated, a list of recordings validated; a part of a scenario within a small one
     cpp       a program with main() is compiled, linked and run; other blocks of a page are compiled together, each alone or as
               `<!-- within: TEXT BLOCK TEXT -->` says, or in Canyon's source as `<!-- in FILE after: TEXT -->` says
-    python    the blocks of a page are run in one interpreter, after its other blocks
+    python    the blocks of a page are run in one interpreter, after its other blocks; what stands below `>>>` is compared
     xml       a world is read as a city; other elements of Canyon's plugins are compared with those of docs/reference/sdf.md, and not run
     json      is parsed
 
@@ -20,7 +20,9 @@ import ast
 import collections
 import concurrent.futures
 import copy
+import doctest
 import functools
+import inspect
 import itertools
 import json
 import os
@@ -146,10 +148,9 @@ def check_canyon(words):
 
 
 RUN = (ROOT / "run").read_text()
-CHECKS = {"yaml": yaml.safe_load, "xml": check_xml, "sh": check_commands,
-          "json": lambda text: [json.loads(line) for line in text.splitlines()], "cpp": str, "python": ast.parse}
-
-
+CHECKS = {"yaml": yaml.safe_load, "xml": check_xml, "sh": check_commands, "cpp": str,
+          "json": lambda text: [json.loads(line) for line in text.splitlines()],
+          "python": lambda text: text.startswith(">>>") or ast.parse(text)}
 
 
 def small(canyon, arguments):
@@ -218,6 +219,14 @@ def until_served(command):
     return 0
 
 
+def told(call):
+    """What Python's prompt shows of an expression's value, or the last line about its exception."""
+    try:
+        return repr(call())
+    except Exception as error:
+        return f"{type(error).__module__}.{type(error).__qualname__}: {error}"
+
+
 class Page:
     """A reader's folder of one page."""
 
@@ -231,7 +240,7 @@ class Page:
         shims.mkdir()
         for name in ("canyon", *SERVERS):
             where = CANYON if name == "canyon" else shutil.which(name)
-            (shims / name).write_text(f'#!/bin/sh\nexec {sys.executable} {__file__} --small {name} {where} "$@"\n')
+            (shims / name).write_text(f'#!/bin/sh\nexec {sys.executable} {os.path.abspath(__file__)} --small {name} {where} "$@"\n')
             (shims / name).chmod(0o755)
         for name, status in REFUSED.items():
             (shims / name).write_text(f"#!/bin/sh\necho 'the test of pages runs no {name}: mark the block' >&2\nexit {status}\n")
@@ -290,8 +299,12 @@ class Page:
         return self.run(["canyon", "city", "info", self.write(text, ".sdf")])
 
     def python(self, blocks, _):
-        program = ""
+        (self.folder / "told.py").write_text(inspect.getsource(told))
+        program = "from told import told;"
         for line, text in blocks:  # on the page's lines
+            if text.startswith(">>>"):
+                text = "".join(f"said = told(lambda: {example.source.strip()})\nassert said == {example.want.strip()!r}, said\n"
+                               for example in doctest.DocTestParser().get_examples(text))
             program += "\n" * (line - 1 - program.count("\n")) + text
         return self.run([sys.executable, self.write(program, ".py")])
 
@@ -360,10 +373,15 @@ def libraries():
     return [f"-L{BUILD}", "-lcanyon_io", "-lcanyon", *pkg_config("--libs")]
 
 
+def language_of(text):
+    """Of a block that names none."""
+    return "python" if text.startswith(">>> ") else "sh" if COMMAND.match(text) else ""
+
+
 def blocks_of(text):
     """(line, language, text, marks by kind) of each block."""
     plain = BLOCK.sub(lambda m: "\n" * m[0].count("\n"), text)
-    found = [(m.start("text"), m.start(), m["language"].replace("bash", "sh") or ("sh" if COMMAND.match(m["text"]) else ""), m["text"]) for m in BLOCK.finditer(text)]
+    found = [(m.start("text"), m.start(), m["language"].replace("bash", "sh") or language_of(m["text"]), m["text"]) for m in BLOCK.finditer(text)]
     offset = list(itertools.accumulate((len(line) + 1 for line in text.split("\n")), initial=0))
     for match in INDENTED.finditer(plain):
         if COMMAND.match(match[0]):

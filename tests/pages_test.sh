@@ -10,7 +10,7 @@ page=$folder/page.md wanted=()
 # block WANTED LANGUAGE BEFORE TEXT: a block; WANTED is what its fault says, "" of a true one.
 block() {
   printf '%s\n\n```%s\n%s\n```\n\n' "$3" "$2" "$4" >>"$page"
-  [ -z "$1" ] || wanted+=("page.md:$(($(wc -l <"$page") - 1 - $(wc -l <<<"$4"))): $1")
+  [ -z "$1" ] || wanted+=("${page##*/}:$(($(wc -l <"$page") - 1 - $(wc -l <<<"$4"))): $1")
 }
 block '' yaml 'Save this as `mine.yaml`:' "$(sed '/^receivers/q' "$root/examples/synthetic_drive.yaml")
   - name: car"
@@ -28,11 +28,14 @@ block '' yaml '' 'seed: 2'
 block '<satelite> is no element' xml '' '<plugin filename="CanyonGnssSystem"><satelite/></plugin>'
 block 'Expecting' json '' '{"time_s": 12'
 printf 'An indented one:\n\n    canyon sky --at 100,0,0 --time 2026-06-01T08:00:00Z\n\n' >>"$page"
-wanted+=("page.md:$(($(wc -l <"$page") - 1)): exit status 2")
+wanted+=("${page##*/}:$(($(wc -l <"$page") - 1)): exit status 2")
 [ ! -e "$(dirname "$1")/../python/canyon" ] || { block '' python '' 'import canyon.absent' && wanted+=("page.md: python: exit status 1"); }
+page=$folder/told.md
+[ ! -e "$(dirname "$1")/../python/canyon" ] || { block '' '' '' $'>>> 1 + 1\n2\n>>> 1 + 2\n2' && wanted+=("told.md: python: exit status 1"); }
+page=$folder/page.md
 block '' cpp '' 'int f() { return canyon::absent; }' && wanted+=("page.md: cpp: exit status 1")
 
-said=$(/usr/bin/python3 "$root/tests/pages.py" "$1" "$page")
+said=$(/usr/bin/python3 "$root/tests/pages.py" "$1" "$folder"/*.md)
 status=$?
 [ "$status" -eq 1 ] || { echo "$said"; echo "exit status $status"; exit "$status"; }
 failed=0
