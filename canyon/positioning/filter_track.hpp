@@ -74,6 +74,9 @@ struct Track {
   /// Share of the motion's noise in `stated`: that of the latest pseudoranges' variances (Row::share), for
   /// the gains are those of the whole errors.
   double noise_share = 1;
+  /// Mean square of the clock's steps of late, beyond what oscillator, Doppler and noise explain [m^2]:
+  /// phones set the clock of their pseudoranges anew at each epoch.
+  double clock_surprise_m2 = 0;
 
   [[nodiscard]] Eigen::Vector3d position() const { return x.segment<3>(kPosition); }
   [[nodiscard]] Eigen::Vector3d velocity() const { return x.segment<3>(kVelocity); }

@@ -362,6 +362,30 @@ TEST(PositionFilter, AnotherStepOfTheClockIsLearned) {
   }
 }
 
+// As a phone's raw data have it: the clock of the pseudoranges is that of each epoch's own fix, about a
+// constant; Dopplers have the oscillator's drift.
+TEST(PositionFilter, ClockThatIsSetAnewAtEachEpoch) {
+  TestDrive drive(two_systems(), kTime, kPlace, 11);
+  drive.velocity_enu = {12, 3, 0};
+  drive.drift = -1.4e-7;
+  Pair pair;
+  double filtered = 0;
+  double squares = 0;
+  for (int i = 0; i < 120; ++i) {
+    drive.bias_s = 6e-8 * std::sin(2.4 * i);  // 18 m
+    std::vector<Measurement> measurements = drive.measure();
+    measurements.resize(7);
+    const Fix fix = pair.update(drive.receiver_time(), measurements);
+    ASSERT_TRUE(fix.solved()) << i;
+    if (i >= 10) {
+      filtered += drive.error_enu(fix).squaredNorm();
+      squares += drive.error_enu(pair.fix).squaredNorm();
+    }
+    drive.advance(1);
+  }
+  EXPECT_LT(filtered, 0.2 * squares);
+}
+
 // 50 m on every twentieth pseudorange.
 TEST(PositionFilter, RejectsSpikes) {
   TestDrive drive(two_systems(), kTime, kPlace, 10);
