@@ -51,7 +51,8 @@ COMMAND = re.compile(r" *(\$|apt|canyon|cd|cmake|colcon|export|git|gz|gzserver|m
                      r"(examples|tests)/[\w./-]+) ")
 COMMENT = re.compile(r"<!-- (?P<kind>not run|within|in (?P<file>\S+) after): (?P<text>.*?) -->")
 # Programs that not every machine has; a block with one that is missing is counted as absent.
-OPTIONAL = {"curl", "ffmpeg", "gdalinfo", "gdallocationinfo", "gpsd", "socat", "str2str"}
+OPTIONAL = {"chromium", "curl", "ffmpeg", "gdalinfo", "gdallocationinfo", "gpsd", "node", "socat", "str2str"}
+NO_MODULE = re.compile(r"No module named '(netCDF4|pandas|sklearn|xarray)'")
 SERVERS = ("gpsd", "str2str")
 # No block that runs installs anything; nor does it open a browser.
 REFUSED = {"apt": 1, "apt-get": 1, "dpkg": 1, "pip": 1, "podman": 1, "sudo": 1, "xdg-open": 0}
@@ -154,7 +155,7 @@ CHECKS = {"yaml": yaml.safe_load, "xml": check_xml, "sh": check_commands, "cpp":
 
 
 def small(canyon, arguments):
-    """`canyon` of the pages, with small input: runs of 20 s, maps of cells of 24 m, the first value of each axis of a study."""
+    """`canyon` of the pages, with small input: runs of 20 s, maps of cells of 24 m, films of 1 s, the first value of each axis of a study."""
     def given(name, value):
         at = next((i for i, word in enumerate(arguments) if word.split("=")[0] == name), None)
         if at is not None:
@@ -170,6 +171,8 @@ def small(canyon, arguments):
         given("--draws", "2")
     if "--ensemble" in arguments:
         given("--ensemble", "2")
+    if "--record" in arguments:
+        given("--record-seconds", "1")
     if command == "study" and scenario and "--dry-run" not in arguments:
         study = yaml.safe_load(pathlib.Path(arguments[1]).read_text())
         short = pathlib.Path(arguments[1]).resolve().parent
@@ -413,7 +416,7 @@ def check_page(page, files):
                     done = "marked"
                 elif language == "json" or (language == "xml" and "<world " not in content):
                     done = "checked"
-                elif language == "sh" and {words[0] for words in commands_of(content)} & OPTIONAL - present():
+                elif language == "sh" and needed(content) & OPTIONAL - present():
                     done = "absent"
                 elif language == "python":
                     later["python"].append((line, content))
@@ -421,6 +424,8 @@ def check_page(page, files):
                     later["cpp"].append((line, content, marks.get("within") or marks.get("in")))
                 elif not found:
                     found = getattr(reader, language)(content)
+                if NO_MODULE.search("".join(found)):
+                    found, done = [], "absent"
             except Exception as error:  # what cannot be parsed
                 found = [str(error).splitlines()[0]]
             counts[language, "failed" if found else done] += 1
@@ -432,14 +437,20 @@ def check_page(page, files):
                 continue
             found = getattr(reader, language)(blocks, shown)
             if found:
-                counts[language, "failed"] += len(blocks)
+                absent = NO_MODULE.search(found[0])
+                counts[language, "absent" if absent else "failed"] += len(blocks)
                 counts[language, "run"] -= len(blocks)
+                found = [] if absent else found
             faults += [f"{shown}: {language}: {fault}" for fault in found]
     plain = BLOCK.sub(lambda m: "\n" * m[0].count("\n"), text)
     for match in re.finditer(r"`(canyon [^`]+)`", plain):
         line = plain.count("\n", 0, match.start()) + 1
         faults += [f"{shown}:{line}: {fault}" for fault in check_commands(match[1]) if "no command" not in fault]
     return faults, counts
+
+
+def needed(text):
+    return {words[0] for words in commands_of(text)} | ({"chromium", "node"} if "--record" in text else set())
 
 
 @functools.lru_cache(maxsize=None)
