@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Faults of the receiver's node by services, between processes: see processes_test.py."""
+import math
 import os
 import sys
 import time
@@ -13,7 +14,7 @@ from canyon_msgs.srv import FaultCommand  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from geometry_msgs.msg import PoseStamped  # noqa: E402
 from lifecycle_msgs.msg import Transition  # noqa: E402
-from sensor_msgs.msg import NavSatFix  # noqa: E402
+from sensor_msgs.msg import NavSatFix, NavSatStatus  # noqa: E402
 
 
 class Faults(unittest.TestCase):
@@ -79,6 +80,26 @@ class Faults(unittest.TestCase):
                     self.assertTrue(done, said)
                     fixes.clear()
                     listener.spin_until(lambda: [m.status.status for m in fixes[-4:]] == 4 * [status], service)
+
+    def test_a_forced_fix_states_its_kind(self):
+        """docs/faults.md, "force": status, and the stated deviations of east and of the height."""
+        kinds = {"float": (NavSatStatus.STATUS_GBAS_FIX, 0.2, 0.4), "fixed": (NavSatStatus.STATUS_GBAS_FIX, 0.01, 0.02),
+                 "single": (NavSatStatus.STATUS_FIX, 1, 2), "none": (NavSatStatus.STATUS_NO_FIX, math.nan, math.nan)}
+        with folder() as path:
+            values = {"scenario": write_drive(path, 60), "live.changes": True, "autostart": True}
+            with receiver(values) as node, Listener() as listener:
+                fixes = listener.listen(NavSatFix, "/fix")
+                listener.spin_until(lambda: fixes, node.output())
+                for kind, (status, east_m, up_m) in kinds.items():
+                    done, said = self.ask(listener, "add_fault", f"{{name: {kind}, force: {{fix: {kind}}}}}")
+                    self.assertTrue(done, said)
+                    fixes.clear()
+                    listener.spin_until(lambda: len(fixes) > 4, kind)
+                    self.assertEqual(fixes[-1].status.status, status, kind)
+                    self.assertEqual(math.isnan(fixes[-1].latitude), kind == "none")
+                    for stated, expected_m in ((fixes[-1].position_covariance[i], m) for i, m in ((0, east_m), (8, up_m))):
+                        self.assertTrue(math.isclose(stated, expected_m**2, rel_tol=1e-9) or kind == "none", (kind, stated))
+                    self.assertTrue(self.ask(listener, "end_fault", kind)[0])
 
 
 if __name__ == "__main__":

@@ -431,6 +431,18 @@ class Launch(unittest.TestCase):
                 listener.spin_until(lambda: len(fixes) > 20, "fixes of the launched drive")
                 until(lambda: "the drive has ended" in launch.output(), "its end")
 
+    def test_the_demo(self):
+        """Without a screen; the fixes are those of `canyon simulate`."""
+        with folder() as path, Listener() as listener:
+            drive = write_drive(path, 3)
+            epochs, _ = simulated(drive, os.path.join(path, "out"))
+            fixes = listener.listen(NavSatFix, "/fix", reliable=True)
+            with Process(["ros2", "launch", "canyon_ros2", "demo.launch.py", f"scenario:={drive}", "rviz:=false"]) as launch:
+                until(lambda: "the drive has ended" in launch.output(), "the end of the demo's drive")
+                listener.spin_until(lambda: len(fixes) > 20, launch.output())
+                listener.spin_for(0.5)
+        self.assertAlmostEqual(fixes[-1].latitude, float(epochs[-1]["fix_latitude_deg"]), delta=6e-11)
+
     def test_names_of_a_driver(self):
         with folder() as path, Listener() as listener:
             fixes = listener.listen(NavSatFix, "/car/ublox_gps_node/fix", reliable=True)
