@@ -7,7 +7,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/view/page.hpp"
 #include "cli/commands.hpp"
-#include "cli/program.hpp"
+#include "cli/view_serve.hpp"
 
 namespace canyon::cli {
 

@@ -263,7 +263,7 @@ class MapRun {
         heatmap::map_source(*heatmap_, *stores_.front(), *environment_, receiver_, scenario_);
     if (runs_->several()) {
       // All runs have the same units, so one map states their places.
-      std::vector<std::function<std::optional<heatmap::MapSource::Slice>(std::size_t, std::size_t)>> slices;
+      std::vector<heatmap::MapSource::Slices> slices;
       for (const auto& store : stores_) slices.push_back(heatmap::store_slices(*heatmap_, *store));
       source.slice = heatmap::slices_over_runs(std::move(slices), request_.layers, over);
       source.title += ", " + runs_->name_of(over);

@@ -222,11 +222,11 @@ void print_json(const RouteReport& report, const StoredMap& map) {
            {"stations", Json::array()}};
   if (report.worst) out["worst_stretch"]["error_m"] = *report.worst_error_m;
   if (report.error) {
-    const heatmap::RouteLayer& error = report.layers[*report.error];
+    const heatmap::LayerSummary& error = report.layers[*report.error];
     out["expected_error_layer"] = std::string(heatmap::info(error.layer).name);
     out["expected_error_m"] = error.mean;
   }
-  for (const heatmap::RouteLayer& layer : report.layers) {
+  for (const heatmap::LayerSummary& layer : report.layers) {
     out["layers"][std::string(heatmap::info(layer.layer).name)] = {
         {"stations", layer.values}, {"mean", layer.mean},   {"median", layer.median},
         {"p95", layer.p95},         {"least", layer.least}, {"greatest", layer.greatest}};
@@ -264,7 +264,7 @@ int query_path(const HeatmapQueryArguments& arguments, const StoredMap& map) {
                        100 * static_cast<double>(count) / static_cast<double>(report.stations.size()));
   };
   std::vector<TextRow> rows;
-  for (const heatmap::RouteLayer& layer : report.layers) {
+  for (const heatmap::LayerSummary& layer : report.layers) {
     const heatmap::LayerInfo& about = heatmap::info(layer.layer);
     rows.push_back({std::string(about.name), std::string(about.unit), figure(layer.mean),
                     figure(layer.median), figure(layer.p95), figure(layer.greatest)});

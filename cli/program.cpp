@@ -1,5 +1,4 @@
-#include "cli/program.hpp"
-
+// Declared in cli/view_serve.hpp.
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -13,6 +12,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
+#include "cli/view_serve.hpp"
 
 extern char** environ;
 

@@ -24,7 +24,6 @@
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/scenario_run.hpp"
-#include "cli/view_record.hpp"
 #include "cli/view_serve.hpp"
 
 namespace canyon::cli {

@@ -1,5 +1,4 @@
-#include "cli/view_record.hpp"
-
+// Declared in cli/view_serve.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,8 +8,8 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/view/page.hpp"
-#include "cli/program.hpp"
 #include "cli/progress.hpp"
+#include "cli/view_serve.hpp"
 
 namespace canyon::cli {
 namespace {

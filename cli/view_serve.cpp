@@ -18,11 +18,13 @@
 #include "canyon/view/page.hpp"
 #include "canyon/view/probe.hpp"
 #include "cli/commands.hpp"
-#include "cli/program.hpp"
 #include "cli/progress.hpp"
 
 namespace canyon::cli {
 
+namespace {
+
+/// Prints the address of a server, and has the browser open it where that is asked for.
 void announce(const view::Server& server, const ServeOptions& options) {
   fmt::print("{}\n", server.address());
   std::fflush(stdout);
@@ -32,11 +34,11 @@ void announce(const view::Server& server, const ServeOptions& options) {
   }
 }
 
+}  // namespace
+
 int serve(view::Site site, const ServeOptions& options, const std::function<bool(view::Server&)>& work) {
-  view::ServerOptions bounds;
-  bounds.port = options.port;
   const std::atomic<bool>& stop = catch_interrupts();
-  view::Server server(std::move(site), bounds);
+  view::Server server(std::move(site), {.port = options.port});
   announce(server, options);
   try {
     if (work && !work(server)) return kInterrupted;
@@ -102,12 +104,10 @@ void serve_live(LiveView view, const std::filesystem::path& folder, const ServeO
   setpriority(PRIO_PROCESS, 0, 10);  // the host has to be on time, a picture of it has not
   LiveProbe probe(view);
   view::LiveRelay relay(view.addresses, std::move(view.header), folder, view.scene->scene);
-  view::ServerOptions bounds;
-  bounds.port = options.port;
   const std::atomic<bool>& stop = catch_interrupts();
   view::Server server({view::read_bytes(view::find_page()), folder,
                        [&probe](const std::string& message) { return probe.answer(message); }},
-                      bounds);
+                      {.port = options.port});
   announce(server, options);
   while (!stop) {
     relay.serve(server);

@@ -9,7 +9,6 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/calibration/likelihood_fit.hpp"
 #include "canyon/calibration/plain.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/options/settings_tree.hpp"
@@ -47,8 +46,7 @@ void add_unidentifiable(const Values& base, Calibration& result) {
     const bool known = std::any_of(result.estimates.begin(), result.estimates.end(),
                                    [key = key](const Estimate& e) { return e.key == key; });
     if (value == base.end() || known) continue;
-    result.estimates.push_back(
-        {key, "", value->second, value->second, {}, {}, Estimate::Verdict::Unidentified, why});
+    result.add({key, "", value->second, {}, {}, Estimate::Verdict::Unidentified, why});
   }
 }
 
@@ -126,7 +124,7 @@ std::vector<Facades> open_facades(
 
 std::optional<double> fitted_glass(const Calibration& result) {
   if (!result.coated_glass || result.coated_glass->verdict != Estimate::Verdict::Fitted) return {};
-  return parse_double(result.coated_glass->after);
+  return parse_double(result.coated_glass->recorded);
 }
 
 std::vector<std::string> facade_shares(double coated_glass) {
@@ -240,7 +238,7 @@ std::string to_json(const std::vector<Estimate>& estimates) {
     list.push_back({{"key", e.key},
                     {"unit", e.unit},
                     {"before", e.before},
-                    {"after", e.after},
+                    {"after", e.after()},
                     {"recorded", e.recorded},
                     {"interval_95", e.interval},
                     {"verdict", to_string(e.verdict)},

@@ -26,12 +26,15 @@ struct Estimate {
     Fitted         ///< they say something else: written
   };
   std::string key;            ///< with dots: "signal.lock.reacquisition_s"
-  std::string unit;           ///< may be empty
-  std::string before, after;  ///< values as YAML; alike unless Fitted
-  std::string recorded;       ///< what the recordings say, where that is kept in `after` or not: "14.2"
-  std::string interval;       ///< 95 %: "13.1 to 15.3"; may be empty
+  std::string unit = {};      ///< may be empty
+  std::string before = {};    ///< the profile's value, as YAML
+  std::string recorded = {};  ///< what the recordings say, written or not: "14.2"
+  std::string interval = {};  ///< 95 %: "13.1 to 15.3"; may be empty
   Verdict verdict = Verdict::Unidentified;
-  std::string basis;  ///< one line: what it was estimated from, or why it was not
+  std::string basis = {};  ///< one line: what it was estimated from, or why it was not
+
+  /// The value that the calibrated profile has.
+  [[nodiscard]] const std::string& after() const { return verdict == Verdict::Fitted ? recorded : before; }
 };
 /// "fitted", "agrees", "not identified".
 [[nodiscard]] std::string to_string(Estimate::Verdict verdict);
@@ -105,6 +108,9 @@ struct Calibration {
   /// Share of buildings with coated glass: of the city, not of the profile. Empty where the scenarios state
   /// their facades.
   std::optional<Estimate> coated_glass;
+
+  /// Adds an estimate of a profile's key, and sets the key where it is Fitted.
+  void add(Estimate estimate);
 };
 /// Estimates what shows in the recording itself, then the keys that the figures of the score card show
 /// (docs/methods.md). One set of values for all drives. Throws InputError where there are no drives, or

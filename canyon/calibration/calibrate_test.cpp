@@ -98,7 +98,7 @@ TEST(Calibrate, KnownReceiverComesBack) {
   expect_known(c, "signal.lock.tracking_threshold_dbhz", 16, 1);
   // The level has risen when a signal is measured again.
   EXPECT_NEAR(*parse_double(of(c, "signal.lock.acquisition_threshold_dbhz").recorded), 25, 2);
-  EXPECT_EQ(of(c, "signal.cn0_step_db").after, "0.25");
+  EXPECT_EQ(of(c, "signal.cn0_step_db").after(), "0.25");
   EXPECT_EQ(of(c, "tracks").verdict, Verdict::Agrees);
   EXPECT_EQ(of(c, "leaves_out").verdict, Verdict::Agrees);
 }
@@ -148,10 +148,10 @@ TEST(Calibrate, WhatNothingTellsIsSaid) {
                           "signal.lock.acquisition_threshold_dbhz", "signal.phase_threshold_dbhz"}) {
     EXPECT_EQ(of(c, key).verdict, Verdict::Unidentified) << key;
     EXPECT_FALSE(of(c, key).basis.empty()) << key;
-    EXPECT_EQ(of(c, key).before, of(c, key).after) << key;
+    EXPECT_EQ(of(c, key).before, of(c, key).after()) << key;
     EXPECT_EQ(c.values.count(key), 0U) << key;
   }
-  EXPECT_NEAR(*parse_double(of(c, "signal.link.above_minimum_db").after), 1.5, 1);
+  EXPECT_NEAR(*parse_double(of(c, "signal.link.above_minimum_db").after()), 1.5, 1);
 }
 
 // A block of satellites and a system that the receiver never tracks; gnss::block_of() has the table of
@@ -167,7 +167,7 @@ TEST(Calibrate, NeverTrackedGroupsAreLeftOut) {
   drive.systems.insert(gnss::System::GLONASS);  // asked for, and never there
   const Calibration c = calibrate({drive}, options);
   print(c);
-  EXPECT_EQ(of(c, "leaves_out").after, "[GPS-IIF, GLONASS]") << of(c, "leaves_out").basis;
+  EXPECT_EQ(of(c, "leaves_out").after(), "[GPS-IIF, GLONASS]") << of(c, "leaves_out").basis;
   EXPECT_THAT(of(c, "leaves_out").basis, HasSubstr("GPS-IIF never tracked"));
   // The other way round: what the profile leaves out and the recording has.
   const Calibration back = calibrate({drive_of(recorded,
@@ -175,7 +175,7 @@ TEST(Calibrate, NeverTrackedGroupsAreLeftOut) {
                                                  receiver.options.leaves_out = {"GPS-IIR", "GPS-IIF"};
                                                })},
                                      options);
-  EXPECT_EQ(of(back, "leaves_out").after, "[GPS-IIF]") << of(back, "leaves_out").basis;
+  EXPECT_EQ(of(back, "leaves_out").after(), "[GPS-IIF]") << of(back, "leaves_out").basis;
 }
 
 // The second half may hold whatever it likes.

@@ -15,7 +15,7 @@ using Verdict = Estimate::Verdict;
 
 Estimate estimate(const std::string& key, const std::string& before, const std::string& after,
                   Verdict verdict) {
-  return {key, "dB", before, after, after, "1 to 2", verdict, "from a test"};
+  return {key, "dB", before, after, "1 to 2", verdict, "from a test"};
 }
 
 // Every profile that comes with Canyon, with values changed, is the same receiver when it is read back.

@@ -1,5 +1,4 @@
-#include "canyon/calibration/likelihood_fit.hpp"
-
+// Declared in canyon/calibration/plain.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "canyon/calibration/plain.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/validation/comparison.hpp"
@@ -368,8 +368,7 @@ class NodeRun {
 /// The estimate of one axis from the observations.
 Estimate estimate_of(const Axis& axis, std::size_t a, const Posterior& prior, const Posterior& known) {
   const double mean = known.mean.at(a), sigma = known.sigma.at(a), open = prior.sigma.at(a);
-  Estimate e{axis.key, axis.unit, options::show(axis.profile), {}, {}, {}, {}, {}};
-  e.after = e.before;
+  Estimate e{axis.key, axis.unit, options::show(axis.profile)};
   if (std::abs(mean - prior.mean.at(a)) < kMoved * open && std::abs(sigma - open) < kMoved * open) {
     e.basis = "tracked satellites, C/N0 and errors hardly depend on it";
     return e;
@@ -379,7 +378,6 @@ Estimate estimate_of(const Axis& axis, std::size_t a, const Posterior& prior, co
                            rounded(std::min(mean + 2 * sigma, axis.nodes.back()), sigma));
   e.basis = "tracked satellites, their C/N0, errors of hidden ones, by simulation";
   e.verdict = std::abs(mean - axis.profile) < kAgrees * sigma ? Verdict::Agrees : Verdict::Fitted;
-  if (e.verdict == Verdict::Fitted) e.after = e.recorded;
   return e;
 }
 
@@ -395,12 +393,11 @@ void add_likelihood_fit(std::span<const FitDrive> drives, const CalibrateOptions
   for (std::size_t a = 0; a < kAxes; ++a) {
     const Axis& axis = grid.axes().at(a);
     Estimate e = estimate_of(axis, a, prior, known);
-    if (a == kFacades) {
-      if (axis.nodes.size() > 1) result.coated_glass = std::move(e);
-      continue;
+    if (a != kFacades) {
+      result.add(std::move(e));
+    } else if (axis.nodes.size() > 1) {
+      result.coated_glass = std::move(e);
     }
-    if (e.verdict == Verdict::Fitted) result.values[axis.key] = e.after;
-    result.estimates.push_back(std::move(e));
   }
 }
 

@@ -70,12 +70,12 @@ TEST(LockThresholds, TooLittleIsNotIdentified) {
   for (const Observed& recorded : {fading(14, 21, 5, 9, false), fading(14, 21, 5, 30, true)}) {
     const Calibration c = thresholds_of(recorded);
     EXPECT_EQ(c.estimates[0].verdict, Verdict::Unidentified);
-    EXPECT_EQ(c.estimates[0].after, "10");
+    EXPECT_EQ(c.estimates[0].after(), "10");
     EXPECT_EQ(c.values.count("signal.lock.tracking_threshold_dbhz"), 0U);
   }
   const Calibration c = thresholds_of(fading(14, 21, 2, 30, false));
   EXPECT_EQ(c.estimates[1].verdict, Verdict::Unidentified);
-  EXPECT_EQ(c.estimates[1].after, "25");
+  EXPECT_EQ(c.estimates[1].after(), "25");
 }
 
 // The hysteresis is never negative: that would be no valid receiver.

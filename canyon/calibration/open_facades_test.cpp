@@ -35,7 +35,7 @@ TEST(OpenFacades, OnlyAFittedShareCounts) {
   Calibration result;
   EXPECT_FALSE(fitted_glass(result));
   result.coated_glass.emplace();
-  result.coated_glass->after = "0.25";
+  result.coated_glass->recorded = "0.25";
   EXPECT_FALSE(fitted_glass(result)) << "not identified";
   result.coated_glass->verdict = Estimate::Verdict::Fitted;
   EXPECT_EQ(fitted_glass(result), 0.25);

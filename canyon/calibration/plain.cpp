@@ -45,13 +45,22 @@ std::string list_of(const std::vector<std::string>& items) {
   return fmt::format("[{}]", fmt::join(items, ", "));
 }
 
-void conclude(Estimate estimate, const std::vector<std::string>& before,
-              const std::vector<std::string>& after, Calibration& result) {
-  estimate.before = list_of(before);
-  estimate.after = estimate.recorded = list_of(after);
-  estimate.verdict = before == after ? Verdict::Agrees : Verdict::Fitted;
-  if (estimate.verdict == Verdict::Fitted) result.values[estimate.key] = estimate.after;
-  result.estimates.push_back(std::move(estimate));
+Estimate of_lists(const char* key, const std::vector<std::string>& before,
+                  const std::vector<std::string>& after, std::string basis) {
+  return {key,
+          {},
+          list_of(before),
+          list_of(after),
+          {},
+          before == after ? Verdict::Agrees : Verdict::Fitted,
+          std::move(basis)};
+}
+
+/// States a value of the recordings, with the interval that it lies in, and whether that has the profile's.
+void judge(Estimate& estimate, double before, double value, double low, double high, double half_step) {
+  estimate.recorded = rounded(value, half_step);
+  estimate.interval = fmt::format("{} to {}", rounded(low, half_step), rounded(high, half_step));
+  estimate.verdict = before < low || before > high ? Verdict::Fitted : Verdict::Agrees;
 }
 
 void add_leaves_out(std::span<const Observed> recorded, std::span<const std::set<gnss::System>> skies,
@@ -106,11 +115,9 @@ void add_leaves_out(std::span<const Observed> recorded, std::span<const std::set
     if (std::find(after.begin(), after.end(), name) == after.end()) after.push_back(name);
     basis.push_back(fmt::format("{} never recorded", name));
   }
-  Estimate estimate;
-  estimate.key = "leaves_out";
-  estimate.basis = basis.empty() ? "every group that is high and clear for a minute is tracked"
-                                 : fmt::format("{}", fmt::join(basis, "; "));
-  conclude(std::move(estimate), receiver.options.leaves_out, after, result);
+  result.add(of_lists("leaves_out", receiver.options.leaves_out, after,
+                      basis.empty() ? "every group that is high and clear for a minute is tracked"
+                                    : fmt::format("{}", fmt::join(basis, "; "))));
 }
 
 /// A stated C/N0 and its epoch, counted over all recordings.
@@ -161,7 +168,7 @@ std::vector<double> cn0_of(const std::vector<Stated>& all) {
 /// A quantile of stated C/N0, with its bootstrap interval.
 Estimate threshold_of(const std::vector<Stated>& all, double share, const char* key, double before,
                       std::span<const std::vector<std::uint16_t>> draws) {
-  Estimate estimate{key, "dB-Hz", options::show(before), options::show(before), {}, {}, {}, {}};
+  Estimate estimate{key, "dB-Hz", options::show(before)};
   const auto value = quantile(cn0_of(all), share);
   if (!value) return estimate;
   std::vector<double> drawn;
@@ -171,26 +178,22 @@ Estimate threshold_of(const std::vector<Stated>& all, double share, const char* 
     if (const auto of_draw = quantile(values, share)) drawn.push_back(*of_draw);
   }
   constexpr double kHalfStep = 0.5;  // stated C/N0 are steps of a decibel
-  const double low = quantile(drawn, 0.025).value_or(*value) - kHalfStep,
-               high = quantile(drawn, 0.975).value_or(*value) + kHalfStep;
-  estimate.recorded = rounded(*value, kHalfStep);
-  estimate.interval = fmt::format("{} to {}", rounded(low, kHalfStep), rounded(high, kHalfStep));
-  estimate.verdict = before < low || before > high ? Verdict::Fitted : Verdict::Agrees;
+  judge(estimate, before, *value, quantile(drawn, 0.025).value_or(*value) - kHalfStep,
+        quantile(drawn, 0.975).value_or(*value) + kHalfStep, kHalfStep);
   return estimate;
 }
 
-/// Adds an estimate; the profile's value stays where it agrees or nothing is identified.
-void add_if(bool identified, Estimate estimate, Calibration& result) {
-  if (!identified) {
-    estimate.verdict = Verdict::Unidentified;
-    estimate.recorded.clear();
-    estimate.interval.clear();
-  }
-  if (estimate.verdict == Verdict::Fitted) estimate.after = result.values[estimate.key] = estimate.recorded;
-  result.estimates.push_back(std::move(estimate));
+/// What is left of an estimate that the recordings say too little for.
+Estimate unidentified(const Estimate& e) {
+  return {e.key, e.unit, e.before, {}, {}, Verdict::Unidentified, e.basis};
 }
 
 }  // namespace
+
+void Calibration::add(Estimate estimate) {
+  if (estimate.verdict == Verdict::Fitted) values[estimate.key] = estimate.recorded;
+  estimates.push_back(std::move(estimate));
+}
 
 void add_tracked(std::span<const Observed> recorded, std::span<const std::set<gnss::System>> skies,
                  const simulation::ReceiverConfig& receiver, Calibration& result) {
@@ -227,11 +230,10 @@ void add_tracked(std::span<const Observed> recorded, std::span<const std::set<gn
       if (now && std::find(after.begin(), after.end(), name) == after.end()) after.push_back(name);
     }
   }
-  Estimate estimate;
-  estimate.key = "tracks";
-  estimate.basis = said.empty() ? "the signals that are recorded" : fmt::format("{}", fmt::join(said, "; "));
-  conclude(std::move(estimate), receiver.options.tracks, said.empty() ? receiver.options.tracks : after,
-           result);
+  if (said.empty()) after = receiver.options.tracks;
+  result.add(
+      of_lists("tracks", receiver.options.tracks, after,
+               said.empty() ? "the signals that are recorded" : fmt::format("{}", fmt::join(said, "; "))));
   add_leaves_out(recorded, skies, counts, receiver, result);
 }
 
@@ -246,12 +248,11 @@ void add_step(std::span<const Observed> recorded, const simulation::ReceiverConf
     }
   }
   const double before = receiver.options.signal.cn0_step_db;
-  Estimate estimate{"signal.cn0_step_db", "dB", options::show(before), options::show(before), {}, {}, {}, {}};
+  Estimate estimate{"signal.cn0_step_db", "dB", options::show(before)};
   constexpr std::size_t kFewest = 100;
   if (stated.size() < kFewest) {
     estimate.basis = fmt::format("{} stated C/N0", stated.size());
-    result.estimates.push_back(estimate);
-    return;
+    return result.add(std::move(estimate));
   }
   double step = 0;
   for (const double tried : {1.0, 0.5, 0.25, 0.2, 0.1, 0.05}) {
@@ -263,12 +264,11 @@ void add_step(std::span<const Observed> recorded, const simulation::ReceiverConf
       break;
     }
   }
-  estimate.recorded = estimate.after = options::show(step);
+  estimate.recorded = options::show(step);
   estimate.verdict = step == before ? Verdict::Agrees : Verdict::Fitted;
   estimate.basis = fmt::format("the coarsest step of {} stated C/N0{}", stated.size(),
                                step == 0 ? ": finer than 0.05" : "");
-  if (step != before) result.values[estimate.key] = estimate.after;
-  result.estimates.push_back(estimate);
+  result.add(std::move(estimate));
 }
 
 void add_phase_threshold(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
@@ -291,13 +291,11 @@ void add_phase_threshold(std::span<const Observed> recorded, const simulation::R
     offset += e.times.size();
   }
   const double before = receiver.options.signal.phase_threshold_dbhz;
-  Estimate estimate{
-      "signal.phase_threshold_dbhz", "dB-Hz", options::show(before), options::show(before), {}, {}, {}, {}};
+  Estimate estimate{"signal.phase_threshold_dbhz", "dB-Hz", options::show(before)};
   constexpr std::size_t kFewest = 30;
   if (with < kFewest || items.size() - with < kFewest) {
     estimate.basis = fmt::format("{} clear signals with a phase and {} without", with, items.size() - with);
-    result.estimates.push_back(estimate);
-    return;
+    return result.add(std::move(estimate));
   }
   std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.cn0_dbhz < b.cn0_dbhz; });
   // The threshold with the fewest items on the wrong side, in the middle between two stated values.
@@ -323,23 +321,16 @@ void add_phase_threshold(std::span<const Observed> recorded, const simulation::R
         threshold([&](const Item& item) { return static_cast<long>(weights[item.epoch]); }).first);
   }
   const double half_step = std::max(0.5 * receiver.options.signal.cn0_step_db, 0.25);
-  const double low = std::min(quantile(drawn, 0.025).value_or(value), value) - half_step,
-               high = std::max(quantile(drawn, 0.975).value_or(value), value) + half_step;
-  estimate.recorded = rounded(value, half_step);
-  estimate.interval = fmt::format("{} to {}", rounded(low, half_step), rounded(high, half_step));
+  judge(estimate, before, value, std::min(quantile(drawn, 0.025).value_or(value), value) - half_step,
+        std::max(quantile(drawn, 0.975).value_or(value), value) + half_step, half_step);
   estimate.basis = fmt::format("{} clear signals, {} without a phase, {} on the wrong side", items.size(),
                                items.size() - with, wrong);
   // A threshold that explains few of the missing phases does not count.
   if (2 * static_cast<std::size_t>(wrong) > items.size() - with) {
     estimate.basis += ": strength does not part them";
-  } else {
-    estimate.verdict = before < low || before > high ? Verdict::Fitted : Verdict::Agrees;
-    if (estimate.verdict == Verdict::Fitted) {
-      estimate.after = estimate.recorded;
-      result.values[estimate.key] = estimate.after;
-    }
+    estimate.verdict = Verdict::Unidentified;
   }
-  result.estimates.push_back(estimate);
+  result.add(std::move(estimate));
 }
 
 void add_lock_thresholds(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
@@ -358,8 +349,8 @@ void add_lock_thresholds(std::span<const Observed> recorded, const simulation::R
   tracking.basis = fmt::format("{} C/N0 of hidden satellites, {} losses from within {:g} dB of their weakest",
                                record.hidden.size(), lost, kNear_dB);
   // Where signals are not lost from there, the receiver has not shown how weak they may be.
-  add_if(lost >= kFewestLosses, std::move(tracking), result);
-  const double lowest = *parse_double(result.estimates.back().after);
+  result.add(lost >= kFewestLosses ? tracking : unidentified(tracking));
+  const double lowest = *parse_double(result.estimates.back().after());
 
   Estimate acquisition =
       threshold_of(record.found, kWeakestFoundShare, "signal.lock.acquisition_threshold_dbhz",
@@ -374,7 +365,7 @@ void add_lock_thresholds(std::span<const Observed> recorded, const simulation::R
     acquisition.verdict = Verdict::Fitted;
     acquisition.basis = "no lower than the tracking threshold";
   }
-  add_if(identified, std::move(acquisition), result);
+  result.add(identified ? acquisition : unidentified(acquisition));
 }
 
 namespace {

@@ -19,13 +19,17 @@ Colour mix(const Colour& from, const Colour& to, double t) {
           from.a + s * (to.a - from.a)};
 }
 
+Colour between(std::span<const Colour> stops, double t) {
+  const double at = (std::isnan(t) ? 0 : std::clamp(t, 0.0, 1.0)) * static_cast<double>(stops.size() - 1);
+  const auto i = std::min(static_cast<std::size_t>(at), stops.size() - 2);
+  return mix(stops[i], stops[i + 1], at - static_cast<double>(i));
+}
+
 Colour viridis(double t) {
   static constexpr std::array kStops{rgb(0x440154), rgb(0x472D7B), rgb(0x3B528B),
                                      rgb(0x2C728E), rgb(0x21918C), rgb(0x28AE80),
                                      rgb(0x5EC962), rgb(0xADDC30), rgb(0xFDE725)};
-  const double at = (std::isnan(t) ? 0 : std::clamp(t, 0.0, 1.0)) * (kStops.size() - 1);
-  const auto i = std::min(static_cast<std::size_t>(at), kStops.size() - 2);
-  return mix(kStops[i], kStops[i + 1], at - static_cast<double>(i));
+  return between(kStops, t);
 }
 
 Colour colour_of(propagation::Visibility visibility) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "canyon/propagation/paths.hpp"
 
@@ -27,6 +28,8 @@ struct Colour {
 
 /// A colour between two; `t` is clamped to [0, 1].
 [[nodiscard]] Colour mix(const Colour& from, const Colour& to, double t);
+/// The same along two colours or more at even distances.
+[[nodiscard]] Colour between(std::span<const Colour> stops, double t);
 
 /// Matplotlib's viridis (Smith, van der Walt 2015), from dark purple at 0 to yellow at 1, within 2 % of it:
 /// even in lightness, readable by colour-blind people and in grey.

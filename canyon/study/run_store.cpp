@@ -155,7 +155,17 @@ struct RunStore::Impl {
   std::size_t bytes = 0;
   std::mutex mutex;
 
-  void open();
+  // A file of this process's own, made with its first run.
+  void open() {
+    for (int i = 0; file < 0; ++i) {
+      path = folder / kRuns / fmt::format("{}-{}-{}.jsonl", host_name(), ::getpid(), i);
+      file = ::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_APPEND | O_CLOEXEC, 0666);
+      if (file < 0 && errno != EEXIST) {
+        throw OutputError(path, 0, fmt::format("cannot be written: {}", std::strerror(errno)));
+      }
+    }
+  }
+
   [[noreturn]] void fail(int code) {
     // Removes the part of the line that a full disk took.
     [[maybe_unused]] const int cut = ::ftruncate(file, static_cast<off_t>(bytes));
@@ -163,17 +173,6 @@ struct RunStore::Impl {
                       "finished runs are kept: free disk space and run the same command again");
   }
 };
-
-// A file of this process's own, made with its first run.
-void RunStore::Impl::open() {
-  for (int i = 0; file < 0; ++i) {
-    path = folder / kRuns / fmt::format("{}-{}-{}.jsonl", host_name(), ::getpid(), i);
-    file = ::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_APPEND | O_CLOEXEC, 0666);
-    if (file < 0 && errno != EEXIST) {
-      throw OutputError(path, 0, fmt::format("cannot be written: {}", std::strerror(errno)));
-    }
-  }
-}
 
 RunStore::RunStore(fs::path folder, const Manifest& manifest) : impl_(std::make_unique<Impl>()) {
   impl_->folder = std::move(folder);

@@ -152,73 +152,67 @@ struct RunMaker::Impl {
 
   /// @param drawn false: the city as its source gives it, whatever the seed
   [[nodiscard]] std::shared_ptr<simulation::CityScene> scene(const simulation::Scenario& scenario,
-                                                             bool drawn = true) const;
+                                                             bool drawn = true) const {
+    // Random drives need the whole city; it is the same city for all of them.
+    const simulation::CityConfig config =
+        plan.drives() == nullptr ? simulation::city_config(scenario) : scenario.city;
+    simulation::CityConfig plain = config;
+    plain.georeference = {};
+    // A source knows whether facades are drawn, and not which.
+    if (plain.facades.drawn()) {
+      plain.facades.mix = city::FacadeOptions().mix;
+      plain.facades.shares.clear();
+    }
+    const std::string source_key = options::exact_text(plain);
+    const simulation::Georeference& place = scenario.city.georeference;
+    const bool by_seed = scenario.city.facades.drawn() || place.sigma_m > 0 || place.heading_sigma_rad > 0;
+    std::string key = "as read " + source_key;
+    if (drawn) key = options::exact_text(config) + (by_seed ? std::to_string(scenario.seed) : "");
+    const auto triangles = [](const city::City& city) {
+      return static_cast<double>(city.mesh.triangles.size()) + 1;
+    };
+    const auto made = scenes.get(
+        key,
+        [&]() -> std::shared_ptr<const simulation::CityScene> {
+          const auto source = sources.get(
+              source_key, [&] { return read_source(config); },
+              [&](const city::City& city) { return kSourceBytes * triangles(city); });
+          if (!drawn) return std::make_shared<const simulation::CityScene>(*source);
+          return std::make_shared<const simulation::CityScene>(simulation::draw_city(*source, scenario));
+        },
+        [&](const simulation::CityScene& scene) { return kSceneBytes * triangles(scene.city); });
+    // A simulation moves nothing in its scene.
+    return std::const_pointer_cast<simulation::CityScene>(made);
+  }
+
+  // Skies of files serve all times that they cover; nominal ones are made for the run's time.
   [[nodiscard]] simulation::BuiltSky sky(const simulation::SkyConfig& config, geodesy::GpsTime begin,
-                                         geodesy::GpsTime end, const geodesy::Geodetic& place) const;
-  [[nodiscard]] std::shared_ptr<const city::City> read_source(const simulation::CityConfig& config) const;
-};
-
-std::shared_ptr<const city::City> RunMaker::Impl::read_source(const simulation::CityConfig& config) const {
-  auto city = std::make_shared<const city::City>(simulation::load_city_source(config));
-  const std::lock_guard<std::mutex> lock(report_mutex);
-  report.append(city->notes);
-  return city;
-}
-
-std::shared_ptr<simulation::CityScene> RunMaker::Impl::scene(const simulation::Scenario& scenario,
-                                                             bool drawn) const {
-  // Random drives need the whole city; it is the same city for all of them.
-  const simulation::CityConfig config =
-      plan.drives() == nullptr ? simulation::city_config(scenario) : scenario.city;
-  simulation::CityConfig plain = config;
-  plain.georeference = {};
-  // A source knows whether facades are drawn, and not which.
-  if (plain.facades.drawn()) {
-    plain.facades.mix = city::FacadeOptions().mix;
-    plain.facades.shares.clear();
-  }
-  const std::string source_key = options::exact_text(plain);
-  const simulation::Georeference& place = scenario.city.georeference;
-  const bool by_seed = scenario.city.facades.drawn() || place.sigma_m > 0 || place.heading_sigma_rad > 0;
-  std::string key = "as read " + source_key;
-  if (drawn) key = options::exact_text(config) + (by_seed ? std::to_string(scenario.seed) : "");
-  const auto triangles = [](const city::City& city) {
-    return static_cast<double>(city.mesh.triangles.size()) + 1;
-  };
-  const auto made = scenes.get(
-      key,
-      [&]() -> std::shared_ptr<const simulation::CityScene> {
-        const auto source = sources.get(
-            source_key, [&] { return read_source(config); },
-            [&](const city::City& city) { return kSourceBytes * triangles(city); });
-        if (!drawn) return std::make_shared<const simulation::CityScene>(*source);
-        return std::make_shared<const simulation::CityScene>(simulation::draw_city(*source, scenario));
-      },
-      [&](const simulation::CityScene& scene) { return kSceneBytes * triangles(scene.city); });
-  // A simulation moves nothing in its scene.
-  return std::const_pointer_cast<simulation::CityScene>(made);
-}
-
-// Skies of files serve all times that they cover; nominal ones are made for the run's time.
-simulation::BuiltSky RunMaker::Impl::sky(const simulation::SkyConfig& config, geodesy::GpsTime begin,
                                          geodesy::GpsTime end, const geodesy::Geodetic& place) const {
-  const auto make = [&] {
-    auto built =
-        std::make_shared<const simulation::BuiltSky>(simulation::build_sky(config, begin, end, place));
-    const std::lock_guard<std::mutex> lock(report_mutex);
-    report.append(built->report);
-    return built;
-  };
-  const auto one = [](const simulation::BuiltSky&) { return 1.0; };
-  if (!config.frozen_azimuth_rad.empty()) return *make();
-  std::string key = options::exact_text(config);
-  if (config.nominal) {
-    key += fmt::format("{} {}", begin.nanoseconds(), end.nanoseconds());
-    return *skies.get(key, make, one);
+    const auto make = [&] {
+      auto built =
+          std::make_shared<const simulation::BuiltSky>(simulation::build_sky(config, begin, end, place));
+      const std::lock_guard<std::mutex> lock(report_mutex);
+      report.append(built->report);
+      return built;
+    };
+    const auto one = [](const simulation::BuiltSky&) { return 1.0; };
+    if (!config.frozen_azimuth_rad.empty()) return *make();
+    std::string key = options::exact_text(config);
+    if (config.nominal) {
+      key += fmt::format("{} {}", begin.nanoseconds(), end.nanoseconds());
+      return *skies.get(key, make, one);
+    }
+    const auto found = skies.get(key, make, one);
+    return simulation::has_satellites(*found->sky, begin) ? *found : *make();
   }
-  const auto found = skies.get(key, make, one);
-  return simulation::has_satellites(*found->sky, begin) ? *found : *make();
-}
+
+  [[nodiscard]] std::shared_ptr<const city::City> read_source(const simulation::CityConfig& config) const {
+    auto city = std::make_shared<const city::City>(simulation::load_city_source(config));
+    const std::lock_guard<std::mutex> lock(report_mutex);
+    report.append(city->notes);
+    return city;
+  }
+};
 
 RunMaker::RunMaker(const StudyPlan& plan) : impl_(std::make_unique<Impl>(plan)) {}
 RunMaker::~RunMaker() = default;

@@ -70,6 +70,36 @@ std::string hash_text(std::string_view text) {
                      fnv1a(fmt::format("canyon {}", text.size()) + std::string(text)));
 }
 
+/// Bytes of results for each run and receiver, and for each epoch of these where epochs are kept; counted
+/// once with the records and the NetCDF file of a study, rounded up.
+constexpr double kBytesOfSummary = 1000, kBytesOfEpoch = 76;
+
+/// Epochs of a run, about: by duration_s, or the length of the way. @param drives of the study, or null
+/// @param report receives that of the file of a trajectory
+double estimated_epochs(const simulation::Scenario& scenario, const Axis* drives, ReadReport& report) {
+  const simulation::TrajectoryConfig& way = scenario.trajectory;
+  double way_s = scenario.duration_s.value_or(0), rate_hz = scenario.rate_hz.value_or(1);
+  if (drives != nullptr) {
+    way_s = drives->drives.length_m / drives->drives.speed_mps;
+  } else if (way.file) {
+    const simulation::TrajectoryFile file = simulation::make_trajectory(scenario, 0);
+    report.append(file.report);
+    const simulation::Trajectory& trajectory = file.trajectory;
+    way_s = trajectory.end() - trajectory.begin();
+    rate_hz = scenario.rate_hz.value_or(1 / trajectory.sample_interval_s());
+  } else if (way.waypoints.size() > 1) {
+    // Waypoints in the frame of a city that is not read yet give only their distances.
+    std::vector<Eigen::Vector3d> places;
+    for (const auto& place : way.waypoints) places.push_back(geodesy::ecef_from_geodetic(place));
+    for (const auto& [index, local] : way.local_waypoints) places.at(index) = local;
+    way_s = way.hold_s * static_cast<double>(places.size());
+    for (std::size_t i = 1; i < places.size(); ++i)
+      way_s += (places[i] - places[i - 1]).norm() / way.speed_mps;
+  }
+  if (scenario.duration_s) way_s = std::min(way_s, *scenario.duration_s);
+  return std::max(1.0, way_s * rate_hz + 1);
+}
+
 }  // namespace
 
 void visit(options::Visitor& v, Study& o) {
@@ -432,30 +462,6 @@ void StudyPlan::check_size() const {
                   bytes_ / 1e9, size_, receivers_.size(), epochs_, study_.max_output_gb),
       study_.keep == Keep::Epochs ? "keep: summary, run less, or raise max_output_gb"
                                   : "run less, or raise max_output_gb");
-}
-
-double estimated_epochs(const simulation::Scenario& scenario, const Axis* drives, ReadReport& report) {
-  const simulation::TrajectoryConfig& way = scenario.trajectory;
-  double way_s = scenario.duration_s.value_or(0), rate_hz = scenario.rate_hz.value_or(1);
-  if (drives != nullptr) {
-    way_s = drives->drives.length_m / drives->drives.speed_mps;
-  } else if (way.file) {
-    const simulation::TrajectoryFile file = simulation::make_trajectory(scenario, 0);
-    report.append(file.report);
-    const simulation::Trajectory& trajectory = file.trajectory;
-    way_s = trajectory.end() - trajectory.begin();
-    rate_hz = scenario.rate_hz.value_or(1 / trajectory.sample_interval_s());
-  } else if (way.waypoints.size() > 1) {
-    // Waypoints in the frame of a city that is not read yet give only their distances.
-    std::vector<Eigen::Vector3d> places;
-    for (const auto& place : way.waypoints) places.push_back(geodesy::ecef_from_geodetic(place));
-    for (const auto& [index, local] : way.local_waypoints) places.at(index) = local;
-    way_s = way.hold_s * static_cast<double>(places.size());
-    for (std::size_t i = 1; i < places.size(); ++i)
-      way_s += (places[i] - places[i - 1]).norm() / way.speed_mps;
-  }
-  if (scenario.duration_s) way_s = std::min(way_s, *scenario.duration_s);
-  return std::max(1.0, way_s * rate_hz + 1);
 }
 
 }  // namespace canyon::study

@@ -99,13 +99,4 @@ class StudyPlan {
   ReadReport report_;
 };
 
-/// Bytes of results for each run and receiver, and for each epoch of these where epochs are kept; counted
-/// once with the records and the NetCDF file of a study, rounded up.
-inline constexpr double kBytesOfSummary = 1000, kBytesOfEpoch = 76;
-
-/// Epochs of a run, about: by duration_s, or the length of the way. @param drives of the study, or null
-/// @param report receives that of the file of a trajectory
-[[nodiscard]] double estimated_epochs(const simulation::Scenario& scenario, const Axis* drives,
-                                      ReadReport& report);
-
 }  // namespace canyon::study

@@ -40,7 +40,7 @@ double interval_score(const Five& five, double truth) {
 std::optional<double> distance_of(const Headline& point, double simulated) {
   Headline h = point;
   h.simulated = simulated;
-  return range_distance(h);
+  return h.distance();
 }
 
 void add_scores(const Headline& point, const std::vector<double>& values, EnsembleFigure& figure) {
@@ -51,7 +51,7 @@ void add_scores(const Headline& point, const std::vector<double>& values, Ensemb
     distances.push_back(*distance);
   }
   figure.score = interval_score(five_of(distances), 0);
-  if (const auto distance = range_distance(point)) figure.point_score = std::abs(*distance);
+  if (const auto distance = point.distance()) figure.point_score = std::abs(*distance);
 }
 
 std::string percent(std::size_t part, std::size_t all) {
@@ -64,10 +64,10 @@ std::string table_of(const EnsembleRow& row) {
   for (const std::string& unknown : row.unknowns) text += fmt::format("- {}\n", unknown);
   std::vector<TextRow> lines;
   for (const EnsembleFigure& f : ensemble_figures(row)) {
-    const auto number = [&f](double value) { return fmt::format("{:.{}f}", value, f.decimals); };
+    const auto number = [&f](double value) { return fmt::format("{:.{}f}", value, f.info.decimals); };
     const auto ends = [&number](const Interval& i) { return number(i.low) + " to " + number(i.high); };
-    lines.push_back({f.title, number(f.recorded), f.point ? number(*f.point) : "-", number(f.median),
-                     ends(f.half), ends(f.most),
+    lines.push_back({std::string(f.info.title), number(f.recorded), f.point ? number(*f.point) : "-",
+                     number(f.median), ends(f.half), ends(f.most),
                      f.within_half()   ? "50 %"
                      : f.within_most() ? "90 %"
                                        : "no"});
@@ -100,17 +100,15 @@ Json coverage_json(const Coverage& sum) {
 std::vector<EnsembleFigure> ensemble_figures(const EnsembleRow& row) {
   std::vector<EnsembleFigure> figures;
   for (const Headline& point : row.point) {
-    if (!point.pair || !point.measured) continue;
+    if (!point.pair() || !point.measured) continue;
     std::vector<double> values;
     for (const EnsembleRow::Draw& draw : row.draws) {
-      const Headline* h = headline_with(draw.headlines, point.key);
+      const Headline* h = headline_with(draw.headlines, point.info.key);
       if (h != nullptr && h->simulated) values.push_back(*h->simulated);
     }
     if (values.size() < 2) continue;
     const Five five = five_of(values);
-    EnsembleFigure figure{
-        point.key, point.title, point.decimals, *point.measured, point.simulated, five[kMiddle], {}, {},
-        {},        {}};
+    EnsembleFigure figure{point.info, *point.measured, point.simulated, five[kMiddle], {}, {}, {}, {}};
     figure.half = {five[kLow50], five[kHigh50]};
     figure.most = {five[kLow90], five[kHigh90]};
     add_scores(point, values, figure);
@@ -126,7 +124,8 @@ Coverage coverage(const std::vector<EnsembleRow>& rows) {
       ++sum.figures;
       sum.within_half += f.within_half();
       sum.within_most += f.within_most();
-      if (f.key == "horizontal_p50_m") sum.widest_p50 = std::max(sum.widest_p50, f.most.high / f.most.low);
+      if (f.info.key == "horizontal_p50_m")
+        sum.widest_p50 = std::max(sum.widest_p50, f.most.high / f.most.low);
       if (!f.score || !f.point_score) continue;
       ++sum.scored;
       sum.score += *f.score;
@@ -165,11 +164,11 @@ std::string ensemble_json(const std::vector<EnsembleRow>& rows) {
   Json json{{"recordings", Json::array()}, {"coverage", coverage_json(coverage(rows))}};
   for (const EnsembleRow& row : rows) {
     Json figures = Json::object(), draws = Json::array();
-    for (const EnsembleFigure& f : ensemble_figures(row)) figures[f.key] = figure_json(f);
+    for (const EnsembleFigure& f : ensemble_figures(row)) figures[f.info.key] = figure_json(f);
     for (const EnsembleRow::Draw& draw : row.draws) {
       Json unknowns = Json::object(), values = Json::object();
       for (const auto& [name, value] : draw.values) unknowns[name] = value;
-      for (const Headline& h : draw.headlines) values[h.key] = h.simulated;
+      for (const Headline& h : draw.headlines) values[h.info.key] = h.simulated;
       draws.push_back({{"unknowns", std::move(unknowns)}, {"figures", std::move(values)}});
     }
     json["recordings"].push_back({{"name", row.name},

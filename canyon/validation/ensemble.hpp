@@ -26,14 +26,13 @@ struct EnsembleRow {
 
 /// A figure that recordings and simulations both have.
 struct EnsembleFigure {
-  std::string key, title;
-  int decimals = 1;
+  FigureInfo info;
   double recorded = 0;
   std::optional<double> point;  ///< simulated by the settings as they are
   double median = 0;
   Interval half, most;  ///< 50 and 90 %
   /// Weighted interval scores of the draws' distribution and of the point, in units of the figure's range
-  /// (range_distance()); empty for a figure without a range.
+  /// (Headline::distance()); empty for a figure without a range.
   std::optional<double> score, point_score;
 
   [[nodiscard]] bool within_half() const { return half.low <= recorded && recorded <= half.high; }

@@ -11,7 +11,8 @@ namespace {
 using ::testing::HasSubstr;
 
 Headline headline_of(const char* key, std::optional<double> measured, std::optional<double> simulated) {
-  return {key, key, 1, true, measured, simulated, {}, {}};
+  return {
+      {key, key, 1, FigureInfo::Kind::Pair, nullptr, figure_info(key)->range}, measured, simulated, {}, {}};
 }
 
 /// Simulated satellites used are 1, 2, ... 19.

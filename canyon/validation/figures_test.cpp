@@ -429,7 +429,8 @@ TEST(Figures, IntervalsAreThoseOfTheBootstrap) {
 }
 
 const Headline& headline(const std::vector<Headline>& all, const std::string& key) {
-  const auto at = std::find_if(all.begin(), all.end(), [&key](const Headline& h) { return h.key == key; });
+  const auto at =
+      std::find_if(all.begin(), all.end(), [&key](const Headline& h) { return h.info.key == key; });
   if (at == all.end()) throw std::out_of_range(key);
   return *at;
 }
@@ -462,8 +463,8 @@ TEST(Headlines, ByHand) {
   const std::vector<Headline> direct = headlines(hand.comparison, 0, 1);
   ASSERT_EQ(direct.size(), all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
-    EXPECT_EQ(direct[i].measured, all[i].measured) << all[i].key;
-    EXPECT_EQ(direct[i].simulated, all[i].simulated) << all[i].key;
+    EXPECT_EQ(direct[i].measured, all[i].measured) << all[i].info.key;
+    EXPECT_EQ(direct[i].simulated, all[i].simulated) << all[i].info.key;
   }
 }
 
@@ -542,7 +543,7 @@ TEST(Headlines, ByAnotherPartOfTheRecording) {
   }
   const std::vector<Headline> found = headlines_by_other_part(hand.comparison, 2, 2, 0, 2);
   const auto of = [&found](const std::string& key) {
-    return *std::find_if(found.begin(), found.end(), [&key](const Headline& h) { return h.key == key; });
+    return *std::find_if(found.begin(), found.end(), [&key](const Headline& h) { return h.info.key == key; });
   };
   EXPECT_DOUBLE_EQ(*of("tracked_los").measured, 1);
   EXPECT_DOUBLE_EQ(*of("tracked_los").simulated, 0.5);
@@ -561,8 +562,8 @@ TEST(Headlines, ByAnotherPartOfTheRecording) {
 
 TEST(RecordingTable, RowsAndTheirIntervals) {
   RecordingRow tst{"tst", "mass market", {}, "second half", "never tracked: C07", "{}", {}};
-  Headline p50{"p50_m", "p50 [m]", 1, true, 8.46, 1.54, Interval{6, 9}, Interval{1, 2}};
-  const Headline ks{"ks", "KS", 2, false, {}, 0.156, {}, Interval{0.1, 0.2}};
+  Headline p50{{"p50_m", "p50 [m]", 1, FigureInfo::Kind::Pair}, 8.46, 1.54, Interval{6, 9}, Interval{1, 2}};
+  const Headline ks{{"ks", "KS", 2}, {}, 0.156, {}, Interval{0.1, 0.2}};
   tst.headlines = {p50, ks};
   RecordingRow berlin{"berlin", "mass market", {}, "all", "", R"({"models": []})", {}};
   p50.measured.reset();

@@ -25,8 +25,8 @@ const std::string kNone = "-";
 struct FigureTable {
   std::string title;  ///< empty: it belongs to the table before
   Row head;
-  std::vector<Row> rows;
-  std::string note;  ///< a sentence; empty: none
+  std::vector<Row> rows = {};
+  std::string note = {};  ///< a sentence; empty: none
 };
 
 Json quantiles_json(const std::array<double, 5>& values, bool any) {
@@ -200,7 +200,7 @@ std::vector<FigureTable> separation_tables(const Figures& f) {
     return Row{name, shown(s->auc, 3), i ? from_to(i->low, i->high, 3) : kNone,
                shown(s->balanced_accuracy, 3), threshold == kNone ? kNone : threshold + " " + unit};
   };
-  FigureTable bands{"", {"Elevation", "LOS", "NLOS", "AUC by C/N0", "AUC by error"}, {}, ""};
+  FigureTable bands{"", {"Elevation", "LOS", "NLOS", "AUC by C/N0", "AUC by error"}};
   for (const Band& b : f.bands) {
     bands.rows.push_back({fmt::format("{:.0f} to {:.0f} deg", b.low_deg, b.high_deg), fmt::to_string(b.los),
                           fmt::to_string(b.nlos), shown(auc_of(b.by_cn0), 3), shown(auc_of(b.by_error), 3)});
@@ -208,8 +208,7 @@ std::vector<FigureTable> separation_tables(const Figures& f) {
   return {{"LOS and NLOS separated",
            {"By", "AUC", "95 % interval", "Balanced accuracy", "at a threshold of"},
            {row("C/N0 (NLOS is weaker)", f.by_cn0, f.by_cn0_interval, "dB-Hz"),
-            row("Pseudorange error (NLOS is later)", f.by_error, f.by_error_interval, "m")},
-           ""},
+            row("Pseudorange error (NLOS is later)", f.by_error, f.by_error_interval, "m")}},
           bands};
 }
 
@@ -220,15 +219,12 @@ FigureTable tracked_table(const char* title, const ObservationFigures& f) {
   };
   return {title,
           {"The city says", "Satellites", "Recorded [%]", "Simulated [%]"},
-          {row("LOS", f.tracked_los), row("NLOS", f.tracked_nlos)},
-          ""};
+          {row("LOS", f.tracked_los), row("NLOS", f.tracked_nlos)}};
 }
 
 FigureTable explained_table(const Figures& f) {
   FigureTable table{"NLOS observations that a modelled path explains",
-                    {"Path", "n", "Share [%]", "Median |difference| [m]", "Spearman", "95 % interval"},
-                    {},
-                    ""};
+                    {"Path", "n", "Share [%]", "Median |difference| [m]", "Spearman", "95 % interval"}};
   for (const Explained& e : f.explained) {
     table.rows.push_back({e.kind, fmt::to_string(e.n), shown(100 * e.share, 1),
                           shown(e.median_difference_m, 1), spearman_text(e),
@@ -249,7 +245,7 @@ void add_distribution(FigureTable& table, const std::string& name, const Distrib
 }
 
 FigureTable distributions_table(const std::string& title, const ObservationFigures& f) {
-  FigureTable table{title, {"Quantity", "n", "p5", "p25", "p50", "p75", "p95", "KS"}, {}, ""};
+  FigureTable table{title, {"Quantity", "n", "p5", "p25", "p50", "p75", "p95", "KS"}};
   add_distribution(table, "LOS pseudorange error [m]", f.error_los_m);
   add_distribution(table, "NLOS pseudorange error [m]", f.error_nlos_m);
   add_distribution(table, "LOS C/N0 [dB-Hz]", f.cn0_los_dbhz);
@@ -259,7 +255,7 @@ FigureTable distributions_table(const std::string& title, const ObservationFigur
 
 /// Signals beyond the first, which the other figures are of; then those that one side alone has.
 void add_further_signals(const Figures& f, std::vector<FigureTable>& tables) {
-  FigureTable one_sided{"Signals not judged", {"Signal", "Recorded", "Tracked by the simulated"}, {}, ""};
+  FigureTable one_sided{"Signals not judged", {"Signal", "Recorded", "Tracked by the simulated"}};
   for (const SignalFigures& s : f.signals) {
     if (!s.judged()) {
       one_sided.rows.push_back({s.name(), s.recorded ? "yes" : "no", s.tracked ? "yes" : "no"});
@@ -274,9 +270,7 @@ void add_further_signals(const Figures& f, std::vector<FigureTable>& tables) {
 FigureTable phase_table(const Figures& f) {
   FigureTable table{"Carrier phase",
                     {"Signal", "LOS with phase [%]", "NLOS with phase [%]", "Between cycle slips [s]",
-                     "Cycle slips", "LOS noise [mm]", "NLOS noise [mm]"},
-                    {},
-                    ""};
+                     "Cycle slips", "LOS noise [mm]", "NLOS noise [mm]"}};
   for (const SignalFigures& s : f.signals) {
     for (const auto& [who, p] :
          {std::pair(", measured", &s.measured_phase), {", simulated", &s.simulated_phase}}) {
@@ -296,6 +290,12 @@ Row quantiles_row(const char* name, const PositionFigures& p, const std::array<d
   for (const double value : q) row.push_back(p.fixes > 0 ? shown(value, 1) : kNone);
   return row;
 }
+std::vector<Row> error_rows(const PositionFigures& measured, const PositionFigures& simulated) {
+  return {quantiles_row("Horizontal, measured", measured, measured.horizontal_m),
+          quantiles_row("Horizontal, simulated", simulated, simulated.horizontal_m),
+          quantiles_row("Vertical, measured", measured, measured.vertical_m),
+          quantiles_row("Vertical, simulated", simulated, simulated.vertical_m)};
+}
 
 std::vector<FigureTable> position_tables(const Figures& f) {
   const Row head{"Error [m]", "p5", "p25", "p50", "p75", "p95"};
@@ -308,26 +308,14 @@ std::vector<FigureTable> position_tables(const Figures& f) {
     return shown(info.range.compared(info.value(f, Side::Measured), info.value(f, Side::Simulated)), 2);
   };
   std::vector<FigureTable> tables{
-      {"Position, by the same solver on both",
-       head,
-       {quantiles_row("Horizontal, measured", f.measured, f.measured.horizontal_m),
-        quantiles_row("Horizontal, simulated", f.simulated, f.simulated.horizontal_m),
-        quantiles_row("Vertical, measured", f.measured, f.measured.vertical_m),
-        quantiles_row("Vertical, simulated", f.simulated, f.simulated.vertical_m)},
+      {"Position, by the same solver on both", head, error_rows(f.measured, f.simulated),
        fmt::format("Horizontal, simulated over measured: p50 {}, p95 {}.", ratio("horizontal_p50_m"),
                    ratio("horizontal_p95_m"))},
       {"",
        {"Fixes", "Epochs", "With a fix", "[%]", "Mean satellites used"},
-       {availability("Measured", f.measured), availability("Simulated", f.simulated)},
-       ""}};
-  FigureTable filtered{"Position, by the same filter on both", head, {}, ""};
-  if (f.measured_filter.epochs > 0) {
-    filtered.rows = {
-        quantiles_row("Horizontal, measured", f.measured_filter, f.measured_filter.horizontal_m),
-        quantiles_row("Horizontal, simulated", f.simulated_filter, f.simulated_filter.horizontal_m),
-        quantiles_row("Vertical, measured", f.measured_filter, f.measured_filter.vertical_m),
-        quantiles_row("Vertical, simulated", f.simulated_filter, f.simulated_filter.vertical_m)};
-  }
+       {availability("Measured", f.measured), availability("Simulated", f.simulated)}}};
+  FigureTable filtered{"Position, by the same filter on both", head};
+  if (f.measured_filter.epochs > 0) filtered.rows = error_rows(f.measured_filter, f.simulated_filter);
   if (f.own_fixes) {
     filtered.rows.push_back(
         quantiles_row("Horizontal, receiver's own", *f.own_fixes, f.own_fixes->horizontal_m));

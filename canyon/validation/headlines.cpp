@@ -106,7 +106,7 @@ constexpr std::array kFigures{
 template <typename Value, typename Show>
 std::string pair_text(const Headline& h, const Value& measured, const Value& simulated, const Show& show) {
   const auto shown = [&show](const Value& value) { return value ? show(*value) : std::string("-"); };
-  if (!h.pair || (!measured && !simulated)) return shown(simulated);
+  if (!h.pair() || (!measured && !simulated)) return shown(simulated);
   return fmt::format("{} ({})", shown(simulated), shown(measured));
 }
 
@@ -124,9 +124,15 @@ double Range::distance(double compared) const {
   return std::log(compared) / (compared < 1 ? -std::log(low) : std::log(end));
 }
 
-bool is_within(double distance) {
-  const double rounding = 1e-9;
-  return std::abs(distance) <= 1 + rounding;
+std::optional<double> Headline::distance() const {
+  const Number compared = info.range.compared(measured, simulated);
+  return compared ? Number(info.range.distance(*compared)) : std::nullopt;
+}
+
+std::optional<bool> Headline::within() const {
+  constexpr double kRounding = 1e-9;
+  const Number away = distance();
+  return away ? std::optional(std::abs(*away) <= 1 + kRounding) : std::nullopt;
 }
 
 std::string Range::text() const {
@@ -146,13 +152,8 @@ const FigureInfo* figure_info(std::string_view key) {
 }
 
 Headline headline(const FigureInfo& info, const Figures& f) {
-  Headline h;
-  h.key = info.key;
-  h.title = info.title;
-  h.decimals = info.decimals;
-  h.pair = info.kind == Kind::Pair || info.kind == Kind::OwnFixes;
-  if (h.pair) h.measured = info.value(f, Side::Measured);
-  h.simulated = info.value(f, Side::Simulated);
+  Headline h{info, {}, info.value(f, Side::Simulated), {}, {}};
+  if (h.pair()) h.measured = info.value(f, Side::Measured);
   return h;
 }
 
@@ -166,19 +167,19 @@ std::vector<Headline> headlines(const Figures& f) {
 }
 
 const Headline* headline_with(const std::vector<Headline>& headlines, std::string_view key) {
-  const auto at =
-      std::find_if(headlines.begin(), headlines.end(), [key](const Headline& h) { return h.key == key; });
+  const auto at = std::find_if(headlines.begin(), headlines.end(),
+                               [key](const Headline& h) { return h.info.key == key; });
   return at != headlines.end() ? &*at : nullptr;
 }
 
 std::string value_text(const Headline& h) {
   return pair_text(h, h.measured, h.simulated,
-                   [&h](double value) { return fmt::format("{:.{}f}", value, h.decimals); });
+                   [&h](double value) { return fmt::format("{:.{}f}", value, h.info.decimals); });
 }
 
 std::string interval_text(const Headline& h) {
   return pair_text(h, h.measured_interval, h.simulated_interval, [&h](const Interval& i) {
-    return fmt::format("{:.{}f} to {:.{}f}", i.low, h.decimals, i.high, h.decimals);
+    return fmt::format("{:.{}f} to {:.{}f}", i.low, h.info.decimals, i.high, h.info.decimals);
   });
 }
 

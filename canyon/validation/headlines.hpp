@@ -31,8 +31,6 @@ struct Range {
   /// "at most 0.2", "0.7 to 1.4", "at least 80 %".
   [[nodiscard]] std::string text() const;
 };
-/// Whether a Range::distance() lies in the range.
-[[nodiscard]] bool is_within(double distance);
 
 enum class Side { Measured, Simulated };
 
@@ -59,12 +57,18 @@ struct FigureInfo {
 
 /// One of the figures that stand for a recording in a table of several.
 struct Headline {
-  std::string key;    ///< "horizontal_p50_m"
-  std::string title;  ///< "horizontal p50 [m]"
-  int decimals = 1;   ///< that it is written with
-  bool pair = true;   ///< recorded and simulated have one each; false: `simulated` is of both together
-  std::optional<double> measured, simulated;
+  FigureInfo info;
+  std::optional<double> measured, simulated;  ///< without pair() `simulated` is of both together
   std::optional<Interval> measured_interval, simulated_interval;  ///< 95 %, blocks of time
+
+  /// Whether recorded and simulated have one each.
+  [[nodiscard]] bool pair() const {
+    return info.kind == FigureInfo::Kind::Pair || info.kind == FigureInfo::Kind::OwnFixes;
+  }
+  /// Range::distance() of it; empty without a range, and where a value is missing.
+  [[nodiscard]] std::optional<double> distance() const;
+  /// Whether it lies in its range (docs/results.md has them); empty as distance().
+  [[nodiscard]] std::optional<bool> within() const;
 };
 [[nodiscard]] Headline headline(const FigureInfo& info, const Figures& figures);
 /// Headlines without intervals, always the same ones in the same order; those of own fixes, if any, come

@@ -17,13 +17,13 @@ Json ends(const std::optional<Interval>& interval) {
 Json headlines_json(const std::vector<Headline>& headlines) {
   Json json = Json::object();
   for (const Headline& h : headlines) {
-    if (h.pair) {
-      json[h.key] = {{"measured", h.measured},
-                     {"measured_interval_95", ends(h.measured_interval)},
-                     {"simulated", h.simulated},
-                     {"simulated_interval_95", ends(h.simulated_interval)}};
+    if (h.pair()) {
+      json[h.info.key] = {{"measured", h.measured},
+                          {"measured_interval_95", ends(h.measured_interval)},
+                          {"simulated", h.simulated},
+                          {"simulated_interval_95", ends(h.simulated_interval)}};
     } else {
-      json[h.key] = {{"value", h.simulated}, {"interval_95", ends(h.simulated_interval)}};
+      json[h.info.key] = {{"value", h.simulated}, {"interval_95", ends(h.simulated_interval)}};
     }
   }
   return json;
@@ -35,7 +35,7 @@ std::vector<Headline> headlines_of(const std::vector<RecordingRow>& rows) {
   std::vector<Headline> all;
   for (const RecordingRow& row : rows) {
     for (const Headline& h : row.headlines) {
-      if (headline_with(all, h.key) == nullptr) all.push_back(h);
+      if (headline_with(all, h.info.key) == nullptr) all.push_back(h);
     }
   }
   return all;
@@ -53,13 +53,13 @@ std::string description_of(const RecordingRow& row) {
 std::string to_text(const std::vector<RecordingRow>& rows) {
   const std::vector<Headline> columns = headlines_of(rows);
   TextRow head{"recording"};
-  for (const Headline& column : columns) head.push_back(column.title);
+  for (const Headline& column : columns) head.emplace_back(column.info.title);
   std::vector<TextRow> lines;
   for (const RecordingRow& row : rows) {
     const auto line = [&](const std::string& name, std::string (*show)(const Headline&)) {
       TextRow& cells = lines.emplace_back(TextRow{name});
       for (const Headline& column : columns) {
-        const Headline* h = headline_with(row.headlines, column.key);
+        const Headline* h = headline_with(row.headlines, column.info.key);
         cells.push_back(h != nullptr ? show(*h) : "-");
       }
     };
@@ -100,28 +100,17 @@ std::string text_of(const Score& score) {
 std::string judged_text(const Headline& h, bool within) {
   std::string text = value_text(h);
   if (const auto& i = h.simulated_interval) {
-    text += fmt::format(", {:.{}f} to {:.{}f}", i->low, h.decimals, i->high, h.decimals);
+    text += fmt::format(", {:.{}f} to {:.{}f}", i->low, h.info.decimals, i->high, h.info.decimals);
   }
   return text + (within ? ": yes" : ": no");
 }
 
 }  // namespace
 
-std::optional<double> range_distance(const Headline& h) {
-  const FigureInfo* info = figure_info(h.key);
-  const auto compared = info != nullptr ? info->range.compared(h.measured, h.simulated) : std::nullopt;
-  return compared ? std::optional(info->range.distance(*compared)) : std::nullopt;
-}
-
-std::optional<bool> within_range(const Headline& h) {
-  const std::optional<double> distance = range_distance(h);
-  return distance ? std::optional(is_within(*distance)) : std::nullopt;
-}
-
 Score score_of(const std::vector<Headline>& headlines) {
   Score score;
   for (const Headline& h : headlines) {
-    const std::optional<bool> within = within_range(h);
+    const std::optional<bool> within = h.within();
     score.of += within.has_value();
     score.within += within.value_or(false);
   }
@@ -171,8 +160,8 @@ std::string score_card(const std::vector<RecordingRow>& rows) {
     TextRow line{"", info.range.text() + (ratio ? " of recorded" : "")};
     for (const RecordingRow* row : recordings) {
       const Headline* h = headline_with(row->headlines, info.key);
-      const auto within = h != nullptr ? within_range(*h) : std::nullopt;
-      if (within) line.front() = h->title;
+      const auto within = h != nullptr ? h->within() : std::nullopt;
+      if (within) line.front() = h->info.title;
       line.push_back(within ? judged_text(*h, *within) : "-");
     }
     if (!line.front().empty()) lines.push_back(std::move(line));

@@ -39,16 +39,6 @@ struct RecordingRow {
 
 // Which figures of a simulated receiver lie within their range of the recorded ones.
 
-/// Whether a headline lies in its range, which docs/results.md has for thirteen of them: tracked shares
-/// within 0.1 of the recorded ones, LOS less NLOS within 2 dB, the four Kolmogorov-Smirnov distances at most
-/// 0.2, satellites used within 1, correlation of tracked satellites over time at least 0.5, Spearman at least
-/// 0.6, median difference at most 10 m, p50 and p95 of fixes 0.7 to 1.4 of the recorded ones. Empty for
-/// others, and where a value is missing.
-[[nodiscard]] std::optional<bool> within_range(const Headline& headline);
-/// Distance of a headline from a perfect simulation, in units of its range: within it from -1 to 1. Signed
-/// for differences and ratios (of their logarithm), for others from 0. Empty as within_range().
-[[nodiscard]] std::optional<double> range_distance(const Headline& headline);
-
 struct Score {
   std::size_t within = 0, of = 0;  ///< headlines in their range, and that have one
 

@@ -9,12 +9,13 @@ namespace {
 using ::testing::HasSubstr;
 
 Headline headline(const char* key, std::optional<double> measured, std::optional<double> simulated) {
-  return {key, key, 2, true, measured, simulated, {}, {}};
+  return {
+      {key, key, 2, FigureInfo::Kind::Pair, nullptr, figure_info(key)->range}, measured, simulated, {}, {}};
 }
 
 TEST(ScoreCard, RangesAreThoseOfTheDocs) {
   const auto within = [](const char* key, std::optional<double> measured, std::optional<double> simulated) {
-    return within_range(headline(key, measured, simulated));
+    return headline(key, measured, simulated).within();
   };
   EXPECT_EQ(within("tracked_nlos", 0.5, 0.6), true);
   EXPECT_EQ(within("tracked_nlos", 0.5, 0.39), false);
@@ -32,7 +33,7 @@ TEST(ScoreCard, RangesAreThoseOfTheDocs) {
 // In units of the ranges, by hand: 0 for a perfect simulation, 1 at the ends.
 TEST(ScoreCard, DistancesByHand) {
   const auto distance = [](const char* key, std::optional<double> measured, std::optional<double> simulated) {
-    return range_distance(headline(key, measured, simulated)).value();
+    return headline(key, measured, simulated).distance().value();
   };
   EXPECT_NEAR(distance("tracked_nlos", 0.5, 0.45), -0.5, 1e-12);
   EXPECT_NEAR(distance("satellites_used", 12.0, 15.0), 3, 1e-12);
@@ -43,8 +44,8 @@ TEST(ScoreCard, DistancesByHand) {
   EXPECT_EQ(distance("spearman", {}, 1.0), 0);
   EXPECT_NEAR(distance("spearman", {}, 0.6), 1, 1e-12);
   EXPECT_NEAR(distance("median_difference_m", {}, 25.0), 2.5, 1e-12);
-  EXPECT_EQ(range_distance(headline("tracked_los", {}, 1.0)), std::nullopt) << "not recorded";
-  EXPECT_EQ(range_distance(headline("cn0_los_dbhz", 40.0, 40.0)), std::nullopt) << "has no range";
+  EXPECT_EQ(headline("tracked_los", {}, 1.0).distance(), std::nullopt) << "not recorded";
+  EXPECT_EQ(headline("cn0_los_dbhz", 40.0, 40.0).distance(), std::nullopt) << "has no range";
 }
 
 TEST(ScoreCard, CountsRecordingsAndLeavesPooledRowsOut) {

@@ -30,8 +30,7 @@ void Recorder::end_epoch(const std::vector<std::string>& faults, double time_s) 
 
 void Recorder::finish(Header& header) {
   finish_block();
-  put({&rows_.epochs, &skylines_.rows()},
-      {fmt::format("track-{}.bin.gz", receiver_), receiver_, true, 0, epochs_});
+  put({&rows_.epochs, &skylines_}, {fmt::format("track-{}.bin.gz", receiver_), receiver_, true, 0, epochs_});
   header.receivers.at(receiver_).faults = std::move(faults_);
   header.chunks.insert(header.chunks.end(), chunks_.begin(), chunks_.end());
 }
@@ -65,11 +64,6 @@ bool MovingSkyline::move(const raytrace::RayScene& scene, const Eigen::Vector3d&
   place_ = antenna_enu;
   bytes_ = skyline_bytes(scene, antenna_enu);
   return true;
-}
-
-int Skylines::row_at(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu) {
-  if (skyline_.move(scene, antenna_enu)) rows_.add_bytes(skyline_.bytes());
-  return static_cast<int>(rows_.size()) - 1;
 }
 
 }  // namespace canyon::view

@@ -37,21 +37,6 @@ class MovingSkyline {
   std::string bytes_;
 };
 
-/// The table "skylines" of a drive: one row for each place where the antenna has moved far enough.
-class Skylines {
- public:
-  /// @param step_m as MovingSkyline's
-  explicit Skylines(double step_m) : skyline_(step_m) {}
-
-  /// Row of the skyline at a place of the city's frame: the last one, or a new one.
-  int row_at(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu);
-  [[nodiscard]] const output::ViewRows& rows() const { return rows_; }
-
- private:
-  MovingSkyline skyline_;
-  output::ViewRows rows_{output::kViewSkylines};
-};
-
 /// The files of one receiver of a view: blocks of its satellites and paths as they fill, and at the end all
 /// of its epochs. `scene` must outlive it.
 class Recorder {
@@ -65,14 +50,18 @@ class Recorder {
         epochs_per_block_(options.epochs_per_block),
         scene_(scene),
         rows_(signal, options.paths_per_satellite, std::move(words)),
-        skylines_(options.skyline_step_m) {}
+        skyline_(options.skyline_step_m) {}
 
   /// Takes the rows of the next epoch. end_epoch() follows.
   [[nodiscard]] output::EpochRows& rows() { return rows_; }
   /// The next epoch's number.
   [[nodiscard]] std::size_t epoch() const { return epochs_; }
-  /// The row of its skyline. @param antenna in the city's frame [m]
-  [[nodiscard]] int skyline(const Eigen::Vector3d& antenna) { return skylines_.row_at(scene_, antenna); }
+  /// The row of its skyline: the last one, or a new one where it has moved far enough. @param antenna in the
+  /// city's frame [m]
+  [[nodiscard]] int skyline(const Eigen::Vector3d& antenna) {
+    if (skyline_.move(scene_, antenna)) skylines_.add_bytes(skyline_.bytes());
+    return static_cast<int>(skylines_.size()) - 1;
+  }
   /// @param faults at work, @param time_s since the view's begin
   void end_epoch(const std::vector<std::string>& faults, double time_s);
   /// Writes the remaining rows to files, and tells the header's receiver and list of chunks of all.
@@ -86,7 +75,8 @@ class Recorder {
   std::size_t receiver_, epochs_per_block_;
   const raytrace::RayScene& scene_;
   output::EpochRows rows_;
-  Skylines skylines_;
+  MovingSkyline skyline_;
+  output::ViewRows skylines_{output::kViewSkylines};
   std::vector<FaultStretch> faults_;
   std::vector<ChunkEntry> chunks_;
   std::size_t epochs_ = 0, block_begin_ = 0;

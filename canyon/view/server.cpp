@@ -324,16 +324,6 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
 }  // namespace
 
-void ServerOptions::validate() const {
-  if (port < 0 || port > 65535) {
-    throw InputError(fmt::format("port {} does not exist", port),
-                     "take one of 1024 to 65535, or 0 for a free one");
-  }
-  if (most_clients < 1) throw InputError("most_clients is 0", "a page needs one");
-  if (most_waiting < 2) throw InputError("most_waiting is below 2", "one is on its way while the next waits");
-  if (timeout <= timeout.zero()) throw InputError("timeout is not positive", "give milliseconds");
-}
-
 bool is_served_name(std::string_view name) {
   bool any = false, dotted = false;  // since the last dot; at all
   for (const char c : name) {
@@ -359,6 +349,10 @@ struct Server::Impl {
   std::thread thread;
 
   void listen() {
+    if (shared->options.port < 0 || shared->options.port > 65535) {
+      throw InputError(fmt::format("port {} does not exist", shared->options.port),
+                       "take one of 1024 to 65535, or 0 for a free one");
+    }
     error_code error;
     acceptor.open(tcp::v4(), error);
     if (!error) acceptor.set_option(asio::socket_base::reuse_address(true), error);
@@ -400,7 +394,6 @@ struct Server::Impl {
 };
 
 Server::Server(Site site, const ServerOptions& options) : impl_(std::make_unique<Impl>()) {
-  options.validate();
   impl_->shared->site = std::move(site);
   impl_->shared->options = options;
   impl_->shared->work = &impl_->work;

@@ -13,18 +13,16 @@ namespace canyon::view {
 
 /// Bounds of a server; what exceeds them is refused and harms nobody else.
 struct ServerOptions {
-  int port = 0;  ///< of 127.0.0.1; 0: a free one. [0, 65535]
+  int port = 0;  ///< of 127.0.0.1; 0: a free one
   /// Connections at a time. One more takes the place of the one that waits longest without a request; where
   /// all are at work it is closed at once.
-  std::size_t most_clients = 48;
+  std::size_t most_clients = 48;          ///< >= 1
   std::size_t most_header_bytes = 8192;   ///< of an HTTP request; it has no body
   std::size_t most_message_bytes = 4096;  ///< of a WebSocket message to the server
-  /// Messages that wait for a WebSocket client which reads too slowly; of more the oldest are dropped.
+  /// Messages that wait for a WebSocket client which reads too slowly, >= 2; of more the oldest are dropped.
   std::size_t most_waiting = 64;
   /// For a request to come whole, for an answer to be taken, for a WebSocket client to answer a ping.
   std::chrono::milliseconds timeout{20'000};
-  /// Throws InputError naming the field and its bound.
-  void validate() const;
 };
 
 /// The contents of a server.

@@ -47,7 +47,6 @@ class View final : public simulation::EpochSink {
         options_(std::move(options)),
         figures_(simulation::receiver_names(simulation.scenario().receivers)),
         header_(begun(simulation)) {
-    options_.validate();
     make_output_folder(folder_);
     header_.city = write_city(simulation.environment().city(), options_.height_sources, folder_);
     header_.paths_per_satellite = options_.paths_per_satellite;
@@ -97,16 +96,6 @@ class View final : public simulation::EpochSink {
 };
 
 }  // namespace
-
-void ViewOptions::validate() const {
-  if (paths_per_satellite < 1 || paths_per_satellite > 1000) {
-    throw InputError("paths_per_satellite is out of range", "it runs from 1 to 1000");
-  }
-  if (epochs_per_block < 1 || epochs_per_block > 100'000) {
-    throw InputError("epochs_per_block is out of range", "it runs from 1 to 100,000");
-  }
-  if (!(skyline_step_m >= 0)) throw InputError("skyline_step_m is negative", "give metres");
-}
 
 void check_run(const std::filesystem::path& folder, const simulation::Simulation& simulation) {
   const Json shown = read_header(folder);
@@ -159,6 +148,12 @@ struct RunRelay::Impl {
     return true;
   }
 
+  /// Sends a message, which pages that come later are greeted with as well.
+  void tell(const std::string& text) const {
+    server.greet({hello, text});
+    server.send(text);
+  }
+
   const simulation::Simulation& simulation;
   Server& server;
   std::chrono::milliseconds step;
@@ -191,15 +186,11 @@ void RunRelay::write(const simulation::Epoch& epoch) {
 }
 
 void RunRelay::progress(std::size_t done, std::size_t planned) {
-  const std::string text = output::progress_message(done, planned);
-  impl_->server.greet({impl_->hello, text});
-  impl_->server.send(text);
+  impl_->tell(output::progress_message(done, planned));
 }
 
 void RunRelay::finished() {
-  const std::string text = output::finished_message();
-  impl_->server.greet({impl_->hello, text});
-  impl_->server.send(text);
+  impl_->tell(output::finished_message());
 }
 
 }  // namespace canyon::view

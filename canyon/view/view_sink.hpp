@@ -25,14 +25,11 @@ struct ViewOptions {
   /// The header is written at once as that of a live view, for pages that RunRelay shows the run to while it
   /// is computed; at the end the whole one takes its place.
   bool watched = false;
-  /// Throws InputError naming the field and its bound.
-  void validate() const;
 };
 
 /// Writes a run as "canyon view 1" into `folder`, which is made where needed (docs/view-format.md): the city
 /// at once, blocks as they fill, the rest at the end. Only the epochs' own rows are held in memory, 250 bytes
-/// each. `simulation` must outlive it. Throws InputError for options that do not validate(), and where the
-/// folder does not take the files.
+/// each. `simulation` must outlive it. Throws InputError where the folder does not take the files.
 [[nodiscard]] std::unique_ptr<simulation::EpochSink> make_view(const simulation::Simulation& simulation,
                                                                const std::filesystem::path& folder,
                                                                ViewOptions options = {});

@@ -59,20 +59,20 @@ export class SignalBars {
         c.fillRect(x - this.step / 2, 0, this.step, h);
       }
       c.fillStyle = c.strokeStyle = visibilityColour(row.visibility, state.theme);
-      if (!Number.isNaN(row.cn0)) {
-        const height = bottom - y(row.cn0);
+      if (!Number.isNaN(row.cn0_dbhz)) {
+        const height = bottom - y(row.cn0_dbhz);
         c.globalAlpha = row.used ? 1 : 0.35;
         c.fillRect(x - width / 2, bottom - height, width, height);
         c.globalAlpha = 1;
         c.lineWidth = 1.2;
         c.strokeRect(x - width / 2, bottom - height, width, height);
       }
-      if (!Number.isNaN(row.trueCn0)) {
+      if (!Number.isNaN(row.true_cn0_dbhz)) {
         c.strokeStyle = paint.ink;
         c.lineWidth = 1.5;
         c.beginPath();
-        c.moveTo(x - width / 2 - 2, y(row.trueCn0));
-        c.lineTo(x + width / 2 + 2, y(row.trueCn0));
+        c.moveTo(x - width / 2 - 2, y(row.true_cn0_dbhz));
+        c.lineTo(x + width / 2 + 2, y(row.true_cn0_dbhz));
         c.stroke();
       }
       c.save();

@@ -16,7 +16,7 @@ const kNames: Record<string, string> = { vehicle: 'Vehicle', structure: 'Sign, a
 const kArrow = [[2.6, 0, 0], [-1.9, 1.3, 0], [-1.9, -1.3, 0], [-1.1, 0, 0], [-1, 0, 0.8]] as const;
 const kArrowFaces = [0, 1, 4, 0, 4, 2, 1, 3, 4, 3, 2, 4, 0, 3, 1, 0, 2, 3];
 
-function described({ length, width, low, high }: BodyRow, word: string): string {
+function described({ length_m: length, width_m: width, low_m: low, high_m: high }: BodyRow, word: string): string {
   const size = word === 'crown' ? `${width.toFixed(1)} m across` : `${length.toFixed(1)} m long, ${width.toFixed(1)} m wide`;
   return `${kNames[word] ?? word}: ${size}, from ${low.toFixed(1)} to ${high.toFixed(1)} m (up)`;
 }
@@ -39,20 +39,20 @@ export class Bodies {
 
   /** @param word of its kind */
   add(body: BodyRow, word: string, theme: Theme): void {
-    const { east, north, low, high } = body;
+    const { east_m: east, north_m: north, low_m: low, high_m: high } = body;
     const colour = new Color(word === 'crown' ? kMaterialColours['foliage'] : word === 'structure' ? kPaint[theme].structure : kPaint[theme].vehicle);
     if (word === 'crown') {
       const [middle, half] = [(low + high) / 2, (high - low) / 2];
       for (let i = 0; i < kCrown.length; i += 3) {
-        this.positions.push(east + (body.width / 2) * (kCrown[i] ?? 0), north + (body.width / 2) * (kCrown[i + 1] ?? 0),
+        this.positions.push(east + (body.width_m / 2) * (kCrown[i] ?? 0), north + (body.width_m / 2) * (kCrown[i + 1] ?? 0),
           middle + half * (kCrown[i + 2] ?? 0));
       }
       return this.paint(colour, { body, word });
     }
-    const [c, s] = [Math.cos(body.yaw * kRadians), Math.sin(body.yaw * kRadians)];
+    const [c, s] = [Math.cos(body.yaw_deg * kRadians), Math.sin(body.yaw_deg * kRadians)];
     for (const corner of kBox) {
-      const ahead = (corner & 1 ? 0.5 : -0.5) * body.length;
-      const left = (corner & 2 ? 0.5 : -0.5) * body.width;
+      const ahead = (corner & 1 ? 0.5 : -0.5) * body.length_m;
+      const left = (corner & 2 ? 0.5 : -0.5) * body.width_m;
       this.positions.push(east + c * ahead - s * left, north + s * ahead + c * left, corner & 4 ? high : low);
     }
     this.paint(colour, { body, word });

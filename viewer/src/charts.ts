@@ -169,7 +169,7 @@ export class Chart {
     const signal = header.words['signal']?.[row.signal];
     const code = header.codes?.find((c) => c.system === satellite.system && c.signal === signal);
     if (!code) return none('This view has no correlation functions: make it again with “canyon simulate --view”.');
-    if (!row.paths.some((p) => Number.isFinite(p.loss))) {
+    if (!row.paths.some((p) => Number.isFinite(p.loss_db))) {
       return none(header.receivers[state.receiver]?.strength === false
         ? 'This receiver has no signal model, so its paths have no strength.' : `Nothing arrives from ${satellite.id}.`);
     }
@@ -178,15 +178,15 @@ export class Chart {
     const words = header.words.path;
     const kinds = [...new Set(found.paths.map((p) => p.kind))].sort((a, b) => a - b);
     const counted = (kind: number): number => found.paths.filter((p) => p.kind === kind).length;
-    const tracked = Number.isFinite(row.excess);
+    const tracked = Number.isFinite(row.excess_m);
     return {
       x: found.delays, unit: 'of line of sight',
       series: [
         { label: `${satellite.id} ${signal}, all paths`, colour: kPaint[state.theme].ink, values: found.magnitudes, width: 2 },
         ...kinds.map((kind) => ({ label: `${counted(kind)} ${words[kind] ?? ''}`, colour: pathColour(kind, state.theme), values: empty })),
-        { label: tracked ? `code loop at ${row.excess.toFixed(1)} m` : 'not tracked', colour: kPaint[state.theme].accent, values: empty },
+        { label: tracked ? `code loop at ${row.excess_m.toFixed(1)} m` : 'not tracked', colour: kPaint[state.theme].accent, values: empty },
       ],
-      correlation: { paths: found.paths, loop: row.excess },
+      correlation: { paths: found.paths, loop: row.excess_m },
     };
   }
 
@@ -256,13 +256,9 @@ export class Chart {
     const interval = this.store.header.time?.interval_s ?? 0;
     u.ctx.save();
     u.ctx.fillStyle = 'rgba(213,94,0,0.22)';
-    for (let i = 0; i < track.size; ++i) {
-      if (track.fixed(i)) continue;
-      let end = i;
-      while (end + 1 < track.size && !track.fixed(end + 1)) ++end;
-      const from = x(track.time[i] ?? 0);
-      u.ctx.fillRect(from, top, Math.max(1, x((track.time[end] ?? 0) + interval) - from), height);
-      i = end;
+    for (const [first, last] of track.losses()) {
+      const from = x(track.time[first] ?? 0);
+      u.ctx.fillRect(from, top, Math.max(1, x((track.time[last] ?? 0) + interval) - from), height);
     }
     u.ctx.restore();
   }

@@ -24,20 +24,20 @@ function valueOf(code: Code, delay: number): number {
 
 /** From a chip before the line of sight to one behind the longest detour, three chips at least. */
 export function correlationFunction(row: SatelliteRow, code: Code): CorrelationFunction {
-  const seen = row.paths.filter((p) => Number.isFinite(p.loss));
-  const amplitudes = seen.map((p) => 10 ** (-p.loss / 20));
-  const turns = seen.map((p) => (p.phase * Math.PI) / 180);
-  const longest = Math.min(10, Math.max(1, ...seen.map((p) => Math.ceil(p.excess / code.chip_m))));
+  const seen = row.paths.filter((p) => Number.isFinite(p.loss_db));
+  const amplitudes = seen.map((p) => 10 ** (-p.loss_db / 20));
+  const turns = seen.map((p) => (p.phase_deg * Math.PI) / 180);
+  const longest = Math.min(10, Math.max(1, ...seen.map((p) => Math.ceil(p.excess_m / code.chip_m))));
   const delays = Float64Array.from({ length: kSteps + 1 }, (_, i) => ((2 + longest) * (i / kSteps) - 1) * code.chip_m);
   const magnitudes = delays.map((delay) => {
     let re = 0;
     let im = 0;
     seen.forEach((p, k) => {
-      const value = (amplitudes[k] ?? 0) * valueOf(code, delay - p.excess);
+      const value = (amplitudes[k] ?? 0) * valueOf(code, delay - p.excess_m);
       re += value * Math.cos(turns[k] ?? 0);
       im += value * Math.sin(turns[k] ?? 0);
     });
     return Math.hypot(re, im);
   });
-  return { delays, magnitudes, paths: seen.map((p, k) => ({ kind: p.kind, delay: p.excess, magnitude: amplitudes[k] ?? 0 })) };
+  return { delays, magnitudes, paths: seen.map((p, k) => ({ kind: p.kind, delay: p.excess_m, magnitude: amplitudes[k] ?? 0 })) };
 }

@@ -127,13 +127,7 @@ export type Values = Float64Array | Float32Array | Int32Array | Uint32Array | Ui
 
 /** Rows of one table: a typed array for each column. */
 export class Rows {
-  readonly size: number;
-  private readonly columns: Map<string, Values>;
-
-  constructor(size: number, columns: Map<string, Values>) {
-    this.size = size;
-    this.columns = columns;
-  }
+  constructor(readonly size: number, private readonly columns: Map<string, Values>) {}
 
   /** A whole column; throws for a name that the file does not have. */
   column(name: string): Values {
@@ -148,6 +142,13 @@ export class Rows {
 
   at(name: string, row: number): number {
     return this.column(name)[row] ?? NaN;
+  }
+
+  /** Values of a row by the names of their columns; NaN where the file has no such column. */
+  row<Name extends string>(names: readonly Name[], row: number): Record<Name, number> {
+    const values = {} as Record<Name, number>;
+    for (const name of names) values[name] = this.columns.get(name)?.[row] ?? NaN;
+    return values;
   }
 }
 

@@ -21,7 +21,6 @@ export class HeatMap {
   altitude = 0;
   time = 0;
   readonly scales: Scale[];
-  private readonly map: MapHeader;
   private readonly bars: Record<string, Rgb[]>;
   private cells: Rows | null = null;
   private values: Rows | null = null;
@@ -29,8 +28,7 @@ export class HeatMap {
   private builtAltitude = -1;
   private asked = 0;
 
-  constructor(private readonly store: Store, map: MapHeader, private readonly state: State) {
-    this.map = map;
+  constructor(private readonly store: Store, private readonly map: MapHeader, private readonly state: State) {
     this.bars = Object.fromEntries(Object.entries(map.colours).map(([name, list]) => [name, list.map(rgb)]));
     this.scales = map.layers.map(({ low, high, colours }) => ({ low, high, colours }));
     // Most look for the errors of fixes.

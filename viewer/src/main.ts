@@ -15,16 +15,10 @@ import { SceneView } from './scene';
 import { mark, SkyPlot } from './skyplot';
 import { kLayers, State, type CameraMode, type Layer } from './state';
 import { Store, type Track } from './store';
-import { clock, fill, html } from './text';
+import { by, clock, fill, html } from './text';
 import { Timeline } from './timeline';
 
 const kSpeeds = [0.25, 0.5, 1, 2, 5, 10, 20, 60];
-
-function by<T extends HTMLElement = HTMLElement>(id: string): T {
-  const element = document.getElementById(id);
-  if (!element) throw new Error(`no element ${id}`);
-  return element as T;
-}
 
 /** Seconds of a heat map's time since the view's begin. */
 function secondsOf(header: Header, time: number): number {

@@ -6,7 +6,6 @@ export const kMessages = 1;
 
 export interface EpochMessage {
   type: 'epoch';
-  version: number;
   id?: number;
   receiver: string;
   time_s: number;
@@ -21,7 +20,6 @@ export interface EpochMessage {
 
 export interface ErrorMessage {
   type: 'error';
-  version: number;
   id?: number;
   message: string;
 }
@@ -29,7 +27,6 @@ export interface ErrorMessage {
 /** A live run, as the server knows it: another one is another page. */
 export interface HelloMessage {
   type: 'hello';
-  version: number;
   begin_utc: string;
   begin_gpst: string;
   gps_week: number;
@@ -41,18 +38,12 @@ export interface HelloMessage {
 /** Progress of a run that is being computed. */
 export interface ProgressMessage {
   type: 'progress';
-  version: number;
   done: number;
   planned: number;
 }
 
-/** The run has ended: what is served is all of it. */
-export interface FinishedMessage {
-  type: 'finished';
-  version: number;
-}
-
-export type Message = EpochMessage | ErrorMessage | HelloMessage | ProgressMessage | FinishedMessage;
+/** `finished`: the run has ended, and what is served is all of it. */
+export type Message = { version: number } & (EpochMessage | ErrorMessage | HelloMessage | ProgressMessage | { type: 'finished' });
 
 export interface ProbeMessage {
   type: 'probe';

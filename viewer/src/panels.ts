@@ -100,12 +100,12 @@ export class SatelliteTable {
     fill(this.body, html`${store.satellites(state.receiver, state.epoch, false).map((s) => html`
       <tr data-satellite="${s.satellite}" class="${s.satellite === state.satellite ? 'chosen' : ''} ${s.aboveMask ? '' : 'low'}">
       <th><button aria-pressed="${s.satellite === state.satellite}">${store.header.satellites[s.satellite]?.id ?? '?'}</button></th>
-      <td>${fixed(s.elevation, 1)}</td><td>${fixed(s.azimuth, 1)}</td>
+      <td>${fixed(s.elevation_deg, 1)}</td><td>${fixed(s.azimuth_deg, 1)}</td>
       <td class="word"><i class="${kVisibilityShapes[s.visibility] ?? ''}" style="background:${visibilityColour(s.visibility, state.theme)}"></i>${shortened(words.visibility[s.visibility])}</td>
-      <td data-name="cn0">${fixed(s.cn0, 1)}</td><td class="word">${shortened(words.lock[s.lock])}</td>
+      <td data-name="cn0">${fixed(s.cn0_dbhz, 1)}</td><td class="word">${shortened(words.lock[s.lock])}</td>
       <td>${s.used ? '✓' : s.excluded ? 'x' : ''}</td>
-      <td data-name="excess">${fixed(s.excess, 2)}</td><td data-name="error">${fixed(s.error, 2)}</td>
-      <td data-name="residual">${fixed(s.residual, 2)}</td></tr>`)}`);
+      <td data-name="excess">${fixed(s.excess_m, 2)}</td><td data-name="error">${fixed(s.pseudorange_error_m, 2)}</td>
+      <td data-name="residual">${fixed(s.residual_m, 2)}</td></tr>`)}`);
     if (focused) this.body.querySelector<HTMLElement>(`[data-satellite="${focused}"] button`)?.focus({ preventScroll: true });
   }
 }
@@ -150,14 +150,14 @@ export class Details {
     if (!row) return html`<h3>${id.id} <small>${id.system}</small></h3><p class="hint">below the horizon at this time</p>`;
     const words = store.header.words;
     const paths = row.paths.map((p) => html`<tr><td class="word">${words.path[p.kind] ?? ''}${p.order > 1 ? `, ${p.order} times` : ''}</td>
-      <td>${fixed(p.excess, 2)}</td><td>${fixed(p.loss, 1)}</td></tr>`);
+      <td>${fixed(p.excess_m, 2)}</td><td>${fixed(p.loss_db, 1)}</td></tr>`);
     const most = row.paths.length >= store.header.paths_per_satellite && !store.header.comparison ? `the first and the strongest; no more than ${store.header.paths_per_satellite} are kept` : '';
     return html`<h3>${id.id} <small>${id.system}, ${words.visibility[row.visibility] ?? ''}, ${words.lock[row.lock] ?? ''}</small></h3>
       <dl class="pairs">
-      <dt>azimuth, elevation</dt><dd>${fixed(row.azimuth, 1)}°, ${fixed(row.elevation, 1)}°</dd>
-      <dt>C/N0 stated, true</dt><dd>${fixed(row.cn0, 1)}, ${fixed(row.trueCn0, 1)} dB-Hz</dd>
-      <dt>pseudorange error</dt><dd>${fixed(row.error, 2)} m, of it ${fixed(row.excess, 2)} m by paths</dd>
-      <dt>in the fix</dt><dd>${row.used ? `yes, residual ${fixed(row.residual, 2)} m` : row.excluded ? 'excluded' : 'no'}</dd></dl>
+      <dt>azimuth, elevation</dt><dd>${fixed(row.azimuth_deg, 1)}°, ${fixed(row.elevation_deg, 1)}°</dd>
+      <dt>C/N0 stated, true</dt><dd>${fixed(row.cn0_dbhz, 1)}, ${fixed(row.true_cn0_dbhz, 1)} dB-Hz</dd>
+      <dt>pseudorange error</dt><dd>${fixed(row.pseudorange_error_m, 2)} m, of it ${fixed(row.excess_m, 2)} m by paths</dd>
+      <dt>in the fix</dt><dd>${row.used ? `yes, residual ${fixed(row.residual_m, 2)} m` : row.excluded ? 'excluded' : 'no'}</dd></dl>
       ${row.paths.length === 0 ? html`<p class="hint">nothing arrives</p>` : html`<table class="paths"><thead><tr><th>path</th><th>excess m</th><th>loss dB</th></tr></thead>
       <tbody>${paths}</tbody></table><p class="hint">${most}</p>`}`;
   }

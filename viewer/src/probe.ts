@@ -4,10 +4,7 @@ import type { Connection, EpochMessage, ErrorMessage } from './messages';
 import type { Place } from './tracks';
 import type { State } from './state';
 import type { Store, Track } from './store';
-
-function by<T extends HTMLElement = HTMLElement>(id: string): T {
-  return document.getElementById(id) as T;
-}
+import { by } from './text';
 
 export class Probe {
   /** Place of its receiver in the store, behind those of the run. */

@@ -339,7 +339,7 @@ export class SceneView {
     }
     for (const row of rows) {
       const colour = visibilityColour(row.visibility, this.state.theme);
-      const place = on(row.azimuth, row.elevation);
+      const place = on(row.azimuth_deg, row.elevation_deg);
       this.satellites[row.visibility]?.add(place, colour);
       const id = this.store.header.satellites[row.satellite]?.id ?? '?';
       const chosen = row.satellite === this.state.satellite;
@@ -354,7 +354,7 @@ export class SceneView {
 
   /** Where satellites stood before, as far as blocks are loaded: one point of each block. */
   private drawTrails(at: Place, rows: SatelliteRow[]): void {
-    const last = new Map(rows.map((r) => [r.satellite, [r.azimuth, r.elevation] as [number, number]]));
+    const last = new Map(rows.map((r) => [r.satellite, [r.azimuth_deg, r.elevation_deg] as [number, number]]));
     const blocks = this.store.loadedBlocks(this.state.receiver).filter((b) => b.entry.first_epoch <= this.state.epoch);
     for (const block of blocks.reverse().slice(0, 120)) {
       const [begin, end] = block.range(block.entry.first_epoch);
@@ -362,9 +362,9 @@ export class SceneView {
         const row = block.row(k, false);
         const next = last.get(row.satellite);
         if (!next) continue;
-        this.trails.add(shifted(at, direction(row.azimuth, row.elevation), this.radius),
+        this.trails.add(shifted(at, direction(row.azimuth_deg, row.elevation_deg), this.radius),
           shifted(at, direction(...next), this.radius), visibilityColour(row.visibility, this.state.theme));
-        last.set(row.satellite, [row.azimuth, row.elevation]);
+        last.set(row.satellite, [row.azimuth_deg, row.elevation_deg]);
       }
     }
   }
@@ -373,7 +373,7 @@ export class SceneView {
     const chosen = row.satellite === this.state.satellite;
     if (this.state.satellite !== null && !chosen) return;  // one satellite's ways are followed alone
     const colour = visibilityColour(row.visibility, this.state.theme);
-    const towards = direction(row.azimuth, row.elevation);
+    const towards = direction(row.azimuth_deg, row.elevation_deg);
     if (row.visibility === 3) {
       if (this.state.layers.blocked || chosen) this.blocked.add(at, shifted(at, towards, this.radius), colour);
     } else if (!this.state.layers.rays && !chosen) {
@@ -381,7 +381,7 @@ export class SceneView {
     }
     for (const path of row.paths) {
       // Scattered and weak ways are thin: a facade's bundle would hide the rest.
-      const thin = path.kind === 3 || path.loss > 20;
+      const thin = path.kind === 3 || path.loss_db > 20;
       if (row.visibility === 3 && !chosen) continue;
       const lines = chosen ? (thin ? this.strong : this.chosen) : thin ? this.weak : this.strong;
       let from: Place = at;

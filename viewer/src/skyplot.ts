@@ -96,7 +96,7 @@ export class SkyPlot {
     const paint = kPaint[this.state.theme];
     this.spots = [];
     for (const row of this.store.satellites(this.state.receiver, this.state.epoch, false)) {
-      const [x, y] = on(row.azimuth, row.elevation);
+      const [x, y] = on(row.azimuth_deg, row.elevation_deg);
       this.spots.push({ satellite: row.satellite, x, y });
       const colour = visibilityColour(row.visibility, this.state.theme);
       mark(c, row.visibility, x, y, 6, colour, row.used ? paint.ink : paint.panel);

@@ -2,6 +2,7 @@
 
 import { decodeChunk, Rows, type ChunkEntry, type Header, type MapChunkEntry, type Source, type Values } from './format';
 import { tablesOf, type EpochMessage } from './messages';
+import type { Place } from './tracks';
 
 /** Blocks are dropped, the one not used for longest first, beyond so many bytes (unpacked). */
 export const kMostBlockBytes = 96e6;
@@ -10,8 +11,6 @@ export const kMostBlockBytes = 96e6;
 const kMostSlices = 8;
 
 export class Track {
-  readonly epochs: Rows;
-  readonly skylines: Rows;
   readonly time: Float64Array;
   readonly east: Float64Array;
   readonly north: Float64Array;
@@ -20,9 +19,7 @@ export class Track {
   /** Horizontal error [m], NaN without a fix. */
   readonly horizontal: Float64Array;
 
-  constructor(epochs: Rows, skylines: Rows) {
-    this.epochs = epochs;
-    this.skylines = skylines;
+  constructor(readonly epochs: Rows, readonly skylines: Rows) {
     this.time = epochs.column('time_s') as Float64Array;
     this.east = epochs.column('east_m') as Float64Array;
     this.north = epochs.column('north_m') as Float64Array;
@@ -47,6 +44,17 @@ export class Track {
   fixed(epoch: number): boolean {
     return this.status[epoch] === 1;
   }
+  /** First and last epochs of the stretches without a fix. */
+  losses(): [number, number][] {
+    const found: [number, number][] = [];
+    for (let i = 0; i < this.size; ++i) {
+      const last = found.at(-1);
+      if (this.fixed(i)) continue;
+      if (last && last[1] === i - 1) last[1] = i;
+      else found.push([i, i]);
+    }
+    return found;
+  }
   /** The last epoch at or before a time [s]; the first one before all. */
   epochAt(seconds: number): number {
     let low = 0;
@@ -68,48 +76,19 @@ export class Track {
   }
 }
 
-export interface PathRow {
-  kind: number;
-  order: number;
-  excess: number;
-  loss: number;
-  /** Phase of the carrier against the line of sight's [deg]; NaN where the view does not have it. */
-  phase: number;
-  point: [number, number, number] | null;
-  far: [number, number, number] | null;
-}
+const kPathColumns = ['kind', 'order', 'excess_m', 'loss_db', 'phase_deg'] as const;
+/** Its phase is against the line of sight's, NaN where the view does not have it. */
+export type PathRow = Record<(typeof kPathColumns)[number], number> & { point: Place | null; far: Place | null };
 
-export interface SatelliteRow {
-  satellite: number;
-  azimuth: number;
-  elevation: number;
-  visibility: number;
-  aboveMask: boolean;
-  used: boolean;
-  measured: boolean;
-  excluded: boolean;
-  lock: number;
-  cn0: number;
-  trueCn0: number;
-  excess: number;
-  error: number;
-  residual: number;
-  /** Index into words.signal: the first that the receiver tracks. */
-  signal: number;
-  paths: PathRow[];
-}
+const kSatelliteColumns = ['satellite', 'azimuth_deg', 'elevation_deg', 'visibility', 'lock', 'cn0_dbhz', 'true_cn0_dbhz', 'excess_m',
+  'pseudorange_error_m', 'residual_m', 'signal'] as const;
+/** `signal`: index into words.signal, the first that the receiver tracks. */
+export type SatelliteRow = Record<(typeof kSatelliteColumns)[number], number> &
+  Record<'aboveMask' | 'used' | 'measured' | 'excluded', boolean> & { paths: PathRow[] };
 
-/** A thing about the antenna that is not in the city [m, deg]. */
-export interface BodyRow {
-  kind: number;
-  east: number;
-  north: number;
-  low: number;
-  high: number;
-  yaw: number;
-  length: number;
-  width: number;
-}
+const kBodyColumns = ['kind', 'east_m', 'north_m', 'low_m', 'high_m', 'yaw_deg', 'length_m', 'width_m'] as const;
+/** A thing about the antenna that is not in the city. */
+export type BodyRow = Record<(typeof kBodyColumns)[number], number>;
 
 /** The first row of each epoch of a block, and the end of the last. */
 function beginsOf(rows: Rows, entry: ChunkEntry): Uint32Array {
@@ -161,24 +140,13 @@ export class Block {
   }
 
   row(row: number, withPaths: boolean): SatelliteRow {
-    const s = this.satellites;
-    const flags = s.at('flags', row);
+    const flags = this.satellites.at('flags', row);
     return {
-      satellite: s.at('satellite', row),
-      azimuth: s.at('azimuth_deg', row),
-      elevation: s.at('elevation_deg', row),
-      visibility: s.at('visibility', row),
+      ...this.satellites.row(kSatelliteColumns, row),
       aboveMask: (flags & 1) !== 0,
       used: (flags & 2) !== 0,
       measured: (flags & 4) !== 0,
       excluded: (flags & 8) !== 0,
-      lock: s.at('lock', row),
-      cn0: s.at('cn0_dbhz', row),
-      trueCn0: s.at('true_cn0_dbhz', row),
-      excess: s.at('excess_m', row),
-      error: s.at('pseudorange_error_m', row),
-      residual: s.at('residual_m', row),
-      signal: s.has('signal') ? s.at('signal', row) : 0,
       paths: withPaths ? this.pathsOf(row) : [],
     };
   }
@@ -187,31 +155,19 @@ export class Block {
     const { bodies } = this;
     const e = epoch - this.entry.first_epoch;
     const result: BodyRow[] = [];
-    for (let i = this.bodyBegins[e] ?? 0; bodies && i < (this.bodyBegins[e + 1] ?? 0); ++i) {
-      const at = (name: string): number => bodies.at(name, i);
-      result.push({ kind: at('kind'), east: at('east_m'), north: at('north_m'), low: at('low_m'), high: at('high_m'),
-        yaw: at('yaw_deg'), length: at('length_m'), width: at('width_m') });
-    }
+    for (let i = this.bodyBegins[e] ?? 0; bodies && i < (this.bodyBegins[e + 1] ?? 0); ++i) result.push(bodies.row(kBodyColumns, i));
     return result;
   }
 
   private pathsOf(row: number): PathRow[] {
     const p = this.paths;
     const result: PathRow[] = [];
-    const place = (prefix: string, i: number): [number, number, number] | null => {
+    const place = (prefix: string, i: number): Place | null => {
       const east = p.at(`${prefix}_east_m`, i);
       return Number.isNaN(east) ? null : [east, p.at(`${prefix}_north_m`, i), p.at(`${prefix}_up_m`, i)];
     };
     for (let i = this.firstPath[row] ?? 0; i < (this.firstPath[row + 1] ?? 0); ++i) {
-      result.push({
-        kind: p.at('kind', i),
-        order: p.at('order', i),
-        excess: p.at('excess_m', i),
-        loss: p.at('loss_db', i),
-        phase: p.has('phase_deg') ? p.at('phase_deg', i) : NaN,
-        point: place('point', i),
-        far: place('far', i),
-      });
+      result.push({ ...p.row(kPathColumns, i), point: place('point', i), far: place('far', i) });
     }
     return result;
   }
@@ -290,11 +246,9 @@ class History {
 }
 
 export class Store {
-  readonly header: Header;
   readonly tracks: Track[] = [];
   /** A validation has one row for each epoch. */
   comparison: Rows | null = null;
-  private readonly source: Source;
   private readonly blocks = new Map<string, Block>();
   private readonly pending = new Map<string, Promise<Block>>();
   private entries: ChunkEntry[][] = [];
@@ -303,9 +257,7 @@ export class Store {
   private readonly histories: (History | undefined)[] = [];
   private uses = 0;
 
-  constructor(source: Source, header: Header) {
-    this.source = source;
-    this.header = header;
+  constructor(private readonly source: Source, readonly header: Header) {
     this.index();
   }
 

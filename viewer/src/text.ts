@@ -18,6 +18,13 @@ export function html(parts: TemplateStringsArray, ...values: unknown[]): Html {
   return new Html(String.raw({ raw: parts }, ...values.map(text)));
 }
 
+/** The page's element with this id. */
+export function by<T extends HTMLElement = HTMLElement>(id: string): T {
+  const element = document.getElementById(id);
+  if (!element) throw new Error(`no element ${id}`);
+  return element as T;
+}
+
 /** Puts it into an element, in the place of what is there. The only way to it. */
 export const fill = (host: Element, content: Html): void => void (host.innerHTML = content.text);
 

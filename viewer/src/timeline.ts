@@ -63,12 +63,9 @@ export class Timeline {
     if (track) {
       const interval = this.store.header.time?.interval_s ?? 0;
       c.fillStyle = kErrorColour;
-      for (let i = 0; i < track.size; ++i) {
-        if (track.fixed(i)) continue;
-        const first = i;
-        while (i + 1 < track.size && !track.fixed(i + 1)) ++i;
+      for (const [first, last] of track.losses()) {
         const left = x(track.time[first] ?? 0);
-        c.fillRect(left, y, Math.max(1.5, Math.min(w - kMargin, x((track.time[i] ?? 0) + interval)) - left), 8);
+        c.fillRect(left, y, Math.max(1.5, Math.min(w - kMargin, x((track.time[last] ?? 0) + interval)) - left), 8);
       }
     }
     this.drawFaults(c, x, y, paint.ink);

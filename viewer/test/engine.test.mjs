@@ -86,9 +86,9 @@ test('every satellite has the numbers of satellites.csv', { skip }, async () => 
     const result = [];
     for (let e = 0; e < store.tracks[0].size; ++e) {
       for (const r of store.satellites(0, e, false)) {
-        result.push([store.header.satellites[r.satellite].id, r.azimuth, r.elevation, store.header.words.visibility[r.visibility],
-          r.used ? '1' : '0', store.header.words.lock[r.lock], String(r.cn0), String(r.trueCn0), String(r.excess), String(r.error),
-          String(r.residual)]);
+        result.push([store.header.satellites[r.satellite].id, r.azimuth_deg, r.elevation_deg, store.header.words.visibility[r.visibility],
+          r.used ? '1' : '0', store.header.words.lock[r.lock], String(r.cn0_dbhz), String(r.true_cn0_dbhz), String(r.excess_m), String(r.pseudorange_error_m),
+          String(r.residual_m)]);
       }
     }
     return result;
@@ -164,7 +164,7 @@ test('traffic and what stands in the street is about the antenna', { skip }, asy
     const result = [];
     for (let e = 0; e < track.size; ++e) {
       for (const b of store.bodies(0, e)) {
-        result.push({ kind: body[b.kind], far: Math.hypot(b.east - track.east[e], b.north - track.north[e]), high: b.high - b.low, length: b.length });
+        result.push({ kind: body[b.kind], far: Math.hypot(b.east_m - track.east[e], b.north_m - track.north[e]), high: b.high_m - b.low_m, length: b.length_m });
       }
     }
     return result;

@@ -125,7 +125,7 @@ test('an antenna is put into the host\'s sky, and goes with its time', { skip },
     const time = canyon.store.tracks[1].time[0];
     const epoch = r === 1 ? 0 : canyon.store.tracks[0].epochAt(time);
     return { time: canyon.store.tracks[r].time[epoch], rows: canyon.store.satellites(r, epoch).map((row) =>
-      [canyon.store.header.satellites[row.satellite].id, row.azimuth, row.elevation]) };
+      [canyon.store.header.satellites[row.satellite].id, row.azimuth_deg, row.elevation_deg]) };
   }));
   assert.equal(put.time, own.time);
   assert.deepEqual(put.rows.map((row) => row[0]), own.rows.map((row) => row[0]));

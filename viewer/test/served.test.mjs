@@ -60,7 +60,7 @@ test('an antenna where the receiver is has its sky', { skip }, async () => {
   await s.run(putAtEpoch12);
   await s.page.waitForFunction(() => canyon.state.receiver === 1);
   const shown = await s.run(() => canyon.store.satellites(1, 0).map((r) => [canyon.store.header.satellites[r.satellite].id,
-    r.azimuth, r.elevation, canyon.store.header.words.visibility[r.visibility], r.paths.length]));
+    r.azimuth_deg, r.elevation_deg, canyon.store.header.words.visibility[r.visibility], r.paths.length]));
   const tows = [...new Set(rows.map((r) => r.gps_tow))];
   const expected = rows.filter((r) => r.gps_tow === tows[12]);
   assert.deepEqual(shown.map((r) => r[0]), expected.map((r) => r.sat));
@@ -70,7 +70,7 @@ test('an antenna where the receiver is has its sky', { skip }, async () => {
   });
   // Its ways are those of the drive, to the last column.
   const paths = (receiver, epoch) => s.run(([r, e]) => canyon.store.satellites(r, e).map((row) => row.paths.map((p) =>
-    [p.kind, p.order, p.excess, p.point?.map(Math.round)])), [receiver, epoch]);
+    [p.kind, p.order, p.excess_m, p.point?.map(Math.round)])), [receiver, epoch]);
   assert.deepEqual(await paths(1, 0), await paths(0, 12));
   // The panels show it: table, sky plot's skyline, readout.
   assert.equal(await s.page.locator('tr[data-satellite]').count(), expected.length);

@@ -1,5 +1,4 @@
-#include "canyon/drawing/views/map_marks.hpp"
-
+// Declared in canyon/drawing/views/track_picture.hpp.
 #include <fmt/format.h>
 
 #include "canyon/city/city.hpp"

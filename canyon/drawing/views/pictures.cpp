@@ -14,7 +14,6 @@
 #include "canyon/drawing/plot.hpp"
 #include "canyon/drawing/views/sky_marks.hpp"
 #include "canyon/drawing/views/sky_picture.hpp"
-#include "canyon/drawing/views/timeline_picture.hpp"
 #include "canyon/drawing/views/track_picture.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"

@@ -12,7 +12,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/drawing/views/sky_picture.hpp"
-#include "canyon/drawing/views/timeline_picture.hpp"
 #include "canyon/drawing/views/track_picture.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/simulation/load_city.hpp"

@@ -1,5 +1,4 @@
-#include "canyon/drawing/views/timeline_picture.hpp"
-
+// Declared in canyon/drawing/views/pictures.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +7,7 @@
 
 #include "canyon/drawing/canvas.hpp"
 #include "canyon/drawing/plot.hpp"
+#include "canyon/drawing/views/pictures.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 

@@ -13,7 +13,6 @@
 #include "canyon/city/boxes.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/drawing/plot.hpp"
-#include "canyon/drawing/views/map_marks.hpp"
 
 namespace canyon::drawing {
 namespace {

@@ -32,8 +32,6 @@ struct CellReceiverOptions {
   /// [0, 100]. 0: searched at every cell.
   double path_nodes_m = 6;
   [[nodiscard]] bool operator==(const CellReceiverOptions&) const = default;
-  /// Throws InputError naming the field and its bound.
-  void validate() const;
 };
 /// Visits its fields.
 void visit(options::Visitor& v, CellReceiverOptions& o);

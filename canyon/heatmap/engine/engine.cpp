@@ -170,8 +170,32 @@ struct Heatmap::Impl {
     cut();
   }
 
-  void cut();
-  [[nodiscard]] Unit unit(std::size_t i) const;
+  void cut() {
+    tiles = request.grid.tile_count();
+    const std::size_t cells = std::size_t{std::min(request.grid.tile_size, request.grid.columns)} *
+                              std::min(request.grid.tile_size, request.grid.rows);
+    const std::size_t bytes = request.layers.size() * request.altitudes_m.size() * cells * sizeof(float);
+    if (bytes > kMostBytesATime) {
+      throw InputError(fmt::format("{} layers at {} altitudes are too many for tiles of {} cells",
+                                   request.layers.size(), request.altitudes_m.size(), cells),
+                       "give fewer altitudes, or compute them in several maps");
+    }
+    const std::size_t count = request.times.size();
+    const std::size_t by_memory = std::max<std::size_t>(1, kUnitBytes / bytes);
+    const std::size_t by_number = std::max<std::size_t>(1, tiles * count / kManyUnits);
+    times_per_unit = std::min({by_memory, by_number, count});
+    chunks = (count + times_per_unit - 1) / times_per_unit;
+  }
+
+  [[nodiscard]] Heatmap::Unit unit(std::size_t i) const {
+    assert(i < tiles * chunks);
+    Unit unit;
+    unit.tile = request.grid.tile(i / chunks);
+    unit.first_time = i % chunks * times_per_unit;
+    unit.times = std::min(times_per_unit, request.times.size() - unit.first_time);
+    return unit;
+  }
+
   [[nodiscard]] std::size_t slices(const Unit& unit) const {
     return unit.tile.cells() * request.altitudes_m.size() * unit.times;
   }
@@ -179,39 +203,74 @@ struct Heatmap::Impl {
     std::vector<std::size_t> units;
     std::size_t cells = 0, cells_stored = 0;
   };
-  [[nodiscard]] Missing missing_in(const TileStore& store) const;
+
+  /// Units that a store does not have, in order; cells of these and of the others.
+  [[nodiscard]] Missing missing_in(const TileStore& store) const {
+    Missing missing;
+    for (std::size_t i = 0; i < tiles * chunks; ++i) {
+      const bool stored = store.has(i);
+      (stored ? missing.cells_stored : missing.cells) += slices(unit(i));
+      if (!stored) missing.units.push_back(i);
+    }
+    return missing;
+  }
+
   [[nodiscard]] std::optional<TileValues> compute(const Unit& unit, const std::atomic<bool>* stop,
-                                                  const std::atomic<bool>* failed, Progress* progress) const;
+                                                  const std::atomic<bool>* failed, Progress* progress) const {
+    const std::size_t count = unit.tile.cells(), altitudes = request.altitudes_m.size();
+    TileValues result;
+    result.first_time = unit.first_time;
+    result.times = unit.times;
+    result.values.assign(request.layers.size() * unit.times * altitudes * count, kNan);
+    result.state.resize(altitudes * count);
+    std::size_t slices_done = 0;
+    const auto stopped = [&] {
+      return (stop != nullptr && stop->load()) || (failed != nullptr && failed->load());
+    };
+    const auto go_on = [&] {
+      ++slices_done;
+      if (progress != nullptr) progress->add(count);
+      return !stopped();
+    };
+    for (std::size_t a = 0; a < altitudes; ++a) {
+      const TileCells cells = tracer.cells(request.grid, unit.tile, request.area ? &*request.area : nullptr,
+                                           request.altitudes_m[a], request.altitude_kind);
+      std::copy(cells.state.begin(), cells.state.end(),
+                result.state.begin() + static_cast<std::ptrdiff_t>(a * count));
+      compute_altitude(unit, a, cells, stopped, go_on, result);
+      if (slices_done < (a + 1) * unit.times) return std::nullopt;
+    }
+    return result;
+  }
+
+  /// Computes all times of a unit at one altitude. Ends early where `go_on`, called after each finished time,
+  /// is false, and within a time where `stopped` is true.
   void compute_altitude(const Unit& unit, std::size_t altitude, const TileCells& cells,
                         const std::function<bool()>& stopped, const std::function<bool()>& go_on,
-                        TileValues& result) const;
-};
-
-void Heatmap::Impl::cut() {
-  tiles = request.grid.tile_count();
-  const std::size_t cells = std::size_t{std::min(request.grid.tile_size, request.grid.columns)} *
-                            std::min(request.grid.tile_size, request.grid.rows);
-  const std::size_t bytes = request.layers.size() * request.altitudes_m.size() * cells * sizeof(float);
-  if (bytes > kMostBytesATime) {
-    throw InputError(fmt::format("{} layers at {} altitudes are too many for tiles of {} cells",
-                                 request.layers.size(), request.altitudes_m.size(), cells),
-                     "give fewer altitudes, or compute them in several maps");
+                        TileValues& result) const {
+    const std::size_t count = unit.tile.cells(), altitudes = request.altitudes_m.size();
+    const auto slice = [&](std::size_t layer, std::size_t time) {
+      const std::size_t first = ((layer * unit.times + time) * altitudes + altitude) * count;
+      return std::span(result.values).subspan(first, count);
+    };
+    if (sky_view) {
+      const std::span<float> first = slice(*sky_view, 0);
+      tracer.sky_view(cells, first);
+      for (std::size_t t = 1; t < unit.times; ++t) {
+        std::copy(first.begin(), first.end(), slice(*sky_view, t).begin());
+      }
+    }
+    std::vector<std::span<float>> layers(request.layers.size());
+    for (std::size_t t = 0; t < unit.times; ++t) {
+      const geodesy::GpsTime time = request.times[unit.first_time + t];
+      for (std::size_t k = 0; k < layers.size(); ++k) layers[k] = slice(k, t);
+      for (const std::unique_ptr<const CellSolver>& solver : solvers) {
+        if (!solver->solve(cells, time, request.layers, layers, stopped)) return;
+      }
+      if (!go_on()) return;
+    }
   }
-  const std::size_t count = request.times.size();
-  const std::size_t by_memory = std::max<std::size_t>(1, kUnitBytes / bytes);
-  const std::size_t by_number = std::max<std::size_t>(1, tiles * count / kManyUnits);
-  times_per_unit = std::min({by_memory, by_number, count});
-  chunks = (count + times_per_unit - 1) / times_per_unit;
-}
-
-Heatmap::Unit Heatmap::Impl::unit(std::size_t i) const {
-  assert(i < tiles * chunks);
-  Unit unit;
-  unit.tile = request.grid.tile(i / chunks);
-  unit.first_time = i % chunks * times_per_unit;
-  unit.times = std::min(times_per_unit, request.times.size() - unit.first_time);
-  return unit;
-}
+};
 
 namespace {
 
@@ -309,75 +368,8 @@ std::string Heatmap::key() const {
       (impl_->request.motion.moves() ? options::exact_text(impl_->filter) : ""));
 }
 
-/// Computes all times of a unit at one altitude. Ends early where `go_on`, called after each finished time,
-/// is false, and within a time where `stopped` is true.
-void Heatmap::Impl::compute_altitude(const Unit& unit, std::size_t altitude, const TileCells& cells,
-                                     const std::function<bool()>& stopped, const std::function<bool()>& go_on,
-                                     TileValues& result) const {
-  const std::size_t count = unit.tile.cells(), altitudes = request.altitudes_m.size();
-  const auto slice = [&](std::size_t layer, std::size_t time) {
-    const std::size_t first = ((layer * unit.times + time) * altitudes + altitude) * count;
-    return std::span(result.values).subspan(first, count);
-  };
-  if (sky_view) {
-    const std::span<float> first = slice(*sky_view, 0);
-    tracer.sky_view(cells, first);
-    for (std::size_t t = 1; t < unit.times; ++t) {
-      std::copy(first.begin(), first.end(), slice(*sky_view, t).begin());
-    }
-  }
-  std::vector<std::span<float>> layers(request.layers.size());
-  for (std::size_t t = 0; t < unit.times; ++t) {
-    const geodesy::GpsTime time = request.times[unit.first_time + t];
-    for (std::size_t k = 0; k < layers.size(); ++k) layers[k] = slice(k, t);
-    for (const std::unique_ptr<const CellSolver>& solver : solvers) {
-      if (!solver->solve(cells, time, request.layers, layers, stopped)) return;
-    }
-    if (!go_on()) return;
-  }
-}
-
-std::optional<TileValues> Heatmap::Impl::compute(const Unit& unit, const std::atomic<bool>* stop,
-                                                 const std::atomic<bool>* failed, Progress* progress) const {
-  const std::size_t count = unit.tile.cells(), altitudes = request.altitudes_m.size();
-  TileValues result;
-  result.first_time = unit.first_time;
-  result.times = unit.times;
-  result.values.assign(request.layers.size() * unit.times * altitudes * count, kNan);
-  result.state.resize(altitudes * count);
-  std::size_t slices_done = 0;
-  const auto stopped = [&] {
-    return (stop != nullptr && stop->load()) || (failed != nullptr && failed->load());
-  };
-  const auto go_on = [&] {
-    ++slices_done;
-    if (progress != nullptr) progress->add(count);
-    return !stopped();
-  };
-  for (std::size_t a = 0; a < altitudes; ++a) {
-    const TileCells cells = tracer.cells(request.grid, unit.tile, request.area ? &*request.area : nullptr,
-                                         request.altitudes_m[a], request.altitude_kind);
-    std::copy(cells.state.begin(), cells.state.end(),
-              result.state.begin() + static_cast<std::ptrdiff_t>(a * count));
-    compute_altitude(unit, a, cells, stopped, go_on, result);
-    if (slices_done < (a + 1) * unit.times) return std::nullopt;
-  }
-  return result;
-}
-
 TileValues Heatmap::compute(std::size_t unit) const {
   return impl_->compute(impl_->unit(unit), nullptr, nullptr, nullptr).value();
-}
-
-/// Units that a store does not have, in order; cells of these and of the others.
-Heatmap::Impl::Missing Heatmap::Impl::missing_in(const TileStore& store) const {
-  Missing missing;
-  for (std::size_t i = 0; i < tiles * chunks; ++i) {
-    const bool stored = store.has(i);
-    (stored ? missing.cells_stored : missing.cells) += slices(unit(i));
-    if (!stored) missing.units.push_back(i);
-  }
-  return missing;
 }
 
 RunResult Heatmap::run(TileStore& store, const RunOptions& options) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <filesystem>
 #include <functional>
@@ -56,8 +57,6 @@ class TileStore {
   /// a killed run left half written, once they are a minute old.
   /// @param key of the request (Heatmap::key()); @param description for people, kept beside it
   TileStore(std::filesystem::path folder, const std::string& key, const std::string& description);
-  ~TileStore();
-
   /// Whether a unit of work (tile and chunk of times) is there. Its head and length are checked (InputError
   /// where they are wrong), its values' checksum only by load().
   [[nodiscard]] bool has(std::size_t unit) const;
@@ -70,8 +69,9 @@ class TileStore {
   void remove();
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  [[nodiscard]] std::filesystem::path path(std::size_t unit) const;
+  std::filesystem::path folder_;
+  std::array<std::uint64_t, 2> key_{};  ///< hashed
 };
 
 struct RunOptions {

@@ -16,8 +16,7 @@
 
 namespace canyon::heatmap {
 
-std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> store_slices(
-    const Heatmap& heatmap, const TileStore& store) {
+MapSource::Slices store_slices(const Heatmap& heatmap, const TileStore& store) {
   struct Kept {
     std::size_t unit = 0;
     std::optional<TileValues> values;
@@ -44,9 +43,8 @@ std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> store_s
   };
 }
 
-std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> slices_over_runs(
-    std::vector<std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)>> runs,
-    std::vector<Layer> layers, OverRuns what) {
+MapSource::Slices slices_over_runs(std::vector<MapSource::Slices> runs, std::vector<Layer> layers,
+                                   OverRuns what) {
   assert(!runs.empty());
   return [runs = std::move(runs), layers = std::move(layers), what](
              std::size_t tile, std::size_t time) -> std::optional<MapSource::Slice> {

@@ -28,7 +28,8 @@ struct MapSource {
   };
   /// Must be set. Each writer asks once for each pair, in the writer's own thread: write_netcdf() tile by
   /// tile with all its times, write_geotiffs() time by time. Its exceptions pass through the writer.
-  std::function<std::optional<Slice>(std::size_t tile, std::size_t time)> slice;
+  using Slices = std::function<std::optional<Slice>(std::size_t tile, std::size_t time)>;
+  Slices slice;
   /// May be empty. Steps done and in all: rises from the first step on, ends with both equal. From the
   /// writer's own thread.
   std::function<void(std::size_t, std::size_t)> progress;
@@ -89,14 +90,14 @@ class StoredMap {
   ~StoredMap();
   StoredMap(StoredMap&&) noexcept;
 
-  [[nodiscard]] const Grid& grid() const;
-  [[nodiscard]] const geodesy::LocalFrame& frame() const;
-  [[nodiscard]] const std::vector<geodesy::GpsTime>& times() const;
-  [[nodiscard]] const std::vector<double>& altitudes_m() const;
-  [[nodiscard]] AltitudeKind altitude_kind() const;
-  [[nodiscard]] const std::vector<Layer>& layers() const;
+  [[nodiscard]] const Grid& grid() const { return about_->grid; }
+  [[nodiscard]] const geodesy::LocalFrame& frame() const { return about_->frame; }
+  [[nodiscard]] const std::vector<geodesy::GpsTime>& times() const { return about_->times; }
+  [[nodiscard]] const std::vector<double>& altitudes_m() const { return about_->altitudes_m; }
+  [[nodiscard]] AltitudeKind altitude_kind() const { return about_->altitude_kind; }
+  [[nodiscard]] const std::vector<Layer>& layers() const { return about_->layers; }
   /// The motion of the receiver: simulation::describe(), "standing" where the file does not say.
-  [[nodiscard]] const std::string& motion() const;
+  [[nodiscard]] const std::string& motion() const { return about_->motion; }
   struct Answer {
     std::vector<float> values;  ///< one for each layer; NaN: none there
     CellState state = CellState::Computed;
@@ -111,15 +112,24 @@ class StoredMap {
                                          geodesy::GpsTime time) const;
 
  private:
+  struct About {
+    Grid grid;
+    geodesy::LocalFrame frame;
+    std::vector<geodesy::GpsTime> times;
+    std::vector<double> altitudes_m;
+    AltitudeKind altitude_kind = AltitudeKind::AboveTerrain;
+    std::vector<Layer> layers;
+    std::string motion;
+  };
   struct Impl;
   std::unique_ptr<Impl> impl_;
+  const About* about_;  ///< of *impl_
 };
 
 /// MapSource::slice of a map whose tiles stand in a store: empty for units that it does not have. Keeps the
 /// unit read last, for writers that take all times of a tile. Both must outlive it. Not thread-safe. Throws
 /// as TileStore::load() does.
-[[nodiscard]] std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> store_slices(
-    const Heatmap& heatmap, const TileStore& store);
+[[nodiscard]] MapSource::Slices store_slices(const Heatmap& heatmap, const TileStore& store);
 
 /// The statistic over several maps, cell by cell: the value that this share of the runs [0, 1] reach or are
 /// better than, which is that quantile, or one less it of layers where more is better, of a further run
@@ -128,9 +138,8 @@ using OverRuns = std::optional<double>;
 /// MapSource::slice over maps of one request that differ in their seed, each a slice of its own: over the
 /// runs that have a value there; states are the first run's that computed the cell, else the first's. Empty
 /// where any of them is. Memory: a slice of each run.
-[[nodiscard]] std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)> slices_over_runs(
-    std::vector<std::function<std::optional<MapSource::Slice>(std::size_t, std::size_t)>> runs,
-    std::vector<Layer> layers, OverRuns what);
+[[nodiscard]] MapSource::Slices slices_over_runs(std::vector<MapSource::Slices> runs,
+                                                 std::vector<Layer> layers, OverRuns what);
 
 /// The whole map as writers see it: store_slices(), and a description of it. The caller sets `history`.
 /// `scenario` is the one that `environment` was made of, for the names of what was computed. All must outlive

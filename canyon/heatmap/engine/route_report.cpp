@@ -61,7 +61,7 @@ bool known(const RouteStation& station) {
   return station.answer && station.answer->state == CellState::Computed;
 }
 
-RouteLayer summarize_layer(Layer layer, std::size_t index, const std::vector<RouteStation>& stations) {
+LayerSummary summarize_layer(Layer layer, std::size_t index, const std::vector<RouteStation>& stations) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> values;
   double sum = 0;
@@ -70,7 +70,7 @@ RouteLayer summarize_layer(Layer layer, std::size_t index, const std::vector<Rou
     values.push_back(station.answer->values[index]);
     sum += values.back();
   }
-  RouteLayer result{layer, values.size(), kNone, kNone, kNone, kNone, kNone};
+  LayerSummary result{layer, values.size(), kNone, kNone, kNone, kNone, kNone};
   if (values.empty()) return result;
   std::sort(values.begin(), values.end());
   result.mean = sum / static_cast<double>(values.size());

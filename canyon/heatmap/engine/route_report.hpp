@@ -9,6 +9,7 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
+#include "canyon/heatmap/engine/map_summary.hpp"
 #include "canyon/heatmap/kernels/layers.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 
@@ -47,12 +48,6 @@ struct RouteStretch {
   std::size_t first = 0, count = 0;  ///< stations
 };
 
-struct RouteLayer {
-  Layer layer = Layer::HorizontalError;
-  std::size_t values = 0;                                         ///< stations that have one
-  double mean = 0, median = 0, p95 = 0, least = 0, greatest = 0;  ///< NaN without values
-};
-
 struct RouteReport {
   double length_m = 0, duration_s = 0;
   std::vector<RouteStation> stations;
@@ -64,7 +59,7 @@ struct RouteReport {
   /// The map's error that a planner expects: the mean over draws, else RMS, median, the error without noise.
   /// Index into `layers`; empty where the map has none.
   std::optional<std::size_t> error;
-  std::vector<RouteLayer> layers;  ///< in the map's order
+  std::vector<LayerSummary> layers;  ///< in the map's order; of stations that have a value
   /// The stretch of stretch_m (the whole way where that is shorter) with the largest mean error; at least
   /// half of its stations have one.
   std::optional<RouteStretch> worst;

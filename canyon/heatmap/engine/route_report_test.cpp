@@ -60,7 +60,7 @@ TEST(JudgeRoute, TellsExpectedErrorAvailabilityAndTheWorstStretch) {
   ASSERT_TRUE(report.availability);
   EXPECT_NEAR(*report.availability, 160.0 / 180, 0.005);
   ASSERT_EQ(report.error, 1U);
-  const RouteLayer& error = report.layers[1];
+  const LayerSummary& error = report.layers[1];
   EXPECT_NEAR(error.mean, (100 * 2 + 60 * 10) / 160.0, 0.05);
   EXPECT_EQ(error.median, 2);
   EXPECT_EQ(error.p95, 10);

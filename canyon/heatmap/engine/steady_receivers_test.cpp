@@ -17,6 +17,7 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/heatmap/cells/cell_method.hpp"
 #include "canyon/heatmap/engine/engine.hpp"
+#include "canyon/options/values.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/downtown.hpp"
@@ -233,7 +234,7 @@ TEST(SteadyReceivers, LeaveOthersToThoseThatRun) {
   EXPECT_EQ(cell_method(mirror), CellMethod::Run);
   CellReceiverOptions far;
   far.path_nodes_m = 101;
-  EXPECT_THROW(far.validate(), InputError);
+  EXPECT_THROW(options::check(far, "map's receivers"), InputError);
 }
 
 }  // namespace

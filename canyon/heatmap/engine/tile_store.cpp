@@ -8,6 +8,8 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <string_view>
 #include <system_error>
@@ -91,90 +93,43 @@ File open(const fs::path& path) {
   return file;
 }
 
-}  // namespace
-
-struct TileStore::Impl {
-  fs::path folder;
-  std::string key;
-  std::array<std::uint64_t, 2> key_hash{};
-
-  [[nodiscard]] fs::path path(std::size_t unit) const {
-    return folder / fmt::format("unit-{:09}{}", unit, kExtension);
-  }
-  [[nodiscard]] InputError foreign(std::string_view problem) const {
-    return {folder, 0, problem,
-            "give another output folder, or remove this one if its results are no longer wanted"};
-  }
-  void check_manifest(const std::string& description) const;
-  void write_manifest(const std::string& description) const;
-  [[nodiscard]] Header read_header(std::FILE* file, std::size_t unit) const;
-};
+InputError foreign(const fs::path& folder, std::string_view problem) {
+  return {folder, 0, problem,
+          "give another output folder, or remove this one if its results are no longer wanted"};
+}
 
 /// Throws where the folder's manifest is damaged or another map's.
-void TileStore::Impl::check_manifest(const std::string& description) const {
+void check_manifest(const fs::path& folder, const std::string& key, const std::string& description) {
   const fs::path path = folder / kManifest;
-  const File file = open(path);
+  std::ifstream file(path, std::ios::binary);
   if (!file) throw InputError(path, 0, "has vanished", "let nothing else clear this folder");
-  std::string text;
-  std::array<char, 4096> block{};
-  for (std::size_t got = 0; (got = std::fread(block.data(), 1, block.size(), file.get())) > 0;) {
-    text.append(block.data(), got);
-  }
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   const Json manifest = Json::try_parse(text).value_or(Json());
   const auto word = [&](const char* name) -> std::string {
     return manifest[name].is_string() ? manifest[name].text() : std::string();
   };
   if (word("format") != kFormat || word("key").empty() || !manifest["version"].is_integer()) {
-    throw foreign(fmt::format("'{}' is damaged or of another program", kManifest));
+    throw foreign(folder, fmt::format("'{}' is damaged or of another program", kManifest));
   }
   if (manifest["version"].get<std::int64_t>() != kVersion) {
-    throw foreign(fmt::format("the tiles here are of another version ({}, this one writes {})",
-                              manifest["version"].get<std::int64_t>(), kVersion));
+    throw foreign(folder, fmt::format("the tiles here are of another version ({}, this one writes {})",
+                                      manifest["version"].get<std::int64_t>(), kVersion));
   }
   if (word("key") != key) {
-    throw foreign(fmt::format("the tiles here are of another map ({}), not of this one ({})",
-                              word("description"), description));
+    throw foreign(folder, fmt::format("the tiles here are of another map ({}), not of this one ({})",
+                                      word("description"), description));
   }
 }
 
-void TileStore::Impl::write_manifest(const std::string& description) const {
-  const Json manifest{{"format", kFormat}, {"version", kVersion}, {"key", key}, {"description", description}};
-  OutputFile file(folder / kManifest);
-  file.write(manifest.dump(2));
-  file.write("\n");
-  file.commit();
-}
-
-TileStore::TileStore(std::filesystem::path folder, const std::string& key, const std::string& description)
-    : impl_(std::make_unique<Impl>()) {
-  Impl& impl = *impl_;
-  impl.folder = std::move(folder);
-  impl.key = key;
-  impl.key_hash = {fnv1a(key), fnv1a("tile " + key)};
-  make_output_folder(impl.folder);
-  std::error_code error;
-  if (!fs::exists(impl.folder / kManifest, error)) {
-    for (const fs::directory_entry& entry : fs::directory_iterator(impl.folder, error)) {
-      const std::string name = entry.path().filename().string();
-      // Another process may be making the same store.
-      if (name == kManifest || is_temporary_name(name)) continue;
-      throw impl.foreign(fmt::format("the folder holds '{}' but no '{}'", name, kManifest));
-    }
-    if (!fs::exists(impl.folder / kManifest, error)) impl.write_manifest(description);
-  }
-  impl.check_manifest(description);
-}
-TileStore::~TileStore() = default;
-
-Header TileStore::Impl::read_header(std::FILE* file, std::size_t unit) const {
-  const fs::path name = path(unit);
+Header read_header(std::FILE* file, const fs::path& name, std::size_t unit,
+                   const std::array<std::uint64_t, 2>& key) {
   Header header;
   if (std::fread(&header, sizeof header, 1, file) != 1) throw damaged(name, "it is cut short");
   if (header.magic != kMagic || header.byte_order != kByteOrder) {
     throw damaged(name, "it is not a tile that this program wrote on this kind of machine");
   }
   if (header.header_crc != crc_of(header)) throw damaged(name, "the checksum of its head is wrong");
-  if (header.version != static_cast<std::uint32_t>(kVersion) || header.key != key_hash) {
+  if (header.version != static_cast<std::uint32_t>(kVersion) || header.key != key) {
     throw damaged(name, "it belongs to another map");
   }
   if (header.unit != unit) throw damaged(name, fmt::format("it is unit {}", header.unit));
@@ -186,10 +141,36 @@ Header TileStore::Impl::read_header(std::FILE* file, std::size_t unit) const {
   return header;
 }
 
+}  // namespace
+
+TileStore::TileStore(std::filesystem::path folder, const std::string& key, const std::string& description)
+    : folder_(std::move(folder)), key_{fnv1a(key), fnv1a("tile " + key)} {
+  make_output_folder(folder_);
+  std::error_code error;
+  if (!fs::exists(folder_ / kManifest, error)) {
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder_, error)) {
+      const std::string name = entry.path().filename().string();
+      // Another process may be making the same store.
+      if (name == kManifest || is_temporary_name(name)) continue;
+      throw foreign(folder_, fmt::format("the folder holds '{}' but no '{}'", name, kManifest));
+    }
+    if (!fs::exists(folder_ / kManifest, error)) {
+      const Json manifest{
+          {"format", kFormat}, {"version", kVersion}, {"key", key}, {"description", description}};
+      write_file(folder_ / kManifest, manifest.dump(2) + "\n");
+    }
+  }
+  check_manifest(folder_, key, description);
+}
+
+fs::path TileStore::path(std::size_t unit) const {
+  return folder_ / fmt::format("unit-{:09}{}", unit, kExtension);
+}
+
 bool TileStore::has(std::size_t unit) const {
-  const File file = open(impl_->path(unit));
+  const File file = open(path(unit));
   if (!file) return false;
-  (void)impl_->read_header(file.get(), unit);
+  (void)read_header(file.get(), path(unit), unit, key_);
   return true;
 }
 
@@ -198,7 +179,7 @@ void TileStore::save(std::size_t unit, const TileValues& values) {
   header.magic = kMagic;
   header.byte_order = kByteOrder;
   header.version = static_cast<std::uint32_t>(kVersion);
-  header.key = impl_->key_hash;
+  header.key = key_;
   header.unit = unit;
   header.first_time = values.first_time;
   header.times = values.times;
@@ -206,7 +187,7 @@ void TileStore::save(std::size_t unit, const TileValues& values) {
   header.states = values.state.size();
   header.payload_crc = crc_of(values.values, values.state);
   header.header_crc = crc_of(header);
-  OutputFile file(impl_->path(unit));
+  OutputFile file(path(unit));
   file.write(bytes_of(&header, sizeof header));
   file.write(bytes_of(values.values.data(), values.values.size() * sizeof(float)));
   file.write(bytes_of(values.state.data(), values.state.size()));
@@ -214,9 +195,9 @@ void TileStore::save(std::size_t unit, const TileValues& values) {
 }
 
 std::optional<TileValues> TileStore::load(std::size_t unit) const {
-  const File file = open(impl_->path(unit));
+  const File file = open(path(unit));
   if (!file) return std::nullopt;
-  const Header header = impl_->read_header(file.get(), unit);
+  const Header header = read_header(file.get(), path(unit), unit, key_);
   TileValues values;
   values.first_time = static_cast<std::size_t>(header.first_time);
   values.times = static_cast<std::size_t>(header.times);
@@ -224,23 +205,23 @@ std::optional<TileValues> TileStore::load(std::size_t unit) const {
   values.state.resize(static_cast<std::size_t>(header.states));
   const auto read = [&](void* to, std::size_t size) {
     if (size > 0 && std::fread(to, size, 1, file.get()) != 1) {
-      throw damaged(impl_->path(unit), "it cannot be read to its end");
+      throw damaged(path(unit), "it cannot be read to its end");
     }
   };
   read(values.values.data(), values.values.size() * sizeof(float));
   read(values.state.data(), values.state.size());
   if (crc_of(values.values, values.state) != header.payload_crc) {
-    throw damaged(impl_->path(unit), "the checksum of its values is wrong");
+    throw damaged(path(unit), "the checksum of its values is wrong");
   }
   return values;
 }
 
 void TileStore::remove() {
   std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(impl_->folder, error)) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder_, error)) {
     if (is_own(entry.path().filename().string())) fs::remove(entry.path(), error);
   }
-  fs::remove(impl_->folder, error);  // only if nothing else is in it
+  fs::remove(folder_, error);  // only if nothing else is in it
 }
 
 }  // namespace canyon::heatmap

@@ -107,10 +107,105 @@ class GeotiffWriter {
   }
   [[nodiscard]] std::size_t bands() const { return request_.layers.size() * request_.altitudes_m.size(); }
   [[nodiscard]] fs::path gathered() const { return work_.temporary_path() / "values.tif"; }
-  void gather(std::size_t time);
-  void publish(std::size_t time);
-  void put(GDALDatasetH dataset, std::size_t tile, std::size_t time, const Failures& failures);
-  void write_one(GDALDatasetH values, std::size_t layer, std::size_t altitude, std::size_t time);
+
+  /// Values of one time, a band for each layer and altitude. COGs are made from whole rasters; this one,
+  /// without compression, takes tiles in any order.
+  void gather(std::size_t time) {
+    const Failures failures;
+    const Strings options{"TILED=YES",      "BLOCKXSIZE=256",   "BLOCKYSIZE=256", "INTERLEAVE=BAND",
+                          "SPARSE_OK=TRUE", "BIGTIFF=IF_SAFER", nullptr};
+    gdal::Dataset dataset(GDALCreate(GDALGetDriverByName("GTiff"), gathered().c_str(),
+                                     static_cast<int>(grid_.columns), static_cast<int>(grid_.rows),
+                                     static_cast<int>(bands()), GDT_Float32, options.data()));
+    failures.check(dataset != nullptr, folder_);
+    std::array<double, 6> map_from_pixel{grid_.west_m,    grid_.spacing_m, 0, grid_.north_m(), 0,
+                                         -grid_.spacing_m};
+    failures.check(GDALSetGeoTransform(dataset.get(), map_from_pixel.data()) == CE_None, folder_);
+    failures.check(GDALSetProjection(dataset.get(), wkt_.c_str()) == CE_None, folder_);
+    // All bands of a TIFF have one nodata value; cells that are never written have it.
+    failures.check(GDALSetRasterNoDataValue(GDALGetRasterBand(dataset.get(), 1),
+                                            std::numeric_limits<double>::quiet_NaN()) == CE_None,
+                   folder_);
+    for (std::size_t tile = 0; tile < grid_.tile_count(); ++tile) {
+      put(dataset.get(), tile, time, failures);
+      step();
+    }
+    dataset.reset();
+    failures.check(true, folder_);
+  }
+
+  void publish(std::size_t time) {
+    const Failures failures;
+    const gdal::Dataset values(GDALOpen(gathered().c_str(), GA_ReadOnly));
+    failures.check(values != nullptr, folder_);
+    for (std::size_t layer = 0; layer < request_.layers.size(); ++layer) {
+      for (std::size_t altitude = 0; altitude < request_.altitudes_m.size(); ++altitude) {
+        write_one(values.get(), layer, altitude, time);
+        step();
+      }
+    }
+  }
+
+  void put(GDALDatasetH dataset, std::size_t i, std::size_t time, const Failures& failures) {
+    const std::optional<MapSource::Slice> slice = source_.slice(i, time);
+    if (!slice) return;
+    const Tile tile = grid_.tile(i);
+    assert(slice->values.size() == bands() * tile.cells());
+    rows_.resize(tile.cells());
+    for (std::size_t band = 0; band < bands(); ++band) {
+      // Rows of a picture run from the north.
+      const float* values = slice->values.data() + band * tile.cells();
+      for (std::size_t r = 0; r < tile.rows; ++r) {
+        std::copy_n(values + (tile.rows - 1 - r) * tile.columns, tile.columns,
+                    rows_.begin() + r * tile.columns);
+      }
+      const CPLErr error = GDALRasterIO(
+          GDALGetRasterBand(dataset, static_cast<int>(band) + 1), GF_Write,
+          static_cast<int>(tile.first_column), static_cast<int>(grid_.rows - tile.first_row - tile.rows),
+          static_cast<int>(tile.columns), static_cast<int>(tile.rows), rows_.data(),
+          static_cast<int>(tile.columns), static_cast<int>(tile.rows), GDT_Float32, 0, 0);
+      failures.check(error == CE_None, folder_);
+    }
+  }
+
+  void write_one(GDALDatasetH values, std::size_t layer, std::size_t altitude, std::size_t time) {
+    const Failures failures;
+    const std::string file = name(layer, altitude, time);
+    const fs::path shown = folder_ / file;
+    const std::string band = std::to_string(layer * request_.altitudes_m.size() + altitude + 1);
+    const Strings arguments{"-of", "VRT", "-b", band.c_str(), "-mo", "AREA_OR_POINT=Area", nullptr};
+    GDALTranslateOptions* choice = GDALTranslateOptionsNew(const_cast<char**>(arguments.data()), nullptr);
+    // A name without a folder: the VRT stays in memory.
+    const gdal::Dataset one(GDALTranslate("", values, choice, nullptr));
+    GDALTranslateOptionsFree(choice);
+    failures.check(one != nullptr, shown);
+    const LayerInfo& about = info(request_.layers[layer]);
+    const GDALRasterBandH only = GDALGetRasterBand(one.get(), 1);
+    GDALSetDescription(only, std::string(about.long_name).c_str());
+    GDALSetRasterUnitType(only, std::string(about.unit).c_str());
+    const auto tag = [&one](const char* key, const std::string& value) {
+      if (!value.empty()) GDALSetMetadataItem(one.get(), key, value.c_str(), nullptr);
+    };
+    tag("title", source_.title);
+    tag("source", source_.source);
+    tag("history", source_.history);
+    for (const auto& [key, value] : source_.attributes) tag(key.c_str(), value);
+    tag("layer", std::string(about.name));
+    tag("comment", limits_text(about.layer, request_.limits));
+    tag("over_runs", source_.over_runs);
+    tag("time", geodesy::format_utc(request_.times[time], decimals_));
+    tag("altitude_m", fmt::format("{}", request_.altitudes_m[altitude]));
+    tag("altitude_above", request_.altitude_kind == AltitudeKind::Ellipsoid ? "WGS 84 ellipsoid" : "terrain");
+
+    const Strings options{"COMPRESS=DEFLATE", "PREDICTOR=YES", "RESAMPLING=AVERAGE", "BIGTIFF=IF_SAFER",
+                          nullptr};
+    gdal::Dataset cog(GDALCreateCopy(GDALGetDriverByName("COG"), (work_.temporary_path() / file).c_str(),
+                                     one.get(), 0, options.data(), nullptr, nullptr));
+    failures.check(cog != nullptr, shown);
+    cog.reset();
+    failures.check(true, shown);
+  }
+
   void step() {
     if (source_.progress) source_.progress(++done_, steps_);
   }
@@ -126,105 +221,6 @@ class GeotiffWriter {
   std::vector<std::string> names_;
   std::vector<float> rows_;
 };
-
-/// Values of one time, a band for each layer and altitude. COGs are made from whole rasters; this one,
-/// without compression, takes tiles in any order.
-void GeotiffWriter::gather(std::size_t time) {
-  const Failures failures;
-  const Strings options{"TILED=YES",      "BLOCKXSIZE=256",   "BLOCKYSIZE=256", "INTERLEAVE=BAND",
-                        "SPARSE_OK=TRUE", "BIGTIFF=IF_SAFER", nullptr};
-  gdal::Dataset dataset(GDALCreate(GDALGetDriverByName("GTiff"), gathered().c_str(),
-                                   static_cast<int>(grid_.columns), static_cast<int>(grid_.rows),
-                                   static_cast<int>(bands()), GDT_Float32, options.data()));
-  failures.check(dataset != nullptr, folder_);
-  std::array<double, 6> map_from_pixel{grid_.west_m,    grid_.spacing_m, 0, grid_.north_m(), 0,
-                                       -grid_.spacing_m};
-  failures.check(GDALSetGeoTransform(dataset.get(), map_from_pixel.data()) == CE_None, folder_);
-  failures.check(GDALSetProjection(dataset.get(), wkt_.c_str()) == CE_None, folder_);
-  // All bands of a TIFF have one nodata value; cells that are never written have it.
-  failures.check(GDALSetRasterNoDataValue(GDALGetRasterBand(dataset.get(), 1),
-                                          std::numeric_limits<double>::quiet_NaN()) == CE_None,
-                 folder_);
-  for (std::size_t tile = 0; tile < grid_.tile_count(); ++tile) {
-    put(dataset.get(), tile, time, failures);
-    step();
-  }
-  dataset.reset();
-  failures.check(true, folder_);
-}
-
-void GeotiffWriter::put(GDALDatasetH dataset, std::size_t i, std::size_t time, const Failures& failures) {
-  const std::optional<MapSource::Slice> slice = source_.slice(i, time);
-  if (!slice) return;
-  const Tile tile = grid_.tile(i);
-  assert(slice->values.size() == bands() * tile.cells());
-  rows_.resize(tile.cells());
-  for (std::size_t band = 0; band < bands(); ++band) {
-    // Rows of a picture run from the north.
-    const float* values = slice->values.data() + band * tile.cells();
-    for (std::size_t r = 0; r < tile.rows; ++r) {
-      std::copy_n(values + (tile.rows - 1 - r) * tile.columns, tile.columns,
-                  rows_.begin() + r * tile.columns);
-    }
-    const CPLErr error = GDALRasterIO(
-        GDALGetRasterBand(dataset, static_cast<int>(band) + 1), GF_Write, static_cast<int>(tile.first_column),
-        static_cast<int>(grid_.rows - tile.first_row - tile.rows), static_cast<int>(tile.columns),
-        static_cast<int>(tile.rows), rows_.data(), static_cast<int>(tile.columns),
-        static_cast<int>(tile.rows), GDT_Float32, 0, 0);
-    failures.check(error == CE_None, folder_);
-  }
-}
-
-void GeotiffWriter::publish(std::size_t time) {
-  const Failures failures;
-  const gdal::Dataset values(GDALOpen(gathered().c_str(), GA_ReadOnly));
-  failures.check(values != nullptr, folder_);
-  for (std::size_t layer = 0; layer < request_.layers.size(); ++layer) {
-    for (std::size_t altitude = 0; altitude < request_.altitudes_m.size(); ++altitude) {
-      write_one(values.get(), layer, altitude, time);
-      step();
-    }
-  }
-}
-
-void GeotiffWriter::write_one(GDALDatasetH values, std::size_t layer, std::size_t altitude,
-                              std::size_t time) {
-  const Failures failures;
-  const std::string file = name(layer, altitude, time);
-  const fs::path shown = folder_ / file;
-  const std::string band = std::to_string(layer * request_.altitudes_m.size() + altitude + 1);
-  const Strings arguments{"-of", "VRT", "-b", band.c_str(), "-mo", "AREA_OR_POINT=Area", nullptr};
-  GDALTranslateOptions* choice = GDALTranslateOptionsNew(const_cast<char**>(arguments.data()), nullptr);
-  // A name without a folder: the VRT stays in memory.
-  const gdal::Dataset one(GDALTranslate("", values, choice, nullptr));
-  GDALTranslateOptionsFree(choice);
-  failures.check(one != nullptr, shown);
-  const LayerInfo& about = info(request_.layers[layer]);
-  const GDALRasterBandH only = GDALGetRasterBand(one.get(), 1);
-  GDALSetDescription(only, std::string(about.long_name).c_str());
-  GDALSetRasterUnitType(only, std::string(about.unit).c_str());
-  const auto tag = [&one](const char* key, const std::string& value) {
-    if (!value.empty()) GDALSetMetadataItem(one.get(), key, value.c_str(), nullptr);
-  };
-  tag("title", source_.title);
-  tag("source", source_.source);
-  tag("history", source_.history);
-  for (const auto& [key, value] : source_.attributes) tag(key.c_str(), value);
-  tag("layer", std::string(about.name));
-  tag("comment", limits_text(about.layer, request_.limits));
-  tag("over_runs", source_.over_runs);
-  tag("time", geodesy::format_utc(request_.times[time], decimals_));
-  tag("altitude_m", fmt::format("{}", request_.altitudes_m[altitude]));
-  tag("altitude_above", request_.altitude_kind == AltitudeKind::Ellipsoid ? "WGS 84 ellipsoid" : "terrain");
-
-  const Strings options{"COMPRESS=DEFLATE", "PREDICTOR=YES", "RESAMPLING=AVERAGE", "BIGTIFF=IF_SAFER",
-                        nullptr};
-  gdal::Dataset cog(GDALCreateCopy(GDALGetDriverByName("COG"), (work_.temporary_path() / file).c_str(),
-                                   one.get(), 0, options.data(), nullptr, nullptr));
-  failures.check(cog != nullptr, shown);
-  cog.reset();
-  failures.check(true, shown);
-}
 
 }  // namespace
 

@@ -28,219 +28,6 @@ struct Piece {
   std::vector<signed char> state;
 };
 
-}  // namespace
-
-struct StoredMap::Impl {
-  explicit Impl(const std::filesystem::path& path) : file(NetcdfFile::open(path)) {}
-
-  [[noreturn]] void refuse(const std::string& what) const {
-    throw InputError(file.path(), 0, "is not a heat map of Canyon: " + what,
-                     "give the NetCDF file that canyon heatmap wrote");
-  }
-  double required(const char* name) const {
-    const std::optional<double> value = file.number(NC_GLOBAL, name);
-    if (!value || !std::isfinite(*value)) refuse(fmt::format("its attribute {} is missing", name));
-    return *value;
-  }
-  std::size_t size_of(const char* dimension) const {
-    const std::optional<std::size_t> size = file.dimension(dimension);
-    if (!size || *size == 0) refuse(fmt::format("it has no dimension {}", dimension));
-    return *size;
-  }
-  /// A variable over just these dimensions.
-  int over(const char* name, const std::vector<std::string>& dimensions) const {
-    const std::optional<int> variable = file.variable(name);
-    if (!variable || file.dimensions_of(*variable) != dimensions) {
-      refuse(fmt::format("it has no variable {} over {}", name, fmt::join(dimensions, ", ")));
-    }
-    return *variable;
-  }
-
-  void read_frame();
-  void read_grid();
-  void read_axes();
-  void find_layers();
-  void check(const Piece& piece) const;
-  const Piece& piece(std::size_t tile, std::size_t time, std::size_t altitude);
-
-  NetcdfFile file;
-  Grid grid;
-  geodesy::LocalFrame frame;
-  std::vector<geodesy::GpsTime> times;
-  std::vector<double> altitudes_m;
-  AltitudeKind altitude_kind = AltitudeKind::AboveTerrain;
-  std::vector<Layer> layers;
-  std::string motion;
-  std::vector<int> variables;  ///< of the layers
-  int state = 0, checksum = 0;
-  std::mutex mutex;         ///< over `pieces`
-  std::list<Piece> pieces;  ///< the last asked for first
-};
-
-void StoredMap::Impl::read_frame() {
-  using geodesy::Geodetic;
-  const Geodetic origin = Geodetic::from_degrees(required(layout::kLatitude), required(layout::kLongitude),
-                                                 required(layout::kHeight));
-  try {
-    frame = geodesy::LocalFrame(origin, geodesy::radians(required(layout::kHeading)));
-  } catch (const InputError& error) {
-    if (!error.file().empty()) throw;
-    refuse(error.problem());
-  }
-}
-
-void StoredMap::Impl::read_grid() {
-  grid.west_m = required(layout::kWest);
-  grid.south_m = required(layout::kSouth);
-  grid.spacing_m = required(layout::kSpacing);
-  const double tile_size = required(layout::kTileSize);
-  if (!(grid.spacing_m > 0) || !(tile_size >= 1 && tile_size <= 65536)) refuse("its grid makes no sense");
-  grid.tile_size = static_cast<std::uint32_t>(tile_size);
-  const std::size_t columns = size_of(layout::kX), rows = size_of(layout::kY);
-  constexpr std::size_t kMost = std::size_t{1} << 31;
-  if (columns > kMost || rows > kMost) refuse("its grid makes no sense");
-  grid.columns = static_cast<std::uint32_t>(columns);
-  grid.rows = static_cast<std::uint32_t>(rows);
-  // A part that another tool cut out has these attributes and other axes.
-  const auto expect = [&](const char* axis, std::size_t at, double wanted) {
-    double found = 0;
-    file.read(over(axis, {axis}), {at}, {1}, &found);
-    if (!(std::abs(found - wanted) <= 1e-6 * grid.spacing_m)) {
-      refuse(fmt::format("its {} does not follow its grid", axis));
-    }
-  };
-  expect(layout::kX, 0, grid.centre(0, 0).x());
-  expect(layout::kX, columns - 1, grid.centre(grid.columns - 1, 0).x());
-  expect(layout::kY, 0, grid.centre(0, 0).y());
-  expect(layout::kY, rows - 1, grid.centre(0, grid.rows - 1).y());
-}
-
-void StoredMap::Impl::read_axes() {
-  std::vector<std::int64_t> gps(size_of(layout::kTime));
-  if (gps.size() > (std::size_t{1} << 26)) refuse("it has too many times");
-  file.read(over(layout::kGpsTime, {layout::kTime}), {0}, {gps.size()}, gps.data());
-  for (const std::int64_t t : gps) times.push_back(geodesy::GpsTime::from_nanoseconds(t));
-  if (std::adjacent_find(gps.begin(), gps.end(), std::greater_equal<>()) != gps.end()) {
-    refuse("its times do not ascend");
-  }
-  altitudes_m.resize(size_of(layout::kAltitude));
-  if (altitudes_m.size() > (std::size_t{1} << 20)) refuse("it has too many altitudes");
-  file.read(over(layout::kAltitude, {layout::kAltitude}), {0}, {altitudes_m.size()}, altitudes_m.data());
-  for (const double altitude : altitudes_m) {
-    if (!std::isfinite(altitude)) refuse("its altitudes are not finite");
-  }
-  const std::optional<std::string> kind = file.text(NC_GLOBAL, layout::kAltitudeKind);
-  if (!kind || (*kind != layout::kEllipsoid && *kind != layout::kAboveTerrain)) {
-    refuse(fmt::format("its attribute {} is missing", layout::kAltitudeKind));
-  }
-  altitude_kind = *kind == layout::kEllipsoid ? AltitudeKind::Ellipsoid : AltitudeKind::AboveTerrain;
-}
-
-void StoredMap::Impl::find_layers() {
-  state = over(layout::kState, {layout::kAltitude, layout::kY, layout::kX});
-  for (const std::string& name : file.variable_names()) {
-    for (const LayerInfo& about : all_layers()) {
-      if (about.name != name) continue;
-      variables.push_back(over(name.c_str(), {layout::kTime, layout::kAltitude, layout::kY, layout::kX}));
-      layers.push_back(about.layer);
-    }
-  }
-  if (layers.empty()) refuse("it has no layer");
-  checksum = over(layout::kChecksum, {layout::kTile, layout::kTime, layout::kAltitude});
-  if (size_of(layout::kTile) != grid.tile_count()) refuse("its tiles do not follow its grid");
-  // Pieces are kept here, decoded; the library need not keep them too.
-  const std::size_t chunk =
-      std::size_t{std::min(grid.tile_size, grid.rows)} * std::min(grid.tile_size, grid.columns);
-  file.set_cache(state, chunk);
-  for (const int variable : variables) file.set_cache(variable, chunk * sizeof(float));
-}
-
-void StoredMap::Impl::check(const Piece& piece) const {
-  std::int64_t wanted = 0;
-  file.read(checksum, {piece.tile, piece.time, piece.altitude}, {1, 1, 1}, &wanted);
-  const bool none =
-      std::all_of(piece.values.begin(), piece.values.end(), [](float v) { return std::isnan(v); });
-  const std::int64_t found = NetcdfFile::checksum(
-      std::as_bytes(std::span(piece.state)), NetcdfFile::checksum(std::as_bytes(std::span(piece.values))));
-  if (wanted < 0 ? !none : wanted != found) {
-    throw InputError(file.path(), 0, fmt::format("tile {} is damaged", piece.tile),
-                     "write the map again with canyon heatmap");
-  }
-}
-
-/// The caller holds the mutex.
-const Piece& StoredMap::Impl::piece(std::size_t tile, std::size_t time, std::size_t altitude) {
-  const auto same = [&](const Piece& p) {
-    return p.tile == tile && p.time == time && p.altitude == altitude;
-  };
-  const auto found = std::find_if(pieces.begin(), pieces.end(), same);
-  if (found != pieces.end()) {
-    pieces.splice(pieces.begin(), pieces, found);
-    return pieces.front();
-  }
-  const Tile box = grid.tile(tile);
-  Piece fresh;
-  fresh.tile = tile;
-  fresh.time = time;
-  fresh.altitude = altitude;
-  fresh.values.resize(layers.size() * box.cells());
-  fresh.state.resize(box.cells());
-  for (std::size_t k = 0; k < layers.size(); ++k) {
-    file.read(variables[k], {time, altitude, box.first_row, box.first_column}, {1, 1, box.rows, box.columns},
-              fresh.values.data() + k * box.cells());
-  }
-  file.read(state, {altitude, box.first_row, box.first_column}, {1, box.rows, box.columns},
-            fresh.state.data());
-  check(fresh);
-  pieces.push_front(std::move(fresh));
-  const std::size_t bytes = (layers.size() * sizeof(float) + 1) * grid.tile_size * grid.tile_size;
-  const std::size_t most = std::max<std::size_t>(1, kCacheBytes / bytes);
-  while (pieces.size() > most) pieces.pop_back();
-  return pieces.front();
-}
-
-StoredMap::StoredMap(const std::filesystem::path& netcdf) : impl_(std::make_unique<Impl>(netcdf)) {
-  const std::optional<double> version = impl_->file.number(NC_GLOBAL, layout::kMapVersion);
-  if (!version) impl_->refuse(fmt::format("its attribute {} is missing", layout::kMapVersion));
-  if (*version > layout::kVersion) {
-    throw InputError(netcdf, 0,
-                     fmt::format("is of version {}, this Canyon reads up to {}", *version, layout::kVersion),
-                     "read it with the Canyon that wrote it");
-  }
-  impl_->read_frame();
-  impl_->read_grid();
-  impl_->read_axes();
-  impl_->find_layers();
-  impl_->motion = impl_->file.text(NC_GLOBAL, "motion").value_or("standing");
-}
-
-StoredMap::~StoredMap() = default;
-StoredMap::StoredMap(StoredMap&&) noexcept = default;
-
-const Grid& StoredMap::grid() const {
-  return impl_->grid;
-}
-const geodesy::LocalFrame& StoredMap::frame() const {
-  return impl_->frame;
-}
-const std::vector<geodesy::GpsTime>& StoredMap::times() const {
-  return impl_->times;
-}
-const std::vector<double>& StoredMap::altitudes_m() const {
-  return impl_->altitudes_m;
-}
-AltitudeKind StoredMap::altitude_kind() const {
-  return impl_->altitude_kind;
-}
-const std::vector<Layer>& StoredMap::layers() const {
-  return impl_->layers;
-}
-const std::string& StoredMap::motion() const {
-  return impl_->motion;
-}
-
-namespace {
-
 /// The cell along one axis; the grid's last side belongs to its last cell.
 std::optional<std::uint32_t> cell_along(double at, double first_side, double last_side, double spacing,
                                         std::uint32_t count) {
@@ -268,6 +55,180 @@ std::optional<std::size_t> nearest_time(const std::vector<geodesy::GpsTime>& tim
 }
 
 }  // namespace
+
+struct StoredMap::Impl : About {
+  explicit Impl(const std::filesystem::path& path) : file(NetcdfFile::open(path)) {}
+
+  [[noreturn]] void refuse(const std::string& what) const {
+    throw InputError(file.path(), 0, "is not a heat map of Canyon: " + what,
+                     "give the NetCDF file that canyon heatmap wrote");
+  }
+  double required(const char* name) const {
+    const std::optional<double> value = file.number(NC_GLOBAL, name);
+    if (!value || !std::isfinite(*value)) refuse(fmt::format("its attribute {} is missing", name));
+    return *value;
+  }
+  std::size_t size_of(const char* dimension) const {
+    const std::optional<std::size_t> size = file.dimension(dimension);
+    if (!size || *size == 0) refuse(fmt::format("it has no dimension {}", dimension));
+    return *size;
+  }
+  /// A variable over just these dimensions.
+  int over(const char* name, const std::vector<std::string>& dimensions) const {
+    const std::optional<int> variable = file.variable(name);
+    if (!variable || file.dimensions_of(*variable) != dimensions) {
+      refuse(fmt::format("it has no variable {} over {}", name, fmt::join(dimensions, ", ")));
+    }
+    return *variable;
+  }
+
+  void read_frame() {
+    using geodesy::Geodetic;
+    const Geodetic origin = Geodetic::from_degrees(required(layout::kLatitude), required(layout::kLongitude),
+                                                   required(layout::kHeight));
+    try {
+      frame = geodesy::LocalFrame(origin, geodesy::radians(required(layout::kHeading)));
+    } catch (const InputError& error) {
+      if (!error.file().empty()) throw;
+      refuse(error.problem());
+    }
+  }
+
+  void read_grid() {
+    grid.west_m = required(layout::kWest);
+    grid.south_m = required(layout::kSouth);
+    grid.spacing_m = required(layout::kSpacing);
+    const double tile_size = required(layout::kTileSize);
+    if (!(grid.spacing_m > 0) || !(tile_size >= 1 && tile_size <= 65536)) refuse("its grid makes no sense");
+    grid.tile_size = static_cast<std::uint32_t>(tile_size);
+    const std::size_t columns = size_of(layout::kX), rows = size_of(layout::kY);
+    constexpr std::size_t kMost = std::size_t{1} << 31;
+    if (columns > kMost || rows > kMost) refuse("its grid makes no sense");
+    grid.columns = static_cast<std::uint32_t>(columns);
+    grid.rows = static_cast<std::uint32_t>(rows);
+    // A part that another tool cut out has these attributes and other axes.
+    const auto expect = [&](const char* axis, std::size_t at, double wanted) {
+      double found = 0;
+      file.read(over(axis, {axis}), {at}, {1}, &found);
+      if (!(std::abs(found - wanted) <= 1e-6 * grid.spacing_m)) {
+        refuse(fmt::format("its {} does not follow its grid", axis));
+      }
+    };
+    expect(layout::kX, 0, grid.centre(0, 0).x());
+    expect(layout::kX, columns - 1, grid.centre(grid.columns - 1, 0).x());
+    expect(layout::kY, 0, grid.centre(0, 0).y());
+    expect(layout::kY, rows - 1, grid.centre(0, grid.rows - 1).y());
+  }
+
+  void read_axes() {
+    std::vector<std::int64_t> gps(size_of(layout::kTime));
+    if (gps.size() > (std::size_t{1} << 26)) refuse("it has too many times");
+    file.read(over(layout::kGpsTime, {layout::kTime}), {0}, {gps.size()}, gps.data());
+    for (const std::int64_t t : gps) times.push_back(geodesy::GpsTime::from_nanoseconds(t));
+    if (std::adjacent_find(gps.begin(), gps.end(), std::greater_equal<>()) != gps.end()) {
+      refuse("its times do not ascend");
+    }
+    altitudes_m.resize(size_of(layout::kAltitude));
+    if (altitudes_m.size() > (std::size_t{1} << 20)) refuse("it has too many altitudes");
+    file.read(over(layout::kAltitude, {layout::kAltitude}), {0}, {altitudes_m.size()}, altitudes_m.data());
+    for (const double altitude : altitudes_m) {
+      if (!std::isfinite(altitude)) refuse("its altitudes are not finite");
+    }
+    const std::optional<std::string> kind = file.text(NC_GLOBAL, layout::kAltitudeKind);
+    if (!kind || (*kind != layout::kEllipsoid && *kind != layout::kAboveTerrain)) {
+      refuse(fmt::format("its attribute {} is missing", layout::kAltitudeKind));
+    }
+    altitude_kind = *kind == layout::kEllipsoid ? AltitudeKind::Ellipsoid : AltitudeKind::AboveTerrain;
+  }
+
+  void find_layers() {
+    state = over(layout::kState, {layout::kAltitude, layout::kY, layout::kX});
+    for (const std::string& name : file.variable_names()) {
+      for (const LayerInfo& about : all_layers()) {
+        if (about.name != name) continue;
+        variables.push_back(over(name.c_str(), {layout::kTime, layout::kAltitude, layout::kY, layout::kX}));
+        layers.push_back(about.layer);
+      }
+    }
+    if (layers.empty()) refuse("it has no layer");
+    checksum = over(layout::kChecksum, {layout::kTile, layout::kTime, layout::kAltitude});
+    if (size_of(layout::kTile) != grid.tile_count()) refuse("its tiles do not follow its grid");
+    // Pieces are kept here, decoded; the library need not keep them too.
+    const std::size_t chunk =
+        std::size_t{std::min(grid.tile_size, grid.rows)} * std::min(grid.tile_size, grid.columns);
+    file.set_cache(state, chunk);
+    for (const int variable : variables) file.set_cache(variable, chunk * sizeof(float));
+  }
+
+  void check(const Piece& piece) const {
+    std::int64_t wanted = 0;
+    file.read(checksum, {piece.tile, piece.time, piece.altitude}, {1, 1, 1}, &wanted);
+    const bool none =
+        std::all_of(piece.values.begin(), piece.values.end(), [](float v) { return std::isnan(v); });
+    const std::int64_t found = NetcdfFile::checksum(
+        std::as_bytes(std::span(piece.state)), NetcdfFile::checksum(std::as_bytes(std::span(piece.values))));
+    if (wanted < 0 ? !none : wanted != found) {
+      throw InputError(file.path(), 0, fmt::format("tile {} is damaged", piece.tile),
+                       "write the map again with canyon heatmap");
+    }
+  }
+
+  /// The caller holds the mutex.
+  const Piece& piece(std::size_t tile, std::size_t time, std::size_t altitude) {
+    const auto same = [&](const Piece& p) {
+      return p.tile == tile && p.time == time && p.altitude == altitude;
+    };
+    const auto found = std::find_if(pieces.begin(), pieces.end(), same);
+    if (found != pieces.end()) {
+      pieces.splice(pieces.begin(), pieces, found);
+      return pieces.front();
+    }
+    const Tile box = grid.tile(tile);
+    Piece fresh;
+    fresh.tile = tile;
+    fresh.time = time;
+    fresh.altitude = altitude;
+    fresh.values.resize(layers.size() * box.cells());
+    fresh.state.resize(box.cells());
+    for (std::size_t k = 0; k < layers.size(); ++k) {
+      file.read(variables[k], {time, altitude, box.first_row, box.first_column},
+                {1, 1, box.rows, box.columns}, fresh.values.data() + k * box.cells());
+    }
+    file.read(state, {altitude, box.first_row, box.first_column}, {1, box.rows, box.columns},
+              fresh.state.data());
+    check(fresh);
+    pieces.push_front(std::move(fresh));
+    const std::size_t bytes = (layers.size() * sizeof(float) + 1) * grid.tile_size * grid.tile_size;
+    const std::size_t most = std::max<std::size_t>(1, kCacheBytes / bytes);
+    while (pieces.size() > most) pieces.pop_back();
+    return pieces.front();
+  }
+
+  NetcdfFile file;
+  std::vector<int> variables;  ///< of the layers
+  int state = 0, checksum = 0;
+  std::mutex mutex;         ///< over `pieces`
+  std::list<Piece> pieces;  ///< the last asked for first
+};
+
+StoredMap::StoredMap(const std::filesystem::path& netcdf)
+    : impl_(std::make_unique<Impl>(netcdf)), about_(impl_.get()) {
+  const std::optional<double> version = impl_->file.number(NC_GLOBAL, layout::kMapVersion);
+  if (!version) impl_->refuse(fmt::format("its attribute {} is missing", layout::kMapVersion));
+  if (*version > layout::kVersion) {
+    throw InputError(netcdf, 0,
+                     fmt::format("is of version {}, this Canyon reads up to {}", *version, layout::kVersion),
+                     "read it with the Canyon that wrote it");
+  }
+  impl_->read_frame();
+  impl_->read_grid();
+  impl_->read_axes();
+  impl_->find_layers();
+  impl_->motion = impl_->file.text(NC_GLOBAL, "motion").value_or("standing");
+}
+
+StoredMap::~StoredMap() = default;
+StoredMap::StoredMap(StoredMap&&) noexcept = default;
 
 std::optional<StoredMap::Answer> StoredMap::at(const Eigen::Vector2d& enu, double altitude_m,
                                                geodesy::GpsTime time) const {

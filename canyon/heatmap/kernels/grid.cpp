@@ -48,10 +48,6 @@ Tile Grid::tile(std::size_t i) const {
   return tile;
 }
 
-void Grid::validate() const {
-  options::check(*this, "grid");
-}
-
 void visit(options::Visitor& v, Grid& o) {
   constexpr std::uint32_t kMost = std::uint32_t{1} << 31;
   v.number({"west_m", "m", "western edge, east of the city's origin"}, o.west_m, {});

@@ -49,9 +49,6 @@ struct Grid {
   /// 256 cells across, fewer (down to 16) where they would be wider than kWidestTile_m.
   [[nodiscard]] static Grid covering(double west_m, double south_m, double east_m, double north_m,
                                      double spacing_m);
-  /// Throws InputError for a corner that is not finite, a spacing not in [0.01, 10,000] m, no or more than
-  /// 2^31 columns or rows, and a tile size out of range.
-  void validate() const;
 };
 /// Visits its fields.
 void visit(options::Visitor& v, Grid& o);

@@ -9,6 +9,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/options/values.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -42,12 +43,12 @@ TEST(Grid, RefusesBoxesThatAreNone) {
   EXPECT_THROW((void)Grid::covering(0, 0, 3e7, 1, 0.01), InputError);
   EXPECT_NO_THROW((void)Grid::covering(0, 0, 2.1e7, 1, 0.01));
   Grid none = Grid::covering(0, 0, 5, 5, 1);
-  EXPECT_NO_THROW(none.validate());
+  EXPECT_NO_THROW(options::check(none, "grid"));
   none.columns = 0;
-  EXPECT_THROW(none.validate(), InputError);
+  EXPECT_THROW(options::check(none, "grid"), InputError);
   none = Grid::covering(0, 0, 5, 5, 1);
   none.tile_size = 0;
-  EXPECT_THROW(none.validate(), InputError);
+  EXPECT_THROW(options::check(none, "grid"), InputError);
 }
 
 TEST(Grid, TilesHaveEveryCellOnce) {

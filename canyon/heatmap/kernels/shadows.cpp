@@ -5,9 +5,10 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
+#include "canyon/city/city.hpp"
 #include "canyon/heatmap/kernels/shadow_raster.hpp"
-#include "canyon/heatmap/kernels/shadow_tree.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -25,6 +26,121 @@ constexpr double kLeastRise = 0.01;
 [[maybe_unused]] bool is_direction(const Vector3d& direction) {
   return std::abs(direction.squaredNorm() - 1) < 1e-6 && direction.z() > kLeastRise;
 }
+
+/// The space that can throw a shadow onto a rectangle of a horizontal plane: points p above it, at most
+/// `highest` over it, whose place along the direction, p - (p.z - z) shear, lies in the rectangle.
+struct ShadowReach {
+  Vector2d min, max;   ///< of the rectangle
+  double z = 0;        ///< of the plane
+  Vector2d shear;      ///< horizontal way per metre of height, direction.xy / direction.z
+  double highest = 0;  ///< above the plane; may be infinite
+
+  /// Whether a box may throw a shadow. Exact by the separating axes of a rectangle and a box swept along the
+  /// shear, but for rounding on its edges, where the answer is true.
+  [[nodiscard]] bool meets(const Vector3d& low, const Vector3d& high) const {
+    const double top = std::min(high.z() - z, highest), base = std::max(low.z() - z, 0.0);
+    if (!(high.z() > z) || base > highest) return false;
+    constexpr double kSlack_m = 1e-6;
+    for (int k = 0; k < 2; ++k) {
+      const double a = shear[k] * base, b = shear[k] * top;
+      if (low[k] - std::max(a, b) > max[k] + kSlack_m || high[k] - std::min(a, b) < min[k] - kSlack_m) {
+        return false;
+      }
+    }
+    const double away = shear.x() * (0.5 * (low.y() + high.y()) - 0.5 * (min.y() + max.y())) -
+                        shear.y() * (0.5 * (low.x() + high.x()) - 0.5 * (min.x() + max.x()));
+    const double half_x = 0.5 * (high.x() - low.x() + max.x() - min.x()) + kSlack_m;
+    const double half_y = 0.5 * (high.y() - low.y() + max.y() - min.y()) + kSlack_m;
+    return std::abs(away) <= std::abs(shear.x()) * half_y + std::abs(shear.y()) * half_x;
+  }
+};
+
+/// Boxes around boxes around the triangles of a mesh (split at the median of the longest side), so that those
+/// which throw a shadow onto a tile are found without looking at the others.
+class ShadowTree {
+ public:
+  explicit ShadowTree(const city::Mesh& mesh) : order_(mesh.triangles.size()) {
+    std::iota(order_.begin(), order_.end(), 0U);
+    if (order_.empty()) return;
+    std::vector<Vector3d> low, high;
+    low.reserve(order_.size());
+    high.reserve(order_.size());
+    for (const auto& t : mesh.triangles) {
+      const Vector3d &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+      low.emplace_back(a.cwiseMin(b).cwiseMin(c));
+      high.emplace_back(a.cwiseMax(b).cwiseMax(c));
+    }
+    struct Task {
+      std::uint32_t node, first, count;
+    };
+    std::vector<Task> tasks{{0, 0, static_cast<std::uint32_t>(order_.size())}};
+    nodes_.resize(1);
+    while (!tasks.empty()) {
+      const Task task = tasks.back();
+      tasks.pop_back();
+      Vector3d min = Vector3d::Constant(1e300), max = -min;
+      for (std::uint32_t i = task.first; i < task.first + task.count; ++i) {
+        min = min.cwiseMin(low[order_[i]]);
+        max = max.cwiseMax(high[order_[i]]);
+      }
+      nodes_[task.node].min = min;
+      nodes_[task.node].max = max;
+      if (task.count <= kLeafTriangles) {
+        nodes_[task.node].first = task.first;
+        nodes_[task.node].count = task.count;
+        continue;
+      }
+      int axis = 0;
+      (max - min).maxCoeff(&axis);
+      const std::uint32_t half = task.count / 2;
+      const auto begin = order_.begin() + task.first;
+      std::nth_element(begin, begin + half, begin + task.count, [&](std::uint32_t a, std::uint32_t b) {
+        const double at_a = low[a][axis] + high[a][axis], at_b = low[b][axis] + high[b][axis];
+        return at_a != at_b ? at_a < at_b : a < b;
+      });
+      const auto child = static_cast<std::uint32_t>(nodes_.size());
+      nodes_.resize(nodes_.size() + 2);
+      nodes_[task.node].first = child;
+      nodes_[task.node].count = 0;
+      tasks.push_back({child, task.first, half});
+      tasks.push_back({child + 1, task.first + half, task.count - half});
+    }
+  }
+
+  /// The triangles in the order of visit().
+  [[nodiscard]] const std::vector<std::uint32_t>& order() const { return order_; }
+
+  /// Calls leaf(first, count) for runs of order() that hold every triangle which may reach.
+  template <class Leaf>
+  void visit(const ShadowReach& reach, Leaf&& leaf) const {
+    if (nodes_.empty()) return;
+    std::array<std::uint32_t, kDeepest> stack;
+    std::size_t depth = 0;
+    stack[depth++] = 0;
+    while (depth > 0) {
+      const Node& node = nodes_[stack[--depth]];
+      if (!reach.meets(node.min, node.max)) continue;
+      if (node.count > 0) {
+        leaf(node.first, node.count);
+      } else {
+        stack[depth++] = node.first + 1;
+        stack[depth++] = node.first;
+      }
+    }
+  }
+
+ private:
+  static constexpr std::uint32_t kLeafTriangles = 8;
+  /// Halving 2^32 triangles takes 32 steps, each of which leaves one node waiting.
+  static constexpr std::size_t kDeepest = 64;
+  struct Node {
+    Vector3d min, max;
+    std::uint32_t first = 0;  ///< of a leaf: triangle in order(); else: node, the other child follows it
+    std::uint32_t count = 0;  ///< of a leaf; 0: not a leaf
+  };
+  std::vector<Node> nodes_;
+  std::vector<std::uint32_t> order_;
+};
 
 /// The projection of the city to the cells of a plane along a direction.
 class Projection {

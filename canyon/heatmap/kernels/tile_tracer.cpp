@@ -135,13 +135,205 @@ struct TileTracer::Impl {
     return specular() && options.reflection_order == 0 && !options.diffraction && !options.diffuse;
   }
 
+  /// Heights of the cells' places, and of the terrain below them (NaN: none), which is left empty where no
+  /// place can lie under it.
   void set_heights(const Grid& grid, double altitude_m, AltitudeKind kind, TileCells& cells,
-                   std::vector<double>& ground) const;
-  void mark_hidden_places(const std::vector<double>& ground, TileCells& cells) const;
-  void block(const TileCells& cells, const Vector3d& direction, std::span<std::uint8_t> blocked) const;
-  void see_satellites(const TileCells& cells, geodesy::GpsTime time, TileSignals& result) const;
-  void add_mirrored(const TileCells& cells, std::size_t satellite, TileSignals& result) const;
-  void add_traced(const TileCells& cells, bool all, bool excess, TileSignals& result) const;
+                   std::vector<double>& ground) const {
+    const std::size_t count = cells.tile.cells();
+    if (!terrain.empty()) {
+      ground.resize(count);
+      terrain.heights(grid, cells.tile, ground);
+    }
+    std::vector<double> z(count, altitude_m);
+    if (kind == AltitudeKind::Ellipsoid) {
+      const geodesy::LocalFrame& frame = environment->city().frame;
+      for (std::size_t i = 0; i < count; ++i) {
+        // The ray goes up the city's vertical, which leans from the place's by less than 1e-2 rad within 60
+        // km.
+        Vector3d place = cells.place(i);
+        place.z() = 0;
+        for (int step = 0; step < 3; ++step) {
+          place.z() += altitude_m - frame.geodetic_from_local(place).height_m;
+        }
+        z[i] = place.z();
+      }
+    } else if (!terrain.empty()) {
+      for (std::size_t i = 0; i < count; ++i) {
+        z[i] = ground[i] + altitude_m;
+        if (std::isnan(z[i]) && cells.state[i] == CellState::Computed) cells.state[i] = CellState::NoTerrain;
+      }
+      if (altitude_m > raytrace::kSkin_m) ground.clear();
+    }
+
+    double low = kInfinite, high = -kInfinite;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (cells.state[i] != CellState::Computed) continue;
+      low = std::min(low, z[i]);
+      high = std::max(high, z[i]);
+    }
+    if (low > high) return;
+    cells.plane.z = low == high ? low : (low + high) / 2;
+    if (high - low > kFlat_m) cells.z.assign(z.begin(), z.end());
+  }
+
+  /// Marks places inside buildings or under terrain. Only places with something above them can be such
+  /// places.
+  void mark_hidden_places(const std::vector<double>& ground, TileCells& cells) const {
+    const std::size_t count = cells.tile.cells();
+    std::vector<std::uint8_t> covered(count), inside(count);
+    block(cells, Vector3d::UnitZ(), covered);
+    std::vector<std::uint8_t> ask(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      covered[i] &= cells.state[i] == CellState::Computed ? 1 : 0;
+      // A sheet above the place may or may not hide it.
+      ask[i] = covered[i] && !ground.empty() && !(ground[i] < cells.place(i).z());
+    }
+    if (cells.flat() && interiors.find(cells.plane, covered, inside)) {
+      // Foliage or a vehicle above is no roof; walls that close have a roof, others may lack it.
+      const bool roof_above = !(surfaces.foliage || surfaces.vehicles) && ground.empty();
+      const bool certain = roof_above || interiors.open_ends(cells.plane.z) == 0;
+      for (std::size_t i = 0; i < count; ++i) {
+        if (ask[i]) continue;
+        if (inside[i] && !certain) {
+          ask[i] = 1;
+        } else if (inside[i]) {
+          cells.state[i] = CellState::InsideBuilding;
+        }
+      }
+    } else {
+      ask = covered;
+    }
+    spread(cells.tile.rows, [&](std::size_t row) {
+      for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
+        if (ask[i]) cells.state[i] = state_of(scene->placement(cells.place(i)));
+      }
+    });
+  }
+
+  /// blocked[i] = 1 where anything lies from Computed cell i towards `direction`, else 0.
+  void block(const TileCells& cells, const Vector3d& direction, std::span<std::uint8_t> blocked) const {
+    if (cells.flat() && direction.z() > kLeastCastRise) {
+      shadows.shadows(cells.plane, direction, blocked);
+      for (const std::uint32_t i : cells.on_walls) {
+        const Vector3d from = cells.place(i);
+        blocked[i] = scene->occluded({from, direction}, scene->surface_offset_m(from)) ? 1 : 0;
+      }
+      return;
+    }
+    std::fill(blocked.begin(), blocked.end(), std::uint8_t{0});
+    spread(cells.tile.rows, [&](std::size_t row) {
+      static thread_local RayBatch batch;
+      batch.clear();
+      for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
+        if (cells.state[i] != CellState::Computed) continue;
+        batch.add(static_cast<std::uint32_t>(i), cells.place(i), direction);
+      }
+      if (batch.rays.empty()) return;
+      batch.cast(*scene, scene->surface_offset_m(batch.rays.front().origin), blocked);
+    });
+  }
+
+  void see_satellites(const TileCells& cells, geodesy::GpsTime time, TileSignals& result) const {
+    const geodesy::LocalFrame& frame = environment->city().frame;
+    const double half = cells.plane.spacing_m / 2;
+    const Vector3d middle(cells.plane.first.x() + half * (cells.tile.columns - 1),
+                          cells.plane.first.y() + half * (cells.tile.rows - 1), cells.plane.z);
+    const orbit::Observer observer(frame.ecef_from_local(middle));
+    result.satellites.clear();
+    result.directions.clear();
+    for (const gnss::SatelliteId id : ids) {
+      auto line = orbit::line_of_sight(environment->sky(), id, time, observer);
+      if (!line || !(line->elevation_rad > 0) || line->elevation_rad < mask_rad) continue;
+      if (first_signal) {
+        const gnss::Signal* signal = first_signal(id, time);
+        if (signal == nullptr) continue;
+        // The state already has the carrier of the signal near L1, with GLONASS's channels.
+        if (signal != &gnss::signals_of(id.system).front())
+          line->state.carrier_frequency_hz = signal->carrier_hz;
+      }
+      result.satellites.push_back(*line);
+      result.directions.emplace_back(frame.ecef_from_local_rotation().transpose() * line->direction_ecef);
+    }
+  }
+
+  /// Algorithm 2 of the paper for the blocked cells of one satellite, as Propagator::trace().
+  void add_mirrored(const TileCells& cells, std::size_t satellite, TileSignals& result) const {
+    const Vector3d& direction = result.directions[satellite];
+    const Vector3d mirrored = propagation::mirror_direction(direction);
+    const double elevation_rad = std::asin(std::clamp(direction.z(), -1.0, 1.0));
+    std::vector<CellVisibility>& visibility = result.visibility[satellite];
+    std::vector<float>& excess_m = result.excess_m[satellite];
+    const auto receive = [&](std::size_t cell, double range_m) {
+      visibility[cell] = CellVisibility::NLOS;
+      // It is negative only by rounding, at the zenith.
+      excess_m[cell] =
+          static_cast<float>(std::max(0.0, propagation::mirror_excess_m(range_m, elevation_rad)));
+    };
+    const auto is_wanted = [&](std::size_t cell) {
+      return cells.state[cell] == CellState::Computed && visibility[cell] == CellVisibility::Blocked;
+    };
+    const auto range_by_ray = [&](std::size_t cell) -> std::optional<double> {
+      const Vector3d from = cells.place(cell);
+      const auto hit = scene->cast({from, mirrored, options.max_range_m}, scene->surface_offset_m(from));
+      if (!hit) return std::nullopt;
+      return hit->range_m;
+    };
+    if (cells.flat() && mirrored.z() > kLeastCastRise) {
+      static thread_local std::vector<float> ranges;
+      ranges.resize(cells.tile.cells());
+      shadows.ranges(cells.plane, mirrored, options.max_range_m, ranges);
+      for (const std::uint32_t i : cells.on_walls) {
+        ranges[i] = static_cast<float>(range_by_ray(i).value_or(kInfinite));
+      }
+      for (std::size_t i = 0; i < ranges.size(); ++i) {
+        if (is_wanted(i) && std::isfinite(ranges[i])) receive(i, static_cast<double>(ranges[i]));
+      }
+      return;
+    }
+    spread(cells.tile.rows, [&](std::size_t row) {
+      for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
+        if (!is_wanted(i)) continue;
+        if (const auto range_m = range_by_ray(i)) receive(i, *range_m);
+      }
+    });
+  }
+
+  /// Propagator::trace() for what is blocked so far, or for `all`.
+  void add_traced(const TileCells& cells, bool all, bool excess, TileSignals& result) const {
+    struct Lists {
+      std::vector<std::uint32_t> satellites;
+      std::vector<Vector3d> directions;
+      std::vector<propagation::SatellitePaths> paths;  // never shrinks: the lists within keep their memory
+    };
+    spread(cells.tile.rows, [&](std::size_t row) {
+      static thread_local Lists lists;
+      for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
+        if (cells.state[i] != CellState::Computed) continue;
+        lists.satellites.clear();
+        lists.directions.clear();
+        for (std::size_t k = 0; k < result.satellites.size(); ++k) {
+          if (!all && result.visibility[k][i] != CellVisibility::Blocked) continue;
+          lists.satellites.push_back(static_cast<std::uint32_t>(k));
+          lists.directions.push_back(result.directions[k]);
+        }
+        const std::size_t count = lists.satellites.size();
+        if (count == 0) continue;
+        if (lists.paths.size() < count) lists.paths.resize(count);
+        propagator.trace(cells.place(i), lists.directions, std::span(lists.paths).first(count));
+        for (std::size_t j = 0; j < count; ++j) {
+          const propagation::SatellitePaths& paths = lists.paths[j];
+          const std::uint32_t k = lists.satellites[j];
+          const bool los =
+              paths.visibility == Visibility::LOS || paths.visibility == Visibility::LOSMultipath;
+          if (!los && !excess) continue;
+          result.visibility[k][i] = los                ? CellVisibility::LOS
+                                    : paths.received() ? CellVisibility::NLOS
+                                                       : CellVisibility::Blocked;
+          if (excess) result.excess_m[k][i] = static_cast<float>(paths.tracked_excess_m());
+        }
+      }
+    });
+  }
 };
 
 TileTracer::TileTracer(const simulation::Environment& environment,
@@ -159,79 +351,6 @@ TileTracer::TileTracer(TileTracer&&) noexcept = default;
 
 const propagation::Propagator& TileTracer::propagator() const {
   return impl_->propagator;
-}
-
-/// Heights of the cells' places, and of the terrain below them (NaN: none), which is left empty where no
-/// place can lie under it.
-void TileTracer::Impl::set_heights(const Grid& grid, double altitude_m, AltitudeKind kind, TileCells& cells,
-                                   std::vector<double>& ground) const {
-  const std::size_t count = cells.tile.cells();
-  if (!terrain.empty()) {
-    ground.resize(count);
-    terrain.heights(grid, cells.tile, ground);
-  }
-  std::vector<double> z(count, altitude_m);
-  if (kind == AltitudeKind::Ellipsoid) {
-    const geodesy::LocalFrame& frame = environment->city().frame;
-    for (std::size_t i = 0; i < count; ++i) {
-      // The ray goes up the city's vertical, which leans from the place's by less than 1e-2 rad within 60 km.
-      Vector3d place = cells.place(i);
-      place.z() = 0;
-      for (int step = 0; step < 3; ++step) {
-        place.z() += altitude_m - frame.geodetic_from_local(place).height_m;
-      }
-      z[i] = place.z();
-    }
-  } else if (!terrain.empty()) {
-    for (std::size_t i = 0; i < count; ++i) {
-      z[i] = ground[i] + altitude_m;
-      if (std::isnan(z[i]) && cells.state[i] == CellState::Computed) cells.state[i] = CellState::NoTerrain;
-    }
-    if (altitude_m > raytrace::kSkin_m) ground.clear();
-  }
-
-  double low = kInfinite, high = -kInfinite;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (cells.state[i] != CellState::Computed) continue;
-    low = std::min(low, z[i]);
-    high = std::max(high, z[i]);
-  }
-  if (low > high) return;
-  cells.plane.z = low == high ? low : (low + high) / 2;
-  if (high - low > kFlat_m) cells.z.assign(z.begin(), z.end());
-}
-
-/// Marks places inside buildings or under terrain. Only places with something above them can be such places.
-void TileTracer::Impl::mark_hidden_places(const std::vector<double>& ground, TileCells& cells) const {
-  const std::size_t count = cells.tile.cells();
-  std::vector<std::uint8_t> covered(count), inside(count);
-  block(cells, Vector3d::UnitZ(), covered);
-  std::vector<std::uint8_t> ask(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    covered[i] &= cells.state[i] == CellState::Computed ? 1 : 0;
-    // A sheet above the place may or may not hide it.
-    ask[i] = covered[i] && !ground.empty() && !(ground[i] < cells.place(i).z());
-  }
-  if (cells.flat() && interiors.find(cells.plane, covered, inside)) {
-    // Foliage or a vehicle above is no roof; walls that close have a roof, others may lack it.
-    const bool roof_above = !(surfaces.foliage || surfaces.vehicles) && ground.empty();
-    const bool certain = roof_above || interiors.open_ends(cells.plane.z) == 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      if (ask[i]) continue;
-      if (inside[i] && !certain) {
-        ask[i] = 1;
-      } else if (inside[i]) {
-        cells.state[i] = CellState::InsideBuilding;
-      }
-    }
-  } else {
-    ask = covered;
-  }
-  spread(cells.tile.rows, [&](std::size_t row) {
-    for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
-      if (ask[i]) cells.state[i] = state_of(scene->placement(cells.place(i)));
-    }
-  });
 }
 
 TileCells TileTracer::cells(const Grid& grid, const Tile& tile, const Area* area, double altitude_m,
@@ -268,132 +387,6 @@ TileCells TileTracer::cells(const Grid& grid, const Tile& tile, const Area* area
     }
   }
   return cells;
-}
-
-/// blocked[i] = 1 where anything lies from Computed cell i towards `direction`, else 0.
-void TileTracer::Impl::block(const TileCells& cells, const Vector3d& direction,
-                             std::span<std::uint8_t> blocked) const {
-  if (cells.flat() && direction.z() > kLeastCastRise) {
-    shadows.shadows(cells.plane, direction, blocked);
-    for (const std::uint32_t i : cells.on_walls) {
-      const Vector3d from = cells.place(i);
-      blocked[i] = scene->occluded({from, direction}, scene->surface_offset_m(from)) ? 1 : 0;
-    }
-    return;
-  }
-  std::fill(blocked.begin(), blocked.end(), std::uint8_t{0});
-  spread(cells.tile.rows, [&](std::size_t row) {
-    static thread_local RayBatch batch;
-    batch.clear();
-    for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
-      if (cells.state[i] != CellState::Computed) continue;
-      batch.add(static_cast<std::uint32_t>(i), cells.place(i), direction);
-    }
-    if (batch.rays.empty()) return;
-    batch.cast(*scene, scene->surface_offset_m(batch.rays.front().origin), blocked);
-  });
-}
-
-void TileTracer::Impl::see_satellites(const TileCells& cells, geodesy::GpsTime time,
-                                      TileSignals& result) const {
-  const geodesy::LocalFrame& frame = environment->city().frame;
-  const double half = cells.plane.spacing_m / 2;
-  const Vector3d middle(cells.plane.first.x() + half * (cells.tile.columns - 1),
-                        cells.plane.first.y() + half * (cells.tile.rows - 1), cells.plane.z);
-  const orbit::Observer observer(frame.ecef_from_local(middle));
-  result.satellites.clear();
-  result.directions.clear();
-  for (const gnss::SatelliteId id : ids) {
-    auto line = orbit::line_of_sight(environment->sky(), id, time, observer);
-    if (!line || !(line->elevation_rad > 0) || line->elevation_rad < mask_rad) continue;
-    if (first_signal) {
-      const gnss::Signal* signal = first_signal(id, time);
-      if (signal == nullptr) continue;
-      // The state already has the carrier of the signal near L1, with GLONASS's channels.
-      if (signal != &gnss::signals_of(id.system).front())
-        line->state.carrier_frequency_hz = signal->carrier_hz;
-    }
-    result.satellites.push_back(*line);
-    result.directions.emplace_back(frame.ecef_from_local_rotation().transpose() * line->direction_ecef);
-  }
-}
-
-/// Algorithm 2 of the paper for the blocked cells of one satellite, as Propagator::trace().
-void TileTracer::Impl::add_mirrored(const TileCells& cells, std::size_t satellite,
-                                    TileSignals& result) const {
-  const Vector3d& direction = result.directions[satellite];
-  const Vector3d mirrored = propagation::mirror_direction(direction);
-  const double elevation_rad = std::asin(std::clamp(direction.z(), -1.0, 1.0));
-  std::vector<CellVisibility>& visibility = result.visibility[satellite];
-  std::vector<float>& excess_m = result.excess_m[satellite];
-  const auto receive = [&](std::size_t cell, double range_m) {
-    visibility[cell] = CellVisibility::NLOS;
-    // It is negative only by rounding, at the zenith.
-    excess_m[cell] = static_cast<float>(std::max(0.0, propagation::mirror_excess_m(range_m, elevation_rad)));
-  };
-  const auto is_wanted = [&](std::size_t cell) {
-    return cells.state[cell] == CellState::Computed && visibility[cell] == CellVisibility::Blocked;
-  };
-  const auto range_by_ray = [&](std::size_t cell) -> std::optional<double> {
-    const Vector3d from = cells.place(cell);
-    const auto hit = scene->cast({from, mirrored, options.max_range_m}, scene->surface_offset_m(from));
-    if (!hit) return std::nullopt;
-    return hit->range_m;
-  };
-  if (cells.flat() && mirrored.z() > kLeastCastRise) {
-    static thread_local std::vector<float> ranges;
-    ranges.resize(cells.tile.cells());
-    shadows.ranges(cells.plane, mirrored, options.max_range_m, ranges);
-    for (const std::uint32_t i : cells.on_walls) {
-      ranges[i] = static_cast<float>(range_by_ray(i).value_or(kInfinite));
-    }
-    for (std::size_t i = 0; i < ranges.size(); ++i) {
-      if (is_wanted(i) && std::isfinite(ranges[i])) receive(i, static_cast<double>(ranges[i]));
-    }
-    return;
-  }
-  spread(cells.tile.rows, [&](std::size_t row) {
-    for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
-      if (!is_wanted(i)) continue;
-      if (const auto range_m = range_by_ray(i)) receive(i, *range_m);
-    }
-  });
-}
-
-/// Propagator::trace() for what is blocked so far, or for `all`.
-void TileTracer::Impl::add_traced(const TileCells& cells, bool all, bool excess, TileSignals& result) const {
-  struct Lists {
-    std::vector<std::uint32_t> satellites;
-    std::vector<Vector3d> directions;
-    std::vector<propagation::SatellitePaths> paths;  // never shrinks: the lists within keep their memory
-  };
-  spread(cells.tile.rows, [&](std::size_t row) {
-    static thread_local Lists lists;
-    for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
-      if (cells.state[i] != CellState::Computed) continue;
-      lists.satellites.clear();
-      lists.directions.clear();
-      for (std::size_t k = 0; k < result.satellites.size(); ++k) {
-        if (!all && result.visibility[k][i] != CellVisibility::Blocked) continue;
-        lists.satellites.push_back(static_cast<std::uint32_t>(k));
-        lists.directions.push_back(result.directions[k]);
-      }
-      const std::size_t count = lists.satellites.size();
-      if (count == 0) continue;
-      if (lists.paths.size() < count) lists.paths.resize(count);
-      propagator.trace(cells.place(i), lists.directions, std::span(lists.paths).first(count));
-      for (std::size_t j = 0; j < count; ++j) {
-        const propagation::SatellitePaths& paths = lists.paths[j];
-        const std::uint32_t k = lists.satellites[j];
-        const bool los = paths.visibility == Visibility::LOS || paths.visibility == Visibility::LOSMultipath;
-        if (!los && !excess) continue;
-        result.visibility[k][i] = los                ? CellVisibility::LOS
-                                  : paths.received() ? CellVisibility::NLOS
-                                                     : CellVisibility::Blocked;
-        if (excess) result.excess_m[k][i] = static_cast<float>(paths.tracked_excess_m());
-      }
-    }
-  });
 }
 
 void TileTracer::trace(const TileCells& cells, geodesy::GpsTime time, bool excess,

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <limits>
 
-#include "canyon/drawing/views/map_marks.hpp"
 #include "canyon/drawing/views/track_picture.hpp"
 
 namespace canyon::heatmap {

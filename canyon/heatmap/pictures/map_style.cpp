@@ -140,52 +140,20 @@ Colour orange_purple(double t) {
   static constexpr std::array kSteps{rgb(0x7F3B08), rgb(0xB35806), rgb(0xE08214), rgb(0xFDB863),
                                      rgb(0xFEE0B6), rgb(0xF7F7F7), rgb(0xD8DAEB), rgb(0xB2ABD2),
                                      rgb(0x8073AC), rgb(0x542788), rgb(0x2D004B)};
-  const double at = (std::isnan(t) ? 0 : std::clamp(t, 0.0, 1.0)) * (kSteps.size() - 1);
-  const auto i = std::min(static_cast<std::size_t>(at), kSteps.size() - 2);
-  return drawing::mix(kSteps[i], kSteps[i + 1], at - static_cast<double>(i));
+  return drawing::between(kSteps, t);
 }
 
 LayerStyle style_of(Layer layer) {
-  switch (layer) {
-    case Layer::HorizontalError:
-    case Layer::HorizontalErrorMean:
-    case Layer::HorizontalErrorRms:
-    case Layer::HorizontalErrorP50:
-    case Layer::HorizontalErrorP95:
-    case Layer::VerticalErrorMean:
-    case Layer::VerticalErrorRms:
-    case Layer::VerticalErrorP50:
-    case Layer::VerticalErrorP95:
-    case Layer::LargestExcess:
-    case Layer::ProtectionLevel:
-    case Layer::RtkFixedErrorP95:
-      return {ValueKind::Length, &bright_inferno, true};
-    case Layer::VerticalError:
-      return {ValueKind::SignedLength, &orange_purple, false};
-    case Layer::Hdop:
-    case Layer::Pdop:
-    case Layer::Vdop:
-      return {ValueKind::Dop, &cividis, true};
-    case Layer::SatellitesLos:
-    case Layer::SatellitesVisible:
-    case Layer::SatellitesUsed:
-      return {ValueKind::Count, &drawing::viridis, false};
-    case Layer::SatellitesBlocked:
-      return {ValueKind::Count, &drawing::viridis, true};
-    case Layer::NlosShare:
-    case Layer::HorizontalErrorExceedance:
-    case Layer::MisleadingShare:
-      return {ValueKind::Share, &cividis, true};
-    case Layer::TimeToFirstFix:
-    case Layer::RtkTimeToFix:
-      return {ValueKind::Duration, &bright_inferno, true};
-    case Layer::Availability:
-    case Layer::ProtectedAvailability:
-    case Layer::SkyView:
-    case Layer::RtkFixedShare:
-      break;
+  if (layer == Layer::VerticalError) return {ValueKind::SignedLength, &orange_purple, false};
+  const std::string_view unit = info(layer).unit;
+  if (unit == "m") return {ValueKind::Length, &bright_inferno, true};
+  if (unit == "s") return {ValueKind::Duration, &bright_inferno, true};
+  if (layer >= Layer::Hdop && layer <= Layer::Vdop) return {ValueKind::Dop, &cividis, true};
+  const bool good = more_is_better(layer);
+  if (layer >= Layer::SatellitesLos && layer <= Layer::SatellitesBlocked) {
+    return {ValueKind::Count, &drawing::viridis, !good};
   }
-  return {ValueKind::Share, &drawing::viridis, false};
+  return {ValueKind::Share, good ? &drawing::viridis : &cividis, !good};
 }
 
 double ColourScale::at(double value) const {
