@@ -51,7 +51,7 @@ COMMAND = re.compile(r" *(\$|apt|canyon|cd|cmake|colcon|export|git|gz|gzserver|m
                      r"(examples|tests)/[\w./-]+) ")
 COMMENT = re.compile(r"<!-- (?P<kind>not run|within|in (?P<file>\S+) after): (?P<text>.*?) -->")
 # Programs that not every machine has; a block with one that is missing is counted as absent.
-OPTIONAL = {"chromium", "curl", "ffmpeg", "gdalinfo", "gdallocationinfo", "gpsd", "node", "socat", "str2str"}
+OPTIONAL = {"curl", "ffmpeg", "gdalinfo", "gdallocationinfo", "gpsd", "socat", "str2str"}
 NO_MODULE = re.compile(r"No module named '(netCDF4|pandas|sklearn|xarray)'")
 SERVERS = ("gpsd", "str2str")
 # No block that runs installs anything; nor does it open a browser.
@@ -155,7 +155,7 @@ CHECKS = {"yaml": yaml.safe_load, "xml": check_xml, "sh": check_commands, "cpp":
 
 
 def small(canyon, arguments):
-    """`canyon` of the pages, with small input: runs of 20 s, maps of cells of 24 m, films of 1 s, the first value of each axis of a study."""
+    """`canyon` of the pages, with small input: runs of 20 s, maps of cells of 24 m, the first value of each axis of a study."""
     def given(name, value):
         at = next((i for i, word in enumerate(arguments) if word.split("=")[0] == name), None)
         if at is not None:
@@ -171,8 +171,6 @@ def small(canyon, arguments):
         given("--draws", "2")
     if "--ensemble" in arguments:
         given("--ensemble", "2")
-    if "--record" in arguments:
-        given("--record-seconds", "1")
     if command == "study" and scenario and "--dry-run" not in arguments:
         study = yaml.safe_load(pathlib.Path(arguments[1]).read_text())
         short = pathlib.Path(arguments[1]).resolve().parent
@@ -249,7 +247,9 @@ class Page:
             (shims / name).write_text(f"#!/bin/sh\necho 'the test of pages runs no {name}: mark the block' >&2\nexit {status}\n")
             (shims / name).chmod(0o755)
         (shims / "python3").symlink_to(sys.executable)
-        self.environment = {**os.environ, "PATH": f"{shims}:{os.environ['PATH']}", "HOME": str(self.folder), "PYTHONDONTWRITEBYTECODE": "1",
+        viewer = self.folder / ".viewer.html"  # the built page is the matter of viewer/test
+        viewer.write_text("<html><body><!--canyon:data--></body></html>")
+        self.environment = {**os.environ, "CANYON_VIEWER": str(viewer), "PATH": f"{shims}:{os.environ['PATH']}", "HOME": str(self.folder), "PYTHONDONTWRITEBYTECODE": "1",
                             "PYTHONPATH": str(BUILD / "python")}
         self.number = 0
 
@@ -416,7 +416,7 @@ def check_page(page, files):
                     done = "marked"
                 elif language == "json" or (language == "xml" and "<world " not in content):
                     done = "checked"
-                elif language == "sh" and needed(content) & OPTIONAL - present():
+                elif language == "sh" and {words[0] for words in commands_of(content)} & OPTIONAL - present():
                     done = "absent"
                 elif language == "python":
                     later["python"].append((line, content))
@@ -447,10 +447,6 @@ def check_page(page, files):
         line = plain.count("\n", 0, match.start()) + 1
         faults += [f"{shown}:{line}: {fault}" for fault in check_commands(match[1]) if "no command" not in fault]
     return faults, counts
-
-
-def needed(text):
-    return {words[0] for words in commands_of(text)} | ({"chromium", "node"} if "--record" in text else set())
 
 
 @functools.lru_cache(maxsize=None)
