@@ -21,7 +21,7 @@
 #include "canyon/orbit/nominal_constellation.hpp"
 #include "canyon/orbit/precise_sky.hpp"
 #include "canyon/orbit/sky.hpp"
-#include "canyon/output/formats.hpp"
+#include "canyon/output/encoder.hpp"
 #include "canyon/output/sinks.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rinex/observation_reader.hpp"

@@ -4,7 +4,6 @@
 /// Link canyon::io, which brings canyon::canyon.
 
 #include "canyon/buildings/city_builder.hpp"
-#include "canyon/buildings/footprints_geojson.hpp"
 #include "canyon/canyon.hpp"
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/mesh_export.hpp"

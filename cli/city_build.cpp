@@ -8,7 +8,6 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/buildings/city_builder.hpp"
-#include "canyon/buildings/footprints_geojson.hpp"
 #include "canyon/buildings/sources/overpass.hpp"
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/gazebo_export.hpp"

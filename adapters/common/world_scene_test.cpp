@@ -10,7 +10,7 @@
 #include <limits>
 
 #include "adapters/common/testing/box_world.hpp"
-#include "canyon/city/gazebo_names.hpp"
+#include "canyon/city/gazebo_export.hpp"
 #include "canyon/simulation/city_scene.hpp"
 
 namespace canyon::adapters {

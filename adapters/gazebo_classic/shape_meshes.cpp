@@ -24,7 +24,6 @@
 #include "canyon/base/text.hpp"
 #include "canyon/city/link_shapes.hpp"
 #include "canyon/city/mesh_marks.hpp"
-#include "canyon/city/mesh_names.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 

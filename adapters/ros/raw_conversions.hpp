@@ -7,7 +7,7 @@
 #include "adapters/ros/conversions.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/signals.hpp"
-#include "canyon/output/observations/phase_arcs.hpp"
+#include "canyon/output/observations/raw_observations.hpp"
 
 namespace canyon::ros_messages {
 

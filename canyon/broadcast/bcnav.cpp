@@ -1,7 +1,6 @@
 // Declared in canyon/broadcast/messages.hpp.
 #include <cmath>
 
-#include "canyon/broadcast/cnav_fields.hpp"
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/geodesy/constants.hpp"
 

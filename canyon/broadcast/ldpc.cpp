@@ -1,4 +1,5 @@
-#include "canyon/broadcast/ldpc.hpp"
+// Declared in canyon/broadcast/symbols.hpp.
+#include "canyon/broadcast/symbols.hpp"
 
 #include <algorithm>
 #include <array>

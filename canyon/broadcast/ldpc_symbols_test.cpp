@@ -11,7 +11,6 @@
 #include <string_view>
 #include <utility>
 
-#include "canyon/broadcast/ldpc.hpp"
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/broadcast/symbols.hpp"
 #include "canyon/geodesy/constants.hpp"

@@ -9,7 +9,6 @@
 #include <limits>
 #include <string_view>
 
-#include "canyon/broadcast/ldpc.hpp"
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/broadcast/schedule.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"

@@ -10,10 +10,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/buildings/build_report.hpp"
-#include "canyon/buildings/feature_tags.hpp"
-#include "canyon/buildings/ground.hpp"
-#include "canyon/buildings/passages.hpp"
+#include "canyon/buildings/builder_steps.hpp"
 #include "canyon/buildings/shapes/cityjson_solid.hpp"
 #include "canyon/buildings/shapes/outlines.hpp"
 #include "canyon/buildings/shapes/roof_planes.hpp"

@@ -1,4 +1,5 @@
-#include "canyon/buildings/footprints_geojson.hpp"
+// Declared in canyon/buildings/city_builder.hpp.
+#include "canyon/buildings/city_builder.hpp"
 
 #include <algorithm>
 #include <limits>

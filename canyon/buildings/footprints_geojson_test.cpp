@@ -1,4 +1,4 @@
-#include "canyon/buildings/footprints_geojson.hpp"
+#include "canyon/buildings/city_builder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

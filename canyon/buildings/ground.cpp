@@ -1,4 +1,5 @@
-#include "canyon/buildings/ground.hpp"
+// Declared in canyon/buildings/builder_steps.hpp.
+#include "canyon/buildings/builder_steps.hpp"
 
 #include <fmt/format.h>
 

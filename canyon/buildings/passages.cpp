@@ -1,4 +1,5 @@
-#include "canyon/buildings/passages.hpp"
+// Declared in canyon/buildings/builder_steps.hpp.
+#include "canyon/buildings/builder_steps.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +8,6 @@
 #include <string_view>
 
 #include "canyon/base/text.hpp"
-#include "canyon/buildings/feature_tags.hpp"
 #include "canyon/buildings/shapes/footprint.hpp"
 #include "canyon/buildings/shapes/solid.hpp"
 #include "canyon/city/city.hpp"

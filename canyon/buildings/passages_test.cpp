@@ -1,4 +1,4 @@
-#include "canyon/buildings/passages.hpp"
+#include "canyon/buildings/builder_steps.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

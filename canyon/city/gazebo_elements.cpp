@@ -1,13 +1,16 @@
 #include "canyon/city/gazebo_elements.hpp"
 
 #include <fmt/format.h>
-
 #include <Eigen/Core>
+
+#include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string>
 
 #include "canyon/base/text.hpp"
-#include "canyon/city/extruded_polylines.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/meshes/geos.hpp"
 
 namespace canyon::city::sdf {
 
@@ -49,6 +52,63 @@ std::vector<double> numbers(const Source& source, const Element& element, std::s
 }
 
 namespace {
+
+namespace geos = meshes::geos;
+
+geos::Geometry closed_line(const Polyline& polyline) {
+  std::vector<double> numbers;
+  for (const Eigen::Vector2d& point : polyline) numbers.insert(numbers.end(), {point.x(), point.y()});
+  if (polyline.front() != polyline.back()) numbers.insert(numbers.end(), {numbers[0], numbers[1]});
+  return geos::Geometry(GEOSGeom_createLineString_r(
+      geos::context(), GEOSCoordSeq_copyFromBuffer_r(geos::context(), numbers.data(),
+                                                     static_cast<unsigned>(numbers.size() / 2), 0, 0)));
+}
+
+/// The area within an odd number of closed paths.
+std::vector<meshes::Polygon2> area_within(const std::vector<Polyline>& polylines) {
+  std::vector<geos::Geometry> lines;
+  for (const Polyline& polyline : polylines) lines.push_back(closed_line(polyline));
+  const geos::Geometry all = geos::collection(std::move(lines));
+  if (!all) return {};
+  const geos::Geometry crossed(GEOSNode_r(geos::context(), all.get()));  // points where paths cross
+  if (!crossed) return {};
+  return geos::polygons(geos::Geometry(GEOSBuildArea_r(geos::context(), crossed.get())).get());
+}
+
+/// Adds the closed surface between the plane and a height over it.
+void add_extrusion(const meshes::Polygon2& polygon, double height, MeshNode& node) {
+  const auto first = static_cast<std::uint32_t>(node.vertices.size());
+  const auto add_ring = [&](const std::vector<meshes::Point2>& ring) {
+    const auto begin = static_cast<std::uint32_t>(node.vertices.size());
+    const auto size = static_cast<std::uint32_t>(ring.size());
+    for (const meshes::Point2& at : ring) {
+      node.vertices.emplace_back(at.x(), at.y(), 0);
+      node.vertices.emplace_back(at.x(), at.y(), height);
+    }
+    for (std::uint32_t i = 0; i < size; ++i) {
+      const std::uint32_t a = begin + 2 * i, b = begin + 2 * ((i + 1) % size);
+      node.triangles.push_back({a, b, b + 1});
+      node.triangles.push_back({a, b + 1, a + 1});
+    }
+  };
+  add_ring(polygon.outer);
+  for (const auto& hole : polygon.holes) add_ring(hole);
+  for (const auto& [a, b, c] : meshes::triangulate(polygon)) {
+    node.triangles.push_back({first + 2 * a, first + 2 * c, first + 2 * b});
+    node.triangles.push_back({first + 2 * a + 1, first + 2 * b + 1, first + 2 * c + 1});
+  }
+}
+
+/// SDF's polylines extruded from 0 to `height` [m], an Extrude for those who have no simulator: a closed
+/// surface about what an odd number of the closed paths surrounds, so that a path within another is its hole.
+/// Empty where the paths surround nothing.
+std::optional<MeshNode> extruded_polylines(const std::string& name, const std::vector<Polyline>& polylines,
+                                           double height) {
+  MeshNode node{name, {}, {}, {}};
+  for (const meshes::Polygon2& polygon : area_within(polylines)) add_extrusion(polygon, height, node);
+  if (node.triangles.empty()) return std::nullopt;
+  return node;
+}
 
 constexpr double kLargestSize_m = 1e6;
 
@@ -109,6 +169,136 @@ bool add_polylines(const Source& source, const Element& geometry, LinkShapes& sh
   }
   shapes.polylines(place, polylines, child_numbers(source, *first, "height", 1)[0], extruded_polylines);
   return true;
+}
+
+using Eigen::Affine3d;
+using Eigen::AngleAxisd;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double kLargestPose_m = 1e6;
+constexpr std::size_t kDeepestName = 16;
+
+bool is_frame(std::string_view kind) {
+  return kind == "link" || kind == "model" || kind == "frame" || kind == "joint" || kind == "include";
+}
+
+/// The frame that an element's <pose> names; empty for its parent. Before SDF 1.7 its attribute is `frame`.
+std::string relative_to(const Element& element) {
+  const Element* const pose = element.FirstChildElement("pose");
+  if (pose == nullptr) return {};
+  const std::string name = attribute(*pose, "relative_to");
+  return name.empty() ? attribute(*pose, "frame") : name;
+}
+
+}  // namespace
+
+Affine3d Frames::numbers_of(const Source& source, const Element& element) {
+  const Element* const pose = element.FirstChildElement("pose");
+  Affine3d result = Affine3d::Identity();
+  if (pose == nullptr) return result;
+  if (attribute(*pose, "rotation_format") == "quat_xyzw") {
+    const std::vector<double> v = numbers(source, *pose, 7, kLargestPose_m);
+    const Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
+    if (!(q.norm() > 1e-6)) throw source.error(*pose, "quaternion of length 0");
+    result.translate(Vector3d(v[0], v[1], v[2]));
+    result.rotate(q.normalized());
+    return result;
+  }
+  if (text_of(*pose).empty()) return result;
+  const std::vector<double> v = numbers(source, *pose, 6, kLargestPose_m);
+  const double unit = is_true(attribute(*pose, "degrees")) ? geodesy::radians(1) : 1;
+  result.translate(Vector3d(v[0], v[1], v[2]));
+  // SDF: roll about x, then pitch about y, then yaw about z, all of fixed axes.
+  result.rotate(AngleAxisd(v[5] * unit, Vector3d::UnitZ()) * AngleAxisd(v[4] * unit, Vector3d::UnitY()) *
+                AngleAxisd(v[3] * unit, Vector3d::UnitX()));
+  return result;
+}
+
+std::string Frames::name_of(const Scope& scope, const Element& child) const {
+  if (std::string_view(child.Name()) != "include") return attribute(child, "name");
+  std::string name = child_text(child, "name");
+  if (!name.empty()) return name;
+  const Scope model = open_(*scope.source, child);
+  return model.element == nullptr ? std::string() : attribute(*model.element, "name");
+}
+
+Affine3d Frames::named(const Scope& scope, std::string_view name, const Element& user, std::size_t depth) {
+  if (name.empty() || name == "__model__" || name == "world" || name == "__root__")
+    return Affine3d::Identity();
+  const std::size_t colons = name.find("::");
+  const std::string_view first = name.substr(0, colons);
+  std::string known;
+  for (const Element* e = scope.element->FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    if (!is_frame(e->Name())) continue;
+    const std::string own = name_of(scope, *e);
+    if (own != first) {
+      if (known.size() < 100) known += fmt::format("{}'{}'", known.empty() ? "" : ", ", own);
+      continue;
+    }
+    Affine3d pose = of_child(scope, *e);
+    if (colons == std::string_view::npos) return pose;
+    const std::string_view kind = e->Name();
+    const Scope inner = kind == "include" ? open_(*scope.source, *e) : Scope{scope.source, e};
+    if (inner.element == nullptr || depth > kDeepestName) break;
+    return pose * named(inner, name.substr(colons + 2), user, depth + 1);
+  }
+  throw scope.source->error(user, fmt::format("a pose is relative to '{}', which is not there", name),
+                            known.empty() ? std::string("name a frame of the same world or model")
+                                          : fmt::format("there are {}", known));
+}
+
+Affine3d Frames::base_of(const Scope& scope, const Element& child) {
+  const std::string relative = relative_to(child);
+  if (!relative.empty()) return named(scope, relative, child, 0);
+  const std::string_view kind = child.Name();
+  if (kind == "joint") return named(scope, child_text(child, "child"), child, 0);
+  if (kind == "frame") return named(scope, attribute(child, "attached_to"), child, 0);
+  return Affine3d::Identity();
+}
+
+Affine3d Frames::resolved(const Scope& scope, const Element& child) {
+  const std::string_view kind = child.Name();
+  if (kind != "include" && kind != "model") return base_of(scope, child) * numbers_of(*scope.source, child);
+  const Scope model = kind == "include" ? open_(*scope.source, child) : Scope{scope.source, &child};
+  // A pose of the include takes the place of the model's own.
+  const bool own = kind == "model" || child.FirstChildElement("pose") != nullptr || model.element == nullptr;
+  Affine3d pose = own ? base_of(scope, child) * numbers_of(*scope.source, child)
+                      : numbers_of(*model.source, *model.element);
+  if (model.element == nullptr) return pose;
+  std::string placement = kind == "include" ? child_text(child, "placement_frame") : std::string();
+  if (placement.empty()) placement = attribute(*model.element, "placement_frame");
+  return placement.empty() ? pose : pose * named(model, placement, *model.element, 0).inverse();
+}
+
+Affine3d Frames::of_child(const Scope& scope, const Element& child) {
+  const auto begin = std::find(open_frames_.begin(), open_frames_.end(), &child);
+  if (begin != open_frames_.end()) {
+    std::string circle;
+    for (auto at = begin; at != open_frames_.end(); ++at)
+      circle += fmt::format("'{}' to ", attribute(**at, "name"));
+    throw scope.source->error(
+        child,
+        fmt::format("poses are relative to each other in a circle: {}'{}'", circle, attribute(child, "name")),
+        "make one of them relative to the model or world");
+  }
+  constexpr std::size_t kDeepest = 200;
+  if (open_frames_.size() >= kDeepest)
+    throw scope.source->error(child,
+                              fmt::format("poses are relative to each other more than {} deep", kDeepest),
+                              "give poses relative to the model or world");
+  open_frames_.push_back(&child);
+  // An error leaves the import, and with it this object.
+  Affine3d pose = resolved(scope, child);
+  open_frames_.pop_back();
+  return pose;
+}
+
+Affine3d Frames::of_shape(const Scope& model, const Element& link, const Element& shape) {
+  const std::string relative = relative_to(shape);
+  const Affine3d base = relative.empty() ? of_child(model, link) : named(model, relative, shape, 0);
+  return base * numbers_of(*model.source, shape);
 }
 
 }  // namespace canyon::city::sdf

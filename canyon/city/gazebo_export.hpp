@@ -3,14 +3,14 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include "canyon/city/fwd.hpp"
 #include "canyon/options/fwd.hpp"
 
-// Part of canyon::io.
-
 namespace canyon::city {
 
+// Part of canyon::io.
 struct GazeboOptions {
   /// The name of the model and the world: letters, digits, '_', '-' and '.', 1 to 100 of them.
   std::string name = "canyon_city";
@@ -55,5 +55,15 @@ void write_gazebo_world(const std::filesystem::path& path, const City& city,
 /// InputError with the line for malformed XML, values that make no sense, poses relative to frames, models
 /// and meshes that are not there, or no triangle at all.
 [[nodiscard]] City read_gazebo_world(const std::filesystem::path& path);
+
+/// The ground that write_gazebo_world() adds under a city without terrain; not part of the city.
+inline constexpr std::string_view kGroundPlaneModel = "canyon_ground_plane";
+
+/// Whether names of models, worlds and folders may have it: these are plain in XML, in URIs and for every
+/// Gazebo.
+[[nodiscard]] constexpr bool is_gazebo_name_character(char c) {
+  return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '_' || c == '-' ||
+         c == '.';
+}
 
 }  // namespace canyon::city

@@ -19,12 +19,10 @@
 #include "canyon/base/text.hpp"
 #include "canyon/city/gazebo_elements.hpp"
 #include "canyon/city/gazebo_export.hpp"
-#include "canyon/city/gazebo_names.hpp"
 #include "canyon/city/link_shapes.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_topology.hpp"
-#include "canyon/city/sdf_frames.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/meshes/xml_file.hpp"
 

@@ -11,7 +11,6 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/city/mesh_marks.hpp"
-#include "canyon/city/mesh_names.hpp"
 #include "canyon/city/mesh_parts.hpp"
 #include "canyon/geodesy/constants.hpp"
 

@@ -18,7 +18,6 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/city/boxes.hpp"
 #include "canyon/city/mesh_marks.hpp"
-#include "canyon/city/mesh_names.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/meshes/mesh_scene.hpp"
 

@@ -6,14 +6,14 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/base/text.hpp"
 #include "canyon/city/city.hpp"
+
+namespace canyon::city {
 
 // How Canyon's own mesh files say what a mesh format has no word for, so that read_mesh_city() gives back the
 // same objects, surfaces and materials. Another program that writes the file anew drops kMeshMark, and the
 // file is read like any other; its surfaces' words are still understood.
-
-namespace canyon::city {
-
 /// Stands near the beginning of every mesh file that Canyon writes: each node is one object as it stands.
 inline constexpr std::string_view kMeshMark = "Canyon city, one object in each node";
 
@@ -55,5 +55,13 @@ struct NodeName {
 [[nodiscard]] Material material_by_name(std::string_view name);
 /// Red, green, blue in [0, 1] for pictures of the city.
 [[nodiscard]] std::array<double, 3> material_colour(Material material);
+
+/// Whether `word` stands in `text` as a word of its own or as one of a CamelCase name, in upper or lower
+/// case: "terrain" in "City_TERRAIN.01" and "flatTerrain2", not in "subterrain". False for an empty word.
+[[nodiscard]] bool has_word(std::string_view text, std::string_view word);
+
+/// The material by words that artists and exporters use ("red_brick.003"); roof tiles count as brick, stucco
+/// as plaster. Unknown where no word fits.
+[[nodiscard]] Material material_from_name(std::string_view name);
 
 }  // namespace canyon::city

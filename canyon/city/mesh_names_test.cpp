@@ -1,4 +1,4 @@
-#include "canyon/city/mesh_names.hpp"
+#include "canyon/city/mesh_marks.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 #include <limits>
 #include <string>
 
+#include "canyon/base/arithmetic.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/simd_clones.hpp"
 #include "canyon/errors/atmosphere.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/options/values.hpp"

@@ -12,7 +12,7 @@
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/mesh_export.hpp"
 #include "canyon/heatmap/files/netcdf_file.hpp"
-#include "canyon/output/formats.hpp"
+#include "canyon/output/encoder.hpp"
 #include "tests/support/case_file.hpp"
 #include "tests/support/observation_text.hpp"
 #include "tests/support/refusal.hpp"

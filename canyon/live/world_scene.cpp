@@ -10,7 +10,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "canyon/city/gazebo_names.hpp"
+#include "canyon/city/gazebo_export.hpp"
 #include "canyon/simulation/city_scene.hpp"
 
 namespace canyon::live {

@@ -1,4 +1,4 @@
-#include "canyon/mavlink/rtcm_data.hpp"
+#include "canyon/mavlink/frames.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/payload.hpp"
-#include "canyon/meshes/bytes.hpp"
-#include "canyon/meshes/gltf_compression.hpp"
 #include "canyon/meshes/json_values.hpp"
 
 namespace canyon::meshes {

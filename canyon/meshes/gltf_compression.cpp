@@ -1,4 +1,5 @@
-#include "canyon/meshes/gltf_compression.hpp"
+// Declared in canyon/meshes/gltf_buffers.hpp.
+#include "canyon/meshes/gltf_buffers.hpp"
 
 #include <fmt/format.h>
 

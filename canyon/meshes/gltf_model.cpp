@@ -10,9 +10,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/meshes/bytes.hpp"
 #include "canyon/meshes/gltf_buffers.hpp"
-#include "canyon/meshes/gltf_compression.hpp"
 #include "canyon/meshes/json_values.hpp"
 #include "canyon/meshes/mesh_scene.hpp"
 

@@ -2,16 +2,17 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <string_view>
 #include <vector>
 
+#include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-
-// Members of JSON objects with the checks that hostile files need.
 
 namespace canyon::meshes {
 
+// Members of JSON objects with the checks that hostile files need.
 /// A member that counts or points: a whole number of at least 0. `fallback` where it is not there. Throws
 /// InputError for anything else, and where it is missing without a fallback.
 [[nodiscard]] std::uint64_t count_member(const Json& object, std::string_view key,
@@ -33,5 +34,22 @@ namespace canyon::meshes {
 
 /// object.extensions[name]; null where it is not there.
 [[nodiscard]] const Json& extension(const Json& object, std::string_view name);
+
+/// Bytes [offset, offset + length) of `bytes`. Throws InputError where they are not all there.
+[[nodiscard]] inline std::string_view piece(std::string_view bytes, std::uint64_t offset,
+                                            std::uint64_t length) {
+  if (offset > bytes.size() || length > bytes.size() - offset) {
+    throw InputError("the data end early", "get the file again");
+  }
+  return bytes.substr(static_cast<std::size_t>(offset), static_cast<std::size_t>(length));
+}
+
+/// The little-endian number at a byte. Throws InputError likewise.
+template <typename T>
+[[nodiscard]] T little(std::string_view bytes, std::uint64_t offset) {
+  T value;
+  std::memcpy(&value, piece(bytes, offset, sizeof(T)).data(), sizeof(T));
+  return value;
+}
 
 }  // namespace canyon::meshes

@@ -10,8 +10,8 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
-#include "canyon/meshes/bytes.hpp"
 #include "canyon/meshes/formats.hpp"
+#include "canyon/meshes/json_values.hpp"
 
 namespace canyon::meshes {
 namespace {

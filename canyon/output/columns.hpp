@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "canyon/output/observations/phase_arcs.hpp"
+#include "canyon/output/observations/raw_observations.hpp"
 #include "canyon/simulation/epoch.hpp"
 #include "canyon/tracking/signal_options.hpp"
 

@@ -1,10 +1,10 @@
-// Declared in canyon/output/formats.hpp.
+// Declared in canyon/output/encoder.hpp.
 #include <fmt/format.h>
 
 #include <iterator>
 
 #include "canyon/output/columns.hpp"
-#include "canyon/output/formats.hpp"
+#include "canyon/output/encoder.hpp"
 #include "canyon/output/number.hpp"
 
 namespace canyon::output {

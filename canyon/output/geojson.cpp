@@ -1,12 +1,12 @@
-// Declared in canyon/output/formats.hpp.
+// Declared in canyon/output/encoder.hpp.
 #include <optional>
 #include <utility>
 
 #include "canyon/base/json.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/encoder.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/output/formats.hpp"
 #include "canyon/output/track.hpp"
 
 // RFC 7946; colours by the simplestyle specification 1.1.0, which common viewers follow.

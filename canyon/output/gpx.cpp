@@ -1,11 +1,11 @@
-// Declared in canyon/output/formats.hpp.
+// Declared in canyon/output/encoder.hpp.
 #include <fmt/format.h>
 
 #include "canyon/base/utf8.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/encoder.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/output/formats.hpp"
 #include "canyon/output/number.hpp"
 
 // GPX 1.1 (https://www.topografix.com/GPX/1/1): a track of the fixes, a segment for each stretch without an

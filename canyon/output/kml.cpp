@@ -1,4 +1,4 @@
-// Declared in canyon/output/formats.hpp.
+// Declared in canyon/output/encoder.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 
 #include "canyon/base/utf8.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/encoder.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/output/formats.hpp"
 #include "canyon/output/track.hpp"
 
 namespace canyon::output {

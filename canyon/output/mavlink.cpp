@@ -12,11 +12,10 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/inertial/imu_options.hpp"
 #include "canyon/mavlink/frames.hpp"
-#include "canyon/mavlink/rtcm_data.hpp"
+#include "canyon/output/encoder.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/output/formats.hpp"
 #include "canyon/output/ubx/fix_codes.hpp"
-#include "canyon/output/ubx/satellite_names.hpp"
+#include "canyon/output/ubx/messages.hpp"
 
 namespace canyon::output {
 namespace {

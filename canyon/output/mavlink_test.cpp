@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "canyon/mavlink/frames.hpp"
-#include "canyon/mavlink/rtcm_data.hpp"
 #include "canyon/output/encoder.hpp"
 #include "tests/support/node_mavlink.hpp"
 #include "tests/support/sample_signals.hpp"

@@ -11,8 +11,8 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/encoder.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/output/formats.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/output/ubx/fix_codes.hpp"
 

@@ -1,11 +1,10 @@
-#include "canyon/output/rinex_observation.hpp"
-
+// Declared in canyon/output/encoder.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/output/formats.hpp"
+#include "canyon/output/encoder.hpp"
 #include "canyon/output/number.hpp"
 #include "canyon/output/observations/raw_observations.hpp"
 
@@ -204,10 +203,6 @@ class RinexObservation final : public Encoder {
 };
 
 }  // namespace
-
-int signal_strength_indicator(double cn0_dbhz) {
-  return static_cast<int>(std::clamp(cn0_dbhz / 6, 1.0, 9.0));
-}
 
 std::unique_ptr<Encoder> encode_rinex_observation(const ReceiverDescription& receiver) {
   return std::make_unique<RinexObservation>(receiver, Version::V304);

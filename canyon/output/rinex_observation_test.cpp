@@ -1,4 +1,4 @@
-#include "canyon/output/rinex_observation.hpp"
+#include "canyon/output/observations/raw_observations.hpp"
 #include "canyon/output/stream.hpp"
 
 #include <gtest/gtest.h>

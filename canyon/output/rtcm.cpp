@@ -2,8 +2,8 @@
 
 #include <set>
 
+#include "canyon/output/encoder.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/output/formats.hpp"
 
 namespace canyon::output {
 

@@ -10,7 +10,7 @@
 #include "canyon/output/encoder.hpp"
 #include "canyon/output/observations/raw_observations.hpp"
 #include "canyon/output/ubx/frame.hpp"
-#include "canyon/rtcm/msm.hpp"
+#include "canyon/rtcm/frames.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
 #include "tests/support/sample_signals.hpp"
 #include "tests/support/ubx_device.hpp"

@@ -9,7 +9,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/output/rtcm.hpp"
-#include "canyon/rtcm/msm.hpp"
+#include "canyon/rtcm/frames.hpp"
 
 namespace canyon::output::rtcm {
 

@@ -1,7 +1,7 @@
-// Declared in canyon/output/formats.hpp.
-#include "canyon/output/formats.hpp"
+// Declared in canyon/output/encoder.hpp.
+#include "canyon/output/encoder.hpp"
 #include "canyon/output/observations/device_epochs.hpp"
-#include "canyon/output/sbf/blocks.hpp"
+#include "canyon/output/sbf/block.hpp"
 #include "canyon/output/sbf/commands.hpp"
 
 namespace canyon::output {

@@ -1,16 +1,15 @@
-// Declared in canyon/output/formats.hpp.
+// Declared in canyon/output/encoder.hpp.
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "canyon/base/text.hpp"
-#include "canyon/output/formats.hpp"
+#include "canyon/output/encoder.hpp"
 #include "canyon/output/nmea.hpp"
 #include "canyon/output/observations/device_epochs.hpp"
 #include "canyon/output/rtcm.hpp"
 #include "canyon/output/ubx/commands.hpp"
 #include "canyon/output/ubx/messages.hpp"
-#include "canyon/output/ubx/satellite_names.hpp"
 #include "canyon/simulation/sensors/sensor_run.hpp"
 
 namespace canyon::output {

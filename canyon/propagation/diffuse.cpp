@@ -8,9 +8,9 @@
 #include <cassert>
 #include <cmath>
 
+#include "canyon/base/arithmetic.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/random.hpp"
-#include "canyon/base/simd_clones.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/index/facade_light.hpp"

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <vector>
 
-#include "canyon/base/simd_clones.hpp"
+#include "canyon/base/arithmetic.hpp"
 #include "canyon/relative/integer_least_squares.hpp"
 
 namespace canyon::relative {

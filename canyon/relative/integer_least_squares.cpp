@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/base/simd_clones.hpp"
+#include "canyon/base/arithmetic.hpp"
 
 namespace canyon::relative {
 

@@ -1,4 +1,5 @@
-#include "canyon/rinex/android_observations.hpp"
+// Declared in canyon/rinex/observation_file.hpp.
+#include "canyon/rinex/observation_file.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +11,6 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/rinex/android_log.hpp"
-#include "canyon/rinex/observation_file.hpp"
 
 namespace canyon::rinex {
 namespace {

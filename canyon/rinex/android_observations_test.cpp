@@ -1,4 +1,4 @@
-#include "canyon/rinex/android_observations.hpp"
+#include "canyon/rinex/observation_file.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

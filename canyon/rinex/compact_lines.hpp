@@ -12,7 +12,7 @@
 
 #include "canyon/base/read_report.hpp"
 #include "canyon/base/text_file.hpp"
-#include "canyon/rinex/observation_header.hpp"
+#include "canyon/rinex/observation_fields.hpp"
 
 namespace canyon::rinex {
 

@@ -10,7 +10,6 @@
 
 #include "canyon/base/file_kind.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/rinex/android_observations.hpp"
 #include "canyon/rinex/fields.hpp"
 
 namespace canyon::rinex {

@@ -1,4 +1,5 @@
-#include "canyon/rinex/observation_header.hpp"
+// Declared in canyon/rinex/observation_fields.hpp.
+#include "canyon/rinex/observation_fields.hpp"
 
 #include <fmt/format.h>
 

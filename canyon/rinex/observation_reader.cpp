@@ -12,7 +12,6 @@
 #include "canyon/rinex/compact_lines.hpp"
 #include "canyon/rinex/observation_fields.hpp"
 #include "canyon/rinex/observation_file.hpp"
-#include "canyon/rinex/observation_header.hpp"
 
 namespace canyon::rinex {
 namespace {

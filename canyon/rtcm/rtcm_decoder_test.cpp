@@ -17,7 +17,7 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/rinex/observation_reader.hpp"
-#include "canyon/rtcm/msm.hpp"
+#include "canyon/rtcm/frames.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/rtcm_messages.hpp"

@@ -12,7 +12,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 #include "canyon/rtcm/decoder_fields.hpp"
-#include "canyon/rtcm/msm.hpp"
+#include "canyon/rtcm/frames.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
 
 namespace canyon::rtcm {

@@ -1,5 +1,5 @@
 // Messages with whole milliseconds, from which these are taken out, must give the same ranges.
-#include "canyon/rtcm/whole_milliseconds.hpp"
+#include "canyon/rtcm/rtcm_decoder.hpp"
 
 #include <gmock/gmock.h>
 
@@ -11,7 +11,6 @@
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rinex/observation_reader.hpp"
-#include "canyon/rtcm/rtcm_decoder.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/rtcm_messages.hpp"
 #include "tests/support/shared_data.hpp"

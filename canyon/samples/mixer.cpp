@@ -10,8 +10,8 @@
 #include <limits>
 #include <numeric>
 
+#include "canyon/base/arithmetic.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/simd_clones.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/tracking/interference.hpp"
 

@@ -1,11 +1,12 @@
-#include "canyon/tiles/feature_names.hpp"
+// Declared in canyon/tiles/tile_content.hpp.
+#include "canyon/tiles/tile_content.hpp"
 
 #include <algorithm>
 #include <array>
 #include <utility>
 
 #include "canyon/base/text.hpp"
-#include "canyon/city/mesh_names.hpp"
+#include "canyon/city/mesh_marks.hpp"
 
 namespace canyon::tiles {
 namespace {

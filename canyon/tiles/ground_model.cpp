@@ -1,4 +1,5 @@
-#include "canyon/tiles/ground_model.hpp"
+// Declared in canyon/tiles/skin_parts.hpp.
+#include "canyon/tiles/skin_parts.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>

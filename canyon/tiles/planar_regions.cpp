@@ -1,4 +1,5 @@
-#include "canyon/tiles/planar_regions.hpp"
+// Declared in canyon/tiles/skin_parts.hpp.
+#include "canyon/tiles/skin_parts.hpp"
 
 #include <Eigen/Dense>
 #include <Eigen/Eigenvalues>

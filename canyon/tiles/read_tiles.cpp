@@ -12,10 +12,9 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/tiles/archive_address.hpp"
-#include "canyon/tiles/skin_surfaces.hpp"
 #include "canyon/tiles/tile_content.hpp"
 #include "canyon/tiles/tile_mesh.hpp"
+#include "canyon/tiles/tile_options.hpp"
 #include "canyon/tiles/tile_selection.hpp"
 #include "canyon/tiles/tile_source.hpp"
 

@@ -13,7 +13,6 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/tiles/tile_selection.hpp"
-#include "canyon/tiles/tile_volume.hpp"
 #include "tests/support/gltf_bytes.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/shared_data.hpp"

@@ -1,4 +1,5 @@
-#include "canyon/tiles/skin_surfaces.hpp"
+// Declared in canyon/tiles/tile_mesh.hpp.
+#include "canyon/tiles/tile_mesh.hpp"
 
 #include <fmt/format.h>
 
@@ -8,8 +9,7 @@
 #include <utility>
 
 #include "canyon/city/mesh_topology.hpp"
-#include "canyon/tiles/ground_model.hpp"
-#include "canyon/tiles/planar_regions.hpp"
+#include "canyon/tiles/skin_parts.hpp"
 
 namespace canyon::tiles {
 namespace {

@@ -1,4 +1,4 @@
-#include "canyon/tiles/skin_surfaces.hpp"
+#include "canyon/tiles/tile_mesh.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

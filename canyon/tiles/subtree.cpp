@@ -1,4 +1,5 @@
-#include "canyon/tiles/subtree.hpp"
+// Declared in canyon/tiles/tile_selection.hpp.
+#include "canyon/tiles/tile_selection.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +7,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/meshes/bytes.hpp"
 #include "canyon/meshes/json_values.hpp"
 
 namespace canyon::tiles {

@@ -10,7 +10,6 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/meshes/bytes.hpp"
 #include "canyon/meshes/json_values.hpp"
 
 namespace canyon::tiles {

@@ -10,7 +10,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/boxes.hpp"
-#include "canyon/city/mesh_names.hpp"
+#include "canyon/city/mesh_marks.hpp"
 #include "canyon/meshes/mesh_scene.hpp"
 
 namespace canyon::tiles {

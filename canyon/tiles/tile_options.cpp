@@ -7,7 +7,6 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/options/values.hpp"
-#include "canyon/tiles/archive_address.hpp"
 
 namespace canyon::tiles {
 

@@ -5,14 +5,15 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 
+#include "canyon/base/text.hpp"
 #include "canyon/options/fwd.hpp"
-
-// Options for 3D Tiles. Part of canyon::canyon, since scenarios name them; the code that they steer is in
-// canyon::io.
 
 namespace canyon::tiles {
 
+// Options for 3D Tiles. Part of canyon::canyon, since scenarios name them; the code that they steer is in
+// canyon::io.
 /// `city: {tiles: ...}`: which part of a tileset is read, and how fine. One of file and url is set.
 struct TileOptions {
   std::optional<std::filesystem::path> file;  ///< tileset.json, or an archive (.3tz)
@@ -44,5 +45,23 @@ void visit(options::Visitor& v, TileOptions& o);
 /// Whether a path names a tileset: an address of the web, an archive (.3tz), the name tileset.json, or a
 /// .json file that begins as one.
 [[nodiscard]] bool is_tileset(const std::filesystem::path& path);
+
+// Addresses of files in archives of a tileset (.3tz): `/vsizip/{archive}/file`, as GDAL opens them.
+inline constexpr std::string_view kInArchive = "/vsizip/{";
+
+/// Whether a path names an archive of a tileset: ends in .3tz.
+[[nodiscard]] inline bool is_archive(const std::filesystem::path& path) {
+  return lower_case(path.extension().string()) == ".3tz";
+}
+
+/// Whether an address is that of a file in an archive.
+[[nodiscard]] inline bool is_in_archive(std::string_view address) {
+  return address.substr(0, kInArchive.size()) == kInArchive;
+}
+
+/// The address of a file in an archive. @param archive a whole path
+[[nodiscard]] inline std::string in_archive(const std::string& archive, std::string_view file) {
+  return std::string(kInArchive).append(archive).append("}/").append(file);
+}
 
 }  // namespace canyon::tiles

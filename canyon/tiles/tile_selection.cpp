@@ -11,7 +11,6 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/meshes/json_values.hpp"
-#include "canyon/tiles/subtree.hpp"
 
 namespace canyon::tiles {
 namespace {

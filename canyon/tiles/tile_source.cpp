@@ -18,7 +18,7 @@
 #include "canyon/buildings/sources/gml_document.hpp"
 #include "canyon/buildings/sources/http_client.hpp"
 #include "canyon/meshes/gltf_buffers.hpp"
-#include "canyon/tiles/archive_address.hpp"
+#include "canyon/tiles/tile_options.hpp"
 
 namespace canyon::tiles {
 namespace {

@@ -1,4 +1,5 @@
-#include "canyon/tiles/tile_volume.hpp"
+// Declared in canyon/tiles/tile_selection.hpp.
+#include "canyon/tiles/tile_selection.hpp"
 
 #include <fmt/format.h>
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "canyon/base/simd_clones.hpp"
+#include "canyon/base/arithmetic.hpp"
 #include "canyon/tracking/zero_search.hpp"
 
 namespace canyon::tracking {

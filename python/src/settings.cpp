@@ -12,7 +12,7 @@
 #include "canyon/disturbance/faults/fault.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/options/settings_tree.hpp"
-#include "canyon/output/formats.hpp"
+#include "canyon/output/encoder.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "python/src/arrays.hpp"

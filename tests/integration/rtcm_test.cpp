@@ -18,7 +18,7 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"
-#include "canyon/output/formats.hpp"
+#include "canyon/output/encoder.hpp"
 #include "canyon/output/rtcm.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "canyon/rinex/observation_reader.hpp"

@@ -12,7 +12,7 @@
 #include "canyon/broadcast/bits.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/satellite_id.hpp"
-#include "canyon/rtcm/msm.hpp"
+#include "canyon/rtcm/frames.hpp"
 
 // Messages of RTCM 3, written field by field.
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/output/formats.hpp"
+#include "canyon/output/encoder.hpp"
 #include "canyon/output/ubx/configuration.hpp"
 #include "canyon/output/ubx/frame.hpp"
 #include "tests/support/sample_signals.hpp"

@@ -23,7 +23,7 @@
 #include "adapters/common/gazebo_math.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/city/mesh_names.hpp"
+#include "canyon/city/mesh_marks.hpp"
 
 namespace canyon::adapters {
 

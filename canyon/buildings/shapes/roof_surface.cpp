@@ -1,4 +1,5 @@
-#include "canyon/buildings/shapes/roof_surface.hpp"
+// Declared in canyon/buildings/shapes/roof_planes.hpp.
+#include "canyon/buildings/shapes/roof_planes.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -10,7 +10,6 @@
 #include <optional>
 
 #include "canyon/buildings/shapes/roof_planes.hpp"
-#include "canyon/buildings/shapes/roof_surface.hpp"
 #include "canyon/city/city.hpp"
 
 namespace canyon::buildings {

@@ -1,4 +1,5 @@
-#include "canyon/buildings/sources/city_attributes.hpp"
+// Declared in canyon/buildings/sources/city_model.hpp.
+#include "canyon/buildings/sources/city_model.hpp"
 
 #include <fmt/format.h>
 

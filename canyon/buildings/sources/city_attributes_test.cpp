@@ -1,4 +1,4 @@
-#include "canyon/buildings/sources/city_attributes.hpp"
+#include "canyon/buildings/sources/city_model.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
-#include "canyon/buildings/sources/city_files.hpp"
+// Declared in canyon/buildings/sources/model_readers.hpp.
+#include "canyon/buildings/sources/model_readers.hpp"
 
 #include <fmt/format.h>
 
@@ -15,7 +16,6 @@
 #include "canyon/base/text_file.hpp"
 #include "canyon/buildings/sources/gdal.hpp"
 #include "canyon/buildings/sources/model_kind.hpp"
-#include "canyon/buildings/sources/model_readers.hpp"
 
 namespace canyon::buildings {
 namespace {

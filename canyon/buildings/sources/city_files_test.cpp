@@ -1,4 +1,4 @@
-#include "canyon/buildings/sources/city_files.hpp"
+#include "canyon/buildings/sources/model_readers.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -11,7 +11,6 @@
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/buildings/sources/gml_faces.hpp"
-#include "canyon/buildings/sources/gml_objects.hpp"
 
 namespace canyon::buildings {
 namespace {

@@ -8,10 +8,23 @@
 #include <unordered_map>
 #include <vector>
 
+#include "canyon/buildings/sources/city_model.hpp"
 #include "canyon/buildings/sources/gml_document.hpp"
-#include "canyon/buildings/sources/gml_objects.hpp"
 
 namespace canyon::buildings {
+
+/// Geometries of a document by their ids, for references to them from elsewhere.
+using GmlLibrary = std::unordered_map<std::string, GmlElement>;
+
+/// Whether an element of that name is an object that read_gml_object() makes something of, or counts.
+[[nodiscard]] bool is_gml_object(std::string_view name);
+
+/// The ids that references of an object lead to and that neither the object nor `library` has.
+[[nodiscard]] std::set<std::string> missing_references(const GmlElement& object, const GmlLibrary& library);
+
+/// Adds an object of CityGML and the objects in it (parts, installations, reliefs) to a model, each with the
+/// geometry of its best level of detail. References that lead nowhere are counted.
+void read_gml_object(const GmlElement& object, const GmlLibrary& library, CityModel& model);
 
 /// Where a geometry that many objects share stands: CityGML's implicit geometry.
 struct GmlPlacement {

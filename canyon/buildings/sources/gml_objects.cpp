@@ -1,4 +1,5 @@
-#include "canyon/buildings/sources/gml_objects.hpp"
+// Declared in canyon/buildings/sources/gml_faces.hpp.
+#include "canyon/buildings/sources/gml_faces.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +11,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/buildings/sources/gml_faces.hpp"
 
 namespace canyon::buildings {
 namespace {

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <vector>
 
 #include "canyon/base/text_file.hpp"
 #include "canyon/buildings/sources/city_model.hpp"
@@ -58,5 +59,18 @@ using OpenBytes = std::function<ByteReader()>;
 /// Adds the objects of a file to a model. Objects of a file whose envelope lies outside the box are not read.
 /// @return whether the file was read
 bool read_citygml(const std::filesystem::path& file, const OpenBytes& open, CityModel& model);
+
+/// Reads the files of a city model: CityGML and CityJSON by their content, each also as a zip archive or a
+/// folder of any depth with many tiles, as authorities ship them, and several of these. Tiles are read in the
+/// order of their names; an object that several of them have is taken once; each tile has its own reference
+/// system.
+///
+/// A tile among many that is damaged is left out, and a warning names it with the line; a single file that is
+/// damaged is an error. Files of archives and folders that are not city models are passed over.
+///
+/// Throws InputError as read_citygml() and read_cityjson() do, for an archive that unpacks to absurd sizes,
+/// and where no tile can be read.
+[[nodiscard]] MapData read_city_files(const std::vector<std::filesystem::path>& paths,
+                                      const CityReadOptions& options = {});
 
 }  // namespace canyon::buildings

@@ -1,5 +1,6 @@
+// Declared in canyon/buildings/sources/osm_objects.hpp.
 // The only file that reads OSM formats: libosmium's readers, and their errors turned into InputError.
-#include "canyon/buildings/sources/osm_file.hpp"
+#include "canyon/buildings/sources/osm_objects.hpp"
 
 #include <fmt/format.h>
 

@@ -9,8 +9,6 @@
 #include <osmium/osm.hpp>
 #include <string_view>
 
-#include "canyon/buildings/sources/osm_file.hpp"
-
 namespace canyon::buildings {
 namespace {
 

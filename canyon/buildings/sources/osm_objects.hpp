@@ -2,8 +2,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
+#include <osmium/osm/entity_bits.hpp>
+#include <osmium/osm/object.hpp>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -93,5 +96,23 @@ using RingMembers = std::vector<std::pair<const OsmWay*, std::string>>;
 
 /// True where polygons, line and box have a point in common (borders included; in degrees as if on a plane).
 [[nodiscard]] bool touches(const MapFeature& feature, const LonLatBox& box);
+
+// Private to osm_objects.cpp.
+/// A file of OpenStreetMap, or its text where that had to be changed for libosmium.
+struct OsmFile {
+  std::filesystem::path path;
+  std::string format;
+  std::optional<std::string> text;
+};
+
+/// Tells the format by the content. Throws InputError for what is not OpenStreetMap's, and for a download
+/// that Overpass gave up.
+[[nodiscard]] OsmFile open_osm_file(const std::filesystem::path& path);
+
+using UseOsmObject = std::function<void(const osmium::OSMObject&)>;
+/// Calls `use` with each object of the kinds `bits` in each file, those that are not visible among them.
+/// Throws InputError for a file that is damaged or of another version.
+void for_each_object(const std::vector<OsmFile>& files, osmium::osm_entity_bits::type bits,
+                     const UseOsmObject& use);
 
 }  // namespace canyon::buildings

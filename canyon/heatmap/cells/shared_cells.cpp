@@ -10,9 +10,9 @@
 #include <optional>
 #include <unordered_map>
 
+#include "canyon/base/arithmetic.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/random.hpp"
-#include "canyon/base/simd_clones.hpp"
 #include "canyon/heatmap/cells/cell_fix.hpp"
 #include "canyon/heatmap/cells/cell_receivers.hpp"
 #include "canyon/heatmap/cells/cell_values.hpp"

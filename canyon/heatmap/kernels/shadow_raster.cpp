@@ -5,7 +5,7 @@
 #include <cstring>
 #include <limits>
 
-#include "canyon/base/simd_clones.hpp"
+#include "canyon/base/arithmetic.hpp"
 
 namespace canyon::heatmap {
 namespace {

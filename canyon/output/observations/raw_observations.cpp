@@ -45,4 +45,8 @@ RawEpoch RawObservations::next(const receiver::ReceiverEpoch& seen) {
   return epoch;
 }
 
+int signal_strength_indicator(double cn0_dbhz) {
+  return static_cast<int>(std::clamp(cn0_dbhz / 6, 1.0, 9.0));
+}
+
 }  // namespace canyon::output

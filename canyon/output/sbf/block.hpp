@@ -3,18 +3,19 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/gnss/signals.hpp"
-
-// Blocks of Septentrio's binary format SBF (PolaRx5TR Reference Guide, firmware 5.5.0, chapter 4): "$@",
-// CRC, ID, length, time of week and week, body; numbers little-endian, lengths multiples of four bytes.
+#include "canyon/output/observations/device_epochs.hpp"
 
 namespace canyon::output::sbf {
 
+// Blocks of Septentrio's binary format SBF (PolaRx5TR Reference Guide, firmware 5.5.0, chapter 4): "$@",
+// CRC, ID, length, time of week and week, body; numbers little-endian, lengths multiples of four bytes.
 /// Number and revision of a block.
 struct BlockId {
   std::uint16_t number;
@@ -43,5 +44,23 @@ inline constexpr BlockId kMeasEpoch{4027, 1}, kEndOfMeas{5922}, kPvtGeodetic{400
 /// Place of a signal's two bits in the status fields of ChannelStatus (4.2.15), 0 to 7; empty for signals
 /// that have none there.
 [[nodiscard]] std::optional<int> status_place(const gnss::Signal& signal);
+
+// Bodies of the blocks that the device sends, field by field as the PolaRx5TR Reference Guide
+// (firmware 5.5.0, 4.2) has them. Fields that Canyon does not know have their "Do-Not-Use" value.
+/// The blocks of an epoch by number, in the order in which the device sends them.
+[[nodiscard]] std::span<const std::uint16_t> epoch_blocks();
+/// A block of an epoch. Empty where the epoch has none of it: vector and attitude without a baseline.
+/// Precondition: `number` is one of epoch_blocks().
+[[nodiscard]] std::string epoch_block(std::uint16_t number, const DeviceEpoch& epoch);
+
+/// GPSRawCA, GALRawINAV, GLORawCA, BDSRaw or QZSRawL1CA; empty for a satellite that these do not have.
+/// @param time that the receiver states for the end of the message
+[[nodiscard]] std::string message_block(const broadcast::SentMessage& message, geodesy::GpsTime time,
+                                        const std::map<gnss::SatelliteId, int>& glonass_channels);
+/// The number of that block; 0 for systems without one.
+[[nodiscard]] std::uint16_t message_number(gnss::System system);
+
+/// MeasEpoch's body.
+[[nodiscard]] std::string meas_epoch(const DeviceEpoch& epoch);
 
 }  // namespace canyon::output::sbf

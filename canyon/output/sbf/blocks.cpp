@@ -1,4 +1,5 @@
-#include "canyon/output/sbf/blocks.hpp"
+// Declared in canyon/output/sbf/block.hpp.
+#include "canyon/output/sbf/block.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,11 +1,11 @@
-// Declared in canyon/output/sbf/blocks.hpp.
+// Declared in canyon/output/sbf/block.hpp.
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "canyon/base/payload.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/output/sbf/blocks.hpp"
+#include "canyon/output/sbf/block.hpp"
 
 // MeasEpoch (4.2.1): of each satellite one sub-block with its first signal, and one for each further signal
 // with differences from that.

@@ -5,7 +5,6 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/ubx/messages.hpp"
-#include "canyon/output/ubx/satellite_names.hpp"
 #include "canyon/positioning/residual.hpp"
 
 namespace canyon::output::ubx {

@@ -1,4 +1,5 @@
-#include "canyon/output/ubx/satellite_names.hpp"
+// Declared in canyon/output/ubx/messages.hpp.
+#include "canyon/output/ubx/messages.hpp"
 
 #include <span>
 

@@ -1,4 +1,4 @@
-#include "canyon/output/ubx/satellite_names.hpp"
+#include "canyon/output/ubx/messages.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,6 @@
 #include "canyon/broadcast/messages.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/ubx/frame.hpp"
-#include "canyon/output/ubx/messages.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon::output::ubx {

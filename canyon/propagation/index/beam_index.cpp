@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "canyon/base/simd_clones.hpp"
+#include "canyon/base/arithmetic.hpp"
 #include "canyon/propagation/index/bounds_blocks.hpp"
 #include "canyon/propagation/index/clear_rays.hpp"
 

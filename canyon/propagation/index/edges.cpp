@@ -8,8 +8,8 @@
 #include <tuple>
 #include <utility>
 
+#include "canyon/base/arithmetic.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/simd_clones.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/geodesy/constants.hpp"

@@ -7,7 +7,7 @@
 #include <tuple>
 #include <utility>
 
-#include "canyon/base/simd_clones.hpp"
+#include "canyon/base/arithmetic.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/geodesy/constants.hpp"

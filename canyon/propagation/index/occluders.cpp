@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-#include "canyon/base/simd_clones.hpp"
+#include "canyon/base/arithmetic.hpp"
 
 namespace canyon::propagation {
 namespace {

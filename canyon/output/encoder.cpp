@@ -1,4 +1,4 @@
-#include "canyon/output/formats.hpp"
+#include "canyon/output/encoder.hpp"
 
 #include <cmath>
 #include <vector>
