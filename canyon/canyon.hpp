@@ -8,7 +8,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/city_file.hpp"
-#include "canyon/city/primitive_meshes.hpp"
+#include "canyon/city/link_shapes.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/disturbance/disturbance.hpp"
 #include "canyon/geodesy/time_scales.hpp"

@@ -36,12 +36,6 @@ void put_klobuchar(Bits& bits, const gnss::Klobuchar& k);
 /// @param data 24 bits; @param d29, d30 the last two bits of the word before
 [[nodiscard]] std::uint32_t lnav_parity(std::uint32_t data, bool d29, bool d30);
 
-/// Weeks of GST (OS SIS ICD 2.1, 5.1.2).
-[[nodiscard]] inline int galileo_week(geodesy::GpsTime t) {
-  return t.week() - 1024;
-}
-/// GST: the last bits of the week, the second of the week in 20.
-void put_galileo_time(Bits& bits, geodesy::GpsTime start, int week_bits = 12);
 /// Word of Galileo I/NAV (OS SIS ICD 2.1, 4.3.5): 128 bits. Types 0 (spare, with time), 1 to 4 (ephemeris), 5
 /// (ionosphere, BGD, health, time) and 6 (UTC).
 /// @param start of the word's page

@@ -11,8 +11,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/builder_steps.hpp"
-#include "canyon/buildings/shapes/cityjson_solid.hpp"
-#include "canyon/buildings/shapes/outlines.hpp"
+#include "canyon/buildings/shapes/footprint.hpp"
 #include "canyon/buildings/shapes/roof_planes.hpp"
 #include "canyon/buildings/shapes/solid.hpp"
 

@@ -39,7 +39,7 @@ TEST(CityGmlJudge, PlateauTileAsAnotherReadingHasIt) {
       {"BLD_ae7f1207", 328, 3.647, 19.661, 252005.85}, {"BLD_d818b853", 77, 3.619, 15.086, 35488.62}};
   CityReadOptions options;
   options.heights.geoid_undulation_m = 0;
-  const MapData data = read_citygml(path, options);
+  const MapData data = read_city_files({path}, options);
   ASSERT_EQ(data.features.size(), std::size(expected));
   for (std::size_t i = 0; i < std::size(expected); ++i) {
     const MapFeature& feature = data.features[i];
@@ -68,7 +68,7 @@ TEST(CityGmlJudge, PlateauTileAsAnotherReadingHasIt) {
     EXPECT_NEAR(six / 6, expected[i].volume_m3, 1e-3 * expected[i].volume_m3 + 0.5) << object.name;
   }
   options.model.lod = 1;
-  EXPECT_THAT(read_citygml(path, options).notes.lines(), Contains(HasSubstr("8 Building LoD 1")));
+  EXPECT_THAT(read_city_files({path}, options).notes.lines(), Contains(HasSubstr("8 Building LoD 1")));
 }
 
 // Ten corners of German houses to 1 cm by cs2cs (proj-bin), which has east first here.
@@ -79,7 +79,7 @@ TEST(CityGmlJudge, Cs2csAgrees) {
     const double e = 390000 + 1234.5 * i, n = 5812000 + 987.6 * i;
     std::ofstream(folder / "a.gml") << citygml(citygml_member(gml_building("a", gml_house(e, n, 35))),
                                                "urn:adv:crs:ETRS89_UTM33");
-    const MapData data = read_citygml(folder / "a.gml");
+    const MapData data = read_city_files({folder / "a.gml"});
     const auto checked =
         test::run_program(fmt::format("echo '{:.3f} {:.3f}' | cs2cs -f %.10f EPSG:25833 EPSG:4326", e, n));
     ASSERT_EQ(checked.status, 0);

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/city/boxes.hpp"
 #include "canyon/city/mesh_topology.hpp"
 
 namespace canyon::city {

@@ -12,7 +12,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/random.hpp"
-#include "canyon/city/boxes.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/options/values.hpp"

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "canyon/base/text.hpp"
-#include "canyon/city/boxes.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_topology.hpp"
 

@@ -1,4 +1,5 @@
 #include "canyon/city/mesh_export.hpp"
+#include "canyon/city/mesh_parts.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,7 +16,6 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/mesh_marks.hpp"
-#include "canyon/city/mesh_parts.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "tests/support/city_comparison.hpp"
 #include "tests/support/program.hpp"

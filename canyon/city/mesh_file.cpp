@@ -12,11 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/base/archives.hpp"
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/statistics.hpp"
-#include "canyon/city/boxes.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/meshes/mesh_scene.hpp"

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "canyon/city/fwd.hpp"
-#include "canyon/city/mesh_import_options.hpp"
+#include "canyon/city/mesh_marks.hpp"
 
 namespace canyon::city {
 

@@ -30,7 +30,7 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 
 /// A folder of its own for each test, gone afterwards.
-class MeshFile : public ::testing::Test {
+class MeshFiles : public ::testing::Test {
  protected:
   void SetUp() override {
     const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
@@ -300,39 +300,39 @@ std::vector<std::string> names(const City& city) {
   return result;
 }
 
-TEST_F(MeshFile, ObjIsZUpByDefault) {
+TEST_F(MeshFiles, ObjIsZUpByDefault) {
   const City city = read_mesh_city(write("a.obj", obj(box())), {});
   expect_box(city);
   EXPECT_EQ(city.mesh.objects[0].name, "house");
   EXPECT_EQ(city.name, "a.obj");
 }
 
-TEST_F(MeshFile, ObjWithQuads) {
+TEST_F(MeshFiles, ObjWithQuads) {
   const std::string text =
       "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 0 0 9\nv 4 0 9\nv 4 4 9\nv 0 4 9\n"
       "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
   expect_box(read_mesh_city(write("a.obj", text), {}), {0, 0, 0}, {4, 4, 9});
 }
 
-TEST_F(MeshFile, PlyStlAndUpperCaseExtension) {
+TEST_F(MeshFiles, PlyStlAndUpperCaseExtension) {
   expect_box(read_mesh_city(write("a.ply", ply(box())), {}));
   expect_box(read_mesh_city(write("a.stl", stl_ascii(box())), {}));
   expect_box(read_mesh_city(write("B.STL", stl_binary(box())), {}));
 }
 
-TEST_F(MeshFile, GltfIsYUpMetres) {
+TEST_F(MeshFiles, GltfIsYUpMetres) {
   write("box.bin", gltf_buffer(y_up(box())));
   expect_box(read_mesh_city(write("a.gltf", gltf_json(y_up(box()), "box.bin")), {}));
   expect_box(read_mesh_city(write("a.glb", glb(y_up(box()))), {}));
 }
 
-TEST_F(MeshFile, DevicesThatAMeshNamesAreNotRead) {
+TEST_F(MeshFiles, DevicesThatAMeshNamesAreNotRead) {
   EXPECT_THAT(error_of(write("a.gltf", gltf_json(y_up(box()), "/dev/zero"))),
               HasSubstr("/dev/zero: is a pipe or a device"));
   expect_box(read_mesh_city(write("a.obj", "mtllib none.mtl /dev/zero\n" + obj(box())), {}));
 }
 
-TEST_F(MeshFile, UpAxisOption) {
+TEST_F(MeshFiles, UpAxisOption) {
   MeshImportOptions options;
   options.up_axis = 'Y';
   expect_box(read_mesh_city(write("a.obj", obj(y_up(box()))), options));
@@ -341,7 +341,7 @@ TEST_F(MeshFile, UpAxisOption) {
   expect_box(read_mesh_city(write("a.glb", glb(box())), options));
 }
 
-TEST_F(MeshFile, ColladaUpAxes) {
+TEST_F(MeshFiles, ColladaUpAxes) {
   const std::string metre = R"(<unit meter="1" name="meter"/>)";
   expect_box(read_mesh_city(write("z.dae", dae({{"house", box()}})), {}));
   expect_box(
@@ -355,7 +355,7 @@ TEST_F(MeshFile, ColladaUpAxes) {
   expect_box(read_mesh_city(write("x.dae", dae({{"house", x_up}}, metre, "<up_axis>X_UP</up_axis>")), {}));
 }
 
-TEST_F(MeshFile, ColladaUnits) {
+TEST_F(MeshFiles, ColladaUnits) {
   Soup centimetres = box();
   for (auto& v : centimetres.vertices) v *= 100;
   expect_box(read_mesh_city(
@@ -372,7 +372,7 @@ TEST_F(MeshFile, ColladaUnits) {
 }
 
 // The same XML, written otherwise.
-TEST_F(MeshFile, ColladaUnitsAndAxesInAnyXml) {
+TEST_F(MeshFiles, ColladaUnitsAndAxesInAnyXml) {
   Soup inches = box();
   for (auto& v : inches.vertices) v /= 0.0254;
   const std::string unit = R"(<unit meter="0.0254"/>)", axis = "<up_axis>Z_UP</up_axis>";
@@ -397,7 +397,7 @@ TEST_F(MeshFile, ColladaUnitsAndAxesInAnyXml) {
 }
 
 // Unit and axes together with a node's own translation, which counts in the file's unit and axes.
-TEST_F(MeshFile, NodeTransformInTheFilesFrame) {
+TEST_F(MeshFiles, NodeTransformInTheFilesFrame) {
   Soup centimetres = y_up(box());
   for (auto& v : centimetres.vertices) v *= 100;
   const City city = read_mesh_city(
@@ -408,14 +408,14 @@ TEST_F(MeshFile, NodeTransformInTheFilesFrame) {
   expect_box(city, kMin + shift, kMax + shift);
 }
 
-TEST_F(MeshFile, RotatedNode) {
+TEST_F(MeshFiles, RotatedNode) {
   // A quarter turn about z: (x, y) goes to (-y, x).
   const City city =
       read_mesh_city(write("a.dae", dae({{"house", box(), "0 -1 0 0  1 0 0 0  0 0 1 0  0 0 0 1"}})), {});
   expect_box(city, {-22, 1, 3}, {-2, 11, 33});
 }
 
-TEST_F(MeshFile, MirroredNodeStillFacesOutwards) {
+TEST_F(MeshFiles, MirroredNodeStillFacesOutwards) {
   const City city =
       read_mesh_city(write("a.dae", dae({{"house", box(), "-1 0 0 0  0 1 0 0  0 0 1 0  0 0 0 1"}})), {});
   expect_box(city, {-11, 2, 3}, {-1, 22, 33});
@@ -423,7 +423,7 @@ TEST_F(MeshFile, MirroredNodeStillFacesOutwards) {
       << "a mirror image is not a fault of the file";
 }
 
-TEST_F(MeshFile, MirroredTerrainFacesUp) {
+TEST_F(MeshFiles, MirroredTerrainFacesUp) {
   const City city = read_mesh_city(
       write("a.dae", dae({{"terrain", sheet(100), "-1 0 0 0  0 1 0 0  0 0 1 0  0 0 0 1"}, {"house", box()}})),
       {});
@@ -433,7 +433,7 @@ TEST_F(MeshFile, MirroredTerrainFacesUp) {
   EXPECT_GT(normal.z(), 0);
 }
 
-TEST_F(MeshFile, Georeference) {
+TEST_F(MeshFiles, Georeference) {
   MeshImportOptions options;
   options.origin = geodesy::Geodetic::from_degrees(22.298251, 114.178761, 4);
   options.scale = 2;
@@ -445,7 +445,7 @@ TEST_F(MeshFile, Georeference) {
   EXPECT_EQ(city.frame.heading_rad(), 0);
 }
 
-TEST_F(MeshFile, DegenerateTrianglesAreDroppedAndCounted) {
+TEST_F(MeshFiles, DegenerateTrianglesAreDroppedAndCounted) {
   Soup soup = box();
   soup.triangles.push_back({0, 1, 1});
   soup.vertices.emplace_back(0.5 * (soup.vertices[0] + soup.vertices[1]));
@@ -456,7 +456,7 @@ TEST_F(MeshFile, DegenerateTrianglesAreDroppedAndCounted) {
   EXPECT_THAT(city.notes.lines().front(), HasSubstr("14 triangles in 1 nodes"));
 }
 
-TEST_F(MeshFile, InsideOutBuildingIsTurned) {
+TEST_F(MeshFiles, InsideOutBuildingIsTurned) {
   Soup soup = box();
   for (auto& t : soup.triangles) std::swap(t[0], t[1]);
   const City city = read_mesh_city(write("a.ply", ply(soup)), {});
@@ -464,7 +464,7 @@ TEST_F(MeshFile, InsideOutBuildingIsTurned) {
   EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("1 objects were inside out")));
 }
 
-TEST_F(MeshFile, OneWrongTriangleIsTurned) {
+TEST_F(MeshFiles, OneWrongTriangleIsTurned) {
   Soup soup = box();
   std::swap(soup.triangles[7][0], soup.triangles[7][2]);
   const City city = read_mesh_city(write("a.ply", ply(soup)), {});
@@ -472,7 +472,7 @@ TEST_F(MeshFile, OneWrongTriangleIsTurned) {
   EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("1 triangles of 1 objects turned")));
 }
 
-TEST_F(MeshFile, InsideOutWithoutFloorIsTurned) {
+TEST_F(MeshFiles, InsideOutWithoutFloorIsTurned) {
   Soup soup = box();
   soup.triangles.erase(soup.triangles.begin(),
                        soup.triangles.begin() + 2);  // append_box() begins with the floor
@@ -487,14 +487,14 @@ TEST_F(MeshFile, InsideOutWithoutFloorIsTurned) {
   }
 }
 
-TEST_F(MeshFile, OpenBuildingIsSaid) {
+TEST_F(MeshFiles, OpenBuildingIsSaid) {
   Soup soup = box();
   soup.triangles.erase(soup.triangles.begin() + 2, soup.triangles.begin() + 4);  // the roof
   EXPECT_THAT(read_mesh_city(write("a.ply", ply(soup)), {}).notes.lines(),
               Contains(HasSubstr("1 buildings are not closed")));
 }
 
-TEST_F(MeshFile, ConnectedPartsBecomeObjects) {
+TEST_F(MeshFiles, ConnectedPartsBecomeObjects) {
   Soup soup = box();
   const Soup other = box({50, 50, 0}, {60, 60, 9});
   for (const auto& t : other.triangles) soup.triangles.push_back({t[0] + 8, t[1] + 8, t[2] + 8});
@@ -505,7 +505,7 @@ TEST_F(MeshFile, ConnectedPartsBecomeObjects) {
   EXPECT_NEAR(volume(city.mesh), kVolume + 900, 1e-2);
 }
 
-TEST_F(MeshFile, TerrainByName) {
+TEST_F(MeshFiles, TerrainByName) {
   // The second sheet is not terrain: names decide where there is one.
   const City city = read_mesh_city(
       write("a.dae",
@@ -519,7 +519,7 @@ TEST_F(MeshFile, TerrainByName) {
   EXPECT_EQ(summarize(city).terrain_triangles, 2U);
 }
 
-TEST_F(MeshFile, TerrainByOtherName) {
+TEST_F(MeshFiles, TerrainByOtherName) {
   MeshImportOptions options;
   options.terrain_names = {"Gelaende"};
   const City city =
@@ -528,14 +528,14 @@ TEST_F(MeshFile, TerrainByOtherName) {
   EXPECT_EQ(city.mesh.objects[1].surface, Surface::Building);
 }
 
-TEST_F(MeshFile, TerrainByGeometry) {
+TEST_F(MeshFiles, TerrainByGeometry) {
   const City city = read_mesh_city(write("a.dae", dae({{"plane", sheet(100)}, {"cube", box()}})), {});
   EXPECT_EQ(city.mesh.objects[0].surface, Surface::Terrain);
   EXPECT_EQ(city.mesh.objects[1].surface, Surface::Building);
   EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("node 'plane' is taken as terrain")));
 }
 
-TEST_F(MeshFile, TerrainAsPartOfTheOnlyNode) {
+TEST_F(MeshFiles, TerrainAsPartOfTheOnlyNode) {
   Soup soup = box();
   const Soup ground = sheet(100);
   for (const auto& t : ground.triangles) soup.triangles.push_back({t[0] + 8, t[1] + 8, t[2] + 8});
@@ -546,7 +546,7 @@ TEST_F(MeshFile, TerrainAsPartOfTheOnlyNode) {
   EXPECT_EQ(city.mesh.objects[1].surface, Surface::Terrain);
 }
 
-TEST_F(MeshFile, MaterialsByName) {
+TEST_F(MeshFiles, MaterialsByName) {
   const City city = read_mesh_city(
       write("a.dae", dae({{"a", box(), "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "Curtain_Glass.003"},
                           {"b", box({50, 0, 0}, {60, 9, 9}), "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "red brick"},
@@ -558,7 +558,7 @@ TEST_F(MeshFile, MaterialsByName) {
   EXPECT_EQ(city.mesh.materials[24], Material::Unknown);
 }
 
-TEST_F(MeshFile, BadPaths) {
+TEST_F(MeshFiles, BadPaths) {
   EXPECT_THAT(error_of(folder_ / "missing.obj"), HasSubstr("missing.obj: no such file"));
   EXPECT_THAT(error_of(write("city.xyz", "hello")),
               HasSubstr("unknown mesh format '.xyz'; use .dae, .obj, .stl, .gltf, .glb or .ply"));
@@ -567,19 +567,19 @@ TEST_F(MeshFile, BadPaths) {
 }
 
 // Files of tests/data/cases. The compressed bytes of m.gltf are made up.
-TEST_F(MeshFile, CompressedGltfThatIsDamagedIsRefused) {
+TEST_F(MeshFiles, CompressedGltfThatIsDamagedIsRefused) {
   EXPECT_THAT(error_of(test::case_file("gltf-meshopt/m.gltf")),
               AllOf(HasSubstr("m.gltf: "), HasSubstr("meshopt")));
   EXPECT_THAT(error_of(write("zip.obj", "PK\x03\x04 and so on")), HasSubstr("is a packed file"));
 }
 
-TEST_F(MeshFile, RequiredExtensionsOfGltfAreNamed) {
+TEST_F(MeshFiles, RequiredExtensionsOfGltfAreNamed) {
   std::string json = gltf_json(y_up(box()), "box.bin");
   json.insert(1, R"("extensionsRequired":["EXT_of_tomorrow"],)");
   EXPECT_THAT(error_of(write("a.gltf", json)), HasSubstr("requires the glTF extension 'EXT_of_tomorrow'"));
 }
 
-TEST_F(MeshFile, SaysWhatOfGltfItLeavesOut) {
+TEST_F(MeshFiles, SaysWhatOfGltfItLeavesOut) {
   write("box.bin", gltf_buffer(y_up(box())));
   const std::string json = gltf_json(y_up(box()), "box.bin");
   const auto notes_of = [&](const std::string& from, const std::string& to) {
@@ -599,7 +599,7 @@ TEST_F(MeshFile, SaysWhatOfGltfItLeavesOut) {
 }
 
 // The same house with its roof as one face of six corners and as four triangles: 300 m2.
-TEST_F(MeshFile, FacesWithANotchCoverTheirGround) {
+TEST_F(MeshFiles, FacesWithANotchCoverTheirGround) {
   for (const char* name : {"face6.dae", "triangles.dae"}) {
     const City city = read_mesh_city(test::case_file(std::string("mesh-concave-face/") + name), {});
     double roofs = 0;
@@ -612,13 +612,13 @@ TEST_F(MeshFile, FacesWithANotchCoverTheirGround) {
   }
 }
 
-TEST_F(MeshFile, SkewOfColladaIsRefused) {
+TEST_F(MeshFiles, SkewOfColladaIsRefused) {
   EXPECT_THAT(
       error_of(test::case_file("collada-skew-abort/skew.dae")),
       AllOf(HasSubstr("skew.dae:"), HasSubstr("<skew> is not read; export the node with a <matrix>")));
 }
 
-TEST_F(MeshFile, TransformsOfColladaApplyInTheirOrder) {
+TEST_F(MeshFiles, TransformsOfColladaApplyInTheirOrder) {
   // From the right: doubled, turned about an axis of length 2 by a quarter, moved.
   std::string text = dae({{"house", box()}});
   const std::string matrix = "<matrix>1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</matrix>";
@@ -628,7 +628,7 @@ TEST_F(MeshFile, TransformsOfColladaApplyInTheirOrder) {
   expect_box(city, {100 - 44, 2, 6}, {100 - 4, 22, 66});
 }
 
-TEST_F(MeshFile, NodesOfColladaMayStandAtSeveralPlaces) {
+TEST_F(MeshFiles, NodesOfColladaMayStandAtSeveralPlaces) {
   std::string text = dae({{"house", box()}});
   const std::size_t scene = text.find("<node id"), end = text.find("</visual_scene>");
   const std::string node = text.substr(scene, end - scene);
@@ -642,7 +642,7 @@ TEST_F(MeshFile, NodesOfColladaMayStandAtSeveralPlaces) {
 }
 
 // Blender writes none, others do.
-TEST_F(MeshFile, CommentsBehindTheDataOfObj) {
+TEST_F(MeshFiles, CommentsBehindTheDataOfObj) {
   const std::string text =
       "o a#1 # no comment\nv 0 0 0 # corner\nv 9 0 0\nv 9 0 9 #\nv 0 0 9\nf 1 2 3 # front\nf 1 3 4\n";
   const City city = read_mesh_city(write("a.obj", text), {});
@@ -650,7 +650,7 @@ TEST_F(MeshFile, CommentsBehindTheDataOfObj) {
   EXPECT_EQ(city.mesh.objects[0].name, "a#1 # no comment");
 }
 
-TEST_F(MeshFile, AMeshOnItsSideIsSaid) {
+TEST_F(MeshFiles, AMeshOnItsSideIsSaid) {
   const auto caution = [](const char* name, std::optional<char> up_axis = {}) {
     MeshImportOptions options;
     options.up_axis = up_axis;
@@ -664,7 +664,7 @@ TEST_F(MeshFile, AMeshOnItsSideIsSaid) {
   EXPECT_THAT(caution("obj-y-up/y_up.obj", 'Y'), IsEmpty());
 }
 
-TEST_F(MeshFile, DamagedFiles) {
+TEST_F(MeshFiles, DamagedFiles) {
   const std::string whole = dae({{"house", box()}});
   EXPECT_THAT(error_of(write("cut.dae", whole.substr(0, whole.size() / 2))),
               HasSubstr("is not well-formed XML"));
@@ -728,7 +728,7 @@ TEST_F(MeshFile, DamagedFiles) {
               HasSubstr("nan.obj:3: 'nan' is not a coordinate"));
 }
 
-TEST_F(MeshFile, NoTriangles) {
+TEST_F(MeshFiles, NoTriangles) {
   EXPECT_THAT(error_of(write("points.ply",
                              "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
                              "property float z\nend_header\n0 0 0\n")),
@@ -737,7 +737,7 @@ TEST_F(MeshFile, NoTriangles) {
               HasSubstr("holds no triangle of 1e-8 m^2 or more, but 1 smaller ones"));
 }
 
-TEST_F(MeshFile, WrongUnitsAndPlaces) {
+TEST_F(MeshFiles, WrongUnitsAndPlaces) {
   MeshImportOptions options;
   options.scale = 1e5;
   const auto path = write("a.obj", obj(box()));
@@ -750,12 +750,12 @@ TEST_F(MeshFile, WrongUnitsAndPlaces) {
               HasSubstr("the city would be 1170 km from its origin"));
 }
 
-TEST_F(MeshFile, LargeCoordinatesKeepTheirDigits) {
+TEST_F(MeshFiles, LargeCoordinatesKeepTheirDigits) {
   const City city = read_mesh_city(write("a.obj", obj(box({60000.0625, 0, 0}, {60010, 10, 10}))), {});
   EXPECT_EQ(city.bounds().min.x(), 60000.0625);
 }
 
-TEST_F(MeshFile, BadOptions) {
+TEST_F(MeshFiles, BadOptions) {
   const auto path = write("a.obj", obj(box()));
   MeshImportOptions options;
   options.scale = 0;

@@ -1,4 +1,5 @@
-#include "canyon/city/primitive_meshes.hpp"
+// Declared in canyon/city/link_shapes.hpp.
+#include "canyon/city/link_shapes.hpp"
 
 #include <Eigen/Geometry>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "canyon/city/primitive_meshes.hpp"
+#include "canyon/city/link_shapes.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <complex>
 
-#include "canyon/city/boxes.hpp"
+#include "canyon/city/mesh_topology.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/index/knife_edge.hpp"
 #include "canyon/propagation/paths.hpp"

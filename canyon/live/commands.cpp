@@ -12,7 +12,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/transport/readers.hpp"
+#include "canyon/transport/link.hpp"
 
 namespace canyon::live {
 namespace {

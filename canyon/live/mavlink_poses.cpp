@@ -13,7 +13,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/mavlink/frames.hpp"
-#include "canyon/transport/readers.hpp"
+#include "canyon/transport/link.hpp"
 
 namespace canyon::live {
 namespace {

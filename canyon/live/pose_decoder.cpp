@@ -16,7 +16,7 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/transport/readers.hpp"
+#include "canyon/transport/link.hpp"
 
 namespace canyon::live {
 

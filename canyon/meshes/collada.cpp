@@ -1,4 +1,4 @@
-// Declared in canyon/meshes/formats.hpp.
+// Declared in canyon/meshes/mesh_scene.hpp.
 // read_collada(). Format: Khronos, COLLADA 1.4.1 and 1.5.0 specifications.
 #include <fmt/format.h>
 
@@ -14,7 +14,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/meshes/formats.hpp"
+#include "canyon/meshes/mesh_scene.hpp"
 #include "canyon/meshes/xml_file.hpp"
 
 namespace canyon::meshes {

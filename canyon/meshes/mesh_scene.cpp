@@ -11,7 +11,6 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/meshes/formats.hpp"
 #include "canyon/meshes/gltf_buffers.hpp"
 #include "canyon/meshes/gltf_model.hpp"
 

@@ -1,4 +1,4 @@
-// Declared in canyon/meshes/formats.hpp.
+// Declared in canyon/meshes/mesh_scene.hpp.
 // read_ply(). Format: Greg Turk, "The PLY Polygon File Format", 1994.
 #include <fmt/format.h>
 
@@ -14,7 +14,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/meshes/formats.hpp"
+#include "canyon/meshes/mesh_scene.hpp"
 
 namespace canyon::meshes {
 namespace {

@@ -57,13 +57,18 @@ constexpr Column text(const char* name, const char* help, const char* empty, Tex
   column.text = value;
   return column;
 }
-/// @param last of the words' indices
-template <typename Enum>
-constexpr Column word(const char* name, const char* help, const char* empty, Enum last, Integer index,
-                      std::string_view (*of)(std::int64_t)) {
-  Column column = make(name, "", help, empty, Column::Kind::Word);
-  column.integer = index;
-  column.word = of;
+std::string_view name(raytrace::Placement placement) {
+  return placement_word(placement);
+}
+/// @param last of the words @param value a function without captures: a row's word; empty: none
+template <typename Enum, typename Value>
+constexpr Column word(const char* its_name, const char* help, const char* empty, Enum last, Value) {
+  Column column = make(its_name, "", help, empty, Column::Kind::Word);
+  column.integer = [](const Row& row) -> std::int64_t {
+    const std::optional<Enum> found = Value()(row);
+    return found ? static_cast<std::int64_t>(*found) : -1;
+  };
+  column.word = [](std::int64_t i) { return std::string_view(name(static_cast<Enum>(i))); };
   column.words = static_cast<std::int64_t>(last) + 1;
   return column;
 }
@@ -180,9 +185,7 @@ constexpr Column kLock = word(
     "lock",
     "`tracking`; `holding`: too weak to measure, for a moment; `searching`. Without a signal model all that "
     "is received is tracked",
-    "never", tracking::LockState::Holding,
-    [](const Row& r) { return static_cast<std::int64_t>(r.signal->lock); },
-    [](std::int64_t i) { return tracking::name(static_cast<tracking::LockState>(i)); });
+    "never", tracking::LockState::Holding, [](const Row& r) { return r.signal->lock; });
 constexpr Column kPhase = number(
     "carrier_phase_cycles", "cycles", 4, "carrier phase since its lock; it grows with the pseudorange",
     "no phase", [](const Row& r) { return r.link ? *r.signal->measurement->carrier_phase_cycles : kNone; });
@@ -238,17 +241,15 @@ constexpr std::array kEpochColumns{
     number("tdop", "", 4, "dilution of precision of time, over all constellation clocks", "no fix",
            &dop<&Dop::tdop>)
         .in_view(F64),
-    word(
-        "rating",
-        "rating of `pdop`: `Ideal` (below 1), `Excellent` (to 2), `Good` (to 5), `Moderate` (to 10), `Fair` "
-        "(to 20), `Poor`",
-        "no fix", positioning::DopRating::Poor,
-        [](const Row& r) -> std::int64_t {
-          const positioning::Fix& fix = fix_of(r);
-          return fix.solved() && fix.dop ? static_cast<std::int64_t>(positioning::rate_dop(fix.dop->pdop))
-                                         : -1;
-        },
-        [](std::int64_t i) { return positioning::name(static_cast<positioning::DopRating>(i)); }),
+    word("rating",
+         "rating of `pdop`: `Ideal` (below 1), `Excellent` (to 2), `Good` (to 5), `Moderate` (to 10), `Fair` "
+         "(to 20), `Poor`",
+         "no fix", positioning::DopRating::Poor,
+         [](const Row& r) {
+           const positioning::Fix& fix = fix_of(r);
+           return fix.solved() && fix.dop ? std::optional(positioning::rate_dop(fix.dop->pdop))
+                                          : std::nullopt;
+         }),
     integer("tracked", "satellites", "satellites tracked, above the elevation mask",
             [](const Row& r) -> std::int64_t { return r.epoch.observed.visible; })
         .in_view(U16)
@@ -266,11 +267,8 @@ constexpr std::array kEpochColumns{
            return fix_of(r).solved() ? std::string()
                                      : std::string(no_fix_reason(fix_of(r), r.epoch.placement));
          }),
-    word(
-        "placement", "`free`, `inside building` or `under terrain`; `unknown` where a live run has no truth",
-        "never", raytrace::Placement::Unknown,
-        [](const Row& r) { return static_cast<std::int64_t>(r.epoch.placement); },
-        [](std::int64_t i) { return placement_word(static_cast<raytrace::Placement>(i)); })
+    word("placement", "`free`, `inside building` or `under terrain`; `unknown` where a live run has no truth",
+         "never", raytrace::Placement::Unknown, [](const Row& r) { return r.epoch.placement; })
         .in_view(U8),
     number("true_velocity_east_mps", "m/s", 4, "velocity of the antenna, east", "never", &true_velocity<0>)
         .in_view(F64, "velocity_east_mps"),
@@ -330,11 +328,8 @@ constexpr std::array kEpochColumns{
            [](const Row& r) { return r.epoch.observed.clock_drift; })
         .not_in_csv()
         .in_view(F64),
-    word(
-        "fix_kind", "`none`, `single`, `differential`, `float`, `fixed`, `dead reckoning` or `combined`",
-        "never", positioning::FixKind::Combined,
-        [](const Row& r) { return static_cast<std::int64_t>(fix_of(r).kind()); },
-        [](std::int64_t i) { return positioning::name(static_cast<positioning::FixKind>(i)); })
+    word("fix_kind", "`none`, `single`, `differential`, `float`, `fixed`, `dead reckoning` or `combined`",
+         "never", positioning::FixKind::Combined, [](const Row& r) { return fix_of(r).kind(); })
         .in_view(U8),
     number("correction_age_s", "s", 2, "age of the corrections in the fix", "no corrections in it",
            [](const Row& r) {
@@ -342,14 +337,12 @@ constexpr std::array kEpochColumns{
              return positioning::corrected(fix.kind()) ? fix.correction_age_s.value_or(kNone) : kNone;
            })
         .in_view(F64),
-    word(
-        "baseline_kind", "kind of the vector from the base: `float` or `fixed`",
-        "no carrier phases of a base", positioning::FixKind::DeadReckoning,
-        [](const Row& r) {
-          const auto& baseline = fix_of(r).baseline;
-          return baseline ? static_cast<std::int64_t>(baseline->kind) : -1;
-        },
-        [](std::int64_t i) { return positioning::name(static_cast<positioning::FixKind>(i)); })
+    word("baseline_kind", "kind of the vector from the base: `float` or `fixed`",
+         "no carrier phases of a base", positioning::FixKind::DeadReckoning,
+         [](const Row& r) {
+           const auto& baseline = fix_of(r).baseline;
+           return baseline ? std::optional(baseline->kind) : std::nullopt;
+         })
         .in_view(U8),
     number(
         "ambiguity_ratio", "", 2,
@@ -392,14 +385,13 @@ constexpr std::array kEpochColumns{
           return wrong ? (*wrong ? 1.0 : 0.0) : kNone;
         })
         .in_view(F32),
-    word(
-        "fusion", "the vehicle's sensors in the fix: `initialising` (not yet), `calibrating` or `navigating`",
-        "no dead reckoning", positioning::FusionPhase::Navigating,
-        [](const Row& r) {
-          const auto& fusion = fix_of(r).fusion;
-          return fusion ? static_cast<std::int64_t>(fusion->phase) : -1;
-        },
-        [](std::int64_t i) { return positioning::name(static_cast<positioning::FusionPhase>(i)); }),
+    word("fusion",
+         "the vehicle's sensors in the fix: `initialising` (not yet), `calibrating` or `navigating`",
+         "no dead reckoning", positioning::FusionPhase::Navigating,
+         [](const Row& r) {
+           const auto& fusion = fix_of(r).fusion;
+           return fusion ? std::optional(fusion->phase) : std::nullopt;
+         }),
     number("vehicle_heading_deg", "deg", 4,
            "heading of the vehicle by its sensors, from north, clockwise, 0 to 360", "not fused",
            [](const Row& r) {
@@ -424,18 +416,15 @@ constexpr std::array kSatelliteColumns{
     number("elevation_deg", "deg", 6, "true elevation above the horizontal plane", "never",
            [](const Row& r) { return degrees(r.satellite->elevation_rad); })
         .in_view(F32),
-    word(
-        "visibility",
-        "`LOS`: the direct signal can be tracked (it reaches `signal.lock.tracking_threshold_dbhz` by "
-        "itself, "
-        "and no other path is stronger), and no reflection arrives; `LOS+multipath`: reflections arrive as "
-        "well; "
-        "`NLOS`: only reflected, bent or scattered signals can be tracked (`lock` says whether they are; a "
-        "receiver without strength tracks every signal that arrives); `blocked`: no signal, or only weaker "
-        "ones",
-        "never", propagation::Visibility::Blocked,
-        [](const Row& r) { return static_cast<std::int64_t>(r.satellite->visibility); },
-        [](std::int64_t i) { return propagation::name(static_cast<propagation::Visibility>(i)); })
+    word("visibility",
+         "`LOS`: the direct signal can be tracked (it reaches `signal.lock.tracking_threshold_dbhz` by "
+         "itself, "
+         "and no other path is stronger), and no reflection arrives; `LOS+multipath`: reflections arrive as "
+         "well; "
+         "`NLOS`: only reflected, bent or scattered signals can be tracked (`lock` says whether they are; a "
+         "receiver without strength tracks every signal that arrives); `blocked`: no signal, or only weaker "
+         "ones",
+         "never", propagation::Visibility::Blocked, [](const Row& r) { return r.satellite->visibility; })
         .in_view(U8),
     number(
         "excess_path_m", "m", 4,
@@ -471,23 +460,14 @@ constexpr std::array kSatelliteColumns{
          [](const Row& r) { return std::string(signal_of(r).name); })
         .not_in_csv()
         .in_view(U8),
-    word(
-        "map_visibility", "`visibility` by the map alone, however weak the signals are", "never",
-        propagation::Visibility::Blocked,
-        [](const Row& r) { return static_cast<std::int64_t>(r.satellite->map_visibility); },
-        [](std::int64_t i) { return propagation::name(static_cast<propagation::Visibility>(i)); }),
+    word("map_visibility", "`visibility` by the map alone, however weak the signals are", "never",
+         propagation::Visibility::Blocked, [](const Row& r) { return r.satellite->map_visibility; }),
     number("obstacles_db", "dB", 2,
            "what shadows and obstacles that the map lacks take from the direct signal; 0 without one",
            "never", [](const Row& r) { return r.satellite->obstacles_db; }),
-    word(
-        "tracked_path", "path whose carrier is followed: `direct`, `reflected`, `diffracted` ...",
-        "nothing arrives", propagation::PathKind::Transmitted,
-        [](const Row& r) -> std::int64_t {
-          return r.satellite->tracked_path ? static_cast<std::int64_t>(*r.satellite->tracked_path) : -1;
-        },
-        [](std::int64_t i) -> std::string_view {
-          return i < 0 ? "" : propagation::name(static_cast<propagation::PathKind>(i));
-        }),
+    word("tracked_path", "path whose carrier is followed: `direct`, `reflected`, `diffracted` ...",
+         "nothing arrives", propagation::PathKind::Transmitted,
+         [](const Row& r) { return r.satellite->tracked_path; }),
 };
 
 constexpr std::array kSignalColumns{
@@ -541,14 +521,11 @@ constexpr std::array kPathColumns{
     kSatellite,
     integer("path", "", "number among the satellite's paths of this epoch, from 0",
             [](const Row& r) { return r.number; }),
-    word(
-        "kind",
-        "`direct`, `reflected`, `diffracted` (around an edge), `diffuse` (scattered by a facade), `spoofed` "
-        "(a copy "
-        "from a transmitter, [interference.md](../interference.md))",
-        "never", propagation::PathKind::Transmitted,
-        [](const Row& r) { return static_cast<std::int64_t>(r.path->kind); },
-        [](std::int64_t i) { return propagation::name(static_cast<propagation::PathKind>(i)); }),
+    word("kind",
+         "`direct`, `reflected`, `diffracted` (around an edge), `diffuse` (scattered by a facade), `spoofed` "
+         "(a copy "
+         "from a transmitter, [interference.md](../interference.md))",
+         "never", propagation::PathKind::Transmitted, [](const Row& r) { return r.path->kind; }),
     integer("order", "", "reflections on the way: 0, 1 or 2",
             [](const Row& r) -> std::int64_t { return r.path->order; })
         .in_view(U8),

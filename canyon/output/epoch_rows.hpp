@@ -7,7 +7,7 @@
 #include <memory>
 #include <span>
 
-#include "canyon/output/view_chunk.hpp"
+#include "canyon/output/view_tables.hpp"
 #include "canyon/propagation/arrival.hpp"
 #include "canyon/simulation/epoch.hpp"
 #include "canyon/tracking/signal_options.hpp"

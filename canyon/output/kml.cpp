@@ -10,6 +10,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/encoder.hpp"
 #include "canyon/output/epoch_values.hpp"
+#include "canyon/output/number.hpp"
 #include "canyon/output/track.hpp"
 
 namespace canyon::output {
@@ -47,6 +48,12 @@ std::string style(std::string_view id, std::string_view rgb, double width) {
   </Style>
 )",
       id, colour, colour, width);
+}
+
+/// Degrees with 9 decimals (0.1 mm), metres with 3.
+std::string kml_coordinates(const geodesy::Geodetic& point) {
+  return fixed(geodesy::degrees(point.longitude_rad), 9) + ',' +
+         fixed(geodesy::degrees(point.latitude_rad), 9) + ',' + fixed(point.height_m, 3);
 }
 
 /// Connected stretches of a track, cut at the antimeridian; a stretch of one epoch is a point.

@@ -1,6 +1,6 @@
 // Declared in canyon/output/encoder.hpp.
 #include "canyon/output/encoder.hpp"
-#include "canyon/output/observations/device_epochs.hpp"
+#include "canyon/output/observations/raw_observations.hpp"
 #include "canyon/output/sbf/block.hpp"
 #include "canyon/output/sbf/commands.hpp"
 

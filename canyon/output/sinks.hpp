@@ -27,11 +27,4 @@ namespace canyon::output {
 [[nodiscard]] std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(
     const simulation::Simulation& simulation, const std::filesystem::path& folder);
 
-/// Files of the scenario's sensors in `folder` (docs/imu.md has the columns), as `outputs:` asks for
-/// them, of sensors that the scenario has. `imu`: imu.csv, its samples, and motion.csv, the true motion of
-/// the sensor at their instants, with all digits; `wheels`: wheels.csv; `barometer`: barometer.csv;
-/// `magnetometer`: magnetometer.csv; `sensors_npz`: sensors.npz, all of these for NumPy.
-[[nodiscard]] std::unique_ptr<simulation::EpochSink> make_inertial_files(
-    const simulation::Simulation& simulation, const std::filesystem::path& folder);
-
 }  // namespace canyon::output

@@ -202,6 +202,7 @@ StreamRequest parse_stream(std::string_view text) {
 std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,
                                            ReceiverDescription description,
                                            std::shared_ptr<transport::Link> link, EncodedStream::Now now) {
+  if (!link) link = std::make_shared<transport::Link>(request.address);
   const Format& format = format_named(request.format);
   if (!format.live && !transport::is_file_address(request.address)) {
     throw InputError(fmt::format("{} is whole only at the end of a run and cannot go to '{}'", format.name,
@@ -241,11 +242,6 @@ std::string hand_on(EncodedStream& stream, simulation::LiveReceiver& receiver) {
   } catch (const InputError& error) {
     return fmt::format("no restart: {}", error.what());
   }
-}
-
-std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,
-                                           const ReceiverDescription& description) {
-  return open_stream(request, receiver, description, std::make_shared<transport::Link>(request.address));
 }
 
 std::size_t find_receiver(const StreamRequest& request, const std::vector<std::string>& names) {

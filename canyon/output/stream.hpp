@@ -19,7 +19,6 @@
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/scenario/live_options.hpp"
 #include "canyon/transport/link.hpp"
-#include "canyon/transport/readers.hpp"
 
 namespace canyon::output {
 
@@ -119,14 +118,13 @@ class EncodedStream final : public simulation::EpochSink {
 
 /// Throws InputError for an unknown format, an address that cannot be opened, and a format that says nothing
 /// before its end anywhere but in a file.
-[[nodiscard]] std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,
-                                                         const ReceiverDescription& description);
-/// Opens a stream through a link that others use as well. A format whose first bytes every reader gets needs
-/// a link of its own (InputError).
+/// @param link that others use as well; null: one of its own. A format whose first bytes every reader gets
+/// needs a link of its own (InputError)
 [[nodiscard]] std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,
                                                          ReceiverDescription description,
-                                                         std::shared_ptr<transport::Link> link,
+                                                         std::shared_ptr<transport::Link> link = nullptr,
                                                          EncodedStream::Now now = EncodedStream::Clock::now);
+
 /// Hands on to a stream's receiver what the other end sent since the last call: corrections, of which the
 /// newest counts, and a restart, as a fault. Returns a line where there was a restart.
 [[nodiscard]] std::string hand_on(EncodedStream& stream, simulation::LiveReceiver& receiver);

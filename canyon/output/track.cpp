@@ -1,9 +1,21 @@
+// RFC 7946; colours by the simplestyle specification 1.1.0, which common viewers follow.
+// GPX 1.1 (https://www.topografix.com/GPX/1/1): a track of the fixes, a segment for each stretch without an
+// outage. Elements of a point stand in the order of the schema's wptType.
 #include "canyon/output/track.hpp"
+
+#include <fmt/format.h>
 
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
 
+#include "canyon/base/json.hpp"
+#include "canyon/base/utf8.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/output/encoder.hpp"
+#include "canyon/output/epoch_values.hpp"
 #include "canyon/output/number.hpp"
 
 namespace canyon::output {
@@ -26,11 +38,6 @@ std::size_t error_class(double horizontal_m) {
   return kErrorClassCount - 1;
 }
 
-std::string kml_coordinates(const geodesy::Geodetic& point) {
-  return fixed(geodesy::degrees(point.longitude_rad), 9) + ',' +
-         fixed(geodesy::degrees(point.latitude_rad), 9) + ',' + fixed(point.height_m, 3);
-}
-
 std::optional<std::array<geodesy::Geodetic, 2>> antimeridian_crossing(const geodesy::Geodetic& from,
                                                                       const geodesy::Geodetic& to) {
   const double apart = to.longitude_rad - from.longitude_rad;
@@ -44,6 +51,150 @@ std::optional<std::array<geodesy::Geodetic, 2>> antimeridian_crossing(const geod
   geodesy::Geodetic first = last;
   first.longitude_rad = -edge;
   return std::array{last, first};
+}
+
+namespace {
+
+std::string colour(std::string_view rgb) {
+  return '#' + std::string(rgb);
+}
+
+/// Longitude, latitude [deg, 9 decimals: 0.1 mm], ellipsoidal height [m] (RFC 7946, 3.1.1 and 4).
+Json coordinates(const geodesy::Geodetic& point) {
+  return Json::array({rounded(geodesy::degrees(point.longitude_rad), 9),
+                      rounded(geodesy::degrees(point.latitude_rad), 9), rounded(point.height_m, 3)});
+}
+
+Json feature(Json properties, std::string_view type, Json coordinates) {
+  return {{"type", "Feature"},
+          {"properties", std::move(properties)},
+          {"geometry", {{"type", type}, {"coordinates", std::move(coordinates)}}}};
+}
+
+class GeoJson final : public Encoder {
+ public:
+  explicit GeoJson(std::string name) : name_(std::move(name)) {}
+
+  std::string begin() override { return "{\"type\":\"FeatureCollection\",\"features\":["; }
+  std::string encode(const simulation::Epoch& epoch) override {
+    const receiver::ReceiverEpoch& seen = epoch.observed;
+    add_truth(epoch.truth.position);
+    Json properties{{"kind", seen.fix.solved() ? "fix" : "outage"},
+                    {"name", name_},
+                    {"time", geodesy::format_utc(seen.time)},
+                    {"status", status_word(seen.fix)}};
+    if (seen.fix.solved()) {
+      properties["error_horizontal_m"] = rounded(horizontal_m(epoch.error_enu_m), 3);
+      properties["error_up_m"] = rounded(epoch.error_enu_m.z(), 3);
+      properties["hdop"] = seen.fix.dop ? Json(rounded(seen.fix.dop->hdop, 3)) : Json();
+      properties["used"] = used_count(seen.fix);
+      properties["marker-color"] = colour(error_classes()[error_class(horizontal_m(epoch.error_enu_m))].rgb);
+    } else {
+      properties["reason"] = no_fix_reason(seen.fix, epoch.placement);
+      properties["marker-color"] = colour(kOutageRgb);
+    }
+    properties["tracked"] = seen.visible;
+    properties["not_tracked"] = seen.blocked;
+    if (!epoch.faults.empty()) properties["faults"] = epoch.faults;
+    // An epoch without a fix has only the true place to show.
+    return next(feature(std::move(properties), "Point",
+                        coordinates(seen.fix.solved() ? seen.fix.position : epoch.truth.position)));
+  }
+
+  std::string end() override {
+    std::string text;
+    if (last_) {
+      const Json properties{{"kind", "truth"}, {"name", name_}, {"stroke", colour(kTruthRgb)}};
+      lines_.push_back(std::move(line_));
+      if (lines_.size() > 1) {
+        text = next(feature(properties, "MultiLineString", std::move(lines_)));
+      } else if (lines_[0].size() > 1) {
+        text = next(feature(properties, "LineString", std::move(lines_[0])));
+      } else {  // a LineString needs two positions (RFC 7946, 3.1.4)
+        text = next(feature(properties, "Point", std::move(lines_[0][0])));
+      }
+    }
+    return text + "\n]}\n";
+  }
+
+ private:
+  std::string next(const Json& feature) {
+    return (std::exchange(first_, false) ? "\n" : ",\n") + feature.dump();
+  }
+
+  /// The line is cut at the antimeridian (RFC 7946, 3.1.9).
+  void add_truth(const geodesy::Geodetic& place) {
+    if (const auto crossing = last_ ? antimeridian_crossing(*last_, place) : std::nullopt) {
+      line_.push_back(coordinates((*crossing)[0]));
+      lines_.push_back(std::exchange(line_, Json::array({coordinates((*crossing)[1])})));
+    }
+    line_.push_back(coordinates(place));
+    last_ = place;
+  }
+
+  std::string name_;
+  Json lines_ = Json::array(), line_ = Json::array();  ///< of the truth: whole ones, and the present one
+  std::optional<geodesy::Geodetic> last_;
+  bool first_ = true;
+};
+
+}  // namespace
+
+std::unique_ptr<Encoder> encode_geojson(const ReceiverDescription& receiver) {
+  return std::make_unique<GeoJson>(receiver.name);
+}
+
+namespace {
+
+class Gpx final : public Encoder {
+ public:
+  explicit Gpx(const std::string& name) : name_(xml_escaped(name)) {}
+
+  std::string begin() override {
+    return fmt::format(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+        "<gpx version=\"1.1\" creator=\"Canyon\" xmlns=\"http://www.topografix.com/GPX/1/1\">\n"
+        "<trk>\n<name>{}</name>\n",
+        name_);
+  }
+
+  std::string encode(const simulation::Epoch& epoch) override {
+    const positioning::Fix& fix = epoch.observed.fix;
+    if (!fix.solved()) return close_segment();
+    std::string text = open_ ? "" : "<trkseg>\n";
+    open_ = true;
+    text += fmt::format("<trkpt lat=\"{}\" lon=\"{}\"><ele>{}</ele><time>{}</time>",
+                        fixed(geodesy::degrees(fix.position.latitude_rad), 9),
+                        fixed(geodesy::degrees(fix.position.longitude_rad), 9), fixed(epoch.altitude_m(), 3),
+                        geodesy::format_utc(epoch.observed.time));
+    if (epoch.geoid_undulation_m != 0) {
+      text += fmt::format("<geoidheight>{}</geoidheight>", fixed(epoch.geoid_undulation_m, 3));
+    }
+    text += fmt::format("<fix>{}</fix><sat>{}</sat>", fix.used.empty() ? "none" : "3d", used_count(fix));
+    if (fix.dop) {
+      text += fmt::format("<hdop>{}</hdop><vdop>{}</vdop><pdop>{}</pdop>", fixed(fix.dop->hdop, 3),
+                          fixed(fix.dop->vdop, 3), fixed(fix.dop->pdop, 3));
+    }
+    return text + "</trkpt>\n";
+  }
+
+  std::string end() override { return close_segment() + "</trk>\n</gpx>\n"; }
+
+ private:
+  std::string close_segment() {
+    if (!open_) return {};
+    open_ = false;
+    return "</trkseg>\n";
+  }
+
+  std::string name_;
+  bool open_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Encoder> encode_gpx(const ReceiverDescription& receiver) {
+  return std::make_unique<Gpx>(receiver.name);
 }
 
 }  // namespace canyon::output

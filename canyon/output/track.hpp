@@ -24,9 +24,6 @@ inline constexpr std::string_view kTruthRgb = "0072b2", kOutageRgb = "000000";
 /// Index of the class of an error [m]; the last one for NaN.
 [[nodiscard]] std::size_t error_class(double horizontal_m);
 
-/// "longitude,latitude,height", degrees with 9 decimals (0.1 mm), metres with 3.
-[[nodiscard]] std::string kml_coordinates(const geodesy::Geodetic& point);
-
 /// Where the shorter way between two places of a track crosses the antimeridian, as the last place on the
 /// side of `from` and the first on the side of `to`: longitudes of 180 and -180 deg, latitude and height in
 /// proportion. Empty where it does not cross. Lines on maps are cut there (RFC 7946, 3.1.9).

@@ -6,7 +6,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/output/encoder.hpp"
 #include "canyon/output/nmea.hpp"
-#include "canyon/output/observations/device_epochs.hpp"
+#include "canyon/output/observations/raw_observations.hpp"
 #include "canyon/output/rtcm.hpp"
 #include "canyon/output/ubx/commands.hpp"
 #include "canyon/output/ubx/messages.hpp"

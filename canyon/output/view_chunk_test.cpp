@@ -1,4 +1,4 @@
-#include "canyon/output/view_chunk.hpp"
+#include "canyon/output/view_tables.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,7 +7,7 @@
 
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/samples/waveform.hpp"
+#include "canyon/samples/path_interpolator.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 

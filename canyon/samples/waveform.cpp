@@ -1,4 +1,5 @@
-#include "canyon/samples/waveform.hpp"
+// Declared in canyon/samples/path_interpolator.hpp.
+#include "canyon/samples/path_interpolator.hpp"
 
 #include <algorithm>
 #include <cassert>

@@ -1,4 +1,4 @@
-#include "canyon/samples/waveform.hpp"
+#include "canyon/samples/path_interpolator.hpp"
 
 #include <gtest/gtest.h>
 

@@ -19,14 +19,6 @@ struct FeatureNames {
   std::vector<std::string> kind;  ///< of "class", "type", "feature_type" ...: what the feature is
 };
 
-/// Texts of a table by column, one for each feature.
-using TextColumns = std::map<std::string, std::vector<std::string>>;
-[[nodiscard]] FeatureNames feature_names(const TextColumns& columns);
-
-/// The names of a b3dm or i3dm batch table (3D Tiles 1.0, "Batch Table"): its lists in JSON, and the classes
-/// of 3DTILES_batch_table_hierarchy. Lists in the binary part hold numbers only and are not read.
-[[nodiscard]] FeatureNames batch_names(const Json& table);
-
 /// The surface that words of a name or class say: "WallSurface", "Building_12", "TINRelief", "tree". Empty
 /// where none does.
 [[nodiscard]] std::optional<city::Surface> surface_by_word(std::string_view text);

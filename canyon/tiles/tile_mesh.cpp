@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/city/boxes.hpp"
 #include "canyon/city/mesh_marks.hpp"
+#include "canyon/city/mesh_topology.hpp"
 #include "canyon/meshes/mesh_scene.hpp"
 
 namespace canyon::tiles {

@@ -9,7 +9,6 @@
 #include <set>
 #include <thread>
 
-#include "canyon/base/archives.hpp"
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"

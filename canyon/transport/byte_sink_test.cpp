@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "canyon/base/output_file.hpp"
-#include "canyon/transport/tcp.hpp"
+#include "canyon/transport/devices.hpp"
 #include "tests/support/free_port.hpp"
 #include "tests/support/local_connection.hpp"
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -51,6 +53,75 @@ class Link {
   std::map<int, Listener> listeners_;
   int last_ = 0;
   bool serving_ = false;
+};
+
+/// Keeps a value for each sender (Received::reader), for kMost at a time: beyond that the sender with the
+/// smallest number is forgotten.
+template <typename Kept>
+class Readers {
+ public:
+  static constexpr std::size_t kMost = 64;
+
+  /// @param fresh arguments of a new reader's value
+  template <typename... Fresh>
+  [[nodiscard]] Kept& of(std::uint64_t reader, Fresh&&... fresh) {
+    if (kept_.count(reader) == 0 && kept_.size() >= kMost) kept_.erase(kept_.begin());
+    return kept_.try_emplace(reader, std::forward<Fresh>(fresh)...).first->second;
+  }
+  /// Pairs of a reader and its value.
+  [[nodiscard]] auto begin() { return kept_.begin(); }
+  [[nodiscard]] auto end() { return kept_.end(); }
+
+ private:
+  std::map<std::uint64_t, Kept> kept_;
+};
+
+/// Joins bytes that are cut anywhere into lines.
+class LineCutter {
+ public:
+  /// @param longest bytes of a line; longer ones are passed over
+  explicit LineCutter(std::size_t longest) : longest_(longest) {}
+
+  /// @param take gets every line that ends here, without its end; nothing in the place of one that was too
+  /// long
+  template <typename Take>
+  void receive(std::string_view bytes, const Take& take) {
+    for (std::size_t end = bytes.find('\n'); end != std::string_view::npos; end = bytes.find('\n')) {
+      add(bytes.substr(0, end));
+      finish(take);
+      bytes.remove_prefix(end + 1);
+    }
+    add(bytes);
+  }
+  /// The same of bytes that were received: a datagram ends its last line.
+  template <typename Take>
+  void receive(const Received& received, const Take& take) {
+    receive(std::string_view(received.bytes), take);
+    if (received.whole && (too_long_ || !line_.empty())) finish(take);
+  }
+  /// The line without an end so far; empty where it is too long.
+  [[nodiscard]] const std::string& rest() const { return line_; }
+  /// Takes the rest for a line.
+  template <typename Take>
+  void finish(const Take& take) {
+    const std::string line = std::exchange(line_, {});
+    const bool too_long = std::exchange(too_long_, false);
+    take(too_long ? std::nullopt : std::optional<std::string_view>(line));
+  }
+
+ private:
+  void add(std::string_view bytes) {
+    too_long_ = too_long_ || line_.size() + bytes.size() > longest_;
+    if (too_long_) {
+      line_.clear();
+    } else {
+      line_ += bytes;
+    }
+  }
+
+  std::size_t longest_;
+  std::string line_;
+  bool too_long_ = false;
 };
 
 }  // namespace canyon::transport

@@ -9,7 +9,7 @@
 #include "canyon/base/payload.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/transport/devices.hpp"
-#include "canyon/transport/readers.hpp"
+#include "canyon/transport/link.hpp"
 
 namespace canyon::transport {
 

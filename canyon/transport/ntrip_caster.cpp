@@ -9,7 +9,6 @@
 #include "canyon/base/text.hpp"
 #include "canyon/transport/devices.hpp"
 #include "canyon/transport/ntrip.hpp"
-#include "canyon/transport/tcp.hpp"
 
 namespace canyon::transport {
 namespace {

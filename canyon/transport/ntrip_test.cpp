@@ -12,7 +12,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/payload.hpp"
 #include "canyon/base/secrets.hpp"
-#include "canyon/transport/tcp.hpp"
+#include "canyon/transport/devices.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/free_port.hpp"
 #include "tests/support/local_connection.hpp"

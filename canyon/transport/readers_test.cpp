@@ -1,4 +1,4 @@
-#include "canyon/transport/readers.hpp"
+#include "canyon/transport/link.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-#include "canyon/transport/tcp.hpp"
+// Declared in canyon/transport/devices.hpp.
+#include "canyon/transport/devices.hpp"
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -6,7 +7,6 @@
 #include <cerrno>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/transport/devices.hpp"
 
 namespace canyon::transport {
 

@@ -17,7 +17,7 @@
 #include <optional>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/transport/tcp.hpp"
+#include "canyon/transport/devices.hpp"
 #include "tests/support/free_port.hpp"
 #include "tests/support/local_connection.hpp"
 #include "tests/support/temporary_folder.hpp"

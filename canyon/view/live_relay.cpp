@@ -14,7 +14,7 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/secrets.hpp"
 #include "canyon/output/view_messages.hpp"
-#include "canyon/transport/readers.hpp"
+#include "canyon/transport/link.hpp"
 #include "canyon/transport/transport.hpp"
 #include "canyon/view/recorder.hpp"
 

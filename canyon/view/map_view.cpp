@@ -14,7 +14,6 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/engine/map_summary.hpp"
 #include "canyon/heatmap/pictures/map_style.hpp"
-#include "canyon/output/view_chunk.hpp"
 #include "canyon/output/view_tables.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/view/header.hpp"

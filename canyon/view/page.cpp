@@ -20,7 +20,7 @@
 #include "canyon/base/payload.hpp"
 #include "canyon/city/mesh_export.hpp"
 #include "canyon/city/mesh_parts.hpp"
-#include "canyon/output/view_chunk.hpp"
+#include "canyon/output/view_tables.hpp"
 #include "canyon/view/header.hpp"
 #include "canyon/view/server.hpp"
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "canyon/base/output_file.hpp"
-#include "canyon/output/view_chunk.hpp"
+#include "canyon/output/view_tables.hpp"
 #include "canyon/view/header.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"

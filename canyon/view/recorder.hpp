@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "canyon/output/epoch_rows.hpp"
-#include "canyon/output/view_chunk.hpp"
+#include "canyon/output/view_tables.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/view/header.hpp"
 #include "canyon/view/view_sink.hpp"

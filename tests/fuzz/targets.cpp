@@ -13,7 +13,6 @@
 #include <osmium/io/writer.hpp>
 #include <osmium/io/xml_input.hpp>
 
-#include "canyon/base/archives.hpp"
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/payload.hpp"
@@ -553,11 +552,11 @@ const std::vector<Target>& targets() {
        {pbf("pbf,pbf_compression=none"), pbf("pbf,pbf_compression=none,pbf_dense_nodes=false")}},
       {"cityjson",
        "map.city.json",
-       [](const fs::path& path) { (void)buildings::read_cityjson(path); },
+       [](const fs::path& path) { (void)buildings::read_city_files({path}); },
        {test::cityjson(test::cityjson_building("a", test::kHouseSolid, R"({"measuredHeight":9})"))}},
       {"citygml",
        "tile.gml",
-       [](const fs::path& path) { (void)buildings::read_citygml(path); },
+       [](const fs::path& path) { (void)buildings::read_city_files({path}); },
        {test::citygml(
            test::citygml_member(test::gml_building("a")) +
            test::citygml_member("<bldg:Building><bldg:lod1MultiSurface><gml:surfaceMember "

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/city/primitive_meshes.hpp"
+#include "canyon/city/link_shapes.hpp"
 #include "canyon/live/world_scene.hpp"
 
 namespace canyon::test {

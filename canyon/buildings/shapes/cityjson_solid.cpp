@@ -1,4 +1,5 @@
-#include "canyon/buildings/shapes/cityjson_solid.hpp"
+// Declared in canyon/buildings/shapes/solid.hpp.
+#include "canyon/buildings/shapes/solid.hpp"
 
 #include <fmt/format.h>
 

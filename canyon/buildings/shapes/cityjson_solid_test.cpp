@@ -1,4 +1,4 @@
-#include "canyon/buildings/shapes/cityjson_solid.hpp"
+#include "canyon/buildings/shapes/solid.hpp"
 
 #include <gtest/gtest.h>
 
@@ -114,7 +114,7 @@ TEST(CityJsonSolidTest, ClosureSurfacesAreOpen) {
 TEST(CityJsonSolidTest, GableHouseIsWatertightWithItsVolumeAndMaterials) {
   test::TemporaryFolder folder;
   std::ofstream(folder / "house.json") << test::cityjson(test::cityjson_building("house", test::kHouseSolid));
-  const MapData data = read_cityjson(folder / "house.json");
+  const MapData data = read_city_files({folder / "house.json"});
   city::Mesh mesh;
   std::vector<std::string> notes;
   ASSERT_TRUE(append_surfaces(mesh, "house", data.features.at(0).surfaces, frame(), notes, Material::Brick,

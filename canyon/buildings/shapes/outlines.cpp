@@ -1,4 +1,5 @@
-#include "canyon/buildings/shapes/outlines.hpp"
+// Declared in canyon/buildings/shapes/footprint.hpp.
+#include "canyon/buildings/shapes/footprint.hpp"
 
 #include <fmt/format.h>
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "canyon/city/boxes.hpp"
+#include "canyon/city/mesh_topology.hpp"
 
 namespace canyon::buildings {
 namespace {

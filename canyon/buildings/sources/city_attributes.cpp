@@ -63,17 +63,6 @@ const auto kAdvUses = dictionary<std::string_view>({{"1000|1100|1110|1120|1123",
                                                     {"3043", "chapel"},
                                                     {"3050|3051", "hospital"}});
 
-/// Metres in units of length: words, codes of EPSG and of UCUM.
-const auto kMetres = dictionary<double>({{"m|metre|meter|metres|meters|mtr|9001", 1},
-                                         {"mm|millimetre|millimeter", 1e-3},
-                                         {"cm|centimetre|centimeter", 0.01},
-                                         {"dm|decimetre|decimeter", 0.1},
-                                         {"km|kilometre|kilometer|9036", 1e3},
-                                         {"in|inch|inches|[in_i]", 0.0254},
-                                         {"ft|foot|feet|[ft_i]|9002", 0.3048},
-                                         {"us-ft|ftus|[ft_us]|9003", 1200.0 / 3937},
-                                         {"yd|yard|yards|[yd_i]", 0.9144}});
-
 /// PLATEAU's codes of usage.
 const auto kPlateauUses = dictionary<std::string_view>({{"401|421", "office"},
                                                         {"402|404", "commercial"},
@@ -142,11 +131,11 @@ std::optional<std::string> value_in_metres(std::string_view name, std::string_vi
   unit = trim(unit);
   if (unit.empty() || (tag != "height" && tag != "diameter_crown" && tag != "diameter"))
     return std::string(value);
-  const auto found = kMetres.find(lower_case(unit.substr(unit.find_last_of("#:/") + 1)));
-  if (found == kMetres.end()) return std::nullopt;
+  const auto metres = metres_of_unit(lower_case(unit.substr(unit.find_last_of("#:/") + 1)));
+  if (!metres) return std::nullopt;
   const std::optional<double> number = parse_double(value);
-  if (!number || found->second == 1) return std::string(value);
-  return fmt::format("{:.10g}", *number * found->second);
+  if (!number || *metres == 1) return std::string(value);
+  return fmt::format("{:.10g}", *number * *metres);
 }
 
 void add_tags_of_attributes(CityAttributes& tags) {

@@ -97,20 +97,14 @@ void CityModel::begin_file(const std::filesystem::path& file) {
   file_ = file;
   handedness_ = nullptr;
   ++files_;
-  notes_before_ = notes_;
-  kinds_before_ = kinds_;
-  outside_before_ = outside_;
-  repeated_before_ = repeated_;
+  tally_before_ = tally_;
 }
 
 void CityModel::drop_file() {
   data_.features.resize(first_feature_);
   lods_.resize(first_feature_);
   data_.relief.resize(first_relief_);
-  notes_ = notes_before_;
-  kinds_ = kinds_before_;
-  outside_ = outside_before_;
-  repeated_ = repeated_before_;
+  tally_ = tally_before_;
   tags_of_wholes_.clear();
   here_.clear();
   for (const std::size_t index : systems_of_file_) --systems_[index].files;
@@ -233,22 +227,26 @@ bool CityModel::in_box(const Eigen::AlignedBox2d& bounds) const {
 void CityModel::keep(MapFeature feature, const CityObject& object) {
   const Eigen::AlignedBox2d bounds = feature.bounds();
   if (!in_box(bounds)) {
-    ++outside_;
+    ++tally_.outside;
     return;
   }
   // Tiles repeat the objects on their seams.
   const std::string key = id_and_place(feature);
   if (files_ > 1 && seen_.count(key) > 0) {
-    ++repeated_;
+    ++tally_.repeated;
     return;
   }
   const auto [first, fresh] = here_.emplace(object.named ? feature.id : key, key);
   if (!fresh && first->second == key)
     return leave_out("objects that the file has twice, with the same id at the same place", 1, Level::Remark);
   if (!fresh) say(Level::Remark, "objects at different places have the same id: all are built");
-  ++kinds_[object.lod < 0 ? object.type : fmt::format("{} LoD {:g}", object.type, object.lod)];
+  ++tally_.kinds[object.lod < 0 ? object.type : fmt::format("{} LoD {:g}", object.type, object.lod)];
   data_.features.push_back(std::move(feature));
   lods_.push_back(object.lod);
+}
+
+bool CityModel::builds(std::string_view type) {
+  return kRoles.count(type) > 0;
 }
 
 void CityModel::add(CityObject object) {
@@ -291,7 +289,7 @@ void CityModel::add(CityObject object) {
         leave_out("reliefs without triangles");
         break;
       }
-      ++kinds_[fmt::format("TINRelief LoD {:g}", object.lod)];
+      ++tally_.kinds[fmt::format("TINRelief LoD {:g}", object.lod)];
       std::move(object.surfaces.begin(), object.surfaces.end(), std::back_inserter(data_.relief));
       break;
   }
@@ -421,8 +419,8 @@ void CityModel::finish_file() {
 void CityModel::describe(MapData& data) const {
   const auto remark = [&](const std::string& line) { data.notes.say(Level::Remark, line); };
   std::vector<std::string> kinds;
-  kinds.reserve(kinds_.size());
-  for (const auto& [kind, count] : kinds_) kinds.push_back(fmt::format("{} {}", count, kind));
+  kinds.reserve(tally_.kinds.size());
+  for (const auto& [kind, count] : tally_.kinds) kinds.push_back(fmt::format("{} {}", count, kind));
   remark(fmt::format("objects     {}", fmt::join(kinds, ", ")));
   for (const System& system : systems_) {
     if (system.files == 0) continue;
@@ -432,9 +430,9 @@ void CityModel::describe(MapData& data) const {
   }
   remark(attributes_line(data));
   if (!data.relief.empty()) remark(fmt::format("relief      {} surfaces of the ground", data.relief.size()));
-  if (outside_ > 0) remark(fmt::format("box         {} objects outside left out", outside_));
-  if (repeated_ > 0)
-    remark(fmt::format("tiles       {} objects are in several files, taken once", repeated_));
+  if (tally_.outside > 0) remark(fmt::format("box         {} objects outside left out", tally_.outside));
+  if (tally_.repeated > 0)
+    remark(fmt::format("tiles       {} objects are in several files, taken once", tally_.repeated));
 }
 
 MapData CityModel::finish(const std::filesystem::path& name) {
@@ -444,7 +442,7 @@ MapData CityModel::finish(const std::filesystem::path& name) {
                    [](const MapFeature& a, const MapFeature& b) { return a.id < b.id; });
   if (data_.features.empty() && !options_.box) {  // else nothing may be in the box
     std::string why;
-    for (const std::string& line : notes_.lines()) {
+    for (const std::string& line : tally_.notes.lines()) {
       if (line.starts_with("left out ")) why += (why.empty() ? " (" : ", ") + line;
     }
     if (!why.empty()) why += ")";
@@ -460,7 +458,7 @@ MapData CityModel::finish(const std::filesystem::path& name) {
   for (const MapFeature& feature : data_.features) data_.bounds.extend(feature.bounds());
   data_.source = file;
   describe(data_);
-  data_.notes.append(notes_, file);
+  data_.notes.append(tally_.notes, file);
   if (data_.features.empty()) return std::move(data_);
   const LonLat middle = data_.bounds.center();
   for (const System& system : systems_) {

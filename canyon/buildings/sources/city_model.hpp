@@ -116,11 +116,13 @@ class CityModel {
 
   using Level = ReadReport::Level;
   void leave_out(const std::string& what, std::size_t count = 1, Level level = Level::Loss) {
-    notes_.tell(level, "left out {} " + what, {}, count);
+    tally_.notes.tell(level, "left out {} " + what, {}, count);
   }
   /// One line of a kind; how often it was said is counted.
-  void say(Level level, const std::string& line) { notes_.tell(level, line); }
+  void say(Level level, const std::string& line) { tally_.notes.tell(level, line); }
   void add(CityObject object);
+  /// Whether a city is built of objects of that type.
+  [[nodiscard]] static bool builds(std::string_view type);
 
   /// The features, sorted by id. Throws InputError where there are none and no box is asked for.
   /// @param name of all of the files, for messages
@@ -134,7 +136,12 @@ class CityModel {
     std::optional<bool> swap;
     std::size_t files = 0;
   };
-  using Counts = std::map<std::string, std::size_t>;
+  /// What describe() tells of all files so far.
+  struct Tally {
+    ReadReport notes;
+    std::map<std::string, std::size_t> kinds;
+    std::size_t outside = 0, repeated = 0;
+  };
 
   void add_building(CityObject object, bool part);
   void add_tree(CityObject object);
@@ -158,11 +165,9 @@ class CityModel {
   std::map<std::string, CityAttributes> tags_of_wholes_;  ///< of the file's objects that have parts
   std::set<std::string> seen_;                            ///< id and place of the features of other files
   std::map<std::string, std::string> here_;               ///< the same of the file, by id
-  ReadReport notes_, notes_before_;
-  Counts kinds_, kinds_before_;
+  Tally tally_, tally_before_;                            ///< the second: before the file
   Handedness handedness_;
-  std::size_t files_ = 0, outside_ = 0, repeated_ = 0;
-  std::size_t outside_before_ = 0, repeated_before_ = 0;
+  std::size_t files_ = 0;
 };
 
 }  // namespace canyon::buildings

@@ -37,7 +37,7 @@ class CityGmlTest : public ::testing::Test {
  protected:
   MapData read(const std::string& text, const CityReadOptions& options = {}) const {
     std::ofstream(folder_ / "city.gml", std::ios::binary) << text;
-    return read_citygml(folder_ / "city.gml", options);
+    return read_city_files({folder_ / "city.gml"}, options);
   }
   MapData read_object(const std::string& object, const CityReadOptions& options = {}) const {
     return read(citygml(citygml_member(object)), options);

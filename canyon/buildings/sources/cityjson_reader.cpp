@@ -444,12 +444,4 @@ void read_cityjson(TextFile& file, CityModel& model) {
   CityJsonReader(file, model).read();
 }
 
-MapData read_cityjson(const std::filesystem::path& path, const CityReadOptions& options) {
-  CityModel model(options);
-  TextFile file(path);
-  model.begin_file(path);
-  read_cityjson(file, model);
-  return model.finish(path);
-}
-
 }  // namespace canyon::buildings

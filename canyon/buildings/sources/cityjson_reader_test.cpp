@@ -55,7 +55,7 @@ class CityJsonTest : public ::testing::Test {
     CityReadOptions options;
     options.model.lod = lod;
     options.heights.geoid_undulation_m = undulation;
-    return read_cityjson(write(text), options);
+    return read_city_files({write(text)}, options);
   }
   std::string error_of(const std::string& text) const {
     try {
@@ -353,7 +353,7 @@ TEST_F(CityJsonTest, TextSequencesAndGzip) {
   ASSERT_NE(out, nullptr);
   ASSERT_GT(gzwrite(out, whole.data(), static_cast<unsigned>(whole.size())), 0);
   ASSERT_EQ(gzclose(out), Z_OK);
-  EXPECT_EQ(read_cityjson(folder_ / "city.json.gz").features.size(), 1U);
+  EXPECT_EQ(read_city_files({folder_ / "city.json.gz"}).features.size(), 1U);
 }
 
 TEST_F(CityJsonTest, OneBadObjectCostsOneObject) {
@@ -398,7 +398,7 @@ TEST_F(CityJsonTest, JoinedSequencesAreRead) {
 
 TEST_F(CityJsonTest, BadInputIsOneClearError) {
   const std::string good = cityjson(cityjson_building("house", kHouseSolid));
-  EXPECT_THROW((void)read_cityjson(folder_ / "none.json"), InputError);
+  EXPECT_THROW((void)read_city_files({folder_ / "none.json"}), InputError);
   EXPECT_TRUE(contains(error_of(good.substr(0, good.size() / 2)), "ends early"));
   EXPECT_TRUE(contains(error_of("<osm/>"), "city.json:1: not JSON"));
   EXPECT_TRUE(contains(error_of(""), "ends early"));

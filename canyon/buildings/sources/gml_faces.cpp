@@ -1,4 +1,5 @@
-#include "canyon/buildings/sources/gml_faces.hpp"
+// Declared in canyon/buildings/sources/gml_document.hpp.
+#include "canyon/buildings/sources/gml_document.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Declared in canyon/buildings/sources/gml_faces.hpp.
-#include "canyon/buildings/sources/gml_faces.hpp"
+// Declared in canyon/buildings/sources/gml_document.hpp.
+#include "canyon/buildings/sources/gml_document.hpp"
 
 #include <fmt/format.h>
 
@@ -15,41 +15,26 @@
 namespace canyon::buildings {
 namespace {
 
+/// Objects beside those of CityModel::builds() that it counts.
+const std::set<std::string_view> kCounted{"MassPointRelief",
+                                          "BreaklineRelief",
+                                          "RasterRelief",
+                                          "Road",
+                                          "Railway",
+                                          "Track",
+                                          "Square",
+                                          "Waterway",
+                                          "LandUse",
+                                          "WaterBody",
+                                          "TransportationComplex",
+                                          "GenericCityObject",
+                                          "GenericOccupiedSpace",
+                                          "GenericUnoccupiedSpace",
+                                          "GenericThematicSurface"};
 /// Objects that CityModel::add() knows, and those that it only counts.
-const std::set<std::string_view> kGmlObjects{"Building",
-                                             "BuildingPart",
-                                             "BuildingInstallation",
-                                             "BuildingConstructiveElement",
-                                             "Bridge",
-                                             "BridgePart",
-                                             "BridgeInstallation",
-                                             "BridgeConstructionElement",
-                                             "BridgeConstructiveElement",
-                                             "Tunnel",
-                                             "TunnelPart",
-                                             "TunnelInstallation",
-                                             "TunnelConstructiveElement",
-                                             "OtherConstruction",
-                                             "CityFurniture",
-                                             "SolitaryVegetationObject",
-                                             "PlantCover",
-                                             "TINRelief",
-                                             "MassPointRelief",
-                                             "BreaklineRelief",
-                                             "RasterRelief",
-                                             "Road",
-                                             "Railway",
-                                             "Track",
-                                             "Square",
-                                             "Waterway",
-                                             "TransportationComplex",
-                                             "LandUse",
-                                             "WaterBody",
-                                             "GenericCityObject",
-                                             "GenericOccupiedSpace",
-                                             "GenericUnoccupiedSpace",
-                                             "GenericThematicSurface"};
-
+bool is_city_object(std::string_view name) {
+  return CityModel::builds(name) || kCounted.count(name) > 0;
+}
 /// Hold other objects and have no geometry.
 bool only_holds_others(std::string_view name) {
   return name == "ReliefFeature" || name == "CityObjectGroup";
@@ -79,7 +64,7 @@ class GmlObjectReader {
       }
     }
     if (only_holds_others(element.name)) return;
-    if (kGmlObjects.count(element.name) > 0) {
+    if (is_city_object(element.name)) {
       read_attributes(element, object.attributes);
       read_geometry(element, object);
     }
@@ -308,7 +293,7 @@ class GmlObjectReader {
 }  // namespace
 
 bool is_gml_object(std::string_view name) {
-  return kGmlObjects.count(name) > 0 || only_holds_others(name);
+  return is_city_object(name) || only_holds_others(name);
 }
 
 std::set<std::string> missing_references(const GmlElement& object, const GmlLibrary& library) {

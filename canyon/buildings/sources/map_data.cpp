@@ -6,9 +6,27 @@
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/named.hpp"
 #include "canyon/base/text.hpp"
 
 namespace canyon::buildings {
+
+std::optional<double> metres_of_unit(std::string_view unit) {
+  static const auto kUnits =
+      dictionary<double>({{"m|m.|metre|meter|metres|meters|mt|mts|mtr|mtrs|9001", 1},
+                          {"\xD0\xBC|\xD0\xBC.|\xE7\xB1\xB3", 1},  // Russian, Japanese
+                          {"mm|millimetre|millimeter", 1e-3},
+                          {"cm|centimetre|centimeter", 0.01},
+                          {"dm|decimetre|decimeter", 0.1},
+                          {"km|kilometre|kilometer|9036", 1e3},
+                          {"in|inch|inches|[in_i]", 0.0254},
+                          {"ft|ft.|foot|feet|[ft_i]|9002", 0.3048},
+                          {"us-ft|ftus|us survey foot|foot_us|[ft_us]|9003", 1200.0 / 3937},
+                          {"yd|yard|yards|[yd_i]", 0.9144},
+                          {"mi", 1609.344}});
+  const auto found = kUnits.find(unit);
+  return found == kUnits.end() ? std::nullopt : std::optional(found->second);
+}
 
 std::string_view tag(const TagMap& tags, const char* key) {
   const auto found = tags.find(key);

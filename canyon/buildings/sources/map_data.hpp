@@ -46,6 +46,11 @@ struct MapSurface {
   std::string semantic;
 };
 
+/// Metres in a unit of length: a word of maps, models or rasters, in small letters, or a code of EPSG or
+/// UCUM. Feet are international (0.3048 m exactly) but for those of the US survey (1200/3937 m exactly; NIST
+/// SP 811, appendix B.6). Empty for others.
+[[nodiscard]] std::optional<double> metres_of_unit(std::string_view unit);
+
 using TagMap = std::map<std::string, std::string>;
 /// The value of a tag without blanks around it; empty where there is none.
 [[nodiscard]] std::string_view tag(const TagMap& tags, const char* key);

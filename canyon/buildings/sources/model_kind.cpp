@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <string>
 
-#include "canyon/base/archives.hpp"
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"

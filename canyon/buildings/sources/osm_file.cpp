@@ -22,7 +22,6 @@
 #include <string_view>
 #include <utility>
 
-#include "canyon/base/archives.hpp"
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"

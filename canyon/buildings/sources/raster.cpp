@@ -14,10 +14,10 @@
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_files.hpp"
-#include "canyon/base/named.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/gdal.hpp"
 #include "canyon/buildings/sources/geoid.hpp"
+#include "canyon/buildings/sources/map_data.hpp"
 
 namespace canyon::buildings {
 namespace {
@@ -28,18 +28,9 @@ struct NoServers : gdal::Option {
 };
 
 /// Metres of one unit of a band (GDALRasterBand::GetUnitType); empty where the band names none.
-std::optional<double> metres_of_unit(const std::string& unit, const std::filesystem::path& path) {
+std::optional<double> metres_of_band(const std::string& unit, const std::filesystem::path& path) {
   if (unit.empty()) return std::nullopt;
-  const std::string lower = lower_case(unit);
-  // International foot: 0.3048 m exactly; US survey foot: 1200/3937 m exactly (NIST SP 811, appendix B.6).
-  static const auto kUnits = dictionary<double>({{"m|metre|metres|meter|meters", 1},
-                                                 {"dm|decimetre", 0.1},
-                                                 {"cm|centimetre", 0.01},
-                                                 {"mm", 0.001},
-                                                 {"km", 1000},
-                                                 {"ft|foot|feet", 0.3048},
-                                                 {"us-ft|ftus|us survey foot|foot_us", 1200.0 / 3937.0}});
-  if (const auto known = kUnits.find(lower); known != kUnits.end()) return known->second;
+  if (const auto metres = metres_of_unit(lower_case(unit))) return metres;
   throw InputError(path, 0,
                    fmt::format("its band 1 is in \"{}\", not a unit of length that Canyon knows", unit),
                    "set the band's unit to metres or feet, or use a height raster");
@@ -185,7 +176,7 @@ void Raster::Impl::georeference(const TerrainOptions& options) {
   geoid->say(notes);
 
   const char* unit = GDALGetRasterUnitType(band);
-  const double metres = metres_of_unit(unit != nullptr ? unit : "", path).value_or(geoid->metres_per_unit());
+  const double metres = metres_of_band(unit != nullptr ? unit : "", path).value_or(geoid->metres_per_unit());
   int has = 0;
   const double scale = GDALGetRasterScale(band, &has);
   factor = (has != 0 ? scale : 1.0) * metres;

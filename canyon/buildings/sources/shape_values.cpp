@@ -10,6 +10,7 @@
 
 #include "canyon/base/named.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/buildings/sources/map_data.hpp"
 #include "canyon/buildings/sources/shape.hpp"
 #include "canyon/geodesy/constants.hpp"
 
@@ -67,16 +68,8 @@ std::optional<double> parse_length_m(std::string_view text) {
   }
   const std::optional<double> value = take_number(rest);
   if (!value) return {};
-  static const auto kUnits = dictionary<double>({{"|m|m.|metre|metres|meter|meters|mt|mts|mtr|mtrs", 1},
-                                                 {"\xD0\xBC|\xD0\xBC.|\xE7\xB1\xB3", 1},  // Russian, Japanese
-
-                                                 {"km", 1000},
-                                                 {"cm", 0.01},
-                                                 {"mm", 0.001},
-                                                 {"ft|ft.|foot|feet|'", kMetresPerFoot},
-                                                 {"in|inch|inches|\"", kMetresPerInch},
-                                                 {"mi", 5280 * kMetresPerFoot}});
-  if (const auto unit = kUnits.find(rest); unit != kUnits.end()) return *value * unit->second;
+  const std::string_view unit = rest.empty() ? "m" : rest == "'" ? "ft" : rest == "\"" ? "in" : rest;
+  if (const auto metres = metres_of_unit(unit)) return *value * *metres;
   // Feet and inches: 3'6", 3' 6 in, 3 ft 6 in.
   std::size_t feet_end = 0;
   if (rest.substr(0, 1) == "'") feet_end = 1;

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "canyon/base/statistics.hpp"
-#include "canyon/city/boxes.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/city/mesh_topology.hpp"
 #include "canyon/drawing/plot.hpp"
 
 namespace canyon::drawing {

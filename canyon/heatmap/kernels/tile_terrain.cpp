@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "canyon/city/boxes.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/city/mesh_topology.hpp"
 
 namespace canyon::heatmap {
 namespace {

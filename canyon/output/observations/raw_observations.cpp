@@ -1,6 +1,8 @@
 #include "canyon/output/observations/raw_observations.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "canyon/geodesy/constants.hpp"
 
@@ -47,6 +49,76 @@ RawEpoch RawObservations::next(const receiver::ReceiverEpoch& seen) {
 
 int signal_strength_indicator(double cn0_dbhz) {
   return static_cast<int>(std::clamp(cn0_dbhz / 6, 1.0, 9.0));
+}
+
+DeviceEpochs::DeviceEpochs(std::map<gnss::SatelliteId, int> glonass_channels, geodesy::GpsTime begin,
+                           Tags tags)
+    : channels_(std::move(glonass_channels)),
+      decoder_([this](gnss::SatelliteId id) -> std::optional<int> {
+        const auto found = channels_.find(id);
+        return found == channels_.end() ? std::nullopt : std::optional(found->second);
+      }),
+      start_(begin),
+      clock_(begin),
+      observations_(tags) {}
+
+DeviceEpoch DeviceEpochs::next(const simulation::Epoch& epoch) {
+  constexpr std::int64_t kMillisecond = 1'000'000;
+  const receiver::ReceiverEpoch& seen = epoch.observed;
+  clock_ = seen.receiver_time;
+  // The time to the first fix counts from a restart, whatever caused it.
+  if (seen.events.restart && seen.events.restart->at != start_) {
+    start_ = seen.events.restart->at;
+    first_fix_.reset();
+  }
+  if (seen.fix.solved() && !first_fix_) first_fix_ = seen.time;
+  raw_ = observations_.next(seen);
+  return {seen,
+          round_to(seen.stated_time(), kMillisecond),
+          first_fix_.has_value(),
+          first_fix_ ? *first_fix_ - start_ : 0,
+          seen.time - start_,
+          raw_,
+          channels_,
+          epoch.geoid_undulation_m};
+}
+
+void DeviceEpochs::receive(std::string_view bytes) {
+  for (auto& epoch : decoder_.feed(bytes, clock_)) corrections_.push_back(std::move(epoch));
+}
+
+std::vector<std::shared_ptr<const relative::Corrections>> DeviceEpochs::take_corrections() {
+  return std::exchange(corrections_, {});
+}
+
+std::optional<double> clock_sigma_m(const positioning::Fix& fix) {
+  if (!fix.dop || !(fix.dop->pdop > 0)) return std::nullopt;
+  return std::sqrt(fix.covariance_enu.trace()) / fix.dop->pdop * fix.dop->tdop;
+}
+
+using geodesy::GpsTime;
+
+std::vector<broadcast::SentMessage> ReceivedMessages::received(const simulation::Epoch& epoch) {
+  constexpr double kLongestGap_s = 60;
+  std::map<gnss::SatelliteId, Tracked> tracked;
+  std::vector<broadcast::SentMessage> messages;
+  for (const receiver::SatelliteObservation& s : epoch.observed.satellites) {
+    if (!s.measurement) continue;
+    const GpsTime sent = epoch.observed.receiver_time - s.measurement->pseudorange_m / geodesy::kSpeedOfLight;
+    const auto before = tracked_.find(s.id);
+    // A new epoch of the clock, or a host that began again.
+    const bool goes_on =
+        before != tracked_.end() && sent > before->second.last && sent - before->second.last < kLongestGap_s;
+    const Tracked now{goes_on ? before->second.since : sent, sent};
+    tracked[s.id] = now;
+    if (!goes_on || epoch.navigation == nullptr) continue;
+    for (broadcast::SentMessage& message :
+         schedule_.sent(*epoch.navigation, s.id, before->second.last, sent)) {
+      if (message.start >= now.since) messages.push_back(std::move(message));
+    }
+  }
+  tracked_ = std::move(tracked);
+  return messages;
 }
 
 }  // namespace canyon::output

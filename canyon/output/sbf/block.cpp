@@ -1,5 +1,8 @@
 #include "canyon/output/sbf/block.hpp"
 
+#include <algorithm>
+#include <initializer_list>
+
 #include "canyon/base/payload.hpp"
 
 namespace canyon::output::sbf {
@@ -55,37 +58,19 @@ int frequency_number(gnss::SatelliteId id, const std::map<gnss::SatelliteId, int
 }
 
 std::optional<int> status_place(const gnss::Signal& signal) {
-  switch (signal.sbf) {
-    case 0:   // GPS L1CA
-    case 6:   // QZSS L1CA
-    case 8:   // GLONASS L1CA
-    case 24:  // SBAS L1
-    case 28:  // BeiDou B1I
-      return 0;
-    case 7:   // QZSS L2C
-    case 17:  // Galileo E1
-    case 29:  // BeiDou B2I
-      return 1;
-    case 2:   // GPS L2P
-    case 26:  // QZSS L5
-    case 30:  // BeiDou B3I
-      return 2;
-    case 3:   // GPS L2C
-    case 11:  // GLONASS L2CA
-    case 13:  // BeiDou B1C
-      return 3;
-    case 4:   // GPS L5
-    case 14:  // BeiDou B2a
-    case 20:  // Galileo E5a
-    case 32:  // QZSS L1C
-      return 4;
-    case 5:   // GPS L1C
-    case 21:  // Galileo E5b
-    case 34:  // BeiDou B2b
-      return 5;
-    default:
-      return std::nullopt;
+  // The numbers of the signals that share a place.
+  static constexpr std::initializer_list<int> kNumbers[]{
+      {0, 6, 8, 24, 28},  // L1CA of GPS, QZSS, GLONASS and SBAS; B1I
+      {7, 17, 29},        // QZSS L2C; E1; B2I
+      {2, 26, 30},        // GPS L2P; QZSS L5; B3I
+      {3, 11, 13},        // GPS L2C; GLONASS L2CA; B1C
+      {4, 14, 20, 32},    // GPS L5; B2a; E5a; QZSS L1C
+      {5, 21, 34}};       // GPS L1C; E5b; B2b
+  for (int place = 0; const auto& numbers : kNumbers) {
+    if (std::find(numbers.begin(), numbers.end(), signal.sbf) != numbers.end()) return place;
+    ++place;
   }
+  return std::nullopt;
 }
 
 }  // namespace canyon::output::sbf

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -10,22 +11,31 @@
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/gnss/signals.hpp"
-#include "canyon/output/observations/device_epochs.hpp"
+#include "canyon/output/observations/raw_observations.hpp"
 
 namespace canyon::output::sbf {
 
 // Blocks of Septentrio's binary format SBF (PolaRx5TR Reference Guide, firmware 5.5.0, chapter 4): "$@",
 // CRC, ID, length, time of week and week, body; numbers little-endian, lengths multiples of four bytes.
-/// Number and revision of a block.
+/// A block by its number, revision, and name in commands.
 struct BlockId {
   std::uint16_t number;
   std::uint8_t revision = 0;
+  std::string_view name = {};
 };
 
-inline constexpr BlockId kMeasEpoch{4027, 1}, kEndOfMeas{5922}, kPvtGeodetic{4007, 2}, kPosCovGeodetic{5906},
-    kVelCovGeodetic{5908}, kDop{4001}, kEndOfPvt{5921}, kReceiverTime{5914}, kChannelStatus{4013},
-    kReceiverStatus{4014, 1}, kRfStatus{4092}, kBaseVectorGeod{4028}, kAttEuler{5938}, kAttCovEuler{5939},
-    kGpsRawCa{4017}, kGalRawInav{4023}, kGloRawCa{4026}, kBdsRaw{4047}, kQzsRawL1Ca{4066};
+inline constexpr BlockId kMeasEpoch{4027, 1, "MeasEpoch"}, kEndOfMeas{5922, 0, "EndOfMeas"},
+    kPvtGeodetic{4007, 2, "PVTGeodetic"}, kPosCovGeodetic{5906, 0, "PosCovGeodetic"},
+    kVelCovGeodetic{5908, 0, "VelCovGeodetic"}, kDop{4001, 0, "DOP"}, kEndOfPvt{5921, 0, "EndOfPVT"},
+    kReceiverTime{5914, 0, "ReceiverTime"}, kChannelStatus{4013, 0, "ChannelStatus"},
+    kReceiverStatus{4014, 1, "ReceiverStatus"}, kRfStatus{4092, 0, "RFStatus"},
+    kBaseVectorGeod{4028, 0, "BaseVectorGeod"}, kAttEuler{5938, 0, "AttEuler"},
+    kAttCovEuler{5939, 0, "AttCovEuler"}, kGpsRawCa{4017, 0, "GPSRawCA"}, kGalRawInav{4023, 0, "GALRawINAV"},
+    kGloRawCa{4026, 0, "GLORawCA"}, kBdsRaw{4047, 0, "BDSRaw"}, kQzsRawL1Ca{4066, 0, "QZSRawL1CA"};
+inline constexpr std::array kBlocks{
+    kMeasEpoch,    kEndOfMeas,     kPvtGeodetic,    kPosCovGeodetic, kVelCovGeodetic, kDop,      kEndOfPvt,
+    kReceiverTime, kChannelStatus, kReceiverStatus, kRfStatus,       kBaseVectorGeod, kAttEuler, kAttCovEuler,
+    kGpsRawCa,     kGalRawInav,    kGloRawCa,       kBdsRaw,         kQzsRawL1Ca};
 
 /// CRC of ITU-T V.41 (polynomial x^16 + x^12 + x^5 + 1, seed 0), as blocks have it.
 [[nodiscard]] std::uint16_t crc16(std::string_view bytes);

@@ -15,30 +15,6 @@ namespace {
 
 constexpr std::string_view kPort = "COM1";
 
-struct BlockName {
-  std::string_view name;
-  BlockId id;
-};
-constexpr std::array kBlockNames{BlockName{"MeasEpoch", kMeasEpoch},
-                                 BlockName{"EndOfMeas", kEndOfMeas},
-                                 BlockName{"PVTGeodetic", kPvtGeodetic},
-                                 BlockName{"PosCovGeodetic", kPosCovGeodetic},
-                                 BlockName{"VelCovGeodetic", kVelCovGeodetic},
-                                 BlockName{"DOP", kDop},
-                                 BlockName{"EndOfPVT", kEndOfPvt},
-                                 BlockName{"ReceiverTime", kReceiverTime},
-                                 BlockName{"ChannelStatus", kChannelStatus},
-                                 BlockName{"ReceiverStatus", kReceiverStatus},
-                                 BlockName{"RFStatus", kRfStatus},
-                                 BlockName{"BaseVectorGeod", kBaseVectorGeod},
-                                 BlockName{"AttEuler", kAttEuler},
-                                 BlockName{"AttCovEuler", kAttCovEuler},
-                                 BlockName{"GPSRawCA", kGpsRawCa},
-                                 BlockName{"GALRawINAV", kGalRawInav},
-                                 BlockName{"GLORawCA", kGloRawCa},
-                                 BlockName{"BDSRaw", kBdsRaw},
-                                 BlockName{"QZSRawL1CA", kQzsRawL1Ca}};
-
 /// A command by its full name behind "set" or "exe", and its short one.
 struct CommandName {
   std::string_view full, brief;
@@ -116,10 +92,10 @@ void change_blocks(std::set<std::uint16_t>& blocks, const std::string& text) {
   bool adds = true;
   std::string name;
   const auto take = [&] {
-    for (const BlockName& known : kBlockNames) {
+    for (const BlockId& known : kBlocks) {
       if (lower_case(std::string(known.name)) != lower_case(name)) continue;
-      if (adds) blocks.insert(known.id.number);
-      if (!adds) blocks.erase(known.id.number);
+      if (adds) blocks.insert(known.number);
+      if (!adds) blocks.erase(known.number);
     }
     name.clear();
   };
@@ -136,8 +112,8 @@ void change_blocks(std::set<std::uint16_t>& blocks, const std::string& text) {
 
 std::string names_of(const std::set<std::uint16_t>& blocks) {
   std::string text;
-  for (const BlockName& known : kBlockNames) {
-    if (blocks.count(known.id.number) > 0) text += (text.empty() ? "" : "+") + std::string(known.name);
+  for (const BlockId& known : kBlocks) {
+    if (blocks.count(known.number) > 0) text += (text.empty() ? "" : "+") + std::string(known.name);
   }
   return text.empty() ? "none" : text;
 }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "canyon/disturbance/faults/receiver_faults.hpp"
-#include "canyon/transport/readers.hpp"
+#include "canyon/transport/link.hpp"
 
 namespace canyon::output::sbf {
 

@@ -11,7 +11,7 @@
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/output/ubx/configuration.hpp"
 #include "canyon/output/ubx/frame.hpp"
-#include "canyon/transport/readers.hpp"
+#include "canyon/transport/link.hpp"
 
 namespace canyon::output::ubx {
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "canyon/gnss/signals.hpp"
-#include "canyon/output/observations/device_epochs.hpp"
+#include "canyon/output/observations/raw_observations.hpp"
 #include "canyon/output/ubx/configuration.hpp"
 #include "canyon/output/ubx/frame.hpp"
 

@@ -1,9 +1,11 @@
 // Declared in canyon/output/ubx/messages.hpp.
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
+#include "canyon/gnss/broadcast_messages.hpp"
 #include "canyon/output/ubx/messages.hpp"
 #include "canyon/positioning/residual.hpp"
 
@@ -189,6 +191,53 @@ std::string subframe_payload(const broadcast::SentMessage& message, Generation g
   p.u1(frequency(message.id, glonass_channels)).u1(words.size()).u1(0).u1(2).u1(0);
   for (const std::uint32_t word : words) p.u4(word);
   return p.bytes();
+}
+
+using gnss::System;
+
+namespace {
+
+/// Numbers from `first` to `last` of a system, moved by `offset`.
+struct Range {
+  System system;
+  std::uint8_t gnss;
+  int first, last, offset;
+};
+
+std::optional<SatelliteName> name_in(std::span<const Range> ranges, gnss::SatelliteId id) {
+  for (const Range& r : ranges) {
+    if (id.system == r.system && id.number >= r.first && id.number <= r.last) {
+      return SatelliteName{r.gnss, static_cast<std::uint8_t>(id.number + r.offset)};
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<SatelliteName> satellite_name(gnss::SatelliteId id) {
+  static constexpr Range kRanges[]{{System::GPS, 0, 1, 32, 0},     {System::SBAS, 1, 20, 58, 100},
+                                   {System::Galileo, 2, 1, 36, 0}, {System::BeiDou, 3, 1, 63, 0},
+                                   {System::QZSS, 5, 1, 10, 0},    {System::GLONASS, 6, 1, 32, 0}};
+  return name_in(kRanges, id);
+}
+
+int single_number(gnss::SatelliteId id) {
+  static constexpr Range kRanges[]{{System::GPS, 0, 1, 32, 0},       {System::SBAS, 1, 20, 58, 100},
+                                   {System::Galileo, 2, 1, 36, 210}, {System::BeiDou, 3, 1, 5, 158},
+                                   {System::BeiDou, 3, 6, 37, 27},   {System::QZSS, 5, 1, 10, 192},
+                                   {System::GLONASS, 6, 1, 32, 64}};
+  return name_in(kRanges, id).value_or(SatelliteName{}).satellite;
+}
+
+std::optional<std::uint8_t> signal_number(gnss::SatelliteId id, const gnss::Signal& signal) {
+  const int number = gnss::is_beidou_geo(id) && signal.ubx_geo >= 0 ? signal.ubx_geo : signal.ubx;
+  if (number < 0) return std::nullopt;
+  return static_cast<std::uint8_t>(number);
+}
+
+std::uint8_t message_signal(gnss::SatelliteId id) {
+  return id.system == System::Galileo || gnss::is_beidou_geo(id) ? 1 : 0;
 }
 
 }  // namespace canyon::output::ubx

@@ -13,8 +13,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/city/link_shapes.hpp"
 #include "canyon/city/mesh_file.hpp"
-#include "canyon/city/primitive_meshes.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"

@@ -8,7 +8,7 @@
 
 #include "canyon/buildings/sources/map_options.hpp"
 #include "canyon/city/facades.hpp"
-#include "canyon/city/mesh_import_options.hpp"
+#include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/options/fwd.hpp"
