@@ -7,6 +7,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <unordered_map>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
@@ -32,7 +33,7 @@ class RoofSampler {
   }
 
   void add(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-    const double twice = cross(b - a, c - a);
+    const double twice = cross((b - a).head<2>(), (c - a).head<2>());
     if (covered_.empty() || !(twice > 0)) return;  // walls and undersides cover nothing
     const int first_row = row(std::min({a.y(), b.y(), c.y()}));
     const int last_row = row(std::max({a.y(), b.y(), c.y()}));
@@ -63,9 +64,6 @@ class RoofSampler {
   }
 
  private:
-  static double cross(const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
-    return u.x() * v.y() - u.y() * v.x();
-  }
   [[nodiscard]] int row(double y) const {
     return std::clamp(static_cast<int>((y - origin_.y()) / cell_), 0, rows_ - 1);
   }
@@ -144,7 +142,14 @@ void check_mesh(const Mesh& mesh, const std::string& name) {
 std::size_t append_object(Mesh& mesh, std::string name, Surface surface, Material material,
                           const std::vector<Eigen::Vector3d>& vertices,
                           const std::vector<std::array<std::uint32_t, 3>>& triangles) {
-  constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
+  return append_object(mesh, std::move(name), surface, std::vector(triangles.size(), material), vertices,
+                       triangles);
+}
+
+std::size_t append_object(Mesh& mesh, std::string name, Surface surface,
+                          const std::vector<Material>& materials,
+                          const std::vector<Eigen::Vector3d>& vertices, const TriangleIndices& triangles) {
+  constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
   for (const auto& triangle : triangles) {
     for (const std::uint32_t index : triangle) {
       if (index >= vertices.size()) {
@@ -153,29 +158,27 @@ std::size_t append_object(Mesh& mesh, std::string name, Surface surface, Materia
       }
     }
   }
-  if (mesh.vertices.size() + vertices.size() >= kUnused ||
-      mesh.triangles.size() + triangles.size() >= kUnused) {
-    throw InputError(fmt::format("object '{}' makes the mesh larger than {} triangles", name, kUnused));
+  if (mesh.vertices.size() + vertices.size() >= kMost || mesh.triangles.size() + triangles.size() >= kMost) {
+    throw InputError(fmt::format("object '{}' makes the mesh larger than {} triangles", name, kMost));
   }
-  std::vector<std::uint32_t> place(vertices.size(), kUnused);
+  std::unordered_map<std::uint32_t, std::uint32_t> places;
   const auto first = static_cast<std::uint32_t>(mesh.triangles.size());
   std::size_t dropped = 0;
-  for (const auto& triangle : triangles) {
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const auto& triangle = triangles[t];
     if (is_degenerate(vertices[triangle[0]], vertices[triangle[1]], vertices[triangle[2]])) {
       ++dropped;
       continue;
     }
     std::array<std::uint32_t, 3> placed{};
     for (std::size_t k = 0; k < 3; ++k) {
-      std::uint32_t& to = place[triangle[k]];
-      if (to == kUnused) {
-        to = static_cast<std::uint32_t>(mesh.vertices.size());
-        mesh.vertices.push_back(vertices[triangle[k]]);
-      }
-      placed[k] = to;
+      const auto [found, is_new] =
+          places.try_emplace(triangle[k], static_cast<std::uint32_t>(mesh.vertices.size()));
+      if (is_new) mesh.vertices.push_back(vertices[triangle[k]]);
+      placed[k] = found->second;
     }
     mesh.triangles.push_back(placed);
-    mesh.materials.push_back(material);
+    mesh.materials.push_back(materials[t]);
   }
   const auto count = static_cast<std::uint32_t>(mesh.triangles.size()) - first;
   if (count > 0) mesh.objects.push_back({std::move(name), surface, first, count});
@@ -219,11 +222,7 @@ CitySummary summarize(const City& city) {
     if (object.surface == Surface::Terrain) summary.terrain_triangles += object.triangle_count;
     if (object.surface != Surface::Building) continue;
     ++summary.buildings;
-    for (std::uint32_t t = 0; t < object.triangle_count; ++t) {
-      for (const std::uint32_t index : mesh.triangles[object.first_triangle + t]) {
-        extend(built, mesh.vertices[index]);
-      }
-    }
+    extend(built, mesh, object);
   }
   if (summary.buildings == 0) return summary;
   summary.highest_roof_m = built.max.z();

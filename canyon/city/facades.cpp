@@ -39,9 +39,7 @@ constexpr std::array<FacadeType, 9> kTypes{{{"coated_glass", Material::Metal},
 constexpr double kSteepest_cos = 0.5;  // of a roof, 60 deg
 
 bool is_wall(const Mesh& mesh, std::uint32_t triangle) {
-  const auto& [a, b, c] = mesh.triangles[triangle];
-  const Eigen::Vector3d normal =
-      (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]);
+  const Eigen::Vector3d normal = normal_of(mesh.vertices, mesh.triangles[triangle]);
   return std::abs(normal.z()) <= kSteepest_cos * normal.norm();
 }
 

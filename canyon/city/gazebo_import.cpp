@@ -370,13 +370,13 @@ class GazeboImport {
         notes_.tell(Level::Loss, fmt::format("{{}} <{}> geometries left out: {}", kind, kNothingThere));
       return;
     }
-    const Mesh mesh = shapes.take();
+    Mesh mesh = shapes.take();
     if (mesh.objects.empty() && !notes.empty()) {
       const std::string& line = notes.back();  // "'NAME' is left out: WHY"
       throw source.error(*shape, fmt::format("<{}>: {}", kind, line.substr(line.rfind(": ") + 2)));
     }
     notes_.say(Level::Loss, notes);
-    for (const Object& object : mesh.objects) append(mesh, object, world_from_geometry);
+    append(std::move(mesh), world_from_geometry);
   }
 
   void read_mesh(const Source& source, const Element& shape, Eigen::Affine3d world_from_mesh,
@@ -401,12 +401,15 @@ class GazeboImport {
     const auto [found, fresh] = meshes_.try_emplace(key);
     if (fresh) found->second = part_of(*path);
     const PartFile& part = found->second;
-    const bool terrain = !part.marked && split_surface(name).surface == Surface::Terrain;
-    for (Object object : part.mesh.objects) {
+    Mesh mesh = part.mesh;
+    for (Object& object : mesh.objects) {
       if (!part.marked) object.name = fmt::format("{}::{}", name, object.name);
-      if (terrain) object.surface = Surface::Terrain;
-      append(part.mesh, object, world_from_mesh, terrain);
     }
+    if (!part.marked && split_surface(name).surface == Surface::Terrain) {
+      for (Object& object : mesh.objects) object.surface = Surface::Terrain;
+      mesh.materials.assign(mesh.materials.size(), Material::Ground);
+    }
+    append(std::move(mesh), world_from_mesh);
   }
 
   /// A mesh file; empty, with the reason kept, where it cannot be read.
@@ -421,35 +424,20 @@ class GazeboImport {
     }
   }
 
-  /// Appends the triangles of an object of `mesh`. @param ground: all of them are of that material
-  void append(const Mesh& mesh, const Object& object, const Eigen::Affine3d& world_from_mesh,
-              bool ground = false) {
-    // The vertices that these triangles use, in order of first use.
-    std::vector<Eigen::Vector3d> used;
-    std::map<std::uint32_t, std::uint32_t> index_of;
-    const bool mirrored = world_from_mesh.linear().determinant() < 0;
-    TriangleIndices kept;
-    std::vector<Material> materials;
-    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
-      std::array<std::uint32_t, 3> triangle{};
-      for (std::size_t i = 0; i < 3; ++i) {
-        const std::uint32_t vertex = mesh.triangles[t][i];
-        const auto [found, added] = index_of.try_emplace(vertex, static_cast<std::uint32_t>(used.size()));
-        if (added) used.emplace_back(world_from_mesh * mesh.vertices[vertex]);
-        triangle[i] = found->second;
-      }
-      if (mirrored) std::swap(triangle[1], triangle[2]);
-      if (is_degenerate(used[triangle[0]], used[triangle[1]], used[triangle[2]])) {
-        ++degenerate_;
-        continue;
-      }
-      kept.push_back(triangle);
-      materials.push_back(ground ? Material::Ground : mesh.materials[t]);
+  /// Appends the objects of a mesh.
+  void append(Mesh mesh, const Eigen::Affine3d& world_from_mesh) {
+    for (Eigen::Vector3d& vertex : mesh.vertices) vertex = world_from_mesh * vertex;
+    if (world_from_mesh.linear().determinant() < 0) {
+      for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
     }
-    const std::size_t first = city_.mesh.materials.size();
-    append_object(city_.mesh, object.name, object.surface, Material::Unknown, used, kept);
-    std::copy(materials.begin(), materials.end(),
-              city_.mesh.materials.begin() + static_cast<std::ptrdiff_t>(first));
+    for (const Object& object : mesh.objects) {
+      const auto of_object = [&object](const auto& all) {
+        const auto first = all.begin() + object.first_triangle;
+        return std::vector(first, first + object.triangle_count);
+      };
+      degenerate_ += append_object(city_.mesh, object.name, object.surface, of_object(mesh.materials),
+                                   mesh.vertices, of_object(mesh.triangles));
+    }
   }
 
   std::filesystem::path path_;

@@ -38,15 +38,7 @@ void orient(const std::vector<Vector3d>& vertices, TriangleIndices& triangles, b
     part.reserve(component.size());
     for (const std::uint32_t t : component) part.push_back(triangles[t]);
     orient_outwards(vertices, part);
-    if (terrain) {
-      double up = 0;
-      for (const auto& [a, b, c] : part) {
-        up += (vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]).z();
-      }
-      if (up < 0) {
-        for (auto& triangle : part) std::swap(triangle[1], triangle[2]);
-      }
-    }
+    if (terrain) face_up(vertices, part);
     for (std::size_t i = 0; i < component.size(); ++i) triangles[component[i]] = part[i];
   }
 }
@@ -121,10 +113,7 @@ void LinkShapes::append(const Place& place, const std::string& object, Surface s
   soup.materials.resize(kept);
   weld(soup.vertices, soup.triangles);
   if (orient_it) orient(soup.vertices, soup.triangles, surface == Surface::Terrain);
-  const std::size_t first = mesh_.materials.size();
-  append_object(mesh_, object, surface, Material::Unknown, soup.vertices, soup.triangles);
-  std::copy(soup.materials.begin(), soup.materials.end(),
-            mesh_.materials.begin() + static_cast<std::ptrdiff_t>(first));
+  append_object(mesh_, object, surface, soup.materials, soup.vertices, soup.triangles);
 }
 
 void LinkShapes::add(const Place& place, const TriangleSet& set, bool orient_it) {

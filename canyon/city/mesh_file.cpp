@@ -51,9 +51,7 @@ struct Node {
 /// Whether no face looks sideways, and there is one.
 bool is_sheet(const Node& node, const std::vector<std::uint32_t>& triangles) {
   return std::all_of(triangles.begin(), triangles.end(), [&node](std::uint32_t t) {
-    const auto& [a, b, c] = node.triangles[t];
-    const Eigen::Vector3d normal =
-        (node.vertices[b] - node.vertices[a]).cross(node.vertices[c] - node.vertices[a]);
+    const Eigen::Vector3d normal = normal_of(node.vertices, node.triangles[t]);
     return std::abs(normal.z()) >= kSheetNormalZ * normal.norm();
   });
 }
@@ -136,12 +134,10 @@ class MeshImport {
     std::vector<double> feet_z, feet_y;
     for (const Object& object : mesh.objects) {
       Box box;
+      extend(box, mesh, object);
       for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
-        const auto& [a, b, c] = mesh.triangles[t];
-        for (const std::uint32_t v : mesh.triangles[t]) extend(box, mesh.vertices[v]);
         if (object.surface != Surface::Terrain) continue;
-        const Eigen::Vector3d normal =
-            (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]);
+        const Eigen::Vector3d normal = normal_of(mesh.vertices, mesh.triangles[t]);
         area += normal.norm();
         level += std::abs(normal.z());
       }
@@ -266,7 +262,7 @@ class MeshImport {
         }
         tangled += orientation.orientable ? 0U : 1U;
         if (terrain[c]) {
-          inside_out += face_up(node, triangles) ? 1U : 0U;
+          inside_out += face_up(node.vertices, triangles) ? 1U : 0U;
         } else {
           inside_out += all_turned ? 1U : 0U;
           open += orientation.closed ? 0U : 1U;
@@ -316,44 +312,14 @@ class MeshImport {
     return terrain;
   }
 
-  /// Turns a sheet whose front looks down.
-  static bool face_up(const Node& node, TriangleIndices& triangles) {
-    double up = 0;
-    double area = 0;
-    for (const auto& [a, b, c] : triangles) {
-      const Eigen::Vector3d normal =
-          (node.vertices[b] - node.vertices[a]).cross(node.vertices[c] - node.vertices[a]);
-      up += normal.z();
-      area += normal.norm();
-    }
-    if (up >= -1e-6 * area) return false;
-    for (auto& triangle : triangles) std::swap(triangle[1], triangle[2]);
-    return true;
-  }
-
   void append(Mesh& mesh, std::string name, Surface surface, const Node& node,
               const std::vector<std::uint32_t>& component, const TriangleIndices& triangles) const {
-    // Passes only this component's vertices: append_object() looks at all that it is given.
-    std::vector<std::uint32_t> used;
-    for (const auto& triangle : triangles) used.insert(used.end(), triangle.begin(), triangle.end());
-    std::sort(used.begin(), used.end());
-    used.erase(std::unique(used.begin(), used.end()), used.end());
-    std::vector<Eigen::Vector3d> vertices;
-    vertices.reserve(used.size());
-    for (const std::uint32_t v : used) vertices.push_back(node.vertices[v]);
-    TriangleIndices local = triangles;
-    for (auto& triangle : local) {
-      for (std::uint32_t& v : triangle) {
-        v = static_cast<std::uint32_t>(std::lower_bound(used.begin(), used.end(), v) - used.begin());
-      }
+    const bool terrain = surface == Surface::Terrain;
+    std::vector<Material> materials(component.size(), Material::Ground);
+    for (std::size_t t = 0; t < component.size() && (marked_ || !terrain); ++t) {
+      materials[t] = node.materials[component[t]];
     }
-    const std::size_t first = mesh.materials.size();
-    append_object(mesh, std::move(name), surface,
-                  surface == Surface::Terrain ? Material::Ground : Material::Unknown, vertices, local);
-    if (surface == Surface::Terrain && !marked_) return;
-    for (std::size_t t = 0; t < component.size(); ++t) {
-      mesh.materials[first + t] = node.materials[component[t]];
-    }
+    append_object(mesh, std::move(name), surface, materials, node.vertices, triangles);
   }
 
   std::filesystem::path path_;

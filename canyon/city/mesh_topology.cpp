@@ -2,10 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cstring>
 #include <numeric>
 #include <unordered_map>
 #include <utility>
+
+#include "canyon/base/arithmetic.hpp"
+#include "canyon/base/random.hpp"
 
 namespace canyon::city {
 namespace {
@@ -13,21 +15,10 @@ namespace {
 constexpr double kSmallestArea_m2 = 1e-8;
 constexpr double kBasePlaneTolerance_m = 1e-3;
 
-std::uint64_t mix(std::uint64_t h) {
-  h ^= h >> 33;
-  h *= 0xFF51AFD7ED558CCDULL;
-  h ^= h >> 33;
-  return h;
-}
-
 struct PositionHash {
   std::size_t operator()(const std::array<double, 3>& p) const {
     std::uint64_t h = 0;
-    for (const double x : p) {
-      std::uint64_t bits = 0;
-      std::memcpy(&bits, &x, sizeof bits);
-      h = mix(h ^ bits) + 0x9E3779B97F4A7C15ULL;
-    }
+    for (const double x : p) h = mix64(h ^ same_bytes<std::uint64_t>(x)) + kGolden64;
     return static_cast<std::size_t>(h);
   }
 };
@@ -189,6 +180,18 @@ double enclosed_volume(const std::vector<Eigen::Vector3d>& vertices, const Trian
 
 bool is_degenerate(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   return !((b - a).cross(c - a).norm() >= 2 * kSmallestArea_m2);
+}
+
+bool face_up(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles) {
+  double up = 0, area = 0;
+  for (const auto& triangle : triangles) {
+    const Eigen::Vector3d normal = normal_of(vertices, triangle);
+    up += normal.z();
+    area += normal.norm();
+  }
+  if (up >= -1e-6 * area) return false;
+  for (auto& triangle : triangles) turn_over(triangle);
+  return true;
 }
 
 void weld(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "canyon/city/city.hpp"
@@ -17,6 +18,11 @@ using TriangleIndices = std::vector<std::array<std::uint32_t, 3>>;
 /// Area below 1e-8 m^2, or not a number: nothing that a ray can hit. Vertices in metres.
 [[nodiscard]] bool is_degenerate(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                  const Eigen::Vector3d& c);
+
+/// append_object() with a material for each triangle.
+std::size_t append_object(Mesh& mesh, std::string name, Surface surface,
+                          const std::vector<Material>& materials,
+                          const std::vector<Eigen::Vector3d>& vertices, const TriangleIndices& triangles);
 
 /// Gives vertices of exactly equal position one index (the first one's), in `triangles`; vertices stay.
 void weld(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles);
@@ -41,6 +47,16 @@ struct Orientation {
 /// boundary lies in the horizontal plane of the component's lowest vertex, within 1 mm. Patches that enclose
 /// nothing keep the majority's orientation. z is up; metres.
 Orientation orient_outwards(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles);
+
+/// Turns a connected sheet over whose front looks down; false where it does not.
+bool face_up(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles);
+
+/// As long as twice the area of the triangle, towards its front.
+[[nodiscard]] inline Eigen::Vector3d normal_of(const std::vector<Eigen::Vector3d>& vertices,
+                                               const std::array<std::uint32_t, 3>& triangle) {
+  const auto& [a, b, c] = triangle;
+  return (vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]);
+}
 
 inline void extend(Box& box, const Eigen::Vector3d& point) {
   box.min = box.min.cwiseMin(point);

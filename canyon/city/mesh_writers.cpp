@@ -10,9 +10,9 @@
 #include <string_view>
 #include <vector>
 
-#include "canyon/base/arithmetic.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
+#include "canyon/base/payload.hpp"
 #include "canyon/base/utf8.hpp"
 #include "canyon/city/mesh_export.hpp"
 #include "canyon/city/mesh_marks.hpp"
@@ -107,10 +107,8 @@ class ColladaWriter {
     const MeshPart part = mesh_part(mesh_, node.objects, origin_);
     std::vector<Eigen::Vector3d> normals;
     for (const MaterialGroup& group : part.groups) {
-      for (const auto& [a, b, c] : group.triangles) {
-        normals.push_back(
-            (part.vertices[b] - part.vertices[a]).cross(part.vertices[c] - part.vertices[a]).normalized());
-      }
+      for (const auto& triangle : group.triangles)
+        normals.push_back(normal_of(part.vertices, triangle).normalized());
     }
     line("    <geometry id=\"g{}\" name=\"{}\"><mesh>\n", number, node.name);
     source(number, "positions", part.vertices);
@@ -173,14 +171,6 @@ constexpr int kUnsignedInt = 5125;
 constexpr int kArrayBuffer = 34962;
 constexpr int kElementArrayBuffer = 34963;
 
-void put_u32(std::string& out, std::uint32_t value) {
-  for (int shift = 0; shift < 32; shift += 8) out += static_cast<char>(value >> shift & 0xFF);
-}
-
-void put_f32(std::string& out, float value) {
-  put_u32(out, same_bytes<std::uint32_t>(value));
-}
-
 class GltfBuilder {
  public:
   explicit GltfBuilder(const City& city) : city_(city) {}
@@ -195,13 +185,16 @@ class GltfBuilder {
       add(objects[i], names[i]);
     }
     json_["nodes"][0]["children"] = std::move(children);
-    json_["bufferViews"] = {
-        {{"buffer", 0}, {"byteOffset", 0}, {"byteLength", positions_.size()}, {"target", kArrayBuffer}},
-        {{"buffer", 0},
-         {"byteOffset", positions_.size()},
-         {"byteLength", indices_.size()},
-         {"target", kElementArrayBuffer}}};
-    const std::size_t binary = positions_.size() + indices_.size();  // whole numbers of 4 bytes each
+    json_["bufferViews"] = {{{"buffer", 0},
+                             {"byteOffset", 0},
+                             {"byteLength", positions_.bytes().size()},
+                             {"target", kArrayBuffer}},
+                            {{"buffer", 0},
+                             {"byteOffset", positions_.bytes().size()},
+                             {"byteLength", indices_.bytes().size()},
+                             {"target", kElementArrayBuffer}}};
+    const std::size_t binary =
+        positions_.bytes().size() + indices_.bytes().size();  // whole numbers of 4 bytes each
     json_["buffers"] = {{{"byteLength", binary}}};
     std::string text = json_.dump();
     text.append((4 - text.size() % 4) % 4, ' ');
@@ -210,17 +203,18 @@ class GltfBuilder {
       throw InputError(file.path(), 0, "the city takes more than the 4 GiB that a .glb file can hold",
                        "write .canyon or .obj");
     }
-    std::string chunk = "glTF";
-    put_u32(chunk, 2);
-    put_u32(chunk, static_cast<std::uint32_t>(total));
-    put_u32(chunk, static_cast<std::uint32_t>(text.size()));
-    file.write(chunk + "JSON");
-    file.write(text);
-    chunk.clear();
-    put_u32(chunk, static_cast<std::uint32_t>(binary));
-    file.write(chunk + std::string("BIN\0", 4));
-    file.write(positions_);
-    file.write(indices_);
+    Payload head;
+    file.write(head.raw("glTF")
+                   .u4(2)
+                   .u4(total)
+                   .u4(text.size())
+                   .raw("JSON")
+                   .raw(text)
+                   .u4(binary)
+                   .text("BIN", 4)
+                   .bytes());
+    file.write(positions_.bytes());
+    file.write(indices_.bytes());
   }
 
  private:
@@ -263,14 +257,14 @@ class GltfBuilder {
     std::array<float, 3> high{};
     low.fill(std::numeric_limits<float>::max());
     high.fill(std::numeric_limits<float>::lowest());
-    const std::size_t first = positions_.size();
+    const std::size_t first = positions_.bytes().size();
     for (const Eigen::Vector3d& v : part.vertices) {
       const std::array<float, 3> p{static_cast<float>(v.x()), static_cast<float>(v.z()),
                                    static_cast<float>(-v.y())};
       for (std::size_t axis = 0; axis < 3; ++axis) {
         low[axis] = std::min(low[axis], p[axis]);
         high[axis] = std::max(high[axis], p[axis]);
-        put_f32(positions_, p[axis]);
+        positions_.r4(p[axis]);
       }
     }
     Json& accessors = json_["accessors"];
@@ -288,12 +282,12 @@ class GltfBuilder {
                             {"indices", accessors.size()},
                             {"material", material_index_[static_cast<std::size_t>(group.material)]}});
       accessors.push_back({{"bufferView", 1},
-                           {"byteOffset", indices_.size()},
+                           {"byteOffset", indices_.bytes().size()},
                            {"componentType", kUnsignedInt},
                            {"count", 3 * group.triangles.size()},
                            {"type", "SCALAR"}});
       for (const auto& triangle : group.triangles) {
-        for (const std::uint32_t v : triangle) put_u32(indices_, v);
+        for (const std::uint32_t v : triangle) indices_.u4(v);
       }
     }
     json_["nodes"].push_back({{"name", name},
@@ -304,8 +298,7 @@ class GltfBuilder {
 
   const City& city_;
   Json json_;
-  std::string positions_;
-  std::string indices_;
+  Payload positions_, indices_;
   std::array<std::size_t, 256> material_index_{};
 };
 

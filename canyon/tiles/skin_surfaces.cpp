@@ -27,7 +27,7 @@ constexpr double kFlatten_m = 0.3;
 enum class SkinClass : std::uint8_t { Terrain, Building, Foliage, Rough };
 
 double triangle_area(const std::vector<Eigen::Vector3d>& vertices, const std::array<std::uint32_t, 3>& t) {
-  return (vertices[t[1]] - vertices[t[0]]).cross(vertices[t[2]] - vertices[t[0]]).norm() / 2;
+  return city::normal_of(vertices, t).norm() / 2;
 }
 
 class SkinSplit {
@@ -214,10 +214,8 @@ std::vector<std::string> append_skin(const Skin& skin, city::Mesh& mesh) {
   for (std::size_t t = 0; t < left.triangles.size(); ++t)
     by_class[left.labels[t] % 4].push_back(left.triangles[t]);
   const auto append = [&](const std::string& name, city::Surface surface, city::Material material,
-                          city::TriangleIndices triangles) {
-    if (triangles.empty()) return;
-    const std::vector<Eigen::Vector3d> used = used_vertices(vertices, triangles);
-    city::append_object(mesh, name, surface, material, used, triangles);
+                          const city::TriangleIndices& triangles) {
+    city::append_object(mesh, name, surface, material, vertices, triangles);
   };
   const auto of = [&](SkinClass which) { return by_class[static_cast<std::size_t>(which)]; };
   append("terrain", city::Surface::Terrain, city::Material::Ground, of(SkinClass::Terrain));

@@ -37,11 +37,6 @@ std::string text_at(const std::vector<std::string>& texts, std::uint32_t index) 
   return index < texts.size() ? texts[index] : std::string();
 }
 
-Eigen::Vector3d face_normal(const std::vector<Eigen::Vector3d>& vertices,
-                            const std::array<std::uint32_t, 3>& triangle) {
-  return (vertices[triangle[1]] - vertices[triangle[0]]).cross(vertices[triangle[2]] - vertices[triangle[0]]);
-}
-
 /// Takes the triangles of one feature out of a primitive, or all where it has none.
 std::vector<std::pair<std::optional<std::uint32_t>, city::TriangleIndices>> by_feature(
     const meshes::GltfPrimitive& primitive) {
@@ -64,8 +59,7 @@ std::optional<city::Surface> surface_of_words(std::initializer_list<std::string_
   return std::nullopt;
 }
 
-}  // namespace
-
+/// The vertices that triangles use; `triangles` then names these.
 std::vector<Eigen::Vector3d> used_vertices(const std::vector<Eigen::Vector3d>& vertices,
                                            city::TriangleIndices& triangles) {
   std::vector<std::uint32_t> used;
@@ -82,6 +76,8 @@ std::vector<Eigen::Vector3d> used_vertices(const std::vector<Eigen::Vector3d>& v
   for (const std::uint32_t v : used) out.push_back(vertices[v]);
   return out;
 }
+
+}  // namespace
 
 void TileMesh::add(const TileContent& content, const Eigen::Matrix4d& to_enu, const std::string& name) {
   std::size_t total = read_, vertices = skin_.vertices.size() + mesh_.vertices.size();
@@ -172,7 +168,7 @@ void TileMesh::add_part(Part& part, const city::Box& tile) {
     city::Box box;
     bool sheet = true;
     for (const auto& triangle : part.triangles) {
-      const Eigen::Vector3d normal = face_normal(part.vertices, triangle);
+      const Eigen::Vector3d normal = city::normal_of(part.vertices, triangle);
       sheet = sheet && std::abs(normal.z()) >= kSheetSlope * normal.norm();
       for (const std::uint32_t v : triangle) extend(box, part.vertices[v]);
     }
@@ -222,13 +218,10 @@ void TileMesh::add_object(const std::string& name, city::Surface surface, city::
       whole.insert(whole.end(), triangles.begin(), triangles.end());
       continue;
     }
-    const std::vector<Eigen::Vector3d> vertices = used_vertices(part.vertices, triangles);
-    city::append_object(mesh_, fmt::format("{}_{}", name, ++number), surface, material, vertices, triangles);
+    city::append_object(mesh_, fmt::format("{}_{}", name, ++number), surface, material, part.vertices,
+                        triangles);
   }
-  if (!whole.empty()) {
-    const std::vector<Eigen::Vector3d> vertices = used_vertices(part.vertices, whole);
-    city::append_object(mesh_, name, surface, material, vertices, whole);
-  }
+  city::append_object(mesh_, name, surface, material, part.vertices, whole);
 }
 
 std::vector<std::string> TileMesh::notes() const {

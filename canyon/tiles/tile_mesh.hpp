@@ -19,10 +19,6 @@ struct Skin {
   city::TriangleIndices triangles;
 };
 
-/// The vertices that triangles use; `triangles` then names these.
-[[nodiscard]] std::vector<Eigen::Vector3d> used_vertices(const std::vector<Eigen::Vector3d>& vertices,
-                                                         city::TriangleIndices& triangles);
-
 /// Gathers the contents of tiles as objects of a mesh, and as a skin.
 ///
 /// A feature of a batch or property table is one object; other triangles are one object for each connected
