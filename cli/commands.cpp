@@ -11,7 +11,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/heatmap/engine/mpi.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
-#include "canyon/simulation/threads.hpp"
+#include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/unknowns/unknowns.hpp"
 
 namespace canyon::cli {

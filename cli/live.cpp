@@ -8,7 +8,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/live/session.hpp"
 #include "canyon/output/stream.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/transport/transport.hpp"
 #include "cli/commands.hpp"

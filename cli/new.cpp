@@ -20,7 +20,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/orbit/precise_sky.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/motion/recorded_path.hpp"
 #include "canyon/simulation/simulator.hpp"

@@ -7,8 +7,7 @@
 #include <cstdio>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/simulation/city_scene.hpp"
-#include "canyon/simulation/georeference.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario/profile.hpp"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "cli/field_option.hpp"

@@ -10,7 +10,7 @@
 #include "canyon/base/file_kind.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/view/header.hpp"
 #include "canyon/view/server.hpp"

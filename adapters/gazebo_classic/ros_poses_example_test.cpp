@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "adapters/gazebo_classic/testing/ros_core.hpp"
-#include "canyon/live/pose_decoder.hpp"
+#include "canyon/live/pose_source.hpp"
 #include "canyon/transport/transport.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/source_dir.hpp"

@@ -18,7 +18,7 @@
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {

@@ -12,7 +12,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/positioning/residual.hpp"
+#include "canyon/positioning/least_squares.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 // Epochs as ROS messages. Templates over the message types, so that ROS 1 and ROS 2 share them and tests need

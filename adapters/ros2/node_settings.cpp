@@ -12,8 +12,8 @@
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/live/epoch_publisher.hpp"
+#include "canyon/options/node.hpp"
 #include "canyon/options/read.hpp"
-#include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/relative/correction_link.hpp"
 

@@ -1,4 +1,5 @@
-#include "canyon/disturbance/body.hpp"
+// Declared in canyon/disturbance/streets.hpp.
+#include "canyon/disturbance/streets.hpp"
 
 #include <algorithm>
 #include <array>

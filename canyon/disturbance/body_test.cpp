@@ -1,4 +1,4 @@
-#include "canyon/disturbance/body.hpp"
+#include "canyon/disturbance/streets.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "canyon/geodesy/gps_time.hpp"
-#include "canyon/propagation/arrival.hpp"
+#include "canyon/propagation/paths.hpp"
 
 namespace canyon::disturbance {
 

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "canyon/errors/atmosphere.hpp"
+#include "canyon/errors/space_errors.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 #include "tests/support/rtklib.hpp"

@@ -1,4 +1,4 @@
-#include "canyon/errors/atmosphere.hpp"
+#include "canyon/errors/space_errors.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/errors/atmosphere.hpp"
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::errors {

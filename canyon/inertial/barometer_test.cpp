@@ -1,4 +1,4 @@
-#include "canyon/inertial/barometer.hpp"
+#include "canyon/inertial/sensors.hpp"
 
 #include <gtest/gtest.h>
 

@@ -80,10 +80,6 @@ Eigen::Matrix3d body_from_sensor(const Orientation& orientation, ImuAxes axes) {
   return rotation;
 }
 
-void ImuOptions::validate() const {
-  options::check(*this, "imu");
-}
-
 void visit_axes(options::Visitor& v, ImuAxes& axes) {
   static constexpr std::string_view kAxesWords[]{"flu", "frd"};
   v.choice({"axes", "", "axes of the samples: flu (forward, left, up) or frd (forward, right, down)"}, axes,

@@ -79,8 +79,6 @@ struct ImuOptions {
   std::vector<VibrationOptions> vibration;
   double time_offset_s = 0, time_jitter_s = 0;  ///< of the stated times, [-10, 10], [0, 1]
   double lost = 0;                              ///< share of samples, [0, 1)
-
-  void validate() const;
 };
 
 /// Errors of three equal sensors in SI units.

@@ -1,4 +1,4 @@
-#include "canyon/inertial/wheels.hpp"
+#include "canyon/inertial/sensors.hpp"
 
 #include <gtest/gtest.h>
 

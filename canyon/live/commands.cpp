@@ -1,4 +1,5 @@
-#include "canyon/live/commands.hpp"
+// Declared in canyon/live/session_impl.hpp.
+#include "canyon/live/session_impl.hpp"
 
 #include <fmt/format.h>
 

@@ -16,7 +16,7 @@
 #include "canyon/output/encoder.hpp"
 #include "canyon/output/stream.hpp"
 #include "canyon/relative/correction_link.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 
 namespace canyon::live {
 namespace {

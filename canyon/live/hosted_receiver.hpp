@@ -17,7 +17,7 @@
 #include "canyon/options/visitor.hpp"
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/epoch_schedule.hpp"
-#include "canyon/simulation/scenario/live_config.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::live {
 

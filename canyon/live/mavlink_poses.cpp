@@ -1,5 +1,5 @@
-// Declared in canyon/live/pose_decoder.hpp.
-#include "canyon/live/pose_decoder.hpp"
+// Declared in canyon/live/pose_source.hpp.
+#include "canyon/live/pose_source.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,5 @@
-#include "canyon/live/pose_decoder.hpp"
+// Declared in canyon/live/pose_source.hpp.
+#include "canyon/live/pose_source.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "canyon/live/pose_decoder.hpp"
+#include "canyon/live/pose_source.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -11,7 +11,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/live/pose_source.hpp"
 #include "canyon/mavlink/frames.hpp"
 
 namespace canyon::live {

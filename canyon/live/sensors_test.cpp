@@ -8,7 +8,7 @@
 
 #include "canyon/live/session.hpp"
 #include "canyon/mavlink/frames.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/sensors/sensor_run.hpp"
 #include "canyon/simulation/simulator.hpp"

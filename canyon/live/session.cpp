@@ -266,10 +266,7 @@ void Session::Impl::take_samples(const Vehicle& vehicle, Due& epoch) {
     if (!run) {
       run.emplace(
           scenario.sensors, scenario.seed, start,
-          [this, &motion](GpsTime t) -> inertial::BodyState {
-            const simulation::EcefPose pose = motion.ecef_at(t - start);
-            return {pose.position_m, pose.velocity_mps, pose.acceleration_mps2, pose.ecef_from_body};
-          },
+          [this, &motion](GpsTime t) { return motion.ecef_at(t - start); },
           [this, &motion](GpsTime t) { return motion.pose_at(t - start, t); },
           scene->city.geoid_undulation_m);
     }

@@ -5,32 +5,66 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
+#include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/secrets.hpp"
-#include "canyon/live/commands.hpp"
 #include "canyon/live/epoch_publisher.hpp"
 #include "canyon/live/pose_source.hpp"
 #include "canyon/live/rtcm_input.hpp"
 #include "canyon/live/session.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/output/stream.hpp"
-#include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/epoch_schedule.hpp"
-#include "canyon/simulation/motion/smooth_poses.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/sensors/sensor_run.hpp"
 #include "canyon/simulation/simulator.hpp"
-
-// The state of a session: session_setup.cpp makes it, session.cpp runs it.
+#include "canyon/transport/link.hpp"
 
 namespace canyon::live {
 
+/// The state that commands read and change.
+struct CommandContext {
+  const simulation::Scenario& scenario;
+  std::vector<simulation::LiveReceiver>& receivers;
+  const Figures& figures;
+  bool changes = false;           ///< may change the simulation
+  std::function<double()> now_s;  ///< the scenario's time
+};
+
+/// Commands to a running session: one JSON object a line in, one out, {"ok": true, ...} or {"ok": false,
+/// "error": ..., "cure": ...} (docs/live.md lists them).
+class Commands {
+ public:
+  Commands(CommandContext context, std::shared_ptr<transport::Link> link);
+  ~Commands();
+  Commands(const Commands&) = delete;
+  Commands& operator=(const Commands&) = delete;
+
+  /// Answers a line; never throws.
+  [[nodiscard]] std::string answer(std::string_view line);
+  /// The latest epoch of a receiver, for status requests.
+  void keep(const simulation::Epoch& epoch);
+  /// Somebody asked for the end of the run.
+  [[nodiscard]] bool stopped() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// The state of a session: session_setup.cpp makes it, session.cpp runs it.
 using geodesy::GpsTime;
 using simulation::LiveClock;
 using simulation::LiveReceiver;

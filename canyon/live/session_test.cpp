@@ -12,7 +12,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/stream.hpp"
 #include "canyon/output/ubx/frame.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/transport/transport.hpp"

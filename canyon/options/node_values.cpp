@@ -1,4 +1,5 @@
-#include "canyon/options/node_values.hpp"
+// Declared in canyon/options/node.hpp.
+#include "canyon/options/node.hpp"
 
 #include <fmt/format.h>
 

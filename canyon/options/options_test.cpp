@@ -9,7 +9,6 @@
 #include "canyon/options/describe.hpp"
 #include "canyon/options/node.hpp"
 #include "canyon/options/read.hpp"
-#include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/spoiled_options.hpp"

@@ -6,7 +6,7 @@
 #include <cassert>
 #include <utility>
 
-#include "canyon/options/settings_tree.hpp"
+#include "canyon/options/node.hpp"
 
 namespace canyon::options {
 

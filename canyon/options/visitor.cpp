@@ -9,7 +9,6 @@
 #include "canyon/base/named.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/options/node.hpp"
-#include "canyon/options/node_values.hpp"
 
 namespace canyon::options {
 namespace {

@@ -10,7 +10,6 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
-#include "canyon/orbit/slot_tables.hpp"
 
 namespace canyon::orbit {
 namespace {

@@ -13,7 +13,6 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
-#include "canyon/orbit/slot_tables.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/shared_data.hpp"

@@ -11,8 +11,7 @@
 #include "canyon/base/file_kind.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/orbit/reference_orbit.hpp"
-#include "canyon/orbit/slot_tables.hpp"
+#include "canyon/orbit/nominal_constellation.hpp"
 #include "canyon/orbit/sp3_file.hpp"
 
 namespace canyon::orbit {

@@ -1,4 +1,4 @@
-#include "canyon/orbit/reference_orbit.hpp"
+#include "canyon/orbit/sp3_file.hpp"
 
 #include <gtest/gtest.h>
 

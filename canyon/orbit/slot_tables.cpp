@@ -1,4 +1,5 @@
-#include "canyon/orbit/slot_tables.hpp"
+// Declared in canyon/orbit/nominal_constellation.hpp.
+#include "canyon/orbit/nominal_constellation.hpp"
 
 #include <algorithm>
 #include <array>

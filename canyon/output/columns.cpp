@@ -13,7 +13,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/positioning/residual.hpp"
+#include "canyon/positioning/least_squares.hpp"
 
 namespace canyon::output {
 namespace {

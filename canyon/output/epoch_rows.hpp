@@ -8,7 +8,7 @@
 #include <span>
 
 #include "canyon/output/view_tables.hpp"
-#include "canyon/propagation/arrival.hpp"
+#include "canyon/propagation/paths.hpp"
 #include "canyon/simulation/epoch.hpp"
 #include "canyon/tracking/signal_options.hpp"
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "canyon/propagation/arrival.hpp"
+#include "canyon/propagation/paths.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/simulation/epoch.hpp"

@@ -14,7 +14,7 @@
 #include "canyon/options/describe.hpp"
 #include "canyon/options/read.hpp"
 #include "canyon/simulation/live_receiver.hpp"
-#include "canyon/simulation/motion/track_readers.hpp"
+#include "canyon/simulation/motion/recorded_path.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::output {

@@ -1,4 +1,4 @@
-#include "canyon/positioning/code_smoothing.hpp"
+#include "canyon/positioning/pseudorange_model.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/positioning/residual.hpp"
+#include "canyon/positioning/least_squares.hpp"
 
 namespace canyon::positioning {
 

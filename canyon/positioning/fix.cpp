@@ -13,7 +13,6 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/positioning/least_squares.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
-#include "canyon/positioning/residual.hpp"
 
 namespace canyon::positioning {
 namespace {
@@ -406,6 +405,13 @@ const errors::SystemKlobuchar& klobuchar_of(const std::map<System, gnss::Klobuch
         "give a navigation file whose header has them (GPSA and GPSB), or switch the ionosphere off");
   }
   return *found;
+}
+
+std::optional<double> residual_m(const Fix& fix, gnss::SatelliteId id) {
+  const auto at = std::lower_bound(fix.used.begin(), fix.used.end(), id);
+  const auto index = static_cast<std::size_t>(at - fix.used.begin());
+  if (!fix.solved() || at == fix.used.end() || *at != id || index >= fix.residuals_m.size()) return {};
+  return fix.residuals_m[index];
 }
 
 Fix solve_fix(geodesy::GpsTime receiver_time, const std::vector<Measurement>& measurements,

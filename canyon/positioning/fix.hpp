@@ -8,12 +8,12 @@
 #include <string_view>
 #include <vector>
 
-#include "canyon/errors/atmosphere.hpp"
+#include "canyon/errors/space_errors.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/geodesy/gps_time.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/orbit/sky.hpp"
-#include "canyon/positioning/dop.hpp"
+#include "canyon/positioning/least_squares.hpp"
 #include "canyon/positioning/positioning_options.hpp"
 
 namespace canyon::positioning {
@@ -177,6 +177,9 @@ struct [[nodiscard]] Fix {
     return fused() && solution == FixKind::Single ? FixKind::Combined : solution;
   }
 };
+
+/// The residual of a satellite in a fix, measured minus computed [m]; empty where the satellite is not used.
+[[nodiscard]] std::optional<double> residual_m(const Fix& fix, gnss::SatelliteId id);
 
 /// Iterated weighted least squares on pseudoranges, one clock per constellation; velocity from Doppler.
 ///

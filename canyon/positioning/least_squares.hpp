@@ -1,10 +1,84 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <algorithm>
 #include <array>
-
-#include "canyon/positioning/dop.hpp"
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
 
 namespace canyon::positioning {
+
+/// Dilutions of precision: square roots of traces of the cofactor matrix (unit variance) in local ENU.
+/// GDOP^2 = PDOP^2 + TDOP^2 where TDOP takes all clocks of the solution. (The paper prints squares of D's
+/// diagonal; the root of the diagonal is meant, see Langley 1999.)
+struct Dop {
+  double gdop = 0, pdop = 0, hdop = 0, vdop = 0, tdop = 0;
+};
+
+/// The paper's table of DOP ratings.
+enum class DopRating : std::uint8_t { Ideal, Excellent, Good, Moderate, Fair, Poor };
+[[nodiscard]] std::string_view name(DopRating rating);
+/// < 1 Ideal, 1 to 2 Excellent, 2 to 5 Good, 5 to 10 Moderate, 10 to 20 Fair, above Poor; a bound belongs to
+/// the worse class. Rates PDOP everywhere in Canyon. NaN is Poor.
+[[nodiscard]] DopRating rate_dop(double dop);
+
+/// Cofactor matrix (A^T A)^-1 of a design matrix with at most 8 columns, one row for each satellite; by QR
+/// with column pivoting. Empty where the rank, at pivots above `threshold` of the largest, is below the
+/// columns.
+using Cofactor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 8, 8>;
+using Design = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, Eigen::Dynamic, 8>;
+[[nodiscard]] std::optional<Cofactor> cofactor(const Design& design, double threshold = 1e-6);
+
+/// @param cofactor_enu (3 + clocks) square: east, north, up, then every clock (in units of length)
+[[nodiscard]] Dop dop_from_cofactor(const Cofactor& cofactor_enu);
+
+/// DOP of satellites of one system in directions (unit, ENU, antenna to satellite): what a place offers,
+/// before any measurement. Empty where they do not determine position and clock.
+[[nodiscard]] std::optional<Dop> dop_of_directions(std::span<const Eigen::Vector3d> directions);
+
+/// Horizontal protection level [m] that a receiver may state with a fix: K d_major, d_major the larger half
+/// axis of the ellipse of its stated standard deviations,
+///   d_major^2 = (d_E^2 + d_N^2) / 2 + sqrt(((d_E^2 - d_N^2) / 2)^2 + d_EN^2)
+/// (RTCA DO-229D, appendix J.1: HPL_SBAS). It bounds errors as far as they are normal with the covariance
+/// that is stated, which reflections are not.
+/// @param covariance_enu [m^2], east, north, up: Fix::covariance_enu @param factor K: 6.0 for precision
+/// approaches (K_H,PA), 6.18 for en route to non-precision approaches (K_H,NPA)
+[[nodiscard]] inline double horizontal_protection_level_m(const Eigen::Matrix3d& covariance_enu,
+                                                          double factor) {
+  const double middle = 0.5 * (covariance_enu(0, 0) + covariance_enu(1, 1));
+  const double half = 0.5 * (covariance_enu(0, 0) - covariance_enu(1, 1));
+  return factor * std::sqrt(middle + std::hypot(half, covariance_enu(0, 1)));
+}
+
+/// Row whose residual is largest beside its own standard deviation: |w_i| = |r_i| / (sigma_i sqrt(q_ii)),
+/// with Q = I - A (A^T A)^-1 A^T (Baarda's w-test; Kuusniemi 2005). Rows that nothing checks (q_ii below
+/// 1e-6: a lone satellite of its clock) are passed over; empty where all are such. Ties go to the first.
+/// @param design whitened: each row divided by its sigma; full column rank
+/// @param residual whitened residuals of the least-squares solution, one per row
+[[nodiscard]] std::optional<Eigen::Index> largest_normalised_residual(const Design& design,
+                                                                      const Eigen::VectorXd& residual);
+
+/// Variance of errors over that of their weights, 1 or more [1], by `squares`, the sum of the squared
+/// whitened residuals of least squares: s^2 n / (n - 2), with s^2 = squares / n, n the degrees of freedom. An
+/// error over its deviation by the residuals has Student's distribution, of that variance; up to two degrees,
+/// where that has none, 5 s^2. Without redundancy (n < 1) nothing is known: 1.
+[[nodiscard]] inline double excess_variance(double squares, std::ptrdiff_t redundancy) {
+  if (redundancy < 1) return 1;
+  const auto n = static_cast<double>(redundancy);
+  return std::max(1.0, squares / n * (n > 2 ? n / (n - 2) : 5));
+}
+
+/// Middle value, of two middle ones the larger. @param values not empty
+[[nodiscard]] inline double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
 
 /// Least squares min |A x - b| by Householder's QR with column pivoting, A P = Q R (Golub & Van Loan, Matrix
 /// Computations, 4th ed., algorithm 5.4.1; norms of columns by LAPACK Working Note 176). Plain loops, because

@@ -13,7 +13,6 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/positioning/filter_track.hpp"
 #include "canyon/positioning/least_squares.hpp"
-#include "canyon/positioning/residual.hpp"
 
 namespace canyon::positioning {
 namespace {

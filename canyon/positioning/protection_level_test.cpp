@@ -1,4 +1,4 @@
-#include "canyon/positioning/dop.hpp"
+#include "canyon/positioning/least_squares.hpp"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/errors/atmosphere.hpp"
+#include "canyon/errors/space_errors.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/spoiled_options.hpp"

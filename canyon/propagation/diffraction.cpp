@@ -10,7 +10,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/index/clear_rays.hpp"
 #include "canyon/propagation/index/knife_edge.hpp"
-#include "canyon/propagation/index/near_bends.hpp"
+#include "canyon/propagation/index/near_pairs.hpp"
 #include "canyon/propagation/index/per_instance.hpp"
 #include "canyon/propagation/index/places.hpp"
 

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "canyon/options/fwd.hpp"
-#include "canyon/propagation/index/edge_options.hpp"
+#include "canyon/propagation/index/knife_edge.hpp"
 
 namespace canyon::propagation {
 

@@ -1,4 +1,5 @@
-#include "canyon/propagation/traced_place.hpp"
+// Declared in canyon/propagation/propagator.hpp.
+#include "canyon/propagation/propagator.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,19 +1,103 @@
 #pragma once
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "canyon/base/random.hpp"
+#include "canyon/broadcast/schedule.hpp"
+#include "canyon/disturbance/disturbance.hpp"
+#include "canyon/gnss/satellite_id.hpp"
 #include "canyon/gnss/signals.hpp"
-#include "canyon/receiver/known_ephemerides.hpp"
 #include "canyon/receiver/receiver.hpp"
+#include "canyon/receiver/signal_range.hpp"
 #include "canyon/tracking/channel.hpp"
+#include "canyon/tracking/signal_lock.hpp"
 
 namespace canyon::receiver {
+
+/// A receiver's progress after a restart, satellite by satellite: how long it searches for each, and whose
+/// ephemerides it has read since.
+///
+/// Hot: each is searched for SignalLockOptions::reacquisition_s, and its ephemeris is known. Warm: likewise,
+/// and its ephemeris is read: all of its messages (broadcast::unsent_ephemeris()), while it is tracked
+/// without a break at the acquisition threshold or above. Cold: searched for a time of its own, uniform from
+/// 0.4 to 2.25 (T - 20 s), then read; T is SignalLockOptions::cold_acquisition_s, which so is the median of
+/// the times to the first fix of receivers of several systems under an open sky (a test: within 3 s). A
+/// receiver with T below 18 s, in which no GPS satellite sends its ephemeris, has it from a network: searched
+/// for 0.8 to 1.6 T. The search's distribution is assumed.
+class KnownEphemerides {
+ public:
+  /// @param channels_search whether the receiver's channels search for search_s(); else a satellite is found
+  /// so long after it appears
+  /// @param draws name of its random streams
+  KnownEphemerides(const disturbance::Restart& restart, const tracking::SignalLockOptions& lock,
+                   bool channels_search, std::uint64_t seed, std::string draws)
+      : restart_(restart),
+        lock_(lock),
+        channels_search_(channels_search),
+        seed_(seed),
+        draws_(std::move(draws)) {}
+
+  /// [s], >= 0.
+  [[nodiscard]] double search_s(gnss::SatelliteId id) const {
+    if (restart_.search_s) return *restart_.search_s;
+    if (restart_.kind != disturbance::RestartKind::Cold) return lock_.reacquisition_s;
+    const double uniform = RandomStream(seed_, fmt::format("{}/{}/search/{}", draws_, gnss::to_string(id),
+                                                           restart_.at.nanoseconds()))
+                               .uniform();
+    const double cold_s = lock_.cold_acquisition_s;
+    if (by_network()) return (0.8 + 0.8 * uniform) * cold_s;
+    return (0.4 + 1.85 * uniform) * std::max(1.0, cold_s - 20);
+  }
+
+  /// Whether a satellite's ephemeris is known; asked once an epoch for each. @param readable it is tracked
+  /// and strong enough
+  [[nodiscard]] bool read(gnss::SatelliteId id, const gnss::Signal& signal, bool readable,
+                          geodesy::GpsTime now) {
+    Satellite& satellite = satellites_[id];
+    if (satellite.unread == 0) return true;
+    if (!readable) {
+      satellite.since.reset();
+      return false;
+    }
+    if (!satellite.since) satellite.since = now + (channels_search_ ? 0 : search_s(id));
+    if (now < *satellite.since) return false;
+    if (restart_.ephemeris_s) {
+      if (now - *satellite.since >= *restart_.ephemeris_s) satellite.unread = 0;
+    } else if (restart_.kind == disturbance::RestartKind::Hot || by_network()) {
+      satellite.unread = 0;
+    } else {
+      satellite.unread &= broadcast::unsent_ephemeris(id, signal, *satellite.since, now);
+    }
+    return satellite.unread == 0;
+  }
+
+ private:
+  struct Satellite {
+    std::optional<geodesy::GpsTime> since;  // readable without a break
+    std::uint32_t unread = ~0U;             // messages
+  };
+  [[nodiscard]] bool by_network() const {
+    constexpr double kSubframes1To3_s = 18;
+    return lock_.cold_acquisition_s < kSubframes1To3_s;
+  }
+
+  disturbance::Restart restart_;
+  tracking::SignalLockOptions lock_;
+  bool channels_search_;
+  std::uint64_t seed_;
+  std::string draws_;
+  std::map<gnss::SatelliteId, Satellite> satellites_;
+};
 
 /// A signal's channel after an epoch.
 struct Tracked {
@@ -75,6 +159,72 @@ class ChannelBank {
   // Kept for their memory.
   std::vector<tracking::ReceivedWave> received_waves_;
   std::vector<const gnss::Signal*> wanted_;
+};
+
+/// The antenna a time before or after an epoch.
+struct Beside {
+  double dt_s = 0;
+  Eigen::Vector3d antenna_ecef = Eigen::Vector3d::Zero();
+  geodesy::Geodetic place;
+  Eigen::Matrix3d enu_from_ecef = Eigen::Matrix3d::Identity();
+  double zenith_m = 0;  ///< delay in the troposphere
+};
+
+/// An epoch's values that all of its satellites share.
+struct Instant {
+  geodesy::GpsTime time;
+  ClockReading clock;
+  tracking::AntennaMotion motion;
+  geodesy::Geodetic place;
+  const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
+  Beside before, after;  ///< by half a second, where the signals have delays of the atmosphere
+};
+
+/// Pseudoranges, Dopplers and carrier phases of tracked signals, with the receiver's own noise and delays;
+/// remembers both for each signal.
+class MeasurementModel {
+ public:
+  /// @param options must outlive this
+  MeasurementModel(const ReceiverOptions& options, std::uint64_t seed);
+
+  /// Sets the antenna's place of an epoch, and what the atmosphere's rates need.
+  void place(Instant& at, const Eigen::Vector3d& antenna_ecef) const;
+  /// The measurement of a tracked signal; sets the terms of its pseudorange in `observation`.
+  /// @param reception of its channel; null where signals have no strength
+  /// @param loops errors of its channel's loops
+  /// @param drifting whether the noise has its mean of drift mode (NoiseOptions::drifts())
+  [[nodiscard]] positioning::Measurement measure(const Instant& at, const propagation::SatelliteView& view,
+                                                 const tracking::Reception* reception,
+                                                 const tracking::LoopErrors& loops, bool drifting,
+                                                 SignalObservation& observation);
+  /// Delay of the receiver's models of the atmosphere [m].
+  [[nodiscard]] static double atmosphere_m(const Instant& at, bool ionosphere, bool troposphere,
+                                           const orbit::LineOfSight& line, double carrier_hz);
+
+ private:
+  /// Noise of one satellite's pseudorange and Doppler that does not come from its strength.
+  struct SignalNoise {
+    tracking::OuProcess code;
+    RandomStream doppler;
+    double drifted_mean_m;  ///< added to the mean in drift mode
+    geodesy::GpsTime last;
+  };
+  /// How far a signal's bias has drifted.
+  struct Drift {
+    tracking::OuProcess process;
+    geodesy::GpsTime last;
+  };
+  [[nodiscard]] SignalNoise& noise_of(gnss::SatelliteId id, const gnss::Signal& signal, geodesy::GpsTime now);
+  [[nodiscard]] double bias_m(gnss::SatelliteId id, const gnss::Signal& signal, double carrier_hz,
+                              geodesy::GpsTime now);
+  [[nodiscard]] double atmosphere_rate_mps(const Instant& at, const orbit::LineOfSight& line,
+                                           double carrier_hz) const;
+
+  const ReceiverOptions& options_;
+  std::uint64_t seed_;
+  double noise_sigma_m_, noise_doppler_sigma_hz_;
+  std::map<std::pair<gnss::SatelliteId, std::size_t>, SignalNoise> noises_;  // and index_of() its signal
+  std::map<const gnss::Signal*, Drift> drifts_;  // of biases; signals are gnss::signals_of()'s
 };
 
 }  // namespace canyon::receiver

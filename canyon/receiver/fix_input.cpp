@@ -10,7 +10,7 @@
 #include "canyon/options/values.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/receiver/receiver.hpp"
-#include "canyon/relative/rtk_options.hpp"
+#include "canyon/relative/rtk_filter.hpp"
 
 namespace canyon::receiver {
 namespace {
@@ -34,7 +34,7 @@ double delay_ratio(const Measurement& first, const Measurement& second) {
 
 void FixInputOptions::validate() const {
   gnss::check_signals(uses);
-  smoothing.validate();
+  options::check(smoothing, "smoothing");
   options::check(*this);
   for (const auto& [group, factor] : sigma_factor) gnss::check_group(group);
 }

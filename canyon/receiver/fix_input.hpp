@@ -11,9 +11,9 @@
 #include "canyon/gnss/signal_groups.hpp"
 #include "canyon/options/fwd.hpp"
 #include "canyon/orbit/sky.hpp"
-#include "canyon/positioning/code_smoothing.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "canyon/positioning/positioning_options.hpp"
+#include "canyon/positioning/pseudorange_model.hpp"
 
 namespace canyon::receiver {
 

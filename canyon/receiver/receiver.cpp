@@ -1,6 +1,7 @@
 #include "canyon/receiver/receiver.hpp"
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -8,12 +9,10 @@
 #include "canyon/disturbance/shadowing.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/signals.hpp"
-#include "canyon/positioning/fusion/dead_reckoning.hpp"
+#include "canyon/positioning/fusion/dead_reckoning_options.hpp"
 #include "canyon/receiver/channel_bank.hpp"
-#include "canyon/receiver/measurement_model.hpp"
 #include "canyon/receiver/position_solver.hpp"
 #include "canyon/receiver/signal_range.hpp"
-#include "canyon/receiver/spoofing_check.hpp"
 
 namespace canyon::receiver {
 

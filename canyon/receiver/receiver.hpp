@@ -11,10 +11,9 @@
 
 #include "canyon/disturbance/disturbance.hpp"
 #include "canyon/positioning/fix.hpp"
-#include "canyon/positioning/fusion/sensor_readings.hpp"
+#include "canyon/positioning/fusion/dead_reckoning_options.hpp"
 #include "canyon/positioning/position_filter.hpp"
-#include "canyon/propagation/arrival.hpp"
-#include "canyon/receiver/own_models.hpp"
+#include "canyon/propagation/paths.hpp"
 #include "canyon/receiver/receiver_options.hpp"
 #include "canyon/tracking/noise.hpp"
 #include "canyon/tracking/signal_lock.hpp"

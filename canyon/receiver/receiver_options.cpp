@@ -94,10 +94,6 @@ bool is_among(const std::vector<std::string>& names, std::string_view name) {
 
 }  // namespace
 
-void SpoofingCheckOptions::validate() const {
-  options::check(*this, "spoofing check");
-}
-
 void visit(options::Visitor& v, SpoofingCheckOptions& o) {
   v.boolean({"enabled", "", "report signs of spoofing"}, o.enabled);
   v.number({"gain_db", "dB", "sign of spoofing: gain falls by this although signals do not weaken"},
@@ -125,7 +121,7 @@ void ReceiverOptions::validate() const {
                        "choose dual_patch, survey, phone or isotropic, or give antenna_lower_rows");
     }
     fix_input.validate();
-    spoofing_check.validate();
+    options::check(spoofing_check, "spoofing check");
     for (const std::string& name_of_signal : fix_input.uses) {
       if (!is_tracked(*this, name_of_signal)) {
         throw InputError(fmt::format("its fixes use {}, which it does not track", name_of_signal),
@@ -139,9 +135,9 @@ void ReceiverOptions::validate() const {
     clock.validate();
     signal.validate();
     filter.validate();
-    dead_reckoning.validate();
+    options::check(dead_reckoning, "dead reckoning");
     corrections.validate();
-    rtk.validate();
+    options::check(rtk, "rtk");
   } catch (const InputError& error) {
     throw InputError(fmt::format("receiver '{}': {}", name, error.problem()), error.cure());
   }

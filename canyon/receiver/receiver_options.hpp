@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -8,11 +10,12 @@
 #include "canyon/gnss/signal_groups.hpp"
 #include "canyon/options/fwd.hpp"
 #include "canyon/options/values.hpp"
+#include "canyon/positioning/fix.hpp"
 #include "canyon/positioning/fusion/dead_reckoning_options.hpp"
 #include "canyon/positioning/positioning_options.hpp"
 #include "canyon/receiver/fix_input.hpp"
 #include "canyon/relative/correction_link.hpp"
-#include "canyon/relative/rtk_options.hpp"
+#include "canyon/relative/rtk_filter.hpp"
 #include "canyon/tracking/noise.hpp"
 #include "canyon/tracking/signal_options.hpp"
 
@@ -71,8 +74,6 @@ struct SpoofingCheckOptions {
   /// Jump of place or clock [m], [1, 1e6]. Echoes that come and go in a street move a fix by tens of metres.
   double jump_m = 150;
   double hold_s = 30;  ///< [0, 1e5]
-  /// Throws InputError naming the field that is out of range.
-  void validate() const;
 };
 void visit(options::Visitor& v, SpoofingCheckOptions& o);
 
@@ -144,5 +145,26 @@ void visit(options::Visitor& v, ReceiverOptions& o);
 /// empty.
 [[nodiscard]] std::vector<const gnss::Signal*> tracked_signals(const std::vector<std::string>& tracks,
                                                                gnss::System system);
+
+/// A program's models in the place of a receiver's own. Empty functions: the receiver's own. Called once an
+/// epoch or more, in order of time, in the thread that calls Receiver::observe().
+struct OwnModels {
+  /// Instead of FixOptions::weights, for fix and position filter: standard deviation that a pseudorange is
+  /// weighted by [m], > 0 (else InputError). @param elevation_rad true one of the satellite
+  std::function<double(const positioning::Measurement& measurement, double elevation_rad)> sigma_m;
+  /// Instead of positioning::solve_fix() and the position filter behind it; the arguments are those of
+  /// solve_fix(), and so is what the fix must hold: where it is solved, position_ecef and position, and
+  /// `used`, ascending, with its residuals.
+  std::function<positioning::Fix(geodesy::GpsTime receiver_time,
+                                 const std::vector<positioning::Measurement>& measurements,
+                                 const orbit::Sky& sky, const positioning::FixOptions& options,
+                                 const std::map<gnss::System, gnss::Klobuchar>& klobuchar)>
+      solve;
+};
+
+/// Makes the models of one receiver as they are before the first epoch; a run or a world that begins anew
+/// makes them anew. @param seed of the run; @param receiver what sets its draws apart, as for
+/// disturbance::Source
+using ModelSource = std::function<OwnModels(std::uint64_t seed, const std::string& receiver)>;
 
 }  // namespace canyon::receiver

@@ -12,9 +12,9 @@
 
 #include "canyon/city/city.hpp"
 #include "canyon/disturbance/faults/spoofing.hpp"
+#include "canyon/receiver/position_solver.hpp"
 #include "canyon/receiver/receiver.hpp"
-#include "canyon/receiver/spoofing_check.hpp"
-#include "canyon/signal/link_budget.hpp"
+#include "canyon/signal/path_strength.hpp"
 #include "tests/support/signal_scene.hpp"
 
 namespace canyon::receiver {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/errors/atmosphere.hpp"
+#include "canyon/errors/space_errors.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"

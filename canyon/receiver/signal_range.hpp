@@ -8,7 +8,7 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/gnss/signals.hpp"
-#include "canyon/propagation/arrival.hpp"
+#include "canyon/propagation/paths.hpp"
 #include "canyon/receiver/receiver_options.hpp"
 #include "canyon/tracking/channel.hpp"
 

@@ -8,8 +8,9 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/positioning/residual.hpp"
-#include "canyon/relative/rtk_options.hpp"
+#include "canyon/options/values.hpp"
+#include "canyon/positioning/least_squares.hpp"
+#include "canyon/relative/rtk_filter.hpp"
 
 namespace canyon::relative {
 
@@ -49,7 +50,7 @@ double obliquity(double elevation_rad) {
 BaselineFilter::BaselineFilter(const RtkOptions& options, const positioning::FixOptions& masks,
                                double max_age_s)
     : options_(options), masks_(masks), max_age_s_(max_age_s) {
-  options_.validate();
+  options::check(options_, "rtk");
   masks_.correct_troposphere = options_.troposphere;
 }
 

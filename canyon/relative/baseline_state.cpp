@@ -1,4 +1,5 @@
-#include "canyon/relative/baseline_state.hpp"
+// Declared in canyon/relative/baseline_filter.hpp.
+#include "canyon/relative/baseline_filter.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/errors/atmosphere.hpp"
+#include "canyon/errors/space_errors.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"

@@ -1,6 +1,7 @@
 #include "canyon/relative/recorded_pair.hpp"
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +9,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/signals.hpp"
-#include "canyon/positioning/residual.hpp"
+#include "canyon/positioning/least_squares.hpp"
 #include "canyon/relative/rtk_filter.hpp"
 
 namespace canyon::relative {

@@ -17,7 +17,7 @@
 #include "canyon/positioning/fix.hpp"
 #include "canyon/relative/correction_link.hpp"
 #include "canyon/relative/observed_minus_computed.hpp"
-#include "canyon/relative/rtk_options.hpp"
+#include "canyon/relative/rtk_filter.hpp"
 #include "canyon/rinex/observation_reader.hpp"
 
 namespace canyon::relative {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/positioning/residual.hpp"
+#include "canyon/positioning/least_squares.hpp"
 #include "canyon/relative/baseline_filter.hpp"
 
 // Codes, phases and velocity as observations of BaselineFilter, which baseline_filter.hpp declares.

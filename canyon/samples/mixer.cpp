@@ -13,7 +13,7 @@
 #include "canyon/base/arithmetic.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/tracking/interference.hpp"
+#include "canyon/tracking/loop_noise.hpp"
 
 namespace canyon::samples {
 namespace {

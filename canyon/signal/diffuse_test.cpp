@@ -19,7 +19,6 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/signal/fresnel.hpp"
 #include "canyon/signal/radio_materials.hpp"
 #include "tests/support/bench_city.hpp"
 #include "tests/support/shared_data.hpp"

@@ -1,4 +1,4 @@
-#include "canyon/signal/fresnel.hpp"
+#include "canyon/signal/radio_materials.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,6 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/propagation/paths.hpp"
-#include "canyon/signal/radio_materials.hpp"
 
 namespace canyon::signal {
 namespace {

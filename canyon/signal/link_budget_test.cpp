@@ -1,4 +1,4 @@
-#include "canyon/signal/link_budget.hpp"
+#include "canyon/signal/path_strength.hpp"
 
 #include <gtest/gtest.h>
 

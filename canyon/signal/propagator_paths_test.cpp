@@ -18,7 +18,6 @@
 #include "canyon/propagation/index/knife_edge.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/propagation/propagator.hpp"
-#include "canyon/signal/fresnel.hpp"
 #include "canyon/signal/path_strength.hpp"
 #include "canyon/signal/radio_materials.hpp"
 #include "tests/support/edge_reference.hpp"

@@ -11,8 +11,8 @@
 #include <random>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/signal/fresnel.hpp"
 #include "canyon/signal/path_strength.hpp"
+#include "canyon/signal/radio_materials.hpp"
 
 namespace canyon::signal {
 namespace {

@@ -18,7 +18,6 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/facades.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
-#include "canyon/signal/fresnel.hpp"
 #include "canyon/signal/radio_materials.hpp"
 #include "tests/support/bench_city.hpp"
 

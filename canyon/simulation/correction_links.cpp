@@ -12,7 +12,7 @@
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/receiver/signal_range.hpp"
 #include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/scenario/receiver_bases.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::simulation {
 

@@ -9,7 +9,7 @@
 
 #include "canyon/base/random.hpp"
 #include "canyon/city/synthetic_city.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "tests/support/disturbances.hpp"
 #include "tests/support/simulation_support.hpp"

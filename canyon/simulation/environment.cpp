@@ -5,17 +5,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/simulation/city_scene.hpp"
 
 namespace canyon::simulation {
-
-struct Environment::Impl {
-  std::shared_ptr<CityScene> city_scene;  // propagators refer to it; it keeps its address
-  std::shared_ptr<const orbit::Sky> sky;
-  std::map<gnss::System, gnss::Klobuchar> klobuchar;
-  std::vector<gnss::SatelliteId> satellites;
-  std::shared_ptr<const errors::SpaceErrors> errors;
-};
 
 namespace {
 
@@ -36,59 +27,25 @@ Environment::Environment(city::City city, std::shared_ptr<const orbit::Sky> sky,
 
 Environment::Environment(std::shared_ptr<CityScene> scene, std::shared_ptr<const orbit::Sky> sky,
                          std::map<gnss::System, gnss::Klobuchar> klobuchar)
-    : impl_(std::make_unique<Impl>()) {
-  impl_->city_scene = checked(std::move(scene), "city");
-  impl_->sky = checked(std::move(sky), "sky");
-  impl_->klobuchar = std::move(klobuchar);
-  impl_->satellites = impl_->sky->satellites();
-}
-Environment::~Environment() = default;
-Environment::Environment(Environment&&) noexcept = default;
-Environment& Environment::operator=(Environment&&) noexcept = default;
+    : city_scene_(checked(std::move(scene), "city")),
+      sky_(checked(std::move(sky), "sky")),
+      klobuchar_(std::move(klobuchar)),
+      satellites_(sky_->satellites()) {}
 
-const city::City& Environment::city() const {
-  return impl_->city_scene->city;
-}
-const orbit::Sky& Environment::sky() const {
-  return *impl_->sky;
-}
-const std::map<gnss::System, gnss::Klobuchar>& Environment::klobuchar() const {
-  return impl_->klobuchar;
-}
-const raytrace::RayScene& Environment::scene() const {
-  return impl_->city_scene->scene;
-}
-
-void Environment::set_errors(std::shared_ptr<const errors::SpaceErrors> errors) {
-  impl_->errors = std::move(errors);
-}
-const std::shared_ptr<const errors::SpaceErrors>& Environment::errors() const {
-  return impl_->errors;
-}
 void Environment::add_errors(propagation::Arrival& arrival, geodesy::GpsTime time,
                              const Eigen::Vector3d& antenna_ecef) const {
-  if (!impl_->errors) return;
-  const errors::SpaceErrors::Reception reception = impl_->errors->reception(time, antenna_ecef);
+  if (!errors_) return;
+  const errors::SpaceErrors::Reception reception = errors_->reception(time, antenna_ecef);
   for (propagation::SatelliteView& view : arrival.views) {
-    view.space = impl_->errors->at(view.line, reception);
+    view.space = errors_->at(view.line, reception);
   }
-}
-
-Environment Environment::under(std::shared_ptr<const orbit::Sky> sky,
-                               std::map<gnss::System, gnss::Klobuchar> klobuchar) const {
-  return {impl_->city_scene, std::move(sky), std::move(klobuchar)};
-}
-
-propagation::Propagator Environment::make_propagator(const propagation::PropagationOptions& options) const {
-  return impl_->city_scene->propagator(options);
 }
 
 propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu) const {
   const geodesy::LocalFrame& frame = city().frame;
   const Eigen::Vector3d antenna_ecef = frame.ecef_from_local(antenna_enu);
-  propagation::Arrival arrival =
-      make_arrival(*impl_->sky, impl_->satellites, scene(),
-                   {time, antenna_ecef, antenna_enu, frame.ecef_from_local_rotation()});
+  propagation::Arrival arrival = make_arrival(
+      *sky_, satellites_, scene(), {time, antenna_ecef, antenna_enu, frame.ecef_from_local_rotation()});
   add_errors(arrival, time, antenna_ecef);
   return arrival;
 }

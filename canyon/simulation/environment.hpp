@@ -1,23 +1,51 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
-#include "canyon/city/fwd.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/errors/space_errors.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/orbit/sky.hpp"
-#include "canyon/propagation/arrival.hpp"
+#include "canyon/propagation/paths.hpp"
 #include "canyon/propagation/propagator.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 
 namespace canyon::simulation {
 
-struct CityScene;
+/// A city and the rays through it. Hosts that move things hold one and share it between environments.
+struct CityScene {
+  /// The scene borrows the mesh beside it: neither can be moved.
+  explicit CityScene(city::City c)
+      : city(std::move(c)), scene(std::shared_ptr<const city::Mesh>(std::shared_ptr<void>(), &city.mesh)) {}
+  CityScene(const CityScene&) = delete;
+  CityScene& operator=(const CityScene&) = delete;
+
+  /// Propagators of equal options share their memory, which is large. Unused ones are kept until the next
+  /// call. Thread-safe.
+  [[nodiscard]] propagation::Propagator propagator(const propagation::PropagationOptions& options) {
+    const std::lock_guard lock(mutex_);
+    const auto equal = [&](const propagation::Propagator& each) { return each.options() == options; };
+    std::erase_if(propagators_, [&](const auto& each) { return !each.is_shared() && !equal(each); });
+    const auto found = std::find_if(propagators_.begin(), propagators_.end(), equal);
+    return found != propagators_.end() ? *found
+                                       : propagators_.emplace_back(city.mesh, scene, options, city.seed);
+  }
+
+  city::City city;
+  raytrace::RayScene scene;
+
+ private:
+  std::mutex mutex_;
+  std::vector<propagation::Propagator> propagators_;
+};
 
 /// A host's own rays: fills result[i] with the paths of the satellite in directions[i] (unit, ENU) at an
 /// antenna, as Propagator::trace() does.
@@ -58,27 +86,29 @@ class Environment {
   /// Over a scene of its own.
   Environment(city::City city, std::shared_ptr<const orbit::Sky> sky,
               std::map<gnss::System, gnss::Klobuchar> klobuchar = {});
-  ~Environment();
-  Environment(Environment&&) noexcept;
-  Environment& operator=(Environment&&) noexcept;
 
-  [[nodiscard]] const city::City& city() const;
-  [[nodiscard]] const orbit::Sky& sky() const;
-  [[nodiscard]] const std::map<gnss::System, gnss::Klobuchar>& klobuchar() const;
-  [[nodiscard]] const raytrace::RayScene& scene() const;
+  [[nodiscard]] const city::City& city() const { return city_scene_->city; }
+  [[nodiscard]] const orbit::Sky& sky() const { return *sky_; }
+  [[nodiscard]] const std::map<gnss::System, gnss::Klobuchar>& klobuchar() const { return klobuchar_; }
+  [[nodiscard]] const raytrace::RayScene& scene() const { return city_scene_->scene; }
   /// Arrivals carry these errors from then on (SatelliteView::space). Null: none, as at first and under().
-  void set_errors(std::shared_ptr<const errors::SpaceErrors> errors);
-  [[nodiscard]] const std::shared_ptr<const errors::SpaceErrors>& errors() const;
+  void set_errors(std::shared_ptr<const errors::SpaceErrors> errors) { errors_ = std::move(errors); }
+  [[nodiscard]] const std::shared_ptr<const errors::SpaceErrors>& errors() const { return errors_; }
   /// Sets SatelliteView::space of an arrival of make_arrival(), if there are errors.
   void add_errors(propagation::Arrival& arrival, geodesy::GpsTime time,
                   const Eigen::Vector3d& antenna_ecef) const;
   /// The same city under another sky; nothing of the city is copied or built.
   [[nodiscard]] Environment under(std::shared_ptr<const orbit::Sky> sky,
-                                  std::map<gnss::System, gnss::Klobuchar> klobuchar = {}) const;
+                                  std::map<gnss::System, gnss::Klobuchar> klobuchar = {}) const {
+    return {city_scene_, std::move(sky), std::move(klobuchar)};
+  }
 
   /// A propagator over this city; keep it as long as needed, it is thread-safe. Those of equal options share
   /// their memory. The environment must outlive it.
-  [[nodiscard]] propagation::Propagator make_propagator(const propagation::PropagationOptions& options) const;
+  [[nodiscard]] propagation::Propagator make_propagator(
+      const propagation::PropagationOptions& options) const {
+    return city_scene_->propagator(options);
+  }
 
   /// make_arrival() of all satellites at an antenna in the city's ENU frame, with their errors; without
   /// paths.
@@ -92,8 +122,11 @@ class Environment {
                                              const Tracer& trace) const;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::shared_ptr<CityScene> city_scene_;  // propagators refer to it; it keeps its address
+  std::shared_ptr<const orbit::Sky> sky_;
+  std::map<gnss::System, gnss::Klobuchar> klobuchar_;
+  std::vector<gnss::SatelliteId> satellites_;
+  std::shared_ptr<const errors::SpaceErrors> errors_;
 };
 
 }  // namespace canyon::simulation

@@ -13,7 +13,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "tests/support/simulation_support.hpp"
 

@@ -1,4 +1,4 @@
-#include "canyon/simulation/georeference.hpp"
+#include "canyon/simulation/load_city.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/loaded_city.hpp"
 

@@ -11,12 +11,12 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/disturbance/disturbance.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
-#include "canyon/simulation/retracing.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/run_receiver.hpp"
-#include "canyon/simulation/scenario/receiver_bases.hpp"
-#include "canyon/simulation/sensors/vehicle_sensors.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/sensors/sensor_run.hpp"
+#include "canyon/simulation/trace_places.hpp"
 
 namespace canyon::simulation {
 namespace {

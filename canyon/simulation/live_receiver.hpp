@@ -13,7 +13,7 @@
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/motion/pose_motion.hpp"
-#include "canyon/simulation/scenario/live_config.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/sensors/sensor_run.hpp"
 #include "canyon/simulation/simulator.hpp"
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -15,17 +16,18 @@
 #include "canyon/buildings/sources/model_kind.hpp"
 #include "canyon/buildings/sources/model_readers.hpp"
 #include "canyon/buildings/sources/osm_reader.hpp"
+#include "canyon/city/city.hpp"
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/simulation/georeference.hpp"
+#include "canyon/simulation/run_plan.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
-#include "canyon/simulation/scenario_trajectory.hpp"
 #include "canyon/tiles/read_tiles.hpp"
 
 namespace canyon::simulation {
+
 namespace {
 
 /// A scenario reads the tiles of a city model, or keeps the objects of a large city, that are this near to
@@ -328,6 +330,33 @@ city::City load_city(const Scenario& scenario) {
         "set that variable of the environment");
   }
   return draw_city(std::move(source), scenario);
+}
+
+std::optional<CityShift> draw_city_shift(const Georeference& georeference, std::uint64_t seed) {
+  if (georeference.sigma_m == 0 && georeference.heading_sigma_rad == 0) return std::nullopt;
+  RandomStream stream(seed, "georeference");
+  CityShift shift;
+  shift.east_m = georeference.sigma_m * stream.normal();
+  shift.north_m = georeference.sigma_m * stream.normal();
+  shift.heading_rad = georeference.heading_sigma_rad * stream.normal();
+  return shift;
+}
+
+void move_city(city::City& city, const CityShift& shift) {
+  if (city.mesh.vertices.empty()) return;
+  const city::Box bounds = city.bounds();
+  const Eigen::Vector2d middle = 0.5 * (bounds.min + bounds.max).head<2>();
+  const Eigen::Rotation2Dd turn(shift.heading_rad);
+  const Eigen::Vector2d offset(shift.east_m, shift.north_m);
+  for (Eigen::Vector3d& vertex : city.mesh.vertices) {
+    const Eigen::Vector2d arm = vertex.head<2>() - middle;
+    vertex.head<2>() = middle + turn * arm + offset;
+  }
+}
+
+std::string describe(const CityShift& shift) {
+  return fmt::format("city moved by east {:.1f} m, north {:.1f} m, turned {:.2f} deg (georeference)",
+                     shift.east_m, shift.north_m, geodesy::degrees(shift.heading_rad));
 }
 
 }  // namespace canyon::simulation

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
@@ -12,9 +13,18 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/simulation/threads.hpp"
+#include "canyon/base/input_error.hpp"
 
 namespace canyon::simulation {
+
+inline constexpr int kMostThreads = 4096;
+
+/// Throws InputError unless `threads` is 0 (as many as cores) to kMostThreads.
+inline void check_threads(int threads) {
+  if (threads >= 0 && threads <= kMostThreads) return;
+  throw InputError(fmt::format("{} threads are out of range", threads),
+                   fmt::format("give 0 (as many as cores) to {}", kMostThreads));
+}
 
 /// Items [first, first + size) of for_each_in_order() while they are made.
 template <typename Item>

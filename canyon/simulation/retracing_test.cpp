@@ -1,4 +1,4 @@
-#include "canyon/simulation/retracing.hpp"
+#include "canyon/simulation/trace_places.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/orbit/nominal_constellation.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 
 namespace canyon::simulation {
 namespace {

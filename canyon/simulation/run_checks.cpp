@@ -1,4 +1,5 @@
-#include "canyon/simulation/run_checks.hpp"
+// Declared in canyon/simulation/run_plan.hpp.
+#include "canyon/simulation/run_plan.hpp"
 
 #include <fmt/format.h>
 
@@ -16,10 +17,8 @@
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/relative/correction_link.hpp"
 #include "canyon/simulation/motion/antenna_pose.hpp"
-#include "canyon/simulation/run_plan.hpp"
-#include "canyon/simulation/scenario/receiver_bases.hpp"
-#include "canyon/simulation/scenario_trajectory.hpp"
-#include "canyon/simulation/sensors/vehicle_sensors.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/sensors/sensor_run.hpp"
 
 namespace canyon::simulation {
 namespace {

@@ -11,7 +11,6 @@
 #include "canyon/disturbance/streets.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/receiver/receiver.hpp"
-#include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 

@@ -11,18 +11,15 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/receiver/corrections.hpp"
-#include "canyon/simulation/city_scene.hpp"
 #include "canyon/simulation/correction_links.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/motion/antenna_pose.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
-#include "canyon/simulation/retracing.hpp"
-#include "canyon/simulation/run_checks.hpp"
 #include "canyon/simulation/run_plan.hpp"
 #include "canyon/simulation/run_receiver.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
-#include "canyon/simulation/scenario_trajectory.hpp"
 #include "canyon/simulation/sensors/sensor_run.hpp"
-#include "canyon/simulation/sensors/vehicle_sensors.hpp"
+#include "canyon/simulation/trace_places.hpp"
 
 namespace canyon::simulation {
 namespace {
@@ -155,7 +152,7 @@ std::optional<SensorRun> Simulation::Impl::make_sensors(const std::vector<EpochS
 
 SensorRun Simulation::Impl::make_sensors() const {
   return SensorRun(
-      scenario.sensors, scenario.seed, plan.begin, body_along(plan.trajectory),
+      scenario.sensors, scenario.seed, plan.begin, [this](GpsTime t) { return plan.trajectory.ecef_pose(t); },
       [this](GpsTime t) { return vehicle_pose(t); }, environment.city().geoid_undulation_m);
 }
 

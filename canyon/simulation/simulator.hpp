@@ -14,7 +14,6 @@
 
 namespace canyon::simulation {
 
-struct CityScene;
 class SensorRun;
 
 /// A receiver's epoch at a known place: measurements, fix and its error. Simulation and LiveReceiver call it.

@@ -12,7 +12,7 @@
 
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/simulation_support.hpp"

@@ -7,7 +7,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 
 // The reference for the time of Python's calls: python/tests/overhead.py makes the same ones.

@@ -14,7 +14,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/options/settings_tree.hpp"
+#include "canyon/options/node.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/unknowns/unknowns.hpp"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/study/axis.hpp"
 #include "canyon/study/run_store.hpp"

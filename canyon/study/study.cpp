@@ -9,10 +9,10 @@
 #include "canyon/base/random.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
+#include "canyon/options/node.hpp"
 #include "canyon/options/read.hpp"
-#include "canyon/options/settings_tree.hpp"
 #include "canyon/options/values.hpp"
-#include "canyon/simulation/scenario_trajectory.hpp"
+#include "canyon/simulation/run_plan.hpp"
 #include "canyon/study/axis.hpp"
 
 namespace canyon::study {

@@ -9,7 +9,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/tracking/channel_fading.hpp"
-#include "canyon/tracking/interference.hpp"
+#include "canyon/tracking/loop_noise.hpp"
 
 namespace canyon::tracking {
 namespace {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/propagation/arrival.hpp"
+#include "canyon/propagation/paths.hpp"
 #include "canyon/tracking/channel_fading.hpp"
 #include "canyon/tracking/loop_noise.hpp"
 #include "canyon/tracking/signal_options.hpp"

@@ -1,4 +1,4 @@
-#include "canyon/tracking/interference.hpp"
+#include "canyon/tracking/loop_noise.hpp"
 
 #include <gtest/gtest.h>
 

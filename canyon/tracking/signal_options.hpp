@@ -6,7 +6,6 @@
 #include "canyon/gnss/signal_groups.hpp"
 #include "canyon/options/fwd.hpp"
 #include "canyon/signal/antenna_pattern.hpp"
-#include "canyon/signal/link_budget.hpp"
 #include "canyon/signal/path_strength.hpp"
 #include "canyon/tracking/code_tracking.hpp"
 #include "canyon/tracking/loop_noise.hpp"

@@ -6,7 +6,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "canyon/errors/atmosphere.hpp"
+#include "canyon/errors/space_errors.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/positioning/fix.hpp"
 #include "canyon/validation/statistics.hpp"

@@ -9,7 +9,7 @@
 #include <map>
 #include <memory>
 
-#include "canyon/errors/atmosphere.hpp"
+#include "canyon/errors/space_errors.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/orbit/broadcast_sky.hpp"
 #include "canyon/rinex/navigation_reader.hpp"
@@ -52,7 +52,8 @@ TEST(PseudorangeErrorsBesideRtklib, ResidualsOfTheRecordedDrive) {
   const std::vector<std::filesystem::path> navigation_files{folder / "hksc1180.19n", folder / "hksc1180.19b"};
   const auto data = rinex::read_rinex_navigation(navigation_files);
   const orbit::BroadcastSky sky(data);
-  const auto truth = simulation::read_trajectory(folder / "groundTruth_TST.csv", "urbannav", {});
+  const auto truth =
+      simulation::read_trajectory_file(folder / "groundTruth_TST.csv", "urbannav", {}).trajectory;
   const auto recorded = rinex::read_rinex_observations(observation_file);
   // RTKLIB takes GPS's coefficients for every system.
   const gnss::Klobuchar gps = data.klobuchar.at(System::GPS);

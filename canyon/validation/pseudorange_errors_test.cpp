@@ -7,7 +7,7 @@
 #include <map>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/errors/atmosphere.hpp"
+#include "canyon/errors/space_errors.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/tracking/noise.hpp"
 #include "canyon/validation/statistics.hpp"

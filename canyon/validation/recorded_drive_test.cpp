@@ -101,7 +101,8 @@ Drive read_drive(const std::filesystem::path& folder, const std::set<System>& sy
   options.systems = systems;
   Drive drive{read_rinex_observations(folder / "COM3_190428_124409.obs", options), {}};
   const auto navigation = rinex::read_rinex_navigation({folder / "hksc1180.19n", folder / "hksc1180.19b"});
-  const auto truth = simulation::read_trajectory(folder / "groundTruth_TST.csv", "urbannav", {});
+  const auto truth =
+      simulation::read_trajectory_file(folder / "groundTruth_TST.csv", "urbannav", {}).trajectory;
   const orbit::BroadcastSky sky(navigation);
   drive.residuals = pseudorange_residuals(drive.recorded.epochs, truth, sky, navigation.klobuchar);
   return drive;

@@ -13,7 +13,7 @@
 #include "canyon/options/read.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/rinex/observation_reader.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario/profile.hpp"

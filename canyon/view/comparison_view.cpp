@@ -14,7 +14,7 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/output/epoch_rows.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/tracking/signal_lock.hpp"
 #include "canyon/validation/statistics.hpp"

@@ -12,7 +12,6 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/positioning/fix.hpp"
-#include "canyon/propagation/arrival.hpp"
 #include "canyon/propagation/paths.hpp"
 #include "canyon/tracking/correlation.hpp"
 #include "canyon/view/page.hpp"

@@ -10,7 +10,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/output/stream.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/transport/transport.hpp"

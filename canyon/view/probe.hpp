@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "canyon/base/json.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/simulator.hpp"
 

@@ -11,7 +11,7 @@
 #include "canyon/base/arithmetic.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/output/view_messages.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "canyon/output/sinks.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/view/header.hpp"

@@ -6,9 +6,9 @@
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "python/src/arrays.hpp"
+#include "python/src/binding.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {

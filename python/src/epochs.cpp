@@ -8,7 +8,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/output/columns.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "python/src/arrays.hpp"
+#include "python/src/binding.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {

@@ -7,13 +7,13 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/heatmap/engine/map_request.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario/receiver_bases.hpp"
-#include "canyon/simulation/scenario_trajectory.hpp"
+#include "canyon/simulation/run_plan.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/sky_builder.hpp"
 #include "canyon/validation/comparison.hpp"
-#include "python/src/arrays.hpp"
+#include "python/src/binding.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {

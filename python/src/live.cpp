@@ -4,12 +4,11 @@
 #include <sstream>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "python/src/arrays.hpp"
+#include "python/src/binding.hpp"
 #include "python/src/epochs.hpp"
-#include "python/src/models.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {

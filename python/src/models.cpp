@@ -1,4 +1,5 @@
-#include "python/src/models.hpp"
+// Declared in python/src/settings.hpp.
+#include "python/src/settings.hpp"
 
 #include <fmt/format.h>
 
@@ -8,8 +9,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/output/epoch_values.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
-#include "python/src/arrays.hpp"
-#include "python/src/settings.hpp"
+#include "python/src/binding.hpp"
 
 namespace canyon::python {
 namespace {

@@ -6,7 +6,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/samples/sample_file.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
-#include "python/src/arrays.hpp"
+#include "python/src/binding.hpp"
 #include "python/src/stream.hpp"
 
 namespace canyon::python {

@@ -11,11 +11,11 @@
 #include "canyon/base/text_file.hpp"
 #include "canyon/disturbance/faults/fault.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/options/settings_tree.hpp"
+#include "canyon/options/node.hpp"
 #include "canyon/output/encoder.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
-#include "python/src/arrays.hpp"
+#include "python/src/binding.hpp"
 
 namespace canyon::python {
 namespace {

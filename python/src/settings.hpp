@@ -5,7 +5,7 @@
 #include "canyon/options/describe.hpp"
 #include "canyon/options/node.hpp"
 #include "canyon/options/read.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -102,5 +102,25 @@ std::shared_ptr<simulation::CityScene> scene_of(const Load& load) {
   warn_of(scene->city.notes);
   return scene;
 }
+
+/// A Python object that the engine holds: let go of under the GIL, whoever lets go.
+class Held {
+ public:
+  explicit Held(py::object object)
+      : object_(new py::object(std::move(object)), [](const py::object* o) {
+          const py::gil_scoped_acquire gil;
+          delete o;
+        }) {}
+  [[nodiscard]] const py::object& get() const { return *object_; }
+
+ private:
+  std::shared_ptr<const py::object> object_;
+};
+
+/// Puts canyon.Models into a receiver: its disturbances, antenna, weighting and solver. Throws InputError for
+/// other objects.
+void put_models(const py::object& models, simulation::ReceiverConfig& receiver);
+/// The same of several receivers: one for all, or a dict by name.
+void put_models(const py::object& models, std::vector<simulation::ReceiverConfig>& receivers);
 
 }  // namespace canyon::python

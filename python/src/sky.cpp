@@ -1,6 +1,6 @@
 // Declared in python/src/binding.hpp.
 #include "canyon/gnss/satellite_id.hpp"
-#include "python/src/arrays.hpp"
+#include "python/src/binding.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {

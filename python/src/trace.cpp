@@ -2,9 +2,9 @@
 #include <fmt/format.h>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/trace_places.hpp"
-#include "python/src/arrays.hpp"
+#include "python/src/binding.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {

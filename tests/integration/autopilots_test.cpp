@@ -14,7 +14,7 @@
 
 #include "canyon/live/session.hpp"
 #include "canyon/mavlink/frames.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/transport/transport.hpp"
 #include "tests/support/autopilots.hpp"

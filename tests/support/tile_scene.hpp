@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/errors/atmosphere.hpp"
+#include "canyon/errors/space_errors.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/heatmap/cells/shared_cells.hpp"

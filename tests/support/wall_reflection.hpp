@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "canyon/propagation/arrival.hpp"
+#include "canyon/propagation/paths.hpp"
 
 namespace canyon::test {
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "canyon/base/text.hpp"
-#include "canyon/options/settings_tree.hpp"
+#include "canyon/options/node.hpp"
 
 namespace canyon::adapters {
 namespace {

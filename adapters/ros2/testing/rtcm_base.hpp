@@ -9,7 +9,7 @@
 #include "adapters/ros2/node_settings.hpp"
 #include "adapters/ros2/node_truth.hpp"
 #include "canyon/output/encoder.hpp"
-#include "canyon/simulation/city_scene.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
 
 namespace canyon::adapters::ros2::test {

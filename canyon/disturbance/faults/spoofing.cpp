@@ -12,7 +12,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/gnss/signal_groups.hpp"
 #include "canyon/options/values.hpp"
-#include "canyon/signal/link_budget.hpp"
+#include "canyon/signal/path_strength.hpp"
 
 namespace canyon::disturbance {
 namespace {
@@ -40,10 +40,6 @@ PullOffOptions::Progress PullOffOptions::progress(double seconds, double target_
   return now.way_m < target_m ? now : Progress{target_m, 0};
 }
 
-void PullOffOptions::validate() const {
-  options::check(*this, "pull-off");
-}
-
 void visit(options::Visitor& v, PullOffOptions& o) {
   v.number({"hold_s", "s", "time before the pull-off begins"}, o.hold_s, {0, 1e5});
   v.number({"rate_mps", "m/s", "rate at which position and clock move"}, o.rate_mps, {0, 1e4, true});
@@ -59,7 +55,7 @@ void SpoofingOptions::validate() const {
   options::check(*this, "spoofer");
   transmitter.validate();
   shows.validate();
-  pull_off.validate();
+  options::check(pull_off, "pull-off");
   gnss::check_signals(signals);
   if (kind == Kind::Meaconing && delay_s < 0) {
     throw InputError(fmt::format("a repeater has a delay of {} s", delay_s), "give 0 s or more");

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "canyon/disturbance/course.hpp"
 #include "canyon/disturbance/disturbance.hpp"
 #include "canyon/disturbance/faults/fault.hpp"
 #include "canyon/disturbance/faults/transmitter.hpp"
@@ -26,7 +25,6 @@ struct PullOffOptions {
     double way_m = 0, speed_mps = 0;
   };
   [[nodiscard]] Progress progress(double seconds, double target_m) const;
-  void validate() const;
 };
 void visit(options::Visitor& v, PullOffOptions& o);
 

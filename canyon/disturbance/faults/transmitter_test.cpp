@@ -8,7 +8,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/disturbance/faults/jamming.hpp"
 #include "canyon/disturbance/faults/spoofing.hpp"
 #include "canyon/geodesy/constants.hpp"
 

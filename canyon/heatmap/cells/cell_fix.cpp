@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "canyon/positioning/least_squares.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
-#include "canyon/positioning/residual.hpp"
 #include "canyon/receiver/signal_range.hpp"
 
 namespace canyon::heatmap {

@@ -12,9 +12,9 @@
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/gnss/signals.hpp"
-#include "canyon/positioning/dop.hpp"
+#include "canyon/positioning/least_squares.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
-#include "canyon/propagation/arrival.hpp"
+#include "canyon/propagation/paths.hpp"
 #include "canyon/receiver/receiver_options.hpp"
 
 namespace canyon::heatmap {

@@ -12,7 +12,7 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/heatmap/cells/cell_solver.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
-#include "canyon/positioning/dop.hpp"
+#include "canyon/positioning/least_squares.hpp"
 
 namespace canyon::heatmap {
 

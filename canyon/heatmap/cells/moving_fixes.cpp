@@ -6,7 +6,7 @@
 #include <cstddef>
 
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
-#include "canyon/positioning/dop.hpp"
+#include "canyon/positioning/least_squares.hpp"
 
 namespace canyon::heatmap {
 namespace {

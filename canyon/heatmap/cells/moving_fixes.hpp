@@ -8,7 +8,7 @@
 #include "canyon/heatmap/cells/cell_values.hpp"
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/positioning/positioning_options.hpp"
-#include "canyon/simulation/scenario/map_motion.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::heatmap {
 

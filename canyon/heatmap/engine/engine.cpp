@@ -20,10 +20,10 @@
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/receiver/signal_range.hpp"
+#include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/run_receiver.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
-#include "canyon/simulation/threads.hpp"
 
 namespace canyon::heatmap {
 

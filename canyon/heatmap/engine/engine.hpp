@@ -17,7 +17,7 @@
 #include "canyon/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/fwd.hpp"
-#include "canyon/simulation/scenario/map_motion.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::heatmap {
 

@@ -20,7 +20,7 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/heatmap/cells/cell_method.hpp"
 #include "canyon/heatmap/cells/cell_receivers.hpp"
-#include "canyon/simulation/scenario/receiver_bases.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/disturbances.hpp"
 #include "tests/support/downtown.hpp"

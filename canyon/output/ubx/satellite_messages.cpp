@@ -7,7 +7,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/broadcast_messages.hpp"
 #include "canyon/output/ubx/messages.hpp"
-#include "canyon/positioning/residual.hpp"
+#include "canyon/positioning/least_squares.hpp"
 
 namespace canyon::output::ubx {
 namespace {

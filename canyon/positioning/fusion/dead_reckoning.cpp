@@ -1,4 +1,5 @@
-#include "canyon/positioning/fusion/dead_reckoning.hpp"
+// Declared in canyon/positioning/fusion/dead_reckoning_options.hpp.
+#include "canyon/positioning/fusion/dead_reckoning_options.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,9 +9,8 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/positioning/fusion/alignment.hpp"
+#include "canyon/options/values.hpp"
 #include "canyon/positioning/fusion/inertial_errors.hpp"
-#include "canyon/positioning/fusion/standstill.hpp"
 #include "canyon/positioning/fusion/vehicle_constraints.hpp"
 
 namespace canyon::positioning {
@@ -361,7 +361,7 @@ struct DeadReckoning::State {
 
 DeadReckoning::DeadReckoning(const DeadReckoningOptions& options, const SensorMounting& mounting)
     : state_(std::make_unique<State>(options, mounting)) {
-  options.validate();
+  options::check(options, "dead reckoning");
 }
 DeadReckoning::~DeadReckoning() = default;
 DeadReckoning::DeadReckoning(DeadReckoning&&) noexcept = default;

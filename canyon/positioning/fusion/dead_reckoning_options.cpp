@@ -6,10 +6,6 @@
 
 namespace canyon::positioning {
 
-void DeadReckoningOptions::validate() const {
-  options::check(*this, "dead reckoning");
-}
-
 void visit(options::Visitor& v, DeadReckoningOptions& o) {
   v.boolean({"enabled", "", "go on by the vehicle's inertial sensor and wheels (sensors)"}, o.enabled);
   v.boolean({"non_holonomic", "",

@@ -1,4 +1,4 @@
-#include "canyon/positioning/fusion/dead_reckoning.hpp"
+#include "canyon/positioning/fusion/dead_reckoning_options.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,6 @@
 #include "canyon/base/random.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/positioning/fusion/alignment.hpp"
-#include "canyon/positioning/fusion/standstill.hpp"
 #include "canyon/positioning/fusion/vehicle_constraints.hpp"
 
 namespace canyon::positioning {

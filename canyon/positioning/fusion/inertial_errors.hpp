@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "canyon/geodesy/gps_time.hpp"
-#include "canyon/positioning/fusion/sensor_readings.hpp"
+#include "canyon/positioning/fusion/dead_reckoning_options.hpp"
 
 // Error states of the inertial filter and their equations. Private to canyon/positioning/fusion.
 

@@ -8,7 +8,7 @@
 
 #include "canyon/propagation/index/direction_bins.hpp"
 #include "canyon/propagation/index/facets.hpp"
-#include "canyon/propagation/index/stay.hpp"
+#include "canyon/propagation/index/places.hpp"
 
 namespace canyon::propagation {
 

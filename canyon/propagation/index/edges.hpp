@@ -11,7 +11,7 @@
 
 #include "canyon/city/fwd.hpp"
 #include "canyon/propagation/index/bounds_blocks.hpp"
-#include "canyon/propagation/index/edge_options.hpp"
+#include "canyon/propagation/index/knife_edge.hpp"
 
 namespace canyon::propagation {
 

@@ -4,7 +4,7 @@
 
 #include "canyon/city/city.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/propagation/arrival.hpp"
+#include "canyon/propagation/paths.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 

@@ -1,5 +1,5 @@
-// Declared in canyon/simulation/motion/track_readers.hpp.
-#include "canyon/simulation/motion/track_readers.hpp"
+// Declared in canyon/simulation/motion/recorded_path.hpp.
+#include "canyon/simulation/motion/recorded_path.hpp"
 
 #include <fmt/format.h>
 

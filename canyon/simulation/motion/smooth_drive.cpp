@@ -1,4 +1,5 @@
-#include "canyon/simulation/motion/smooth_drive.hpp"
+// Declared in canyon/simulation/motion/smooth_motion.hpp.
+#include "canyon/simulation/motion/smooth_motion.hpp"
 
 #include <fmt/format.h>
 

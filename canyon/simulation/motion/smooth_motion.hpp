@@ -5,9 +5,31 @@
 #include <vector>
 
 #include "canyon/simulation/motion/trajectory.hpp"
-#include "canyon/simulation/motion/uniform_spline.hpp"
 
 namespace canyon::simulation {
+
+/// A quintic B-spline over control points in even steps of time: a curve that is four times continuously
+/// differentiable. It is a mean of the control points with weights that are not negative, and so is each
+/// derivative of their divided differences: what bounds these bounds the curve. It does not pass through the
+/// control points. Before the first and behind the last one it rests there. Source: de Boor, A Practical
+/// Guide to Splines, chapter IX. Immutable, thread-safe.
+class UniformSpline {
+ public:
+  using Value = Eigen::Vector4d;
+  struct Point {
+    Value value, rate, acceleration;  ///< and the first two derivatives by time [1/s, 1/s^2]
+  };
+
+  /// @param points at least one, finite; point k stands at k step_s
+  /// @param step_s above 0
+  UniformSpline(std::vector<Value> points, double step_s);
+
+  [[nodiscard]] Point at(double t_s) const;
+
+ private:
+  std::vector<Value> points_;
+  double step_s_;
+};
 
 /// A place and a heading before they are smoothed.
 struct MotionKnot {
@@ -61,9 +83,23 @@ class SmoothMotion {
 /// From the vehicle's axes (forward, left, up) to east, north, up at its place, by yaw, pitch and roll.
 [[nodiscard]] Eigen::Matrix3d enu_from_body(const Pose& pose);
 
+/// The same pose in ECEF.
+[[nodiscard]] EcefPose body_state(const Pose& pose);
+
 /// geodesy::enu_from_ecef_rotation() at a point in ECEF [m], without its geodetic coordinates: the
 /// ellipsoid's normal by one step of Bowring (Transformation from spatial to geographical coordinates, Survey
 /// Review 23, 1976). Within 1e-12 below 10 km of height. The point is not on the Earth's axis.
 [[nodiscard]] Eigen::Matrix3d enu_from_ecef_at(const Eigen::Vector3d& ecef_m);
+
+/// A drive in seconds from its start.
+struct SmoothDrive {
+  SmoothMotion motion;  ///< in the local frame of the first waypoint; empty where all are at one place
+  double duration_s = 0, length_m = 0;
+};
+
+/// See Trajectory::from_waypoints(). Legs are straight in east, north (about the first waypoint) and height
+/// above the ellipsoid. At least two waypoints, checked. Throws InputError for an acceleration out of range,
+/// and for a drive that moves for more than 11 days.
+[[nodiscard]] SmoothDrive smooth_drive(const std::vector<Waypoint>& waypoints, double acceleration_mps2);
 
 }  // namespace canyon::simulation

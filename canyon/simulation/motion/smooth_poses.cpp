@@ -1,4 +1,5 @@
-#include "canyon/simulation/motion/smooth_poses.hpp"
+// Declared in canyon/simulation/motion/pose_motion.hpp.
+#include "canyon/simulation/motion/pose_motion.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +7,7 @@
 #include <vector>
 
 #include "canyon/base/arithmetic.hpp"
-#include "canyon/simulation/motion/uniform_spline.hpp"
+#include "canyon/simulation/motion/smooth_motion.hpp"
 
 namespace canyon::simulation {
 namespace {

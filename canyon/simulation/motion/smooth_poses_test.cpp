@@ -1,4 +1,4 @@
-#include "canyon/simulation/motion/smooth_poses.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
 
 #include <gtest/gtest.h>
 

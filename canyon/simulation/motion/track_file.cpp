@@ -1,5 +1,5 @@
-// Declared in canyon/simulation/motion/track_readers.hpp.
-#include "canyon/simulation/motion/track_readers.hpp"
+// Declared in canyon/simulation/motion/recorded_path.hpp.
+#include "canyon/simulation/motion/recorded_path.hpp"
 
 #include <fmt/format.h>
 
@@ -16,7 +16,6 @@
 #include "canyon/base/text_file.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/rinex/android_log.hpp"
-#include "canyon/simulation/motion/recorded_path.hpp"
 #include "canyon/simulation/motion/xml_tags.hpp"
 
 namespace canyon::simulation {

@@ -1,4 +1,4 @@
-#include "canyon/simulation/motion/track_readers.hpp"
+#include "canyon/simulation/motion/recorded_path.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -84,7 +84,7 @@ TEST(TrackFile, RefusesWhatIsNone) {
   EXPECT_THAT(refused("<gx:Track><gx:coord>1 2</gx:coord></gx:Track>", "kml"),
               HasSubstr("0 times for 1 places"));
   const auto line = folder.write("b.kml", kKmlLine);
-  EXPECT_THAT(error_of([&] { (void)read_trajectory(line, "kml", {}); }).what(), HasSubstr("no times"));
+  EXPECT_THAT(error_of([&] { (void)read_trajectory_file(line, "kml", {}); }).what(), HasSubstr("no times"));
 }
 
 TEST(TrackFile, SegmentsComeInOrderOfTime) {

@@ -9,7 +9,6 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/simulation/motion/smooth_drive.hpp"
 #include "canyon/simulation/motion/smooth_motion.hpp"
 
 namespace canyon::simulation {
@@ -331,14 +330,6 @@ Trajectory::Trajectory(std::vector<std::pair<GpsTime, Geodetic>> samples) {
   track_ = std::move(track);
 }
 
-Trajectory Trajectory::from_waypoints(GpsTime start, const std::vector<Geodetic>& waypoints, double speed_mps,
-                                      double hold_s) {
-  std::vector<Waypoint> same;
-  same.reserve(waypoints.size());
-  for (const Geodetic& place : waypoints) same.push_back({place, speed_mps, hold_s});
-  return from_waypoints(start, same, std::nullopt);
-}
-
 Trajectory Trajectory::from_waypoints(GpsTime start, const std::vector<Waypoint>& waypoints,
                                       std::optional<double> acceleration_mps2) {
   if (waypoints.empty()) throw InputError("the list of waypoints is empty", "give at least one");
@@ -449,9 +440,8 @@ bool Trajectory::covers(GpsTime t) const {
   return *after == t || !track_->is_pause(static_cast<std::size_t>(after - track_->times.begin()) - 1);
 }
 
-std::optional<EcefPose> Trajectory::ecef_pose(GpsTime t) const {
-  if (!track_->motion) return std::nullopt;
-  return track_->ecef_pose(t, attitude_);
+EcefPose Trajectory::ecef_pose(GpsTime t) const {
+  return track_->motion ? track_->ecef_pose(t, attitude_) : body_state(at(t));
 }
 
 double Trajectory::length_m() const {

@@ -37,9 +37,9 @@ struct Pose {
 /// number: it is below -1 km or above 100 km, or faster than 1,000 m/s; empty where one may.
 [[nodiscard]] std::string impossible_motion(double height_m, const Eigen::Vector3d& velocity_mps);
 
-/// A vehicle as a rigid body in ECEF, with its axes forward, left, up.
+/// A vehicle as a rigid body in ECEF. Its own axes are forward, left, up.
 struct EcefPose {
-  Eigen::Vector3d position_m, velocity_mps, acceleration_mps2;
+  Eigen::Vector3d position_m, velocity_mps, acceleration_mps2;  ///< and its derivatives
   Eigen::Matrix3d ecef_from_body;
 };
 
@@ -73,11 +73,7 @@ class Trajectory {
   /// At least one sample; times strictly increasing, all finite (InputError).
   explicit Trajectory(std::vector<std::pair<geodesy::GpsTime, geodesy::Geodetic>> samples);
 
-  /// Straight legs at constant speed [m/s, > 0]; `hold_s` seconds of standstill at each waypoint.
-  [[nodiscard]] static Trajectory from_waypoints(geodesy::GpsTime start,
-                                                 const std::vector<geodesy::Geodetic>& waypoints,
-                                                 double speed_mps, double hold_s = 0);
-  /// The same with a speed for each leg and a hold for each waypoint. With an acceleration [m/s^2, (0, 100]]
+  /// Straight legs at constant speeds, with standstill at waypoints. With an acceleration [m/s^2, (0, 100]]
   /// the drive is smooth (SmoothMotion): it begins and ends at rest and rests for each hold; neither speeds
   /// nor the acceleration, along and across together, are exceeded, and its jerk is at most twice the
   /// acceleration over SmoothMotion::kBox_s. Corners without a hold are cut by arcs at constant speed, as
@@ -97,8 +93,8 @@ class Trajectory {
   [[nodiscard]] double sample_interval_s() const;
   /// Clamped to [begin, end].
   [[nodiscard]] Pose at(geodesy::GpsTime t) const;
-  /// The same as at() of a SmoothMotion, in a third of the time; empty for other paths.
-  [[nodiscard]] std::optional<EcefPose> ecef_pose(geodesy::GpsTime t) const;
+  /// The same in ECEF; of a SmoothMotion in a third of the time.
+  [[nodiscard]] EcefPose ecef_pose(geodesy::GpsTime t) const;
   [[nodiscard]] double length_m() const;
   /// Begin and end of the pauses of a recording: spacings above ten times the median and `kMaxCubicGap_s`
   /// between samples more than 1 m apart. Empty for waypoints.
@@ -121,14 +117,6 @@ class Trajectory {
   Attitude attitude_ = Attitude::Level;
 };
 
-/// A recorded path with times. `format`: one of trajectory_formats(), empty: told by the file's content (csv
-/// where it is none of the others). "csv": csv_track.hpp. "urbannav", "rtklib": likewise. "nmea":
-/// nmea_fixes.hpp. "gpx", "kml", "gnsslogger": track_file.hpp. A record that is not valid is left out, with a
-/// warning. Throws InputError with file and line where half of the records or more are not, times mostly go
-/// backwards, or no line is usable. A `start` of GpsTime{} means that none is known.
-[[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& path, const std::string& format,
-                                         geodesy::GpsTime start);
-
 /// A recorded path, and what its reader says of the file.
 struct TrajectoryFile {
   Trajectory trajectory;
@@ -144,12 +132,17 @@ struct HeightReading {
 };
 /// A quantity of a path -> the name of its column in a CSV file, with its unit (csv_track.hpp).
 using TrajectoryColumns = std::map<std::string, std::string>;
+/// A recorded path with times. `format`: one of trajectory_formats(), empty: told by the file's content (csv
+/// where it is none of the others). "csv": csv_track.hpp. "urbannav", "rtklib": likewise. "nmea":
+/// nmea_fixes.hpp. "gpx", "kml", "gnsslogger": track_file.hpp. A record that is not valid is left out, with a
+/// warning. Throws InputError with file and line where half of the records or more are not, times mostly go
+/// backwards, or no line is usable. A `start` of GpsTime{} means that none is known.
 [[nodiscard]] TrajectoryFile read_trajectory_file(const std::filesystem::path& path,
                                                   const std::string& format, geodesy::GpsTime start,
                                                   const HeightReading& heights = {},
                                                   const TrajectoryColumns& columns = {});
 
-/// The formats that read_trajectory knows.
+/// The formats that read_trajectory_file() knows.
 [[nodiscard]] const std::vector<std::string>& trajectory_formats();
 /// The format of a file by its content. Throws InputError as GzipFile does.
 [[nodiscard]] std::string trajectory_format_of(const std::filesystem::path& path);

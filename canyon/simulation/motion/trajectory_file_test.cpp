@@ -5,7 +5,7 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
-#include "canyon/simulation/motion/track_readers.hpp"
+#include "canyon/simulation/motion/recorded_path.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "tests/support/case_file.hpp"
 #include "tests/support/shared_data.hpp"
@@ -37,7 +37,7 @@ TrajectoryFile read(const std::string& text, const std::string& format, GpsTime 
 std::string fault(const std::string& text, const std::string& format, GpsTime start = kStart) {
   const TemporaryFolder folder;
   const auto path = folder.write("track.txt", text);
-  const std::string what = error_of([&] { (void)read_trajectory(path, format, start); }).what();
+  const std::string what = error_of([&] { (void)read_trajectory_file(path, format, start); }).what();
   const std::size_t at = what.find("track.txt");
   return at == std::string::npos ? what : what.substr(at);
 }
@@ -196,7 +196,7 @@ TEST(TrajectoryCsv, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(fault("\n", "csv"), HasSubstr("no position"));
   EXPECT_THAT(fault(header, "csv"), HasSubstr("no line has a time, a place and a height"));
   EXPECT_THAT(fault(header + "0,22.3,114.17,1\n", "igc"), HasSubstr("'igc' is unknown"));
-  EXPECT_THAT(error_of([] { (void)read_trajectory("/nowhere/track.csv", "csv", kStart); }).what(),
+  EXPECT_THAT(error_of([] { (void)read_trajectory_file("/nowhere/track.csv", "csv", kStart); }).what(),
               HasSubstr("/nowhere/track.csv"));
 }
 
@@ -264,7 +264,7 @@ TEST(TrajectoryUrbanNav, ReadsDegreesMinutesAndSecondsBetweenBlanks) {
 
 TEST(TrajectoryUrbanNav, ReadsTheRealDrive) {
   CANYON_SHARED_DATA(path, "urbannav-tst-20190428/groundTruth_TST.csv");
-  const Trajectory t = read_trajectory(path, "urbannav", GpsTime{});
+  const Trajectory t = read_trajectory_file(path, "urbannav", GpsTime{}).trajectory;
   EXPECT_EQ(t.begin(), GpsTime::from_week(2051, 46701));
   EXPECT_EQ(t.end(), GpsTime::from_week(2051, 47185));
   EXPECT_EQ(t.sample_interval_s(), 1);
@@ -588,7 +588,7 @@ TEST(TrajectoryFile, DamagedFilesAreReadOrRefused) {
       }
       const auto path = folder.write("t", text);
       try {
-        const Trajectory t = read_trajectory(path, format, kStart);
+        const Trajectory t = read_trajectory_file(path, format, kStart).trajectory;
         EXPECT_LE(t.begin(), t.end());
       } catch (const InputError& e) {
         EXPECT_FALSE(e.problem().empty());

@@ -164,10 +164,10 @@ TEST(Trajectory, ClampsBeyondItsEnds) {
 
 TEST(Trajectory, WaypointsGiveStraightLegsAtConstantSpeed) {
   const geodesy::LocalFrame frame(kPlace);
-  const std::vector<Geodetic> corners{frame.geodetic_from_local({0, 0, 0}),
-                                      frame.geodetic_from_local({30, 0, 0}),
-                                      frame.geodetic_from_local({30, 40, 0})};
-  const Trajectory trajectory = Trajectory::from_waypoints(kStart, corners, 10, 2);
+  const std::vector<Waypoint> corners{{frame.geodetic_from_local({0, 0, 0}), 10, 2},
+                                      {frame.geodetic_from_local({30, 0, 0}), 10, 2},
+                                      {frame.geodetic_from_local({30, 40, 0}), 10, 2}};
+  const Trajectory trajectory = Trajectory::from_waypoints(kStart, corners, std::nullopt);
   // hold 2, leg 3, hold 2, leg 4, hold 2
   EXPECT_NEAR(trajectory.end() - kStart, 13, 1e-6);
   EXPECT_NEAR(trajectory.length_m(), 70, 1e-6);
@@ -187,7 +187,9 @@ TEST(Trajectory, WaypointsGiveStraightLegsAtConstantSpeed) {
 TEST(Trajectory, LongLegsStayAboveTheEllipsoid) {
   // 1 degree of longitude at the equator: a chord of 111 km dips 240 m in the middle.
   const Trajectory trajectory = Trajectory::from_waypoints(
-      kStart, {Geodetic::from_degrees(0, 10, 100), Geodetic::from_degrees(0, 11, 300)}, 100);
+      kStart,
+      {Waypoint{Geodetic::from_degrees(0, 10, 100), 100}, Waypoint{Geodetic::from_degrees(0, 11, 300), 100}},
+      std::nullopt);
   const GpsTime middle = kStart + (trajectory.end() - kStart) / 2;
   EXPECT_NEAR(trajectory.at(middle).position.height_m, 200, 1e-6);
   // Half of the chord between different heights is 0.9 m from half of the angle.
@@ -212,13 +214,18 @@ TEST(Trajectory, RefusesBadSamples) {
               }).what(),
               HasSubstr("does not follow"));
   EXPECT_THAT(error_of([&] { Trajectory t({{kStart, {nan, 0, 0}}}); }).what(), HasSubstr("latitude"));
-  EXPECT_THAT(error_of([] {
-                (void)Trajectory::from_waypoints(kStart, {kPlace, kPlace}, 0);
+  EXPECT_THAT(
+      error_of([] {
+        (void)Trajectory::from_waypoints(kStart, {Waypoint{kPlace, 0}, Waypoint{kPlace, 0}}, std::nullopt);
+      }).what(),
+      HasSubstr("speed_mps"));
+  EXPECT_THAT(error_of([&] {
+                (void)Trajectory::from_waypoints(kStart, {Waypoint{kPlace, nan}}, std::nullopt);
               }).what(),
               HasSubstr("speed_mps"));
-  EXPECT_THAT(error_of([&] { (void)Trajectory::from_waypoints(kStart, {kPlace}, nan); }).what(),
-              HasSubstr("speed_mps"));
-  EXPECT_THAT(error_of([&] { (void)Trajectory::from_waypoints(kStart, {kPlace}, 1, -1); }).what(),
+  EXPECT_THAT(error_of([&] {
+                (void)Trajectory::from_waypoints(kStart, {Waypoint{kPlace, 1, -1}}, std::nullopt);
+              }).what(),
               HasSubstr("hold_s"));
   EXPECT_THAT(error_of([&] { (void)Trajectory::fixed(kStart, kPlace, nan); }).what(),
               HasSubstr("duration_s"));

@@ -70,8 +70,10 @@ TEST(VehicleDrive, PlacesTrajectoriesByTheWorldsHeading) {
   const Geodetic origin = Geodetic::from_degrees(22.3, 114.17, 5);
   const LocalFrame enu(origin);
   // 100 m north in 10 s, from 40 m east of the origin, 2 m above it.
-  const auto north = Trajectory::from_waypoints(
-      start + 4, {enu.geodetic_from_local({40, 0, 2}), enu.geodetic_from_local({40, 100, 2})}, 10);
+  const auto north = Trajectory::from_waypoints(start + 4,
+                                                {Waypoint{enu.geodetic_from_local({40, 0, 2}), 10},
+                                                 Waypoint{enu.geodetic_from_local({40, 100, 2}), 10}},
+                                                std::nullopt);
   // The world's x axis points north-west: its y axis south-west. East is -sin 135, -cos 135... of each.
   const double heading = 135 * M_PI / 180;
   const VehicleDrive drive = VehicleDrive::along_trajectory(north, start, LocalFrame(origin, heading), false);

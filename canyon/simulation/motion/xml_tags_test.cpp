@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "canyon/simulation/motion/track_readers.hpp"
+#include "canyon/simulation/motion/recorded_path.hpp"
 #include "tests/support/simulation_support.hpp"
 
 // Tracks of recorders that lose power, and what GPX and KML say beside places.

@@ -2,10 +2,13 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "canyon/geodesy/gps_time.hpp"
 #include "canyon/options/fwd.hpp"
 #include "canyon/simulation/motion/pose_motion.hpp"
 #include "canyon/simulation/scenario/outputs.hpp"
@@ -89,5 +92,9 @@ struct LiveOptions {
 };
 /// Visits its fields.
 void visit(options::Visitor& v, LiveOptions& o);
+
+/// The field `start`: a text, or a week and seconds of it. A time without a zone is a warning.
+void visit_start(options::Visitor& v, std::optional<geodesy::GpsTime>& start,
+                 std::vector<std::string>* warnings = nullptr);
 
 }  // namespace canyon::simulation

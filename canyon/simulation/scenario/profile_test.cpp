@@ -11,7 +11,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/options/values.hpp"
-#include "canyon/simulation/scenario/live_config.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/simulation_support.hpp"
 #include "tests/support/source_dir.hpp"
 

@@ -1,31 +1,50 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "canyon/disturbance/disturbance.hpp"
 #include "canyon/disturbance/faults/fault.hpp"
-#include "canyon/disturbance/street_options.hpp"
+#include "canyon/disturbance/shadowing_options.hpp"
 #include "canyon/errors/space_errors.hpp"
 #include "canyon/gnss/navigation_data.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/inertial/sensor_options.hpp"
 #include "canyon/options/describe.hpp"
+#include "canyon/options/visitor.hpp"
 #include "canyon/propagation/propagation_options.hpp"
-#include "canyon/receiver/own_models.hpp"
 #include "canyon/receiver/receiver_options.hpp"
 #include "canyon/samples/options/sample_options.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario/city_config.hpp"
 #include "canyon/simulation/scenario/live_options.hpp"
-#include "canyon/simulation/scenario/map_motion.hpp"
 #include "canyon/simulation/scenario/outputs.hpp"
 
 namespace canyon::simulation {
+
+/// How a receiver moves through the cells of a heat map.
+enum class Motion : std::uint8_t { Auto, Standing, Driving, Flying };
+
+/// `map:` of a scenario.
+struct MapOptions {
+  Motion motion = Motion::Auto;  ///< Auto: by the receiver and the altitude (heatmap::Heatmap)
+  double pace_mps = 8;           ///< of Driving and Flying [m/s], [0.1, 300]
+
+  [[nodiscard]] bool moves() const { return motion == Motion::Driving || motion == Motion::Flying; }
+};
+/// Visits its fields.
+void visit(options::Visitor& v, MapOptions& o);
+
+[[nodiscard]] std::string_view name(Motion motion);
+/// "standing", "driving at 8 m/s".
+[[nodiscard]] std::string describe(const MapOptions& options);
 
 // Programs know them by this namespace, too.
 using samples::band_centre_hz;
@@ -168,5 +187,66 @@ void visit(options::Visitor& v, ScenarioOfAnyTrajectory& o);
   for (const ReceiverConfig& receiver : receivers) names.push_back(receiver.options.name);
   return names;
 }
+
+/// Throws InputError where receivers[index] cannot take the corrections that it names: of no receiver of the
+/// run, of itself, of one without a fixed place, of one that itself depends on it, or of one that draws the
+/// same noise.
+void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t index);
+
+/// Whether a receiver uses the measurements of a base.
+[[nodiscard]] inline bool has_base(const receiver::ReceiverOptions& options) {
+  return options.rtk.enabled || !options.corrections.from.empty();
+}
+
+/// The base of a receiver in the same run; empty: it takes no corrections, or those of a stream.
+[[nodiscard]] std::optional<ReceiverConfig> base_of(const std::vector<ReceiverConfig>& receivers,
+                                                    const ReceiverConfig& receiver);
+
+/// The index of that base.
+[[nodiscard]] std::optional<std::size_t> index_of_base(const std::vector<ReceiverConfig>& receivers,
+                                                       const ReceiverConfig& receiver);
+
+/// A scenario of a host that brings city and motion itself, of one receiver and, behind it, the base in the
+/// host's world, if any.
+struct LiveConfig : Scenario {
+  LiveConfig() { receivers.resize(1); }
+  explicit LiveConfig(Scenario scenario) : Scenario(std::move(scenario)) {}
+
+  /// `corrections.from` may name another receiver of the host's world.
+  bool bases_elsewhere = false;
+  /// The host gives the samples of Scenario::sensors with each step (LiveReceiver::observe()).
+  bool with_sensors = false;
+
+  [[nodiscard]] ReceiverConfig& receiver() { return receivers.front(); }
+  [[nodiscard]] const ReceiverConfig& receiver() const { return receivers.front(); }
+  /// Null: none.
+  [[nodiscard]] const ReceiverConfig* base() const { return receivers.size() > 1 ? &receivers[1] : nullptr; }
+};
+/// The scenario's keys `sky`, `start`, `rate_hz`, `seed` and `geoid_undulation_m`, and beside them those of
+/// the receiver without brackets, and `base` with `name`, `profile` and `fixed`.
+void visit(options::Visitor& v, LiveConfig& o);
+/// A receiver of a scenario as a host drives it, with `start` and `rate_hz` of the host.
+[[nodiscard]] LiveConfig live_config(const Scenario& scenario, std::size_t receiver, geodesy::GpsTime start,
+                                     double interval_s);
+
+/// Reads YAML with the fields of a LiveConfig and `faults`, whose times count from the host's time 0. `name`
+/// stands in messages; Scenario::warnings has what may be a mistake. Relative paths belong to the folder of
+/// `name`. Throws InputError as parse_scenario() does.
+[[nodiscard]] LiveConfig parse_live_config(const std::string& text, const std::filesystem::path& name);
+
+/// `config` with what a YAML or JSON text changes of it while the receiver runs: any key of
+/// parse_live_config() but `sky`, `start`, `name`, `base`, `corrections.from` and `faults`, nested ("clock:
+/// {bias_s: 1}") or with dots ("clock.bias_s: 1"). Keys that are absent stay as they are; `profile` sets all
+/// those of a receiver but name, own_draws, corrections.from, lever_arm and streets, and what conflicts with
+/// it overrides it. `name` of the text as for parse_live_config(); where it is not empty the text is a
+/// request of others, and `profile` names one of Canyon's, or a file in the folder of `name`. Throws
+/// InputError as parse_live_config().
+[[nodiscard]] LiveConfig changed_live_config(const LiveConfig& config, const std::string& text,
+                                             const std::filesystem::path& name);
+/// The keys that changed_live_config() knows.
+[[nodiscard]] const options::Description& running_description();
+/// Their values, a line "clock.bias_s: 1" each, which changed_live_config() takes, without passwords. They do
+/// not include `profile`.
+[[nodiscard]] std::string running_options(const LiveConfig& config);
 
 }  // namespace canyon::simulation

@@ -11,9 +11,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/options/values.hpp"
-#include "canyon/simulation/scenario/live_config.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
-#include "canyon/simulation/scenario/receiver_bases.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::simulation {

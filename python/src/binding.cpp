@@ -1,4 +1,4 @@
-#include "python/src/arrays.hpp"
+#include "python/src/binding.hpp"
 
 #include <fmt/format.h>
 
@@ -8,6 +8,7 @@
 #include "canyon/geodesy/constants.hpp"
 
 namespace canyon::python {
+
 namespace {
 
 std::string shape_text(const py::array& array) {

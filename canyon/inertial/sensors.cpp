@@ -1,10 +1,13 @@
-#include "canyon/inertial/barometer.hpp"
+#include "canyon/inertial/sensors.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "canyon/options/values.hpp"
+
 namespace canyon::inertial {
+
 namespace {
 
 // ICAO Doc 7488.
@@ -75,7 +78,7 @@ Barometer::Barometer(const BarometerOptions& options, std::uint64_t seed)
       turn_on_pa_(numbers_.turn_on_pa * random_.normal()),
       drift_pa_(numbers_.drift_pa * random_.normal()),
       per_kelvin_pa_(numbers_.temperature_pa_k * random_.normal()) {
-  options.validate();
+  options::check(options, "barometer");
 }
 
 Air Barometer::air(double height_m, double t_s) const {
@@ -95,6 +98,57 @@ Pressure Barometer::measure(double height_m, double speed_mps, double t_s) {
   if (numbers_.resolution_pa > 0)
     measured_pa = std::round(measured_pa / numbers_.resolution_pa) * numbers_.resolution_pa;
   return {measured_pa, air.pressure_pa, air.temperature_k, sensor_k};
+}
+
+Magnetometer::Magnetometer(const MagnetometerOptions& options, std::uint64_t seed)
+    : options_(options),
+      random_(seed, "magnetometer"),
+      steel_random_(seed, "magnetometer/surroundings"),
+      triad_(magnetometer_numbers(options), random_),
+      steel_enu_t_(options.surroundings_ut * 1e-6 * three_normals(steel_random_)) {
+  options::check(options, "magnetometer");
+}
+
+Eigen::Vector3d Magnetometer::measure(const Eigen::Vector3d& field_enu_t,
+                                      const Eigen::Matrix3d& enu_from_sensor, double way_m) {
+  if (options_.surroundings_ut > 0 && way_m > 0) {
+    const double keep = std::exp(-way_m / options_.surroundings_m);
+    steel_enu_t_ = keep * steel_enu_t_ + options_.surroundings_ut * 1e-6 * std::sqrt(1 - keep * keep) *
+                                             three_normals(steel_random_);
+  }
+  const Eigen::Vector3d felt = enu_from_sensor.transpose() * (field_enu_t + steel_enu_t_);
+  return triad_.measure(felt, Eigen::Vector3d::Zero(), 1 / options_.rate_hz, random_);
+}
+
+Wheels::Wheels(const WheelOptions& options, std::uint64_t seed) : options_(options), random_(seed, "wheels") {
+  options::check(options, "wheels");
+  for (Wheel& wheel : wheels_) {
+    wheel.scale = options.scale * random_.normal();
+    wheel.slip = options.slip * random_.normal();
+  }
+}
+
+WheelSample Wheels::measure(const WheelPair& way_m, double dt_s) {
+  WheelSample sample;
+  const double keep = std::exp(-dt_s / options_.slip_time_s);
+  if (options_.tick_m > 0) sample.ticks.emplace();
+  for (std::size_t i = 0; i < wheels_.size(); ++i) {
+    Wheel& wheel = wheels_[i];
+    wheel.slip = keep * wheel.slip + options_.slip * std::sqrt(1 - keep * keep) * random_.normal();
+    double felt_m = way_m[i] * (1 + wheel.scale + wheel.slip);
+    if (std::abs(felt_m) < options_.minimum_mps * dt_s) felt_m = 0;
+    if (!options_.direction) felt_m = std::abs(felt_m);
+    wheel.counted_m += felt_m;
+    double stated_m = wheel.counted_m;
+    if (sample.ticks) {
+      const double ticks = std::floor(wheel.counted_m / options_.tick_m);
+      (*sample.ticks)[i] = static_cast<std::int64_t>(ticks);
+      stated_m = ticks * options_.tick_m;
+    }
+    sample.speed_mps[i] = (stated_m - wheel.stated_m) / dt_s;
+    wheel.stated_m = stated_m;
+  }
+  return sample;
 }
 
 }  // namespace canyon::inertial
