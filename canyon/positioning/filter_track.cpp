@@ -26,7 +26,8 @@ constexpr double kMillisecond_m = 1e-3 * kSpeedOfLight;
 constexpr double kClockStep_m = 1000;
 constexpr double kClockStepSigmas = 6;
 /// Weight of an epoch in Track::clock_surprise_m2. 0.1 and 0.3 give four of five recordings the same errors
-/// within a tenth (Berlin's filter, which follows echoes, changes by chance).
+/// within a tenth. In Berlin, where the filter follows echoes, it changes by chance; counting steps beyond
+/// twice their deviation alone makes it worse there.
 constexpr double kSurpriseWeight = 0.3;
 /// Variance of a median over that of the mean, of many normal numbers: pi / 2.
 constexpr double kMedianLoss = 1.571;

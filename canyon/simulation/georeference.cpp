@@ -1,4 +1,5 @@
-// Declared in canyon/simulation/load_city.hpp: hosts without readers of cities move one too.
+// Declared in canyon/simulation/load_city.hpp.
+// Hosts without readers of cities move one too.
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
