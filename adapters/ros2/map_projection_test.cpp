@@ -37,7 +37,7 @@ Eigen::Vector3d place_of(const MapProjectorInfo& info, const geodesy::LocalFrame
 }
 
 // 35.65858 N, 139.74543 E is 86,440.29 m east and 46,805.90 m north of the corner of 54SUE (PROJ: cs2cs
-// EPSG:4326 to EPSG:32654, see mgrs_test.cpp).
+// EPSG:4326 to EPSG:32654).
 TEST(MapProjection, PutsTheOriginOfTheCityWhereMgrsHasIt) {
   const geodesy::LocalFrame city(geodesy::Geodetic::from_degrees(35.65858, 139.74543, 40));
   const auto info = read("projector_type: MGRS\nvertical_datum: WGS84\nmgrs_grid: 54SUE\n");

@@ -340,7 +340,7 @@ TEST(Shadowing, NeighboursInTheSkyShareIt) {
     }
   }
   for (std::size_t k = 0; k < apart_deg.size(); ++k) {
-    // Levels: the closed form in sky_nodes.hpp, for small angles.
+    // Levels: the closed form of the nodes of the sky, for small angles.
     const double angle = apart_deg[k] / 15;
     const double rho = std::exp(-angle * angle / 2);
     EXPECT_NEAR(product[k], rho, 0.04) << apart_deg[k];

@@ -245,7 +245,7 @@ struct GpsInput {
   double yaw_deg = kUnknown;  ///< (0, 360]
 };
 
-/// RTCM 3 for a vehicle's receivers, a message or a part of one; rtcm_data.hpp makes and joins parts.
+/// RTCM 3 for a vehicle's receivers, a message or a part of one; frames.hpp makes and joins parts.
 struct GpsRtcmData {
   static constexpr std::uint32_t kId = 233;
   static constexpr std::string_view kName = "GPS_RTCM_DATA";

@@ -25,9 +25,8 @@ constexpr double kMillisecond_m = 1e-3 * kSpeedOfLight;
 /// standard deviations too.
 constexpr double kClockStep_m = 1000;
 constexpr double kClockStepSigmas = 6;
-/// Weight of an epoch in Track::clock_surprise_m2. 0.1 and 0.3 give four of five recordings the same errors
-/// within a tenth. In Berlin, where the filter follows echoes, it changes by chance; counting steps beyond
-/// twice their deviation alone makes it worse there.
+/// Weight of an epoch in Track::clock_surprise_m2; 0.1 gives about the same. Four of five recordings gain or
+/// stay as they are (docs/receiver.md). In Berlin echoes that satellites share widen a good clock.
 constexpr double kSurpriseWeight = 0.3;
 /// Variance of a median over that of the mean, of many normal numbers: pi / 2.
 constexpr double kMedianLoss = 1.571;
@@ -195,23 +194,26 @@ Row doppler_row(const Track& track, const RangedSatellite& satellite) {
   return row;
 }
 
-/// Widens the clocks by how far they stood off at the epochs of late: adaptive process noise by innovations
-/// (Mohamed & Schwarz, Adaptive Kalman filtering for INS/GPS, J. Geodesy 73, 1999). `noise_m2`: variance of
-/// the measurements' median.
-void widen_clocks(Track& track, double step_m, double noise_m2) {
-  double expected = noise_m2;
-  for (const System a : kConstellations) {
-    if (track.knows(a)) expected = std::max(expected, noise_m2 + track.p(clock_of(a), clock_of(a)));
-  }
-  double& surprise = track.clock_surprise_m2;
-  surprise = std::max(0.0, surprise + kSurpriseWeight * (step_m * step_m - expected - surprise));
+/// Adds a variance to what all clocks have in common.
+void widen_clocks(Track& track, double variance_m2) {
   for (const System a : kConstellations) {
     for (const System b : kConstellations) {
       if (!track.knows(a) || !track.knows(b)) continue;
-      track.p(clock_of(a), clock_of(b)) += surprise;
-      track.stated(clock_of(a), clock_of(b)) += surprise;
+      track.p(clock_of(a), clock_of(b)) += variance_m2;
+      track.stated(clock_of(a), clock_of(b)) += variance_m2;
     }
   }
+}
+
+/// Learns Track::clock_surprise_m2 from a step whose own variance is `noise_m2`: adaptive process noise by
+/// innovations (Mohamed & Schwarz, Adaptive Kalman filtering for INS/GPS, J. Geodesy 73, 1999).
+void learn_surprise(Track& track, double step_m, double noise_m2) {
+  double known = 0;
+  for (const System a : kConstellations) {
+    if (track.knows(a)) known = std::max(known, track.p(clock_of(a), clock_of(a)));
+  }
+  double& surprise = track.clock_surprise_m2;
+  surprise = std::max(0.0, surprise + kSurpriseWeight * (step_m * step_m - (noise_m2 + known) - surprise));
 }
 
 void mind_clocks(Track& track, const Epoch& epoch) {
@@ -237,19 +239,15 @@ void mind_clocks(Track& track, const Epoch& epoch) {
       const double milliseconds = std::round(step / kMillisecond_m);
       const bool whole = milliseconds != 0 && std::abs(step - milliseconds * kMillisecond_m) < kClockStep_m;
       for (const System a : kConstellations) {
-        if (!track.knows(a)) continue;
-        track.x(clock_of(a)) += whole ? milliseconds * kMillisecond_m : step;
-        for (const System b : kConstellations) {
-          if (whole || !track.knows(b)) continue;
-          track.p(clock_of(a), clock_of(b)) += kUnknown_m * kUnknown_m;
-          track.stated(clock_of(a), clock_of(b)) += kUnknown_m * kUnknown_m;
-        }
+        if (track.knows(a)) track.x(clock_of(a)) += whole ? milliseconds * kMillisecond_m : step;
       }
+      if (!whole) widen_clocks(track, kUnknown_m * kUnknown_m);
       // The time since the last epoch is by the clock, and was wrong by its step.
       if (whole) track.x.segment<3>(kPosition) -= track.velocity() * milliseconds * 1e-3;
     } else {
       const auto count = static_cast<double>(common.size());
-      widen_clocks(track, step, kMedianLoss * noise / (count * count));
+      learn_surprise(track, step, kMedianLoss * noise / (count * count));
+      widen_clocks(track, track.clock_surprise_m2);
     }
   }
   for (const System system : kConstellations) {

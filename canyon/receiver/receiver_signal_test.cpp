@@ -230,7 +230,7 @@ TEST(ReceiverSignal, EchoAloneIsMeasuredAtItsDetour) {
       EXPECT_EQ(seen.visibility, Visibility::NLOS);
       EXPECT_NEAR(seen.excess_m, excess, 1e-6);
       EXPECT_NEAR(seen.pseudorange_error_m, excess, 1e-6);
-      // Metal: within 2 mdB of a perfect mirror (tests of fresnel.cpp).
+      // Metal: within 2 mdB of a perfect mirror (fresnel_test.cpp).
       EXPECT_NEAR(*seen.cn0_dbhz, clear_cn0_dbhz() + 20 * std::log10(share), 0.02);
     }
   }

@@ -171,7 +171,7 @@ struct RinexObservations {
                                                         const ObservationOptions& options = {});
 
 /// Observations of a receiver in whichever format the file has, by its content: RINEX, or a text log of
-/// Android's GnssLogger (android_observations.hpp). Throws InputError as the readers do.
+/// Android's GnssLogger (observation_file.hpp). Throws InputError as the readers do.
 [[nodiscard]] RinexObservations read_observations(const std::filesystem::path& path,
                                                   const ObservationOptions& options = {});
 

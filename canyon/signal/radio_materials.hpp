@@ -21,7 +21,7 @@ struct RadioMaterial {
 
 /// Rows of table 3: Concrete, Glass (0.1 to 100 GHz), Brick, Metal, Wood by their names; Stone: marble;
 /// Plaster: plasterboard; Ground: medium dry ground; Unknown: concrete. Foliage is air: it scatters and
-/// attenuates (foliage.hpp) but makes no mirror.
+/// attenuates (foliage_loss_db()) but makes no mirror.
 [[nodiscard]] RadioMaterial radio_material(city::Material material);
 
 /// eps', the real part of the relative permittivity [1].

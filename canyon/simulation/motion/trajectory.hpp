@@ -130,13 +130,12 @@ struct HeightReading {
   /// ellipsoidal.
   double geoid_undulation_m = 0;
 };
-/// A quantity of a path -> the name of its column in a CSV file, with its unit (csv_track.hpp).
+/// A quantity of a path -> the name of its column in a CSV file, with its unit (csv_quantities()).
 using TrajectoryColumns = std::map<std::string, std::string>;
 /// A recorded path with times. `format`: one of trajectory_formats(), empty: told by the file's content (csv
-/// where it is none of the others). "csv": csv_track.hpp. "urbannav", "rtklib": likewise. "nmea":
-/// nmea_fixes.hpp. "gpx", "kml", "gnsslogger": track_file.hpp. A record that is not valid is left out, with a
-/// warning. Throws InputError with file and line where half of the records or more are not, times mostly go
-/// backwards, or no line is usable. A `start` of GpsTime{} means that none is known.
+/// where it is none of the others). Readers of all formats: recorded_path.hpp. A record that is not valid is
+/// left out, with a warning. Throws InputError with file and line where half of the records or more are not,
+/// times mostly go backwards, or no line is usable. A `start` of GpsTime{} means that none is known.
 [[nodiscard]] TrajectoryFile read_trajectory_file(const std::filesystem::path& path,
                                                   const std::string& format, geodesy::GpsTime start,
                                                   const HeightReading& heights = {},
