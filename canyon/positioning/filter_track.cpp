@@ -25,11 +25,10 @@ constexpr double kMillisecond_m = 1e-3 * kSpeedOfLight;
 /// standard deviations too.
 constexpr double kClockStep_m = 1000;
 constexpr double kClockStepSigmas = 6;
-/// Weight of an epoch in Track::clock_surprise_m2; 0.1 gives about the same. Four of five recordings gain or
-/// stay as they are (docs/receiver.md). In Berlin echoes that satellites share widen a good clock.
-constexpr double kSurpriseWeight = 0.3;
-/// Variance of a median over that of the mean, of many normal numbers: pi / 2.
-constexpr double kMedianLoss = 1.571;
+/// Pseudoranges whose clock leaves the drift of the Dopplers by a faster mean over such a time have a clock
+/// of their own. Echoes that all satellites share would have to grow by the product, 100 m.
+constexpr double kOwnClock_mps = 10;
+constexpr double kOwnClock_s = 10;
 
 }  // namespace
 
@@ -205,29 +204,32 @@ void widen_clocks(Track& track, double variance_m2) {
   }
 }
 
-/// Learns Track::clock_surprise_m2 from a step whose own variance is `noise_m2`: adaptive process noise by
-/// innovations (Mohamed & Schwarz, Adaptive Kalman filtering for INS/GPS, J. Geodesy 73, 1999).
-void learn_surprise(Track& track, double step_m, double noise_m2) {
-  double known = 0;
-  for (const System a : kConstellations) {
-    if (track.knows(a)) known = std::max(known, track.p(clock_of(a), clock_of(a)));
-  }
-  double& surprise = track.clock_surprise_m2;
-  surprise = std::max(0.0, surprise + kSurpriseWeight * (step_m * step_m - (noise_m2 + known) - surprise));
+/// Learns how far the pseudoranges' clock went in `dt` seconds beside the drift. Gives the mean square of
+/// that, or 0 for a clock that goes as the drift says.
+double own_clock_m2(OwnClock& own, const Track& track, double step_m, double dt) {
+  const auto known = std::find(track.known.begin(), track.known.end(), true) - track.known.begin();
+  const double clock_m = track.x(clock_of(kConstellations[static_cast<std::size_t>(known)])) + step_m;
+  const std::optional<double> last_m = own.of == known ? own.clock_m : std::nullopt;
+  own.of = known;
+  own.clock_m = clock_m;
+  if (!last_m || dt <= 0) return 0;
+  const double beside_m = clock_m - *last_m - dt * track.x(kDrift);
+  const double weight = -std::expm1(-dt / kOwnClock_s);
+  own.rate_mps += weight * (beside_m / dt - own.rate_mps);
+  own.mean_square_m2 += weight * (beside_m * beside_m - own.mean_square_m2);
+  return std::abs(own.rate_mps) > kOwnClock_mps ? own.mean_square_m2 : 0;
 }
 
-void mind_clocks(Track& track, const Epoch& epoch) {
+void mind_clocks(Track& track, OwnClock& own, const Epoch& epoch, double dt) {
   std::vector<double> common;
   std::array<std::vector<double>, kConstellations.size()> of_new;
   double variance = 0;
-  double noise = 0;
   for (const RangedSatellite& satellite : epoch.satellites) {
     if (!satellite.above_mask) continue;
     const System system = satellite.measured->id.system;
     const Row row = pseudorange_row(track, satellite);
     if (track.knows(system)) {
       common.push_back(row.innovation);
-      noise += row.sigma * row.sigma;
       variance = std::max(variance, row.gradient.dot(times(track.p, row.gradient)) + row.sigma * row.sigma);
     } else {
       of_new[clock_index(system)].push_back(row.innovation);
@@ -242,12 +244,11 @@ void mind_clocks(Track& track, const Epoch& epoch) {
         if (track.knows(a)) track.x(clock_of(a)) += whole ? milliseconds * kMillisecond_m : step;
       }
       if (!whole) widen_clocks(track, kUnknown_m * kUnknown_m);
+      own.clock_m.reset();
       // The time since the last epoch is by the clock, and was wrong by its step.
       if (whole) track.x.segment<3>(kPosition) -= track.velocity() * milliseconds * 1e-3;
     } else {
-      const auto count = static_cast<double>(common.size());
-      learn_surprise(track, step, kMedianLoss * noise / (count * count));
-      widen_clocks(track, track.clock_surprise_m2);
+      widen_clocks(track, own_clock_m2(own, track, step, dt));
     }
   }
   for (const System system : kConstellations) {

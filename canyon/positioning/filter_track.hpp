@@ -59,6 +59,14 @@ struct Lasting {
   geodesy::GpsTime taken;  ///< when a pseudorange of it last passed the gate
 };
 
+/// How the clock of the pseudoranges goes beside the drift of the Dopplers. Phones set it anew at each epoch.
+struct OwnClock {
+  std::ptrdiff_t of = 0;          ///< place of the constellation whose clock it is
+  std::optional<double> clock_m;  ///< at the last epoch, by the median of the pseudoranges
+  double rate_mps = 0;
+  double mean_square_m2 = 0;
+};
+
 /// State of the filter at an instant.
 struct Track {
   geodesy::GpsTime time;
@@ -74,9 +82,6 @@ struct Track {
   /// Share of the motion's noise in `stated`: that of the latest pseudoranges' variances (Row::share), for
   /// the gains are those of the whole errors.
   double noise_share = 1;
-  /// Mean square of the clock's steps of late, beyond what oscillator, Doppler and noise explain [m^2]:
-  /// phones set the clock of their pseudoranges anew at each epoch.
-  double clock_surprise_m2 = 0;
 
   [[nodiscard]] Eigen::Vector3d position() const { return x.segment<3>(kPosition); }
   [[nodiscard]] Eigen::Vector3d velocity() const { return x.segment<3>(kVelocity); }
@@ -143,7 +148,7 @@ void predict(Track& track, double dt, const PositionFilterOptions& options);
 [[nodiscard]] Row pseudorange_row(const Track& track, const RangedSatellite& satellite);
 [[nodiscard]] Row doppler_row(const Track& track, const RangedSatellite& satellite);
 
-/// The clock's steps, and clocks of constellations that had none.
-void mind_clocks(Track& track, const Epoch& epoch);
+/// The clock's steps `dt` seconds after the last epoch, and clocks of constellations that had none.
+void mind_clocks(Track& track, OwnClock& own, const Epoch& epoch, double dt);
 
 }  // namespace canyon::positioning

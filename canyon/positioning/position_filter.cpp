@@ -154,8 +154,9 @@ bool astray(std::optional<geodesy::GpsTime>& since, geodesy::GpsTime now, int fa
 }
 
 /// One epoch's measurements, at the predicted position; false where the filter is astray.
-bool correct(Track& track, Epoch& epoch, const PositionFilterOptions& options, bool by_residuals) {
-  mind_clocks(track, epoch);
+bool correct(Track& track, OwnClock& own, Epoch& epoch, double dt, const PositionFilterOptions& options,
+             bool by_residuals) {
+  mind_clocks(track, own, epoch, dt);
   struct Candidate {
     std::size_t index;
     Row row;
@@ -318,10 +319,11 @@ struct PositionFilter::State {
   PositionFilterOptions options;
   FixOptions fix;
   std::optional<Track> track;
+  OwnClock own_clock;  ///< of the receiver: it outlives a track
 };
 
 PositionFilter::PositionFilter(const PositionFilterOptions& options, const FixOptions& fix)
-    : state_(std::make_unique<State>(State{options, fix, std::nullopt})) {
+    : state_(std::make_unique<State>(State{options, fix, std::nullopt, {}})) {
   options.validate();
   fix.validate();
 }
@@ -349,7 +351,7 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Mea
       predict(*track, dt, options);
       track->time = receiver_time;
       look_around(epoch, track->position(), state_->fix, klobuchar);
-      lost = !correct(*track, epoch, options, state_->fix.covariance_by_residuals);
+      lost = !correct(*track, state_->own_clock, epoch, dt, options, state_->fix.covariance_by_residuals);
       if (!somewhere(*track)) {
         track.reset();
         lost = true;
@@ -361,6 +363,7 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Mea
     const std::optional<Track> anew = begin(fresh, fix, state_->fix, options, klobuchar);
     if (anew && accurate(*anew, options)) {
       state_->track = anew;
+      state_->own_clock.clock_m.reset();
       Fix answer = describe(*anew, fresh, fix, state_->fix);
       answer.excluded = fix.excluded;
       return answer;
