@@ -358,7 +358,7 @@ class Sent : public testing::Test {
     navigation_.glonass.push_back(r);
   }
   std::vector<SentMessage> sent(const char* id, double from_s, double to_s) {
-    return Schedule().sent(navigation_, *gnss::parse_satellite(id), start() + from_s, start() + to_s);
+    return sent_messages(navigation_, *gnss::parse_satellite(id), start() + from_s, start() + to_s);
   }
   gnss::NavigationData navigation_;
 };
@@ -383,10 +383,9 @@ TEST_F(Sent, GivesAMessageAtItsLastBitAndOnce) {
   ASSERT_EQ(first.size(), 1U);
   EXPECT_EQ(first[0].start, start());
   EXPECT_TRUE(sent("G05", 6, 11.9).empty());
-  Schedule schedule;
   std::size_t in_steps = 0;
   for (int i = 0; i < 7500; ++i) {
-    in_steps += schedule.sent(navigation_, first[0].id, start() + 0.1 * i, start() + 0.1 * (i + 1)).size();
+    in_steps += sent_messages(navigation_, first[0].id, start() + 0.1 * i, start() + 0.1 * (i + 1)).size();
   }
   EXPECT_EQ(in_steps, 76U);
 }

@@ -1,7 +1,6 @@
 #include "canyon/broadcast/symbols.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <chrono>
 #include <cmath>
@@ -16,8 +15,7 @@
 namespace canyon::broadcast {
 namespace {
 
-constexpr std::int64_t kNanoseconds = geodesy::GpsTime::kNanosecondsPerSecond;
-constexpr std::int64_t kFrame = 30 * kNanoseconds;
+using Symbols = std::vector<std::int8_t>;
 
 std::int8_t symbol_of(std::uint32_t bit) {
   return bit != 0 ? -1 : 1;
@@ -25,9 +23,9 @@ std::int8_t symbol_of(std::uint32_t bit) {
 
 /// Ten words of 30 bits as they are sent: data bits are turned over by the last bit of the word before
 /// (IS-GPS-200, 20.3.5.2).
-std::vector<std::int8_t> lnav_symbols(const std::vector<std::uint32_t>& words) {
+Symbols lnav_symbols(const std::vector<std::uint32_t>& words) {
   constexpr int kParity = 6;
-  std::vector<std::int8_t> symbols;
+  Symbols symbols;
   std::uint32_t before = 0;
   for (const std::uint32_t word : words) {
     for (int bit = 29; bit >= 0; --bit) {
@@ -40,8 +38,8 @@ std::vector<std::int8_t> lnav_symbols(const std::vector<std::uint32_t>& words) {
 
 /// Bits by the convolutional code of rate 1/2 and constraint length 7 (171, 133): two symbols a bit.
 /// @param inverted the second ones (Galileo) @param state of the encoder, the newest bit is bit 6
-std::vector<std::int8_t> convolved(const Bits& bits, bool inverted, std::uint32_t state = 0) {
-  std::vector<std::int8_t> coded;
+Symbols convolved(const Bits& bits, bool inverted, std::uint32_t state = 0) {
+  Symbols coded;
   const auto parity = [&](std::uint32_t taps) {
     return static_cast<std::uint32_t>(std::popcount(state & taps)) & 1U;
   };
@@ -55,29 +53,29 @@ std::vector<std::int8_t> convolved(const Bits& bits, bool inverted, std::uint32_
 
 /// A page, or a part of one: synchronisation, then convolved bits interleaved over columns of 8 rows (OS SIS
 /// ICD 2.1, 4.1.4).
-void put_galileo_page(std::string_view synchronisation, const Bits& bits, std::vector<std::int8_t>& symbols) {
+void put_galileo_page(std::string_view synchronisation, const Bits& bits, Symbols& symbols) {
   constexpr std::size_t kRows = 8;
   for (const char c : synchronisation) symbols.push_back(symbol_of(c == '1' ? 1 : 0));
-  const std::vector<std::int8_t> coded = convolved(bits, true);
+  const Symbols coded = convolved(bits, true);
   for (std::size_t row = 0; row < kRows; ++row) {
     for (std::size_t i = row; i < coded.size(); i += kRows) symbols.push_back(coded[i]);
   }
 }
 
-SymbolFrame inav_frame(const std::vector<std::uint32_t>& page, geodesy::GpsTime start) {
-  SymbolFrame frame{start, 0.004, {}};
+Symbols inav_symbols(const std::vector<std::uint32_t>& page) {
+  Symbols symbols;
   for (std::size_t part = 0; part < 8; part += 4) {
     Bits bits;
     for (std::size_t word = part; word < part + 3; ++word) bits.put(page.at(word), 32);
-    put_galileo_page("0101100000", bits.put(page.at(part + 3) >> 8U, 24), frame.symbols);
+    put_galileo_page("0101100000", bits.put(page.at(part + 3) >> 8U, 24), symbols);
   }
-  return frame;
+  return symbols;
 }
 
 /// Delay of a signal behind the clock: the one broadcast for it, else that of the ephemeris, like
 /// orbit::BroadcastSky.
-double delay_of(const gnss::NavigationData& navigation, const gnss::KeplerEphemeris& e,
-                std::string_view name) {
+double signal_delay_s(const gnss::NavigationData& navigation, const gnss::KeplerEphemeris& e,
+                      std::string_view name) {
   const auto signals = gnss::signals_of(e.id.system);
   const auto signal = std::find_if(signals.begin(), signals.end(),
                                    [&](const gnss::Signal& each) { return each.name == name; });
@@ -92,98 +90,18 @@ double delay_of(const gnss::NavigationData& navigation, const gnss::KeplerEpheme
   return delay_s;
 }
 
-/// Messages that follow each other from the begin of the week on, of one ephemeris for `turn` of them.
-struct Place {
-  geodesy::GpsTime start, begin_of_turn;
-  int number = 0;  ///< of the turn
-};
-/// @param offset_s when the week begins
-Place place_of(geodesy::GpsTime time, std::int64_t length_s, std::int64_t turn, std::int64_t offset_s = 0) {
-  const std::int64_t length = length_s * kNanoseconds;
-  const std::int64_t since = (time - std::chrono::seconds(offset_s)).nanosecond_of_week();
-  const auto back = [&](std::int64_t step) {
-    return geodesy::GpsTime::from_nanoseconds(time.nanoseconds() - since % step);
-  };
-  return {back(length), back(length * turn), static_cast<int>(since / length % turn)};
-}
-
-CnavDelays cnav_delays(const gnss::NavigationData& navigation, const gnss::KeplerEphemeris& e) {
-  return {e.group_delay[0], delay_of(navigation, e, "L1CA"), delay_of(navigation, e, "L2C"),
-          delay_of(navigation, e, "L5"), delay_of(navigation, e, "L1C")};
-}
-
-Bits cnav_bits(const gnss::NavigationData& navigation, gnss::SatelliteId id, geodesy::GpsTime time,
-               int length_s) {
-  constexpr std::array<int, 4> kTypes{10, 11, 30, 33};
-  const Place place = place_of(time, length_s, kTypes.size());
-  const gnss::KeplerEphemeris* e = sent_ephemeris(navigation, id, place.begin_of_turn);
-  if (e == nullptr) return {};
-  return cnav_message(*e, system_message(navigation, id.system, place.start), cnav_delays(navigation, *e),
-                      kTypes[static_cast<std::size_t>(place.number)], place.start, length_s);
-}
-
-/// A message of bits_at(time) of this length through an encoder that goes on from message to message
-/// (IS-GPS-200, 3.3.3.1.1; RTCA DO-229, A.4.2.2).
-template <typename BitsAt>
-std::optional<SymbolFrame> convolved_frame(geodesy::GpsTime time, int length_s, const BitsAt& bits_at) {
-  const Bits bits = bits_at(time), before = bits_at(time + -length_s);
-  if (bits.size() == 0 || before.size() == 0) return std::nullopt;
+/// A message through an encoder that goes on from message to message (IS-GPS-200, 3.3.3.1.1; RTCA DO-229,
+/// A.4.2.2).
+Symbols convolved_after(const Bits& before, const Bits& bits) {
   std::uint32_t state = 0;
   for (std::size_t i = before.size() - 6; i < before.size(); ++i) {
     state = state >> 1U | (before[i] ? 1U << 6U : 0U);
   }
-  return SymbolFrame{place_of(time, length_s, 1).start, length_s / (2.0 * static_cast<double>(bits.size())),
-                     convolved(bits, false, state)};
+  return convolved(bits, false, state);
 }
 
-std::optional<SymbolFrame> cnav_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
-                                      geodesy::GpsTime time, int length_s) {
-  return convolved_frame(time, length_s,
-                         [&](geodesy::GpsTime t) { return cnav_bits(navigation, id, t, length_s); });
-}
-
-std::optional<SymbolFrame> sbas_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
-                                      geodesy::GpsTime time) {
-  return convolved_frame(time, 1, [&](geodesy::GpsTime t) {
-    const geodesy::GpsTime start = place_of(t, 1, 1).start;
-    const gnss::SbasEphemeris* sent = nullptr;
-    for (const gnss::SbasEphemeris& each : navigation.sbas) {
-      if (each.id != id) continue;
-      if (sent == nullptr || std::abs(each.toe - start) < std::abs(sent->toe - start)) sent = &each;
-    }
-    if (sent == nullptr) return Bits();
-    const bool orbit = unsent_ephemeris(id, gnss::signals_of(id.system)[0], start, start + 1) == 0;
-    return sbas_message(*sent, orbit ? 9 : sent->health != 0 ? 0 : 63, start);
-  });
-}
-
-std::optional<SymbolFrame> fnav_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
-                                      geodesy::GpsTime time) {
-  const Place place = place_of(time, 10, 5);
-  const gnss::KeplerEphemeris* e = sent_ephemeris(navigation, id, place.begin_of_turn);
-  if (e == nullptr) return std::nullopt;
-  SymbolFrame frame{place.start, 0.02, {}};
-  put_galileo_page(
-      "101101110000",
-      fnav_page(*e, system_message(navigation, id.system, place.start), place.number + 1, place.start),
-      frame.symbols);
-  return frame;
-}
-
-std::optional<SymbolFrame> e5b_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
-                                     geodesy::GpsTime time) {
-  constexpr std::array<int, 15> kWords{1, 3, 5, 0, 0, 0, 0, 0, 0, 0, 2, 4, 6, 0, 0};
-  const Place place = place_of(time, 2, kWords.size());
-  const gnss::KeplerEphemeris* e = sent_ephemeris(navigation, id, place.begin_of_turn);
-  if (e == nullptr) return std::nullopt;
-  const int word = kWords[static_cast<std::size_t>(place.number)];
-  return inav_frame(
-      inav_page(inav_word(*e, system_message(navigation, id.system, place.start), word, place.start)),
-      place.start);
-}
-
-std::vector<std::int8_t> symbols_of(const Bits& bits) {
-  std::vector<std::int8_t> symbols;
+Symbols symbols_of(const Bits& bits) {
+  Symbols symbols;
   for (std::size_t i = 0; i < bits.size(); ++i) symbols.push_back(symbol_of(bits[i] ? 1 : 0));
   return symbols;
 }
@@ -216,42 +134,32 @@ Bits interleaved(const Bits& bits, std::size_t columns) {
   return result;
 }
 
+/// Frames of 18 s, which begin with the week.
+std::uint64_t frames_of_18_s(geodesy::GpsTime since_week_began) {
+  return static_cast<std::uint64_t>(since_week_began.nanosecond_of_week() / 18'000'000'000);
+}
+
 /// IS-GPS-800, 3.2.3 and 3.5.2: BCH of the count of 18 s in two hours, to the begin of the next frame; 38
 /// rows of 46.
-std::optional<SymbolFrame> cnav2_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
-                                       geodesy::GpsTime time) {
-  const geodesy::GpsTime start = place_of(time, 18, 1).start;
-  const gnss::KeplerEphemeris* e = sent_ephemeris(navigation, id, start);
-  if (e == nullptr) return std::nullopt;
-  const CnavDelays delays = cnav_delays(navigation, *e);
-  Bits rows = ldpc_encoded(LdpcCode::Cnav2Subframe2, cnav2_subframe2(*e, delays, start));
-  rows.append(ldpc_encoded(LdpcCode::Cnav2Subframe3,
-                           cnav2_subframe3(*e, system_message(navigation, id.system, start), delays, start)));
-  const auto count = static_cast<std::uint64_t>((start.nanosecond_of_week() / (18 * kNanoseconds) + 1) % 400);
+Bits cnav2_frame(const gnss::KeplerEphemeris& e, const SystemMessage& message, const CnavDelays& delays,
+                 geodesy::GpsTime start) {
+  Bits rows = ldpc_encoded(LdpcCode::Cnav2Subframe2, cnav2_subframe2(e, delays, start));
+  rows.append(ldpc_encoded(LdpcCode::Cnav2Subframe3, cnav2_subframe3(e, message, delays, start)));
+  const std::uint64_t count = (frames_of_18_s(start) + 1) % 400;
   const bool ninth = count >> 8 != 0;  // turns the others over
   const Bits low = bch_51_8(count & 255);
   Bits bits;
   bits.put(ninth, 1);
   for (std::size_t i = 0; i < low.size(); ++i) bits.put(low[i] != ninth, 1);
-  bits.append(interleaved(rows, 46));
-  return SymbolFrame{start, 0.01, symbols_of(bits)};
-}
-
-BcnavDelays bcnav_delays(const gnss::NavigationData& navigation, const gnss::KeplerEphemeris& e) {
-  return {delay_of(navigation, e, "B1C"), delay_of(navigation, e, "B2a"), delay_of(navigation, e, "B2b")};
+  return bits.append(interleaved(rows, 46));
 }
 
 /// BDS-SIS-ICD-B1C-1.0, 6.2.1 and 6.2.2: BCH of PRN and second of the hour; 36 rows, two of subframe 2 and
 /// one of subframe 3 in turn, the last three of subframe 2.
-std::optional<SymbolFrame> bcnav1_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
-                                        geodesy::GpsTime time) {
-  const geodesy::GpsTime start = place_of(time, 18, 1, geodesy::kBdtSecondsOffset).start;
-  const gnss::KeplerEphemeris* e = sent_ephemeris(navigation, id, start);
-  if (e == nullptr) return std::nullopt;
-  const Bits second =
-      ldpc_encoded(LdpcCode::Bcnav1Subframe2, bcnav1_subframe2(*e, bcnav_delays(navigation, *e), start));
-  const Bits third = ldpc_encoded(LdpcCode::Bcnav1Subframe3,
-                                  bcnav1_subframe3(*e, system_message(navigation, id.system, start), start));
+Bits bcnav1_frame(const gnss::KeplerEphemeris& e, const SystemMessage& message, const BcnavDelays& delays,
+                  geodesy::GpsTime start) {
+  const Bits second = ldpc_encoded(LdpcCode::Bcnav1Subframe2, bcnav1_subframe2(e, delays, start));
+  const Bits third = ldpc_encoded(LdpcCode::Bcnav1Subframe3, bcnav1_subframe3(e, message, start));
   constexpr std::size_t kRows = 36, kColumns = 48;
   Bits rows;
   for (std::size_t row = 0, of_second = 0, of_third = 0; row < kRows; ++row) {
@@ -260,47 +168,14 @@ std::optional<SymbolFrame> bcnav1_frame(const gnss::NavigationData& navigation, 
                   : second.number(kColumns * of_second++, kColumns),
              kColumns);
   }
-  const std::int64_t frame = bdt(start).nanosecond_of_week() / (18 * kNanoseconds);
-  Bits bits = cyclic(static_cast<std::uint64_t>(id.number), 6, 0b101'0111, 21);
-  bits.append(bch_51_8(static_cast<std::uint64_t>(frame % 200))).append(interleaved(rows, kColumns));
-  return SymbolFrame{start, 0.01, symbols_of(bits)};
-}
-
-/// BDS-SIS-ICD-B2a-1.0, 6.2.
-std::optional<SymbolFrame> bcnav2_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
-                                        geodesy::GpsTime time) {
-  constexpr std::array<int, 4> kTypes{10, 11, 30, 34};
-  const Place place = place_of(time, 3, kTypes.size(), geodesy::kBdtSecondsOffset);
-  const gnss::KeplerEphemeris* e = sent_ephemeris(navigation, id, place.begin_of_turn);
-  if (e == nullptr) return std::nullopt;
-  Bits bits;
-  bits.put(0xE24DE8, 24);
-  bits.append(ldpc_encoded(
-      LdpcCode::Bcnav2,
-      bcnav2_message(*e, system_message(navigation, id.system, place.start), bcnav_delays(navigation, *e),
-                     kTypes[static_cast<std::size_t>(place.number)], place.start)));
-  return SymbolFrame{place.start, 0.005, symbols_of(bits)};
-}
-
-/// BDS-SIS-ICD-B2b-1.0, 6.2.
-std::optional<SymbolFrame> bcnav3_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
-                                        geodesy::GpsTime time) {
-  const Place place = place_of(time, 1, 2, geodesy::kBdtSecondsOffset);
-  const gnss::KeplerEphemeris* e = sent_ephemeris(navigation, id, place.begin_of_turn);
-  if (e == nullptr) return std::nullopt;
-  Bits bits;
-  bits.put(0xEB90, 16).count(id.number, 6).put(0, 6);
-  bits.append(
-      ldpc_encoded(LdpcCode::Bcnav3,
-                   bcnav3_message(*e, system_message(navigation, id.system, place.start),
-                                  bcnav_delays(navigation, *e), place.number == 0 ? 10 : 30, place.start)));
-  return SymbolFrame{place.start, 0.001, symbols_of(bits)};
+  Bits bits = cyclic(static_cast<std::uint64_t>(e.id.number), 6, 0b101'0111, 21);
+  return bits.append(bch_51_8(frames_of_18_s(bdt(start)) % 200)).append(interleaved(rows, kColumns));
 }
 
 /// Words of 30 bits, as BeiDou sends them: the bits of a word's two code words in turn, of the first word as
 /// they stand (BDS-SIS-ICD-B1I-3.0, 5.1.3).
-std::vector<std::int8_t> beidou_symbols(const std::vector<std::uint32_t>& words) {
-  std::vector<std::int8_t> symbols;
+Symbols beidou_symbols(const std::vector<std::uint32_t>& words) {
+  Symbols symbols;
   const auto put = [&](std::uint32_t word, int bit) { symbols.push_back(symbol_of(word >> bit & 1U)); };
   for (int bit = 29; bit >= 0; --bit) put(words.front(), bit);
   for (std::size_t i = 1; i < words.size(); ++i) {
@@ -312,9 +187,9 @@ std::vector<std::int8_t> beidou_symbols(const std::vector<std::uint32_t>& words)
 
 /// A string as it is sent: 85 bits by differences, each turned over in its second half, then the time mark
 /// (ICD L1, L2 5.1, 3.3.2.2).
-std::vector<std::int8_t> glonass_symbols(const std::vector<std::uint32_t>& words) {
+Symbols glonass_symbols(const std::vector<std::uint32_t>& words) {
   constexpr std::string_view kTimeMark = "111110001101110101000010010110";
-  std::vector<std::int8_t> symbols;
+  Symbols symbols;
   std::uint32_t bit = 0;
   for (std::size_t i = 0; i < 85; ++i) {
     bit ^= words.at(i / 32) >> (31 - i % 32) & 1U;
@@ -325,115 +200,97 @@ std::vector<std::int8_t> glonass_symbols(const std::vector<std::uint32_t>& words
   return symbols;
 }
 
-enum class Message { Lnav, Inav, D1, D2, Glonass };
-
-std::optional<Message> message_of(gnss::SatelliteId id, const gnss::Signal& signal) {
-  switch (id.system) {
-    case gnss::System::GPS:
-    case gnss::System::QZSS:
-      if (signal.name == "L1CA") return Message::Lnav;
-      break;
-    case gnss::System::Galileo:
-      if (signal.name == "E1") return Message::Inav;
-      break;
-    case gnss::System::BeiDou:
-      if (signal.name != "B1I" && signal.name != "B2I" && signal.name != "B3I") break;
-      return gnss::is_beidou_geo(id) ? Message::D2 : Message::D1;
-    case gnss::System::GLONASS:
-      if (signal.name == "G1" || signal.name == "G2") return Message::Glonass;
-      break;
-    case gnss::System::SBAS:
-      break;
+/// A message of bits with its code of blocks, of one that is convolved without.
+Bits message_bits(const gnss::NavigationData& navigation, gnss::SatelliteId id, const MessagePace& pace,
+                  const MessagePlace& place) {
+  const geodesy::GpsTime start = place.start;
+  if (pace.kind == MessageKind::Sbas) {
+    const gnss::SbasEphemeris& e = *sent_record(navigation.sbas, id, start);
+    return sbas_message(e, place.number == 0 ? 9 : e.health != 0 ? 0 : 63, start);
   }
-  return std::nullopt;
-}
-
-/// Lengths [ns] of a frame of symbols, and of the time in which Schedule sends at most one message.
-struct Lengths {
-  std::int64_t symbols, message;
-};
-Lengths lengths_of(Message message) {
-  switch (message) {
-    case Message::Lnav:
-    case Message::D1:
-      return {6 * kNanoseconds, 6 * kNanoseconds};
-    case Message::D2:
-      return {kNanoseconds * 6 / 10, 3 * kNanoseconds};
-    case Message::Inav:
-    case Message::Glonass:
-      break;
+  const gnss::KeplerEphemeris& e = *sent_record(navigation.kepler, id, place.frame_start);
+  const SystemMessage message = system_message(navigation, id.system, start);
+  if (pace.kind == MessageKind::Fnav) return fnav_page(e, message, place.number + 1, start);
+  const auto delay_of = [&](std::string_view signal) { return signal_delay_s(navigation, e, signal); };
+  if (id.system != gnss::System::BeiDou) {
+    const CnavDelays delays{e.group_delay[0], delay_of("L1CA"), delay_of("L2C"), delay_of("L5"),
+                            delay_of("L1C")};
+    if (pace.kind == MessageKind::Cnav2) return cnav2_frame(e, message, delays, start);
+    constexpr int kTypes[]{10, 11, 30, 33};
+    const auto length_s = static_cast<int>(pace.period / geodesy::GpsTime::kNanosecondsPerSecond);
+    return cnav_message(e, message, delays, kTypes[place.number], start, length_s);
   }
-  return {2 * kNanoseconds, 2 * kNanoseconds};
+  const BcnavDelays delays{delay_of("B1C"), delay_of("B2a"), delay_of("B2b")};
+  if (pace.kind == MessageKind::Bcnav1) return bcnav1_frame(e, message, delays, start);
+  Bits bits;
+  if (pace.kind == MessageKind::Bcnav2) {  // BDS-SIS-ICD-B2a-1.0, 6.2
+    constexpr int kTypes[]{10, 11, 30, 34};
+    const Bits content = bcnav2_message(e, message, delays, kTypes[place.number], start);
+    return bits.put(0xE24DE8, 24).append(ldpc_encoded(LdpcCode::Bcnav2, content));
+  }
+  // BDS-SIS-ICD-B2b-1.0, 6.2.
+  const Bits content = bcnav3_message(e, message, delays, place.number == 0 ? 10 : 30, start);
+  bits.put(0xEB90, 16).count(id.number, 6).put(0, 6);
+  return bits.append(ldpc_encoded(LdpcCode::Bcnav3, content));
 }
 
 }  // namespace
 
 std::optional<SymbolFrame> symbol_frame(const gnss::NavigationData& navigation, gnss::SatelliteId id,
                                         const gnss::Signal& signal, geodesy::GpsTime time) {
-  if (id.system == gnss::System::GPS || id.system == gnss::System::QZSS) {
-    if (signal.name == "L2C") return cnav_frame(navigation, id, time, 12);
-    if (signal.name == "L5") return cnav_frame(navigation, id, time, 6);
-    if (signal.name == "L1C") return cnav2_frame(navigation, id, time);
-  }
-  if (id.system == gnss::System::SBAS && signal.name == "L1CA") return sbas_frame(navigation, id, time);
-  if (signal.name == "E5a") return fnav_frame(navigation, id, time);
-  if (signal.name == "E5b") return e5b_frame(navigation, id, time);
-  if (id.system == gnss::System::BeiDou && !gnss::is_beidou_geo(id)) {
-    if (signal.name == "B1C") return bcnav1_frame(navigation, id, time);
-    if (signal.name == "B2a") return bcnav2_frame(navigation, id, time);
-    if (signal.name == "B2b") return bcnav3_frame(navigation, id, time);
-  }
-  const std::optional<Message> kind = message_of(id, signal);
-  if (!kind) return std::nullopt;
-  const Lengths lengths = lengths_of(*kind);
-  const std::int64_t offset = Schedule::offset(id, time).count();
-  const auto begin_of = [&](std::int64_t step) {
-    const std::int64_t since = time.nanoseconds() - offset;
-    return geodesy::GpsTime::from_nanoseconds(time.nanoseconds() - (since % step + step) % step);
+  const MessagePace pace = pace_of(id, signal, time);
+  const bool another_of_geo = gnss::is_beidou_geo(id) && pace.kind != MessageKind::D2;
+  const bool known = sent_record(navigation.kepler, id, time) != nullptr ||
+                     sent_record(navigation.glonass, id, time) != nullptr ||
+                     sent_record(navigation.sbas, id, time) != nullptr;
+  if (!signal.only_recorded.empty() || another_of_geo || !known) return std::nullopt;
+  const MessagePlace place = place_of(pace, time);
+  const geodesy::GpsTime start = place.start;
+  // The page of D2 is the first subframe of five.
+  const std::int64_t subframe = (time.nanoseconds() - start.nanoseconds()) / pace.duration;
+  const auto words_or = [&](const auto& spare) {
+    std::vector<std::uint32_t> words;
+    if (subframe == 0) words = message_words(navigation, id, pace, place);
+    return words.empty() ? spare() : words;
   };
-  SymbolFrame frame;
-  frame.start = begin_of(lengths.symbols);
-  const geodesy::GpsTime message_start = begin_of(lengths.message), first = begin_of(kFrame);
-  const auto number = static_cast<int>(
-      std::lround((frame.start - message_start) * 1e9 / static_cast<double>(lengths.symbols)));
-  const std::vector<SentMessage> sent =
-      Schedule().sent(navigation, id, first, first + std::chrono::nanoseconds(kFrame));
-  if (sent.empty()) return std::nullopt;
-  const auto found = std::find_if(sent.begin(), sent.end(),
-                                  [&](const SentMessage& message) { return message.start == frame.start; });
-  const bool known = found != sent.end();
-  const auto place =
-      static_cast<int>(std::lround((frame.start - first) * 1e9 / static_cast<double>(lengths.symbols))) + 1;
-  switch (*kind) {
-    case Message::Lnav: {
-      SystemMessage message;
-      if (const auto k = navigation.klobuchar.find(id.system); k != navigation.klobuchar.end()) {
-        message.klobuchar = k->second;
-      }
-      frame.symbol_s = 0.02;
-      frame.symbols = lnav_symbols(known ? found->words : lnav_page18(id.system, message, frame.start));
+  SymbolFrame frame{start + std::chrono::nanoseconds(subframe * pace.duration), 0, {}};
+  switch (pace.kind) {
+    case MessageKind::Lnav:
+      frame.symbols = lnav_symbols(words_or(
+          [&] { return lnav_page18(id.system, system_message(navigation, id.system, start), start); }));
+      break;
+    case MessageKind::Inav:
+      frame.symbols = inav_symbols(words_or([&] { return inav_page(inav_word({}, {}, 0, start)); }));
+      break;
+    case MessageKind::D1:
+    case MessageKind::D2:
+      frame.symbols = beidou_symbols(words_or([&] {
+        const bool d1 = pace.kind == MessageKind::D1;
+        return spare_beidou_subframe((d1 ? place.number : static_cast<int>(subframe)) + 1, start);
+      }));
+      break;
+    case MessageKind::Glonass:
+      frame.symbols = glonass_symbols(
+          words_or([&] { return glonass_string({}, place.number + 1, place.frame_start).words32(); }));
+      break;
+    case MessageKind::Cnav:
+    case MessageKind::Sbas: {
+      const MessagePlace before = place_of(pace, start - std::chrono::nanoseconds(pace.period));
+      frame.symbols = convolved_after(message_bits(navigation, id, pace, before),
+                                      message_bits(navigation, id, pace, place));
       break;
     }
-    case Message::Inav: {
-      gnss::KeplerEphemeris spare;
-      spare.id = id;
-      return inav_frame(known ? found->words : inav_page(inav_word(spare, {}, 0, frame.start)), frame.start);
-    }
-    case Message::D1:
-      frame.symbol_s = 0.02;
-      frame.symbols = beidou_symbols(known ? found->words : spare_beidou_subframe(place, frame.start));
+    case MessageKind::Fnav:
+      put_galileo_page("101101110000", message_bits(navigation, id, pace, place), frame.symbols);
       break;
-    case Message::D2: {
-      // Ten words of a page, of which Schedule has as many as receivers pass on.
-      frame.symbol_s = 0.002;
-      frame.symbols = beidou_symbols(known ? found->words : spare_beidou_subframe(number + 1, message_start));
-      break;
-    }
-    case Message::Glonass:
-      frame.symbol_s = 0.01;
-      frame.symbols = glonass_symbols(known ? found->words : glonass_string({}, place, first).words32());
+    case MessageKind::Cnav2:
+    case MessageKind::Bcnav1:
+    case MessageKind::Bcnav2:
+    case MessageKind::Bcnav3:
+      frame.symbols = symbols_of(message_bits(navigation, id, pace, place));
       break;
   }
+  frame.symbol_s = static_cast<double>(pace.duration) / (1e9 * static_cast<double>(frame.symbols.size()));
   return frame;
 }
 

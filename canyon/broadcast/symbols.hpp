@@ -20,7 +20,7 @@ struct SymbolFrame {
   std::vector<std::int8_t> symbols;  ///< +1 (logical 0) or -1
 };
 
-/// The frame that a satellite sends at `time` of its clock, of the messages of Schedule and others:
+/// The frame that a satellite sends at `time` of its clock:
 ///   GPS, QZSS L1 C/A: a subframe of LNAV (IS-GPS-200, 20.3)
 ///   Galileo E1: a page of I/NAV (OS SIS ICD 2.1, 4.1 and 4.3)
 ///   Galileo E5b: likewise, words 1, 3 and 5 first (4.3.3); E5a: a page of F/NAV, 1 to 5 in turn (4.2)
@@ -32,9 +32,9 @@ struct SymbolFrame {
 ///   BeiDou B2a: a message of B-CNAV2, 10, 11, 30 and 34 in turn (BDS-SIS-ICD-B2a-1.0, 6.2), likewise
 ///   BeiDou B2b: a message of B-CNAV3, 10 and 30 in turn (BDS-SIS-ICD-B2b-1.0, 6.2), likewise
 ///   GLONASS G1, G2: a string of 2 s, in symbols of 10 ms (ICD L1, L2 5.1, 3.3.2)
-/// E5a, E5b, L2C, L5, B2a and B2b have the ephemeris of sent_ephemeris() at the begin of their turn. In the
-/// place of those that Schedule does not send are page 18 of subframe 4, spare words, and subframes and
-/// strings without content. Empty: another signal, or a satellite without an ephemeris.
+/// In the place of what message_words() does not send are page 18 of subframe 4, spare words, and subframes
+/// and strings without content. Empty: a signal that no receiver here tracks, or a satellite without an
+/// ephemeris.
 [[nodiscard]] std::optional<SymbolFrame> symbol_frame(const gnss::NavigationData& navigation,
                                                       gnss::SatelliteId id, const gnss::Signal& signal,
                                                       geodesy::GpsTime time);

@@ -83,6 +83,17 @@ TEST(Symbols, LnavHasParityAndPreamble) {
   EXPECT_FALSE(symbol_frame(navigation, {gnss::System::GPS, 8}, signal, kToe));
 }
 
+// Subframe 4 in the place of almanacs: delta t_LS is bits 271 to 278 of page 18 (IS-GPS-200, figure 20-1).
+TEST(Symbols, LnavTellsTheLeapSecondsOfItsDate) {
+  const gnss::SatelliteId id{gnss::System::GPS, 7};
+  gnss::NavigationData navigation = navigation_of(id, kToe);
+  navigation.leap_seconds = 16;
+  const auto frame = symbol_frame(navigation, id, gnss::signals_of(gnss::System::GPS)[0], kToe + 18);
+  ASSERT_TRUE(frame);
+  const std::uint32_t turned = frame->symbols[269] < 0 ? 0xFF : 0;
+  EXPECT_EQ(number(*frame, 270, 8) ^ turned, 16U);
+}
+
 /// A decoder that follows the only path without an error: taps of 171 and 133 (octal) on the bit and the six
 /// before. @param before six bits of the encoder
 Bits decoded(const std::vector<int>& coded, bool inverted, std::vector<int> before) {

@@ -113,7 +113,7 @@ std::vector<broadcast::SentMessage> ReceivedMessages::received(const simulation:
     tracked[s.id] = now;
     if (!goes_on || epoch.navigation == nullptr) continue;
     for (broadcast::SentMessage& message :
-         schedule_.sent(*epoch.navigation, s.id, before->second.last, sent)) {
+         broadcast::sent_messages(*epoch.navigation, s.id, before->second.last, sent)) {
       if (message.start >= now.since) messages.push_back(std::move(message));
     }
   }

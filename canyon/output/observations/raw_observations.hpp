@@ -117,7 +117,6 @@ class ReceivedMessages {
     geodesy::GpsTime since, last;  ///< times of transmission
   };
   std::map<gnss::SatelliteId, Tracked> tracked_;
-  broadcast::Schedule schedule_;
 };
 
 /// An epoch as a receiver on a line tells of it, whatever its protocol. Refers to the epoch and to the

@@ -114,7 +114,8 @@ struct SatelliteName {
 
 /// Signal::ubx, or ubx_geo of a geostationary satellite. Empty for signals that UBX has no number for (L1C).
 [[nodiscard]] std::optional<std::uint8_t> signal_number(gnss::SatelliteId id, const gnss::Signal& signal);
-/// sigId of the signal whose navigation message broadcast::Schedule sends: L1 C/A, E1-B, B1I D1 or D2, L1OF.
+/// sigId of the signal whose navigation message broadcast::sent_messages() has: L1 C/A, E1-B, B1I D1 or D2,
+/// L1OF.
 [[nodiscard]] std::uint8_t message_signal(gnss::SatelliteId id);
 
 }  // namespace canyon::output::ubx
