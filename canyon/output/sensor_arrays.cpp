@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <limits>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/payload.hpp"
+#include "canyon/output/number.hpp"
 
 namespace canyon::output {
 namespace {
@@ -18,98 +20,109 @@ using simulation::SensorBatch;
 
 constexpr double kNoSample = std::numeric_limits<double>::quiet_NaN();
 
-/// Appends the values of a sample to consecutive arrays.
-class SampleWriter {
- public:
-  SampleWriter(std::vector<SensorArray>& arrays, const std::string& sensor)
-      : at_(std::find_if(arrays.begin(), arrays.end(),
-                         [&](const SensorArray& array) { return array.sensor == sensor; })) {}
-  SampleWriter& operator<<(double value) {
-    (at_++)->values.push_back(value);
-    return *this;
-  }
-  SampleWriter& operator<<(const Vector3d& value) {
-    at_->values.insert(at_->values.end(), value.data(), value.data() + 3);
-    ++at_;
-    return *this;
-  }
-  SampleWriter& operator<<(const inertial::WheelPair& value) {
-    at_->values.insert(at_->values.end(), value.begin(), value.end());
-    ++at_;
-    return *this;
-  }
+void append(std::vector<double>& values, double value) {
+  values.push_back(value);
+}
+template <typename Several>
+void append(std::vector<double>& values, const Several& several) {
+  values.insert(values.end(), several.data(), several.data() + several.size());
+}
 
- private:
-  std::vector<SensorArray>::iterator at_;
-};
+// The arrays of a sample but its time: name, heads of their columns in a CSV file, values.
+template <typename Put>
+void each_array(const simulation::InertialSample& sample, inertial::ImuAxes axes, const Put& put) {
+  const simulation::SensorMotion motion(sample.truth.sensor, axes);
+  const Vector3d none = Vector3d::Constant(kNoSample);
+  const auto& stated = sample.sample;
+  put("stated_s", "", stated ? stated->time_s : kNoSample);
+  put("specific_force", "", stated ? stated->measured.specific_force_mps2 : none);
+  put("angular_rate", "", stated ? stated->measured.angular_rate_radps : none);
+  put("true_specific_force", "", sample.mean.specific_force_mps2);
+  put("true_angular_rate", "", sample.mean.angular_rate_radps);
+  put("place", "", motion.place_deg_m);
+  put("velocity", "", motion.velocity_enu_mps);
+  put("attitude", "", motion.attitude_deg);
+  put("temperature", "", stated ? stated->temperature_k : kNoSample);
+}
+template <typename Put>
+void each_array(const simulation::WheelsAtWork& sample, inertial::ImuAxes, const Put& put) {
+  inertial::WheelPair ticks{kNoSample, kNoSample};
+  if (const auto& counted = sample.sample.ticks) std::copy(counted->begin(), counted->end(), ticks.begin());
+  put("speed", "speed_left_mps,speed_right_mps", sample.sample.speed_mps);
+  put("ticks", "ticks_left,ticks_right", ticks);
+  put("true_speed", "true_speed_left_mps,true_speed_right_mps", sample.true_mps);
+}
+template <typename Put>
+void each_array(const simulation::BarometerSample& sample, inertial::ImuAxes, const Put& put) {
+  const inertial::Pressure& p = sample.pressure;
+  put("pressure", "pressure_pa", p.measured_pa);
+  put("altitude", "pressure_altitude_m", inertial::pressure_altitude_m(p.measured_pa));
+  put("temperature", "temperature_k", p.temperature_k);
+  put("sensor_temperature", "sensor_temperature_k", p.sensor_temperature_k);
+  put("true_pressure", "true_pressure_pa", p.true_pa);
+  put("true_height", "true_height_msl_m", sample.height_m);
+}
+template <typename Put>
+void each_array(const simulation::MagnetometerSample& sample, inertial::ImuAxes, const Put& put) {
+  constexpr double kMicro = 1e6;
+  put("field", "field_x_ut,field_y_ut,field_z_ut", Vector3d(kMicro * sample.measured_t));
+  put("true_field", "true_field_x_ut,true_field_y_ut,true_field_z_ut", Vector3d(kMicro * sample.true_t));
+}
 
 }  // namespace
 
 SensorArrays::SensorArrays(const inertial::SensorOptions& sensors, geodesy::GpsTime begin)
-    : sensors_(sensors), begin_(begin) {
-  if (sensors.imu) {
-    arrays_.insert(arrays_.end(), {{"imu", "time_s"},
-                                   {"imu", "stated_s"},
-                                   {"imu", "specific_force", 3},
-                                   {"imu", "angular_rate", 3},
-                                   {"imu", "true_specific_force", 3},
-                                   {"imu", "true_angular_rate", 3},
-                                   {"imu", "place", 3},
-                                   {"imu", "velocity", 3},
-                                   {"imu", "attitude", 3},
-                                   {"imu", "temperature"}});
-  }
-  if (sensors.wheels) {
-    arrays_.insert(
-        arrays_.end(),
-        {{"wheels", "time_s"}, {"wheels", "speed", 2}, {"wheels", "ticks", 2}, {"wheels", "true_speed", 2}});
-  }
-  if (sensors.barometer) {
-    arrays_.insert(arrays_.end(), {{"barometer", "time_s"},
-                                   {"barometer", "pressure"},
-                                   {"barometer", "altitude"},
-                                   {"barometer", "temperature"},
-                                   {"barometer", "sensor_temperature"},
-                                   {"barometer", "true_pressure"},
-                                   {"barometer", "true_height"}});
-  }
-  if (sensors.magnetometer) {
-    arrays_.insert(
-        arrays_.end(),
-        {{"magnetometer", "time_s"}, {"magnetometer", "field", 3}, {"magnetometer", "true_field", 3}});
-  }
+    : axes_(sensors.imu ? sensors.imu->axes : inertial::ImuAxes()), begin_(begin) {
+  const auto declare = [&](const std::string& sensor, const auto& sample) {
+    arrays_.push_back({sensor, "time_s", 1, "gps_week,gps_tow"});
+    each_array(sample, axes_, [&](const char* name, const char* heads, const auto& value) {
+      std::vector<double> values;
+      append(values, value);
+      arrays_.push_back({sensor, name, values.size(), heads});
+    });
+  };
+  if (sensors.imu) declare("imu", simulation::InertialSample());
+  if (sensors.wheels) declare("wheels", simulation::WheelsAtWork());
+  if (sensors.barometer) declare("barometer", simulation::BarometerSample());
+  if (sensors.magnetometer) declare("magnetometer", simulation::MagnetometerSample());
 }
 
 void SensorArrays::add(const SensorBatch& batch) {
-  for (const simulation::InertialSample& sample : batch.imu) {
-    const simulation::SensorMotion motion(sample.truth.sensor, sensors_.imu->axes);
-    const Vector3d none = Vector3d::Constant(kNoSample);
-    const auto& stated = sample.sample;
-    SampleWriter(arrays_, "imu") << sample.time - begin_ << (stated ? stated->time_s : kNoSample)
-                                 << (stated ? stated->measured.specific_force_mps2 : none)
-                                 << (stated ? stated->measured.angular_rate_radps : none)
-                                 << sample.mean.specific_force_mps2 << sample.mean.angular_rate_radps
-                                 << motion.place_deg_m << motion.velocity_enu_mps << motion.attitude_deg
-                                 << (stated ? stated->temperature_k : kNoSample);
+  const auto add = [&](const char* sensor, const auto& samples) {
+    const auto first = std::find_if(arrays_.begin(), arrays_.end(),
+                                    [&](const SensorArray& array) { return array.sensor == sensor; });
+    if (first == arrays_.end()) return;
+    for (const auto& sample : samples) {
+      auto at = first;
+      (at++)->values.push_back(sample.time - begin_);
+      each_array(sample, axes_,
+                 [&](const char*, const char*, const auto& value) { append((at++)->values, value); });
+    }
+  };
+  add("imu", batch.imu);
+  add("wheels", batch.wheels);
+  add("barometer", batch.barometer);
+  add("magnetometer", batch.magnetometer);
+}
+
+std::string SensorArrays::csv_lines(std::string_view sensor) const {
+  std::vector<const SensorArray*> own;
+  for (const SensorArray& array : arrays_) {
+    if (array.sensor == sensor) own.push_back(&array);
   }
-  for (const simulation::WheelsAtWork& sample : batch.wheels) {
-    inertial::WheelPair ticks{kNoSample, kNoSample};
-    if (const auto& counted = sample.sample.ticks)
-      ticks = {static_cast<double>((*counted)[0]), static_cast<double>((*counted)[1])};
-    SampleWriter(arrays_, "wheels") << sample.time - begin_ << sample.sample.speed_mps << ticks
-                                    << sample.true_mps;
+  std::string lines;
+  for (std::size_t row = 0; row < own.at(0)->values.size(); ++row) {
+    const geodesy::GpsTime time = begin_ + own[0]->values[row];
+    lines += fmt::format("{},{}", time.week(), seconds_of_week(time, 9));
+    for (std::size_t i = 1; i < own.size(); ++i) {
+      for (std::size_t k = 0; k < own[i]->columns; ++k) {
+        const double value = own[i]->values[row * own[i]->columns + k];
+        lines += std::isnan(value) ? "," : fmt::format(",{}", value);
+      }
+    }
+    lines += '\n';
   }
-  for (const simulation::BarometerSample& sample : batch.barometer) {
-    const inertial::Pressure& p = sample.pressure;
-    SampleWriter(arrays_, "barometer")
-        << sample.time - begin_ << p.measured_pa << inertial::pressure_altitude_m(p.measured_pa)
-        << p.temperature_k << p.sensor_temperature_k << p.true_pa << sample.height_m;
-  }
-  for (const simulation::MagnetometerSample& sample : batch.magnetometer) {
-    constexpr double kMicro = 1e6;
-    SampleWriter(arrays_, "magnetometer")
-        << sample.time - begin_ << kMicro * sample.measured_t << kMicro * sample.true_t;
-  }
+  return lines;
 }
 
 namespace {

@@ -16,6 +16,7 @@ struct SensorArray {
   std::string sensor;  ///< "imu"
   std::string name;    ///< "specific_force"
   std::size_t columns = 1;
+  std::string heads = {};           ///< of the columns, in a CSV file of the sensor (docs/imu.md)
   std::vector<double> values = {};  ///< row by row
 };
 
@@ -27,9 +28,11 @@ class SensorArrays {
   void add(const simulation::SensorBatch& batch);
   /// Those of the sensors that there are.
   [[nodiscard]] std::vector<SensorArray>& arrays() { return arrays_; }
+  /// All samples of one of these sensors, a line each, for its CSV file. Fields of lost values are empty.
+  [[nodiscard]] std::string csv_lines(std::string_view sensor) const;
 
  private:
-  inertial::SensorOptions sensors_;
+  inertial::ImuAxes axes_;
   geodesy::GpsTime begin_;
   std::vector<SensorArray> arrays_;
 };

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -24,10 +25,7 @@ namespace canyon::output {
 namespace {
 
 using Eigen::Vector3d;
-using simulation::BarometerSample;
 using simulation::InertialSample;
-using simulation::MagnetometerSample;
-using simulation::WheelsAtWork;
 
 /// imu.csv and motion.csv.
 class ImuFiles {
@@ -98,110 +96,60 @@ class ImuFiles {
   std::string line_, time_text_;
 };
 
-constexpr std::string_view kWheelsHead =
-    "gps_week,gps_tow,speed_left_mps,speed_right_mps,ticks_left,ticks_right,true_speed_left_mps,"
-    "true_speed_right_mps\n";
-std::string wheels_line(const WheelsAtWork& sample) {
-  const auto& [left, right] = sample.sample.speed_mps;
-  const auto& ticks = sample.sample.ticks;
-  return fmt::format("{},{},{},{},{},{},{},{}\n", sample.time.week(), seconds_of_week(sample.time, 9), left,
-                     right, ticks ? std::to_string((*ticks)[0]) : "",
-                     ticks ? std::to_string((*ticks)[1]) : "", sample.true_mps[0], sample.true_mps[1]);
-}
-
-constexpr std::string_view kBarometerHead =
-    "gps_week,gps_tow,pressure_pa,pressure_altitude_m,temperature_k,sensor_temperature_k,true_pressure_pa,"
-    "true_height_msl_m\n";
-std::string barometer_line(const BarometerSample& sample) {
-  const inertial::Pressure& p = sample.pressure;
-  return fmt::format("{},{},{},{},{},{},{},{}\n", sample.time.week(), seconds_of_week(sample.time, 9),
-                     p.measured_pa, inertial::pressure_altitude_m(p.measured_pa), p.temperature_k,
-                     p.sensor_temperature_k, p.true_pa, sample.height_m);
-}
-
-constexpr std::string_view kMagnetometerHead =
-    "gps_week,gps_tow,field_x_ut,field_y_ut,field_z_ut,true_field_x_ut,true_field_y_ut,true_field_z_ut\n";
-std::string magnetometer_line(const MagnetometerSample& sample) {
-  constexpr double kMicro = 1e6;
-  const Vector3d measured = kMicro * sample.measured_t, truth = kMicro * sample.true_t;
-  return fmt::format("{},{},{},{},{},{},{},{}\n", sample.time.week(), seconds_of_week(sample.time, 9),
-                     measured.x(), measured.y(), measured.z(), truth.x(), truth.y(), truth.z());
-}
-
-/// sensors.npz: every number of every sensor.
-class NpzFile {
- public:
-  NpzFile(const std::filesystem::path& folder, const inertial::SensorOptions& sensors, geodesy::GpsTime begin)
-      : begin_(begin), arrays_(sensors, begin), file_(folder / "sensors.npz") {}
-
-  void add(const simulation::SensorBatch& batch) { arrays_.add(batch); }
-  void commit() {
-    NpzWriter npz(file_);
-    npz.add("begin", {static_cast<double>(begin_.week()), begin_.seconds_of_week()}, 1);
-    for (const SensorArray& array : arrays_.arrays())
-      npz.add(array.sensor + "_" + array.name, array.values, array.columns);
-    npz.finish();
-    file_.commit();
-  }
-
- private:
-  geodesy::GpsTime begin_;
-  SensorArrays arrays_;
-  OutputFile file_;
-};
-
 /// Files of the scenario's sensors in `folder` (docs/imu.md has the columns), as `outputs:` asks for
 /// them, of sensors that the scenario has. `imu`: imu.csv, its samples, and motion.csv, the true motion of
 /// the sensor at their instants, with all digits; `wheels`: wheels.csv; `barometer`: barometer.csv;
 /// `magnetometer`: magnetometer.csv; `sensors_npz`: sensors.npz, all of these for NumPy.
 class InertialFiles final : public simulation::EpochSink {
  public:
-  InertialFiles(const simulation::Simulation& simulation, const std::filesystem::path& folder) {
-    const inertial::SensorOptions& sensors = simulation.scenario().sensors;
+  InertialFiles(const simulation::Simulation& simulation, const std::filesystem::path& folder)
+      : begin_(simulation.begin()), in_tables_(simulation.scenario().sensors) {
     const simulation::OutputConfig& wanted = simulation.scenario().outputs;
-    const geodesy::GpsTime begin = simulation.begin();
-    const auto open = [&](bool there, std::string_view name, std::optional<OutputFile>& file,
-                          std::string_view head) {
-      if (!there || !wanted.has(name)) return;
-      file.emplace(folder / fmt::format("{}.csv", name));
-      file->write(head);
-    };
-    if (sensors.imu && wanted.has("imu")) imu_.emplace(folder, sensors.imu->axes, begin);
-    open(sensors.wheels.has_value(), "wheels", wheels_, kWheelsHead);
-    open(sensors.barometer.has_value(), "barometer", barometer_, kBarometerHead);
-    open(sensors.magnetometer.has_value(), "magnetometer", magnetometer_, kMagnetometerHead);
-    if (wanted.has("sensors_npz")) npz_.emplace(folder, sensors, begin);
+    if (in_tables_.imu && wanted.has("imu")) imu_.emplace(folder, in_tables_.imu->axes, begin_);
+    if (wanted.has("sensors_npz")) npz_.emplace(folder / "sensors.npz"), all_.emplace(in_tables_, begin_);
+    in_tables_.imu.reset();
+    if (!wanted.has("wheels")) in_tables_.wheels.reset();
+    if (!wanted.has("barometer")) in_tables_.barometer.reset();
+    if (!wanted.has("magnetometer")) in_tables_.magnetometer.reset();
+    SensorArrays empty(in_tables_, begin_);
+    for (const SensorArray& array : empty.arrays()) {
+      const auto [file, first] = tables_.try_emplace(array.sensor, folder / (array.sensor + ".csv"));
+      file->second.write((first ? "" : ",") + array.heads);
+    }
+    for (auto& [sensor, file] : tables_) file.write("\n");
   }
 
   void write(const simulation::Epoch& epoch) override {
     if (epoch.receiver != 0 || epoch.sensors == nullptr) return;
-    if (npz_) npz_->add(*epoch.sensors);
-    const auto put = [](auto& file, const auto& samples, const auto& line) {
-      if (!file) return;
-      for (const auto& sample : samples) file->write(line(sample));
-    };
+    if (all_) all_->add(*epoch.sensors);
     if (imu_) {
       for (const InertialSample& sample : epoch.sensors->imu) imu_->add(sample);
     }
-    put(wheels_, epoch.sensors->wheels, wheels_line);
-    put(barometer_, epoch.sensors->barometer, barometer_line);
-    put(magnetometer_, epoch.sensors->magnetometer, magnetometer_line);
+    SensorArrays batch(in_tables_, begin_);
+    batch.add(*epoch.sensors);
+    for (auto& [sensor, file] : tables_) file.write(batch.csv_lines(sensor));
   }
   void finish() override {
     if (imu_) imu_->commit();
-    for (auto* file : {&wheels_, &barometer_, &magnetometer_}) {
-      if (*file) (*file)->commit();
+    for (auto& [sensor, file] : tables_) file.commit();
+    if (!npz_) return;
+    NpzWriter npz(*npz_);
+    npz.add("begin", {static_cast<double>(begin_.week()), begin_.seconds_of_week()}, 1);
+    for (const SensorArray& array : all_->arrays()) {
+      npz.add(array.sensor + "_" + array.name, array.values, array.columns);
     }
-    if (npz_) npz_->commit();
+    npz.finish();
+    npz_->commit();
   }
-  [[nodiscard]] bool uses_sensors() const override {
-    return imu_ || wheels_ || barometer_ || magnetometer_ || npz_;
-  }
+  [[nodiscard]] bool uses_sensors() const override { return imu_ || !tables_.empty() || npz_; }
 
  private:
+  geodesy::GpsTime begin_;
+  inertial::SensorOptions in_tables_;  // sensors of tables_
   std::optional<ImuFiles> imu_;
-  std::optional<OutputFile> wheels_, barometer_, magnetometer_;
-  std::optional<NpzFile> npz_;
+  std::map<std::string, OutputFile> tables_;
+  std::optional<OutputFile> npz_;
+  std::optional<SensorArrays> all_;  // of npz_
 };
 
 /// The simulated sky, written once at the end.

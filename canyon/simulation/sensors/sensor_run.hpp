@@ -150,7 +150,8 @@ class BarometerRun : public SampleTimes {
 
 struct MagnetometerSample {
   geodesy::GpsTime time;
-  Eigen::Vector3d measured_t, true_t;  ///< in the sensor's axes [T]; true: the Earth's field alone, at `time`
+  /// In the sensor's axes [T]; true: the Earth's field alone, at `time`.
+  Eigen::Vector3d measured_t = Eigen::Vector3d::Zero(), true_t = measured_t;
 };
 
 /// A magnetometer along a run.
