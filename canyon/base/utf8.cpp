@@ -2,39 +2,21 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/locale/utf.hpp>
+#include <iterator>
 #include <utility>
 
 #include "canyon/base/text.hpp"
 
 namespace canyon {
 
-namespace {
-
-unsigned char byte_at(std::string_view text, std::size_t at) {
-  return at < text.size() ? static_cast<unsigned char>(text[at]) : static_cast<unsigned char>(0);
-}
-
-}  // namespace
+using Utf8 = boost::locale::utf::utf_traits<char>;
 
 std::size_t utf8_length(std::string_view text, std::size_t at) {
-  const unsigned char first = byte_at(text, at);
-  const auto follows = [&](std::size_t offset, unsigned low = 0x80, unsigned high = 0xBF) {
-    const unsigned byte = byte_at(text, at + offset);
-    return byte >= low && byte <= high;
-  };
-  if (first < 0x80) return 1;
-  if (first >= 0xC2 && first <= 0xDF) return follows(1) ? 2 : 0;
-  if (first >= 0xE0 && first <= 0xEF) {
-    const unsigned low = first == 0xE0 ? 0xA0 : 0x80;
-    const unsigned high = first == 0xED ? 0x9F : 0xBF;
-    return follows(1, low, high) && follows(2) ? 3 : 0;
-  }
-  if (first >= 0xF0 && first <= 0xF4) {
-    const unsigned low = first == 0xF0 ? 0x90 : 0x80;
-    const unsigned high = first == 0xF4 ? 0x8F : 0xBF;
-    return follows(1, low, high) && follows(2) && follows(3) ? 4 : 0;
-  }
-  return 0;
+  const auto* const begin = text.data() + std::min(at, text.size());
+  const auto* next = begin;
+  const auto code = Utf8::decode(next, text.data() + text.size());
+  return boost::locale::utf::is_valid_codepoint(code) ? static_cast<std::size_t>(next - begin) : 0;
 }
 
 std::string valid_utf8(std::string_view text) {
@@ -83,23 +65,7 @@ std::uint32_t unit(std::string_view bytes, std::size_t at, bool big_endian) {
 }
 
 void append_character(std::uint32_t code, std::string& utf8) {
-  const auto byte = [&](std::uint32_t bits) { utf8 += static_cast<char>(bits); };
-  const auto more = [&](unsigned shift) { byte(0x80U | (code >> shift & 0x3fU)); };
-  if (code < 0x80) {
-    byte(code);
-  } else if (code < 0x800) {
-    byte(0xc0U | code >> 6);
-    more(0);
-  } else if (code < 0x10000) {
-    byte(0xe0U | code >> 12);
-    more(6);
-    more(0);
-  } else {
-    byte(0xf0U | code >> 18);
-    more(12);
-    more(6);
-    more(0);
-  }
+  Utf8::encode(code, std::back_inserter(utf8));
 }
 
 }  // namespace

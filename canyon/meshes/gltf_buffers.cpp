@@ -14,23 +14,31 @@ namespace {
 /// Numbers of an accessor whose bytes are not stored: all zero but for its sparse values.
 constexpr std::uint64_t kMostZeros = std::uint64_t{1} << 20;
 
-// glTF 2.0, 3.6.2.2.
-enum Component { kByte = 5120, kUnsignedByte, kShort, kUnsignedShort, kUnsignedInt = 5125, kFloat };
+template <typename Stored>
+double number_at(std::string_view bytes, std::size_t offset) {
+  return static_cast<double>(little<Stored>(bytes, offset));
+}
 
-std::size_t component_size(int component) {
-  switch (component) {
-    case kByte:
-    case kUnsignedByte:
-      return 1;
-    case kShort:
-    case kUnsignedShort:
-      return 2;
-    case kUnsignedInt:
-    case kFloat:
-      return 4;
-    default:
-      throw InputError(fmt::format("accessors of component type {} do not exist", component));
+/// How accessors store numbers (glTF 2.0, 3.6.2.2).
+struct Component {
+  std::uint64_t type;
+  std::size_t size;
+  double full_scale;  ///< the largest value of a normalised integer; 1 of those that are not normalised
+  double (*at)(std::string_view bytes, std::size_t offset);
+};
+constexpr std::array kComponents{
+    Component{5120, 1, 127, number_at<std::int8_t>},    Component{5121, 1, 255, number_at<std::uint8_t>},
+    Component{5122, 2, 32767, number_at<std::int16_t>}, Component{5123, 2, 65535, number_at<std::uint16_t>},
+    Component{5125, 4, 1, number_at<std::uint32_t>},    Component{5126, 4, 1, number_at<float>}};
+
+const Component& component_of(const Json& accessor) {
+  const std::uint64_t type = count_member(accessor, "componentType");
+  const auto* const found = std::find_if(kComponents.begin(), kComponents.end(),
+                                         [&](const Component& each) { return each.type == type; });
+  if (found == kComponents.end()) {
+    throw InputError(fmt::format("accessors of component type {} do not exist", type));
   }
+  return *found;
 }
 
 std::size_t width_of(const std::string& type) {
@@ -42,42 +50,9 @@ std::size_t width_of(const std::string& type) {
   throw InputError(fmt::format("accessors of type '{}' do not exist", type));
 }
 
-double component_at(std::string_view bytes, std::size_t offset, int component) {
-  switch (component) {
-    case kByte:
-      return little<std::int8_t>(bytes, offset);
-    case kUnsignedByte:
-      return little<std::uint8_t>(bytes, offset);
-    case kShort:
-      return little<std::int16_t>(bytes, offset);
-    case kUnsignedShort:
-      return little<std::uint16_t>(bytes, offset);
-    case kUnsignedInt:
-      return little<std::uint32_t>(bytes, offset);
-    default:
-      return static_cast<double>(little<float>(bytes, offset));
-  }
-}
-
-/// The largest value of a normalised integer; 1 of floats.
-double full_scale(int component) {
-  switch (component) {
-    case kByte:
-      return 127;
-    case kUnsignedByte:
-      return 255;
-    case kShort:
-      return 32767;
-    case kUnsignedShort:
-      return 65535;
-    default:
-      return 1;
-  }
-}
-
-void read_elements(std::string_view bytes, std::size_t stride, int component, AccessorValues& out) {
-  const std::size_t size = component_size(component);
-  const std::size_t element = size * out.width;
+void read_elements(std::string_view bytes, std::size_t stride, const Component& component,
+                   AccessorValues& out) {
+  const std::size_t element = component.size * out.width;
   if (stride == 0) stride = element;
   if (stride < element) throw InputError("the elements of an accessor overlap");
   if (out.count > 0) {
@@ -87,7 +62,7 @@ void read_elements(std::string_view bytes, std::size_t stride, int component, Ac
   out.values.resize(out.count * out.width);
   for (std::size_t i = 0; i < out.count; ++i) {
     for (std::size_t c = 0; c < out.width; ++c) {
-      out.values[i * out.width + c] = component_at(bytes, i * stride + c * size, component);
+      out.values[i * out.width + c] = component.at(bytes, i * stride + c * component.size);
     }
   }
 }
@@ -169,7 +144,7 @@ std::string_view GltfBuffers::view(std::uint64_t index) {
   return found->second;
 }
 
-void GltfBuffers::fill_sparse(const Json& sparse, int component, AccessorValues& out) {
+void GltfBuffers::fill_sparse(const Json& sparse, const Json& accessor, AccessorValues& out) {
   AccessorValues places, values;
   places.count = values.count = count_member(sparse, "count");
   if (places.count > out.count) throw InputError("a sparse accessor has more values than elements");
@@ -177,10 +152,9 @@ void GltfBuffers::fill_sparse(const Json& sparse, int component, AccessorValues&
   const Json& at = sparse.at("indices");
   const Json& data = sparse.at("values");
   read_elements(from_offset(view(count_member(at, "bufferView")), count_member(at, "byteOffset", 0)), 0,
-                static_cast<int>(std::min<std::uint64_t>(count_member(at, "componentType"), 1 << 20)),
-                places);
+                component_of(at), places);
   read_elements(from_offset(view(count_member(data, "bufferView")), count_member(data, "byteOffset", 0)), 0,
-                component, values);
+                component_of(accessor), values);
   for (std::size_t i = 0; i < places.count; ++i) {
     const double place = places.values[i];
     if (!(place >= 0 && place < static_cast<double>(out.count))) {
@@ -194,7 +168,7 @@ void GltfBuffers::fill_sparse(const Json& sparse, int component, AccessorValues&
 
 AccessorValues GltfBuffers::accessor(std::uint64_t index) {
   const Json& of = item("accessors", index);
-  const int component = static_cast<int>(std::min<std::uint64_t>(count_member(of, "componentType"), 1 << 20));
+  const Component& component = component_of(of);
   AccessorValues out;
   const std::uint64_t count = count_member(of, "count");
   out.width = width_of(text_member(of, "type"));
@@ -217,11 +191,10 @@ AccessorValues GltfBuffers::accessor(std::uint64_t index) {
     out.values.resize(out.count * out.width);
   }
   const Json* sparse = of.find("sparse");
-  if (sparse != nullptr && sparse->is_object()) fill_sparse(*sparse, component, out);
+  if (sparse != nullptr && sparse->is_object()) fill_sparse(*sparse, of, out);
   const Json* normalised = of.find("normalized");
   if (normalised != nullptr && normalised->is_boolean() && normalised->get<bool>()) {
-    const double scale = full_scale(component);
-    for (double& value : out.values) value = std::max(-1.0, value / scale);
+    for (double& value : out.values) value = std::max(-1.0, value / component.full_scale);
   }
   return out;
 }

@@ -44,7 +44,7 @@ class GltfBuffers {
  private:
   std::string_view buffer(std::uint64_t index);
   std::string_view raw_view(const Json& view);
-  void fill_sparse(const Json& sparse, int component, AccessorValues& out);
+  void fill_sparse(const Json& sparse, const Json& accessor, AccessorValues& out);
 
   const Json& asset_;
   std::string_view binary_;

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,31 +13,43 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/meshes/json_values.hpp"
 #include "canyon/meshes/mesh_scene.hpp"
 
 namespace canyon::meshes {
 namespace {
 
-enum class PlyType : std::uint8_t { Int8, Uint8, Int16, Uint16, Int32, Uint32, Float, Double };
+template <typename Stored>
+double number_in(std::string_view bytes) {
+  return static_cast<double>(little<Stored>(bytes, 0));
+}
 
-std::optional<PlyType> ply_type(std::string_view word) {
-  constexpr std::array<std::array<std::string_view, 2>, 8> kNames{{{"char", "int8"},
-                                                                   {"uchar", "uint8"},
-                                                                   {"short", "int16"},
-                                                                   {"ushort", "uint16"},
-                                                                   {"int", "int32"},
-                                                                   {"uint", "uint32"},
-                                                                   {"float", "float32"},
-                                                                   {"double", "float64"}}};
-  for (std::size_t i = 0; i < kNames.size(); ++i)
-    if (word == kNames[i][0] || word == kNames[i][1]) return static_cast<PlyType>(i);
-  return std::nullopt;
+struct PlyType {
+  std::string_view name, other_name;
+  std::size_t size;
+  double (*read)(std::string_view bytes);
+};
+constexpr std::array kPlyTypes{PlyType{"char", "int8", 1, number_in<std::int8_t>},
+                               PlyType{"uchar", "uint8", 1, number_in<std::uint8_t>},
+                               PlyType{"short", "int16", 2, number_in<std::int16_t>},
+                               PlyType{"ushort", "uint16", 2, number_in<std::uint16_t>},
+                               PlyType{"int", "int32", 4, number_in<std::int32_t>},
+                               PlyType{"uint", "uint32", 4, number_in<std::uint32_t>},
+                               PlyType{"float", "float32", 4, number_in<float>},
+                               PlyType{"double", "float64", 8, number_in<double>}};
+
+/// Null: there is no such type.
+const PlyType* ply_type(std::string_view word) {
+  const auto* const found = std::find_if(kPlyTypes.begin(), kPlyTypes.end(), [&](const PlyType& type) {
+    return word == type.name || word == type.other_name;
+  });
+  return found == kPlyTypes.end() ? nullptr : found;
 }
 
 struct PlyProperty {
   std::string name;
-  std::optional<PlyType> count;  ///< of a list
-  PlyType type = PlyType::Float;
+  const PlyType* count = nullptr;  ///< of a list
+  const PlyType* type = nullptr;
 };
 
 struct PlyElement {
@@ -106,7 +117,8 @@ class PlyReader {
   }
 
   static bool is_axis(const PlyProperty& property) {
-    return !property.count && (property.name == "x" || property.name == "y" || property.name == "z");
+    return property.count == nullptr &&
+           (property.name == "x" || property.name == "y" || property.name == "z");
   }
 
   void add_element(const std::vector<std::string_view>& words) {
@@ -124,12 +136,13 @@ class PlyReader {
     words.resize(std::max<std::size_t>(words.size(), 5));
     PlyProperty property;
     if (list) property.count = ply_type(words[2]);
-    const std::optional<PlyType> type = ply_type(words[list ? 3 : 1]);
+    property.type = ply_type(words[list ? 3 : 1]);
     property.name = words[list ? 4 : 2];
-    if (!type || property.name.empty() || (list && (!property.count || *property.count >= PlyType::Float))) {
+    const bool counted =
+        property.count != nullptr && property.count->name != "float" && property.count->name != "double";
+    if (property.type == nullptr || property.name.empty() || (list && !counted)) {
       throw fault("is not a property");
     }
-    property.type = *type;
     elements_.back().properties.push_back(std::move(property));
   }
 
@@ -142,13 +155,13 @@ class PlyReader {
     const bool vertex = element.name == "vertex", face = element.name == "face";
     if (vertex) node_.vertices.emplace_back(Eigen::Vector3d::Zero());
     for (const PlyProperty& property : element.properties) {
-      const double count = property.count ? next(*property.count) : 1;
+      const double count = property.count != nullptr ? next(*property.count) : 1;
       const bool corners = face && (property.name == "vertex_indices" || property.name == "vertex_index");
       if (!(count >= (corners ? 1 : 0)))
         throw fault(fmt::format("{} {} has {} corners", element.name, number, count));
       corners_.clear();
       for (double i = 0; i < count; ++i) {
-        const double value = next(property.type);
+        const double value = next(*property.type);
         if (vertex && is_axis(property)) node_.vertices.back()[property.name[0] - 'x'] = value;
         if (!corners) continue;
         if (!(value >= 0 && value < static_cast<double>(node_.vertices.size())))
@@ -159,7 +172,7 @@ class PlyReader {
     }
   }
 
-  double next(PlyType type) {
+  double next(const PlyType& type) {
     if (binary_) return next_binary(type);
     const std::string_view word = word_ < words_.size() ? words_[word_++] : std::string_view();
     const std::optional<double> value = parse_double(word);
@@ -168,38 +181,12 @@ class PlyReader {
     return *value;
   }
 
-  double next_binary(PlyType type) {
-    switch (type) {
-      case PlyType::Int8:
-        return taken<std::int8_t>();
-      case PlyType::Uint8:
-        return taken<std::uint8_t>();
-      case PlyType::Int16:
-        return taken<std::int16_t>();
-      case PlyType::Uint16:
-        return taken<std::uint16_t>();
-      case PlyType::Int32:
-        return taken<std::int32_t>();
-      case PlyType::Uint32:
-        return taken<std::uint32_t>();
-      case PlyType::Float:
-        return taken<float>();
-      case PlyType::Double:
-        return taken<double>();
-    }
-    return 0;
-  }
-
-  template <typename Stored>
-  double taken() {
-    std::array<char, sizeof(Stored)> raw{};
-    if (rest_.size() < raw.size()) throw cut();
-    std::copy_n(rest_.begin(), raw.size(), raw.begin());
-    rest_.remove_prefix(raw.size());
-    if (big_) std::reverse(raw.begin(), raw.end());
-    Stored value;
-    std::memcpy(&value, raw.data(), raw.size());
-    return static_cast<double>(value);
+  double next_binary(const PlyType& type) {
+    if (rest_.size() < type.size) throw cut();
+    std::string bytes(rest_.substr(0, type.size));
+    rest_.remove_prefix(type.size);
+    if (big_) std::reverse(bytes.begin(), bytes.end());
+    return type.read(bytes);
   }
 
   const std::filesystem::path& path_;

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstdlib>
 #include <ctime>
+#include <map>
 #include <memory>
 #include <string_view>
 
@@ -167,7 +168,6 @@ struct Request {
     set(CURLOPT_HEADERDATA, &incoming);
     set(CURLOPT_OPENSOCKETFUNCTION, &canyon_http_socket);
     set(CURLOPT_OPENSOCKETDATA, &incoming);
-    set(CURLOPT_PRIVATE, this);
   }
 
   template <typename Value>
@@ -225,74 +225,44 @@ struct Request {
   }
 };
 
-/// The requests of http_get_all() that run.
-class Gets {
- public:
-  Gets() : multi_(curl_multi_init(), &curl_multi_cleanup) {
-    if (!multi_) throw InputError("libcurl cannot make requests");
-  }
-  ~Gets() {
-    for (const auto& get : running_) curl_multi_remove_handle(multi_.get(), get->handle.get());
-  }
-  Gets(const Gets&) = delete;
-  Gets& operator=(const Gets&) = delete;
-
-  [[nodiscard]] std::size_t size() const { return running_.size(); }
-  void add(std::unique_ptr<Request> get) {
-    curl_multi_add_handle(multi_.get(), get->handle.get());
-    running_.push_back(std::move(get));
-  }
-  /// Waits a moment; calls `ended` for each request that has ended, and forgets it.
-  template <typename Ended>
-  void work(const Ended& ended) {
-    int count = 0;
-    curl_multi_perform(multi_.get(), &count);
-    if (count == static_cast<int>(size())) curl_multi_poll(multi_.get(), nullptr, 0, 200, nullptr);
-    int left = 0;
-    while (const CURLMsg* message = curl_multi_info_read(multi_.get(), &left)) {
-      if (message->msg != CURLMSG_DONE) continue;
-      const CURLcode code = message->data.result;
-      Request* get = nullptr;
-      curl_easy_getinfo(message->easy_handle, CURLINFO_PRIVATE, &get);
-      curl_multi_remove_handle(multi_.get(), message->easy_handle);
-      const auto found = std::find_if(running_.begin(), running_.end(),
-                                      [get](const auto& each) { return each.get() == get; });
-      const std::unique_ptr<Request> owned = std::move(*found);
-      running_.erase(found);
-      ended(*owned, code);
-    }
-  }
-
- private:
-  std::unique_ptr<CURLM, decltype(&curl_multi_cleanup)> multi_;
-  std::vector<std::unique_ptr<Request>> running_;
-};
-
 }  // namespace
 
 void http_get_all(const std::vector<std::string>& urls, const HttpGetOptions& options,
                   const std::function<void(std::size_t, HttpAnswer&&)>& done) {
   require_curl();
-  Gets gets;
-  const auto add = [&](std::size_t number) {
-    auto request = std::make_unique<Request>(number, urls[number], options);
-    request->set(CURLOPT_LOW_SPEED_LIMIT, 1L);
-    request->set(CURLOPT_LOW_SPEED_TIME, static_cast<long>(options.timeout_s));
-    // A server that sends a byte a second ends here.
-    request->set(CURLOPT_TIMEOUT, 20L * options.timeout_s);
-    gets.add(std::move(request));
-  };
-  for (std::size_t next = 0; next < urls.size() || gets.size() > 0;) {
-    while (next < urls.size() && gets.size() < static_cast<std::size_t>(options.connections)) add(next++);
-    gets.work([&](Request& request, CURLcode code) {
+  const std::unique_ptr<CURLM, decltype(&curl_multi_cleanup)> multi(curl_multi_init(), &curl_multi_cleanup);
+  if (!multi) throw InputError("libcurl cannot make requests");
+  std::map<CURL*, std::unique_ptr<Request>>
+      running;  // those left at the end leave `multi` with their handles
+  for (std::size_t next = 0; next < urls.size() || !running.empty();) {
+    while (next < urls.size() && running.size() < static_cast<std::size_t>(options.connections)) {
+      auto request = std::make_unique<Request>(next, urls[next], options);
+      ++next;
+      request->set(CURLOPT_LOW_SPEED_LIMIT, 1L);
+      request->set(CURLOPT_LOW_SPEED_TIME, static_cast<long>(options.timeout_s));
+      // A server that sends a byte a second ends here.
+      request->set(CURLOPT_TIMEOUT, 20L * options.timeout_s);
+      CURL* const handle = request->handle.get();
+      curl_multi_add_handle(multi.get(), handle);
+      running.emplace(handle, std::move(request));
+    }
+    int count = 0;
+    curl_multi_perform(multi.get(), &count);
+    if (count == static_cast<int>(running.size())) curl_multi_poll(multi.get(), nullptr, 0, 200, nullptr);
+    int left = 0;
+    while (const CURLMsg* message = curl_multi_info_read(multi.get(), &left)) {
+      if (message->msg != CURLMSG_DONE) continue;
+      const CURLcode code = message->data.result;
+      const auto ended = running.extract(message->easy_handle);
+      curl_multi_remove_handle(multi.get(), ended.key());
       HttpAnswer answer;
       try {
-        answer = request.answer(code);
+        answer = ended.mapped()->answer(code);
       } catch (const InputError& error) {
         answer.problem = error.problem();
       }
-      done(request.number, std::move(answer));
-    });
+      done(ended.mapped()->number, std::move(answer));
+    }
   }
 }
 
