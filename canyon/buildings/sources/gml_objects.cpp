@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <set>
 #include <utility>
@@ -180,55 +179,6 @@ class GmlObjectReader {
 
   using Points = std::vector<Eigen::Vector3d>;
 
-  /// Every point of the faces once, in WGS 84.
-  class PlacedPoints {
-   public:
-    explicit PlacedPoints(GmlObjectReader& reader) : reader_(reader) {}
-    void add(const GmlFace& face) {
-      Batch& batch = batch_of(face);
-      for (const Points& ring : face.polygon->rings) {
-        for (const Eigen::Vector3d& p : ring) {
-          if (batch.index.emplace(std::array{p.x(), p.y(), p.z()}, batch.points.size()).second)
-            batch.points.push_back(p);
-        }
-      }
-    }
-    void place() {
-      for (auto& [key, batch] : batches_) {
-        if (key.first < 0) {
-          for (Eigen::Vector3d& p : batch.points) p = reader_.model_.east_first(key.second, p);
-          reader_.model_.to_wgs84(key.second, batch.points);
-        } else {
-          reader_.place_relative(reader_.faces_.placements()[static_cast<std::size_t>(key.first)],
-                                 batch.points);
-        }
-      }
-    }
-    [[nodiscard]] Points ring(const GmlFace& face, const Points& raw) {
-      const Batch& batch = batch_of(face);
-      Points points;
-      points.reserve(raw.size());
-      for (const Eigen::Vector3d& p : raw) {
-        const Eigen::Vector3d& placed = batch.points[batch.index.at(std::array{p.x(), p.y(), p.z()})];
-        if (points.empty() || points.back() != placed) points.push_back(placed);
-      }
-      if (points.size() > 1 && points.front() == points.back()) points.pop_back();
-      return points;
-    }
-
-   private:
-    struct Batch {
-      std::map<std::array<double, 3>, std::size_t> index;
-      Points points;
-    };
-    Batch& batch_of(const GmlFace& face) {
-      const std::size_t system = face.placement < 0 ? reader_.system_of(*face.polygon) : 0;
-      return batches_[{face.placement, system}];
-    }
-    GmlObjectReader& reader_;
-    std::map<std::pair<int, std::size_t>, Batch> batches_;  ///< by placement and reference system
-  };
-
   void place_relative(const GmlPlacement& placement, Points& points) {
     const std::size_t system = system_of(*placement.reference);
     model_.place(system, placement.matrix, model_.east_first(system, placement.reference->positions.front()),
@@ -236,16 +186,40 @@ class GmlObjectReader {
   }
 
   void add_surfaces(const std::vector<GmlFace>& faces, CityObject& object) {
-    PlacedPoints placed(*this);
-    for (const GmlFace& face : faces) placed.add(face);
-    placed.place();
+    // Points in WGS 84 by placement and reference system, in the order of the faces.
+    struct Batch {
+      Points points;
+      std::size_t taken = 0;
+    };
+    std::map<std::pair<int, std::size_t>, Batch> batches;
+    const auto batch_of = [&](const GmlFace& face) -> Batch& {
+      return batches[{face.placement, face.placement < 0 ? system_of(*face.polygon) : 0}];
+    };
+    for (const GmlFace& face : faces) {
+      Points& points = batch_of(face).points;
+      for (const Points& ring : face.polygon->rings) points.insert(points.end(), ring.begin(), ring.end());
+    }
+    for (auto& [key, batch] : batches) {
+      if (key.first < 0) {
+        for (Eigen::Vector3d& p : batch.points) p = model_.east_first(key.second, p);
+        model_.to_wgs84(key.second, batch.points);
+      } else {
+        place_relative(faces_.placements()[static_cast<std::size_t>(key.first)], batch.points);
+      }
+    }
     std::size_t off_earth = 0;
     for (const GmlFace& face : faces) {
       MapSurface surface;
       surface.semantic = face.semantic;
+      Batch& batch = batch_of(face);
       bool outer = true, good = true;
       for (const Points& raw : face.polygon->rings) {
-        Points ring = placed.ring(face, raw);
+        Points ring;
+        for (std::size_t i = 0; i < raw.size(); ++i) {
+          const Eigen::Vector3d& point = batch.points[batch.taken++];
+          if (ring.empty() || ring.back() != point) ring.push_back(point);
+        }
+        if (ring.size() > 1 && ring.front() == ring.back()) ring.pop_back();
         if (face.reversed) std::reverse(ring.begin(), ring.end());
         const bool finite =
             std::all_of(ring.begin(), ring.end(), [](const Eigen::Vector3d& p) { return p.allFinite(); });
