@@ -1,8 +1,9 @@
 // Bodies about the antenna at an instant that no map has: vehicles, signs, awnings, crowns of trees, a host's moving models;
 // and an arrow for the vehicle that carries the antenna.
 
-import { BufferAttribute, BufferGeometry, Color, DoubleSide, IcosahedronGeometry, Mesh, MeshBasicMaterial, type Raycaster } from 'three';
-import { lightOfTriangles } from './light';
+import { BufferGeometry, Color, DoubleSide, IcosahedronGeometry, Mesh, MeshBasicMaterial, type Raycaster } from 'three';
+import { lit } from './light';
+import { coloured } from './lines';
 import { kMaterialColours, kPaint, type Theme } from './palette';
 import type { Place } from './tracks';
 import type { BodyRow } from './store';
@@ -94,14 +95,8 @@ export class Bodies {
 
   /** Shows what was added since clear(). */
   finish(): void {
-    const lights = lightOfTriangles(this.positions);
-    const colours = Float32Array.from(this.positions, (_, i) =>
-      (this.colours[Math.floor(i / 9)]?.toArray()[i % 3] ?? 0) * (0.35 + 0.65 * (lights[3 * Math.floor(i / 9) + (i % 3)] ?? 1)));
-    const geometry = new BufferGeometry();
-    geometry.setAttribute('position', new BufferAttribute(new Float32Array(this.positions), 3));
-    geometry.setAttribute('color', new BufferAttribute(colours, 3));
     this.mesh.geometry.dispose();
-    this.mesh.geometry = geometry;
+    this.mesh.geometry = coloured(this.positions, lit(this.positions, (triangle) => this.colours[triangle] ?? new Color(), 0.35));
     this.mesh.visible = this.positions.length > 0;
   }
 }

@@ -121,9 +121,10 @@ export class Chart {
     const colours = [receiverColour(pair.recorded, state.theme), receiverColour(pair.simulated, state.theme)] as const;
     if (state.satellite !== null) {
       const id = store.header.satellites[state.satellite]?.id ?? '';
+      const errors = (receiver: number): Float64Array => store.ofSatellite(receiver, state.satellite ?? -1, 'pseudorange_error_m');
       return { x, unit: 'm', series: [
-        { label: `${id} pseudorange error, recorded`, colour: colours[0], values: store.errorsOf(pair.recorded, state.satellite), width: 1.8 },
-        { label: 'simulated', colour: colours[1], values: store.errorsOf(pair.simulated, state.satellite), width: 1.8 },
+        { label: `${id} pseudorange error, recorded`, colour: colours[0], values: errors(pair.recorded), width: 1.8 },
+        { label: 'simulated', colour: colours[1], values: errors(pair.simulated), width: 1.8 },
       ] };
     }
     return { x, unit: 'm', series: [
@@ -133,27 +134,16 @@ export class Chart {
     ] };
   }
 
-  /** Errors of the selected satellite, in the loaded blocks. */
+  /** C/N0 of the selected satellite, in the loaded blocks. */
   private cn0(): Plotted {
     const { state, store, track } = this;
     if (state.satellite === null || !track) return { x: [], unit: 'dB-Hz', series: [], note: 'Select a satellite.' };
-    const size = track.size;
-    const stated = new Float64Array(size).fill(NaN);
-    const real = new Float64Array(size).fill(NaN);
-    for (const block of store.loadedBlocks(this.run.receiver())) {
-      const s = block.satellites;
-      const which = s.column('satellite');
-      for (let row = 0; row < s.size; ++row) {
-        if (which[row] !== state.satellite) continue;
-        const epoch = block.epochOf(row);
-        stated[epoch] = s.at('cn0_dbhz', row);
-        real[epoch] = s.at('true_cn0_dbhz', row);
-      }
-    }
+    const { satellite } = state;
+    const values = (column: 'cn0_dbhz' | 'true_cn0_dbhz'): Float64Array => store.ofSatellite(this.run.receiver(), satellite, column);
     const id = store.header.satellites[state.satellite]?.id ?? '';
     return { x: track.time, unit: 'dB-Hz', series: [
-      { label: `${id} true C/N0`, colour: kPaint[state.theme].faint, values: real, width: 1 },
-      { label: `${id} stated C/N0`, colour: kPaint[state.theme].accent, values: stated, width: 1.8 },
+      { label: `${id} true C/N0`, colour: kPaint[state.theme].faint, values: values('true_cn0_dbhz'), width: 1 },
+      { label: `${id} stated C/N0`, colour: kPaint[state.theme].accent, values: values('cn0_dbhz'), width: 1.8 },
     ] };
   }
 

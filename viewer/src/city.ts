@@ -5,7 +5,8 @@ import {
   MeshBasicMaterial, type Intersection, type Raycaster,
 } from 'three';
 import type { CityObject } from './format';
-import { lightOfTriangles } from './light';
+import { lightOfTriangles, lit } from './light';
+import { coloured } from './lines';
 import { kMaterialColours, kPaint, type Theme } from './palette';
 
 interface Gltf {
@@ -187,14 +188,9 @@ export class CityMesh {
         if (o === object) for (let k = 0; k < 9; ++k) positions.push(position[9 * t + k] ?? 0);
       });
     }
-    const geometry = new BufferGeometry();
-    geometry.setAttribute('position', new BufferAttribute(new Float32Array(positions), 3));
     // A part of the light only: the colour should show on the dark side, too.
-    const paint = new Color(colour).toArray();
-    const lights = lightOfTriangles(positions);
-    const colours = Float32Array.from(positions, (_, i) => (paint[i % 3] ?? 0) * (0.5 + 0.5 * (lights[3 * Math.floor(i / 9) + (i % 3)] ?? 1)));
-    geometry.setAttribute('color', new BufferAttribute(colours, 3));
-    this.highlight = new Mesh(geometry, new MeshBasicMaterial({
+    const paint = new Color(colour);
+    this.highlight = new Mesh(coloured(positions, lit(positions, () => paint, 0.5)), new MeshBasicMaterial({
       vertexColors: true, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -1,
     }));
     this.group.add(this.highlight);

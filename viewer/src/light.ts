@@ -18,6 +18,17 @@ export function light(x: number, y: number, z: number, result: Color): Color {
   return result;
 }
 
+/** Colours of triangles' corners in their light; `dark`: how much of it a surface has that gets none. */
+export function lit(positions: ArrayLike<number>, colourOf: (triangle: number) => Color, dark: number): Float32Array {
+  const lights = lightOfTriangles(positions);
+  const result = new Float32Array(positions.length);
+  for (let i = 0; i < result.length; i += 3) {
+    const triangle = Math.floor(i / 9);
+    colourOf(triangle).toArray().forEach((part, k) => (result[i + k] = part * (dark + (1 - dark) * (lights[3 * triangle + k] ?? 1))));
+  }
+  return result;
+}
+
 /** The light of each triangle, by three numbers; positions are nine of each. */
 export function lightOfTriangles(positions: ArrayLike<number>): Float32Array {
   const result = new Float32Array(positions.length / 3);

@@ -15,18 +15,42 @@ const kThin = 1.1;
 /** More pieces than this are drawn thin, whatever their width: without a graphics processor they take seconds otherwise. */
 const kMostWide = 3000;
 
-export class Segments {
+/** Corners of triangles, ends of lines or points, three numbers each, with a colour of each. */
+export function coloured(positions: readonly number[], colours: ArrayLike<number>): BufferGeometry {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new BufferAttribute(new Float32Array(positions), 3));
+  geometry.setAttribute('color', new BufferAttribute(Float32Array.from(colours), 3));
+  return geometry;
+}
+
+/** Places with their colours; finish() shows what was added since clear(). */
+abstract class Collected {
+  protected positions: number[] = [];
+  protected colours: number[] = [];
+  private readonly colour = new Color();
+
+  clear(): void {
+    this.positions = [];
+    this.colours = [];
+  }
+  protected put(at: readonly number[], colour: string): void {
+    const { r, g, b } = this.colour.set(colour);
+    this.positions.push(at[0] ?? 0, at[1] ?? 0, at[2] ?? 0);
+    this.colours.push(r, g, b);
+  }
+  abstract finish(): void;
+}
+
+export class Segments extends Collected {
   readonly group = new Group();
   private readonly wide: LineMaterial;
   private readonly thin: LineBasicMaterial;
   /** Behind things. Thin, since drawing it wide costs as much as all that is in front. */
   private readonly behind: LineBasicMaterial | null;
-  private positions: number[] = [];
-  private colours: number[] = [];
-  private readonly colour = new Color();
 
   /** @param through opacity of what stands behind something; 0: hidden; 1: drawn over everything */
   constructor(private readonly width: number, opacity: number, through: number, dashed = false) {
+    super();
     const common = { opacity, vertexColors: true, transparent: true, depthWrite: false, depthTest: through < 1 };
     const dashes = { dashSize: 5, gapSize: 5 };
     const thin = (more: object): LineBasicMaterial =>
@@ -36,26 +60,17 @@ export class Segments {
     this.behind = through > 0 && through < 1 ? thin({ opacity: through, depthTest: false }) : null;
   }
 
-  clear(): void {
-    this.positions = [];
-    this.colours = [];
-  }
   add(from: readonly number[], to: readonly number[], colour: string): void {
-    this.positions.push(from[0] ?? 0, from[1] ?? 0, from[2] ?? 0, to[0] ?? 0, to[1] ?? 0, to[2] ?? 0);
-    this.colour.set(colour);
-    const { r, g, b } = this.colour;
-    this.colours.push(r, g, b, r, g, b);
+    this.put(from, colour);
+    this.put(to, colour);
   }
-  /** Shows what was added since clear(). */
   finish(): void {
     for (const child of [...this.group.children]) {
       (child as LineSegments2 | LineSegments).geometry.dispose();
       this.group.remove(child);
     }
     if (this.positions.length === 0) return;
-    const geometry = new BufferGeometry();
-    geometry.setAttribute('position', new BufferAttribute(new Float32Array(this.positions), 3));
-    geometry.setAttribute('color', new BufferAttribute(new Float32Array(this.colours), 3));
+    const geometry = coloured(this.positions, this.colours);
     // Lines of a pixel are the graphics library's own: less work than strips of triangles.
     const thin = this.width <= kThin || this.positions.length > 6 * kMostWide;
     const lines = [thin ? new LineSegments(geometry, this.thin) : this.wideLines()];
@@ -115,35 +130,24 @@ function texture(shape: Shape): CanvasTexture {
   return made;
 }
 
-export class Marks {
+export class Marks extends Collected {
   readonly points: Points;
-  private positions: number[] = [];
-  private colours: number[] = [];
-  private readonly colour = new Color();
 
-  constructor(size: number, depthTest: boolean, shape: Shape = 'disc') {
+  constructor(size: number, shape: Shape = 'disc') {
+    super();
     this.points = new Points(new BufferGeometry(), new PointsMaterial({
-      size, sizeAttenuation: false, vertexColors: true, map: texture(shape), alphaTest: 0.3, transparent: true, depthTest,
+      size, sizeAttenuation: false, vertexColors: true, map: texture(shape), alphaTest: 0.3, transparent: true, depthTest: false,
       depthWrite: false,
     }));
     this.points.frustumCulled = false;
     this.points.renderOrder = 3;
   }
-  clear(): void {
-    this.positions = [];
-    this.colours = [];
-  }
   add(at: readonly number[], colour: string): void {
-    this.positions.push(at[0] ?? 0, at[1] ?? 0, at[2] ?? 0);
-    this.colour.set(colour);
-    this.colours.push(this.colour.r, this.colour.g, this.colour.b);
+    this.put(at, colour);
   }
   finish(): void {
     this.points.geometry.dispose();
-    const geometry = new BufferGeometry();
-    geometry.setAttribute('position', new BufferAttribute(new Float32Array(this.positions), 3));
-    geometry.setAttribute('color', new BufferAttribute(new Float32Array(this.colours), 3));
-    this.points.geometry = geometry;
+    this.points.geometry = coloured(this.positions, this.colours);
     this.points.visible = this.positions.length > 0;
   }
 }

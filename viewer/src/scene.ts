@@ -64,10 +64,10 @@ export class SceneView {
   private readonly dome = new Segments(1, 0.35, 0);
   private readonly trails = new Segments(2, 0.7, 0.25);
   private readonly error = new Segments(3, 1, 1);
-  private readonly points = new Marks(7, false);
-  private readonly satellites = kVisibilityShapes.map((shape) => new Marks(12, false, shape));
-  private readonly antenna = new Marks(13, false);
-  private readonly fixMarks = Object.fromEntries(kShapes.map((shape) => [shape, new Marks(12, false, shape)])) as Record<Shape, Marks>;
+  private readonly points = new Marks(7);
+  private readonly satellites = kVisibilityShapes.map((shape) => new Marks(12, shape));
+  private readonly antenna = new Marks(13);
+  private readonly fixMarks = Object.fromEntries(kShapes.map((shape) => [shape, new Marks(12, shape)])) as Record<Shape, Marks>;
   private readonly ellipse: Mesh;
   private readonly cellMark = new Segments(2.5, 1, 0.5);
   private readonly tracks: Tracks;

@@ -1,7 +1,8 @@
 // The sky over the antenna: zenith in the middle, horizon outside, north up; what buildings hide is grey.
 
 import { Canvas, kFont } from './canvas';
-import { kPaint, visibilityColour } from './palette';
+import { outline } from './lines';
+import { kPaint, kVisibilityShapes, visibilityColour } from './palette';
 import type { State } from './state';
 import type { Store } from './store';
 
@@ -131,31 +132,17 @@ function labelPlace(x: number, y: number, taken: Spot[]): { x: number; y: number
   return places.reduce((best, place) => (covered(place) < covered(best) ? place : best));
 }
 
-/** Kinds differ in shape as well as colour: disc, square, triangle, cross. */
+/** Kinds differ in shape as well as colour. */
 export function mark(c: CanvasRenderingContext2D, visibility: number, x: number, y: number, r: number, fill: string,
                      edge: string): void {
+  const side = 2.4 * r;
+  c.save();
   c.fillStyle = fill;
   c.strokeStyle = edge;
   c.lineWidth = 1.3;
-  c.beginPath();
-  if (visibility === 0) c.arc(x, y, r, 0, 2 * Math.PI);
-  else if (visibility === 1) c.rect(x - r * 0.85, y - r * 0.85, 1.7 * r, 1.7 * r);
-  else if (visibility === 2) {
-    c.moveTo(x, y - 1.1 * r);
-    c.lineTo(x + 1.05 * r, y + 0.8 * r);
-    c.lineTo(x - 1.05 * r, y + 0.8 * r);
-    c.closePath();
-  } else {
-    c.strokeStyle = fill;
-    c.lineWidth = 2.2;
-    const d = 0.7 * r;
-    c.moveTo(x - d, y - d);
-    c.lineTo(x + d, y + d);
-    c.moveTo(x + d, y - d);
-    c.lineTo(x - d, y + d);
-    c.stroke();
-    return;
-  }
+  c.translate(x - side / 2, y - side / 2);
+  outline(c, kVisibilityShapes[visibility] ?? 'cross', side);
   c.fill();
   c.stroke();
+  c.restore();
 }

@@ -19,7 +19,8 @@ export class Track {
   /** Horizontal error [m], NaN without a fix. */
   readonly horizontal: Float64Array;
 
-  constructor(readonly epochs: Rows, readonly skylines: Rows) {
+  /** @param skylines by the epochs' column, or one for each epoch */
+  constructor(readonly epochs: Rows, private readonly skylines: Rows | readonly Float64Array[]) {
     this.time = epochs.column('time_s') as Float64Array;
     this.east = epochs.column('east_m') as Float64Array;
     this.north = epochs.column('north_m') as Float64Array;
@@ -68,10 +69,12 @@ export class Track {
   }
   /** Elevations [deg] of the skyline at an epoch, from north clockwise; empty where none is known. */
   skyline(epoch: number): Float64Array {
+    const { skylines } = this;
+    if (!(skylines instanceof Rows)) return skylines[epoch] ?? new Float64Array();
     const row = this.epochs.at('skyline', epoch);
     if (!(row >= 0)) return new Float64Array();
-    const all = this.skylines.column('elevation');
-    const sectors = all.length / Math.max(1, this.skylines.size);
+    const all = skylines.column('elevation');
+    const sectors = all.length / Math.max(1, skylines.size);
     return Float64Array.from(all.subarray(row * sectors, (row + 1) * sectors), (half) => half / 2);
   }
 }
@@ -173,15 +176,6 @@ export class Block {
   }
 }
 
-class HistoryTrack extends Track {
-  constructor(epochs: Rows, private readonly skylines_: Float64Array[]) {
-    super(epochs, new Rows(0, new Map()));
-  }
-  override skyline(epoch: number): Float64Array {
-    return this.skylines_[epoch] ?? new Float64Array();
-  }
-}
-
 const kPlace = ['east_m', 'north_m', 'up_m'];
 
 /** Epochs that came as messages: the newest of a live receiver, or the one of an antenna that was put somewhere. */
@@ -227,7 +221,7 @@ class History {
   track(): Track {
     const columns = new Map<string, Values>();
     for (const [name, values] of this.columns) columns.set(name, values.subarray(this.begin, this.end) as Values);
-    return new HistoryTrack(new Rows(this.size, columns), this.skylines);
+    return new Track(new Rows(this.size, columns), this.skylines);
   }
 
   /** The oldest goes where all are kept; every `keep` epochs the rest moves to the front of its arrays. */
@@ -400,14 +394,14 @@ export class Store {
     }
   }
 
-  /** Error [m] of a satellite's pseudorange over a receiver's epochs; NaN where there is none or no block is loaded. */
-  errorsOf(receiver: number, satellite: number): Float64Array {
+  /** A column of a satellite over a receiver's epochs; NaN where there is no value or no block is loaded. */
+  ofSatellite(receiver: number, satellite: number, column: (typeof kSatelliteColumns)[number]): Float64Array {
     const result = new Float64Array(this.tracks[receiver]?.size ?? 0).fill(NaN);
     for (const block of this.loadedBlocks(receiver)) {
       const which = block.satellites.column('satellite');
       for (let row = 0; row < block.satellites.size; ++row) {
         if (which[row] !== satellite) continue;
-        result[block.satellites.at('epoch', row)] = block.satellites.at('pseudorange_error_m', row);
+        result[block.epochOf(row)] = block.satellites.at(column, row);
       }
     }
     return result;
