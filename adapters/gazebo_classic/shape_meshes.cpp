@@ -167,11 +167,12 @@ void add_polyline(LinkShapes& shapes, const Place& place, const Geometry& geomet
 void add(LinkShapes& shapes, const Place& place, const Geometry& geometry) {
   switch (geometry.type()) {
     case Geometry::BOX:
-      return shapes.box(place, vector(geometry.box().size()));
+      return shapes.solid(place, "a box", city::box_mesh(vector(geometry.box().size())));
     case Geometry::CYLINDER:
-      return shapes.cylinder(place, geometry.cylinder().radius(), geometry.cylinder().length());
+      return shapes.solid(place, "a cylinder",
+                          city::cylinder_mesh(geometry.cylinder().radius(), geometry.cylinder().length()));
     case Geometry::SPHERE:
-      return shapes.sphere(place, geometry.sphere().radius());
+      return shapes.solid(place, "a sphere", city::sphere_mesh(geometry.sphere().radius()));
     case Geometry::PLANE:
       return shapes.plane(place, vector(geometry.plane().normal()),
                           {geometry.plane().size().x(), geometry.plane().size().y()});

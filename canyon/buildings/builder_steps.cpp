@@ -20,36 +20,7 @@ namespace {
 constexpr double kStep_m = 10;
 // A chord of this length lies s^2 / (8 R) = 5 mm below the sphere.
 constexpr double kFlatSpacing_m = 500;
-constexpr double kMostPosts = 25e6;
 constexpr double kMetresPerDegree = 111'320;  // of latitude, for step lengths only
-
-void append_flat_sheet(city::Mesh& mesh, const geodesy::LocalFrame& frame,
-                       const Eigen::AlignedBox2d& bounds) {
-  const auto posts = [](double length) {
-    return static_cast<std::uint32_t>(std::max(1.0, std::ceil(length / kFlatSpacing_m))) + 1;
-  };
-  const Eigen::Vector2d size = bounds.sizes();
-  const std::uint32_t columns = posts(size.x()), rows = posts(size.y());
-  std::vector<Eigen::Vector3d> vertices;
-  for (std::uint32_t j = 0; j < rows; ++j) {
-    for (std::uint32_t i = 0; i < columns; ++i) {
-      const Eigen::Vector2d at =
-          bounds.min() + Eigen::Vector2d(size.x() * i / (columns - 1), size.y() * j / (rows - 1));
-      // The drop below the frame's plane, to first order in it: what is left is d^4 / (8 R^3), 1 mm at 38 km.
-      const double above = frame.geodetic_from_local({at.x(), at.y(), 0}).height_m - frame.origin().height_m;
-      vertices.emplace_back(at.x(), at.y(), -above);
-    }
-  }
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-  for (std::uint32_t j = 0; j + 1 < rows; ++j) {
-    for (std::uint32_t i = 0; i + 1 < columns; ++i) {
-      const std::uint32_t a = j * columns + i, b = a + 1, c = a + columns, d = c + 1;
-      triangles.push_back({a, b, d});
-      triangles.push_back({a, d, c});
-    }
-  }
-  city::append_object(mesh, "terrain", city::Surface::Terrain, city::Material::Ground, vertices, triangles);
-}
 
 }  // namespace
 
@@ -107,13 +78,11 @@ std::optional<Ground> ground_along(const std::vector<MapPolygon>& polygons, cons
 void append_ground(city::Mesh& mesh, const geodesy::LocalFrame& frame, const Terrain* terrain,
                    const Eigen::AlignedBox2d& bounds, double terrain_spacing_m) {
   if (terrain == nullptr) {
-    append_flat_sheet(mesh, frame, bounds);
+    append_sheet(mesh, bounds.min(), bounds.max(), kFlatSpacing_m, [&](const Eigen::Vector2d& at) {
+      // The drop below the frame's plane, to first order in it: what is left is d^4 / (8 R^3), 1 mm at 38 km.
+      return frame.origin().height_m - frame.geodetic_from_local({at.x(), at.y(), 0}).height_m;
+    });
     return;
-  }
-  const Eigen::Vector2d posts = bounds.sizes() / terrain_spacing_m;
-  if (posts.x() * posts.y() > kMostPosts) {
-    throw InputError(fmt::format("the terrain would have {:.0f} million posts", posts.x() * posts.y() / 1e6),
-                     "give a wider spacing or a smaller box (at most 25 million posts)");
   }
   terrain->append(mesh, frame, bounds.min(), bounds.max(), terrain_spacing_m);
 }

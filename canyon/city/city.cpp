@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/city/link_shapes.hpp"
 #include "canyon/city/mesh_topology.hpp"
 
 namespace canyon::city {
@@ -202,14 +203,7 @@ void append_box(Mesh& mesh, std::string name, Surface surface, Material material
     // Exact corners without yaw: boxes that share a wall then share its vertices.
     corners.push_back(yaw_rad == 0 ? corner : Eigen::Vector3d(centre + turn * (corner - centre)));
   }
-  // Corner index: bit 0 east, bit 1 north, bit 2 top. Two triangles a side, counter-clockwise from outside.
-  static const std::vector<std::array<std::uint32_t, 3>> kSides = {{0, 2, 3}, {0, 3, 1},   // down
-                                                                   {4, 5, 7}, {4, 7, 6},   // up
-                                                                   {0, 1, 5}, {0, 5, 4},   // south
-                                                                   {2, 6, 7}, {2, 7, 3},   // north
-                                                                   {0, 4, 6}, {0, 6, 2},   // west
-                                                                   {1, 3, 7}, {1, 7, 5}};  // east
-  append_object(mesh, std::move(name), surface, material, corners, kSides);
+  append_object(mesh, std::move(name), surface, material, corners, box_mesh({1, 1, 1}).triangles);
 }
 
 CitySummary summarize(const City& city) {

@@ -131,17 +131,17 @@ bool add_primitive(const Source& source, const Element& shape, LinkShapes& shape
   };
   const std::string_view kind = shape.Name();
   if (kind == "box") {
-    shapes.box(place, lengths("size"));
+    shapes.solid(place, "a box", box_mesh(lengths("size")));
   } else if (kind == "ellipsoid") {
-    shapes.ellipsoid(place, lengths("radii"));
+    shapes.solid(place, "an ellipsoid", ellipsoid_mesh(lengths("radii")));
   } else if (kind == "capsule") {
-    shapes.capsule(place, length("radius"), length("length"));
+    shapes.solid(place, "a capsule", capsule_mesh(length("radius"), length("length")));
   } else if (kind == "cone") {
-    shapes.cone(place, length("radius"), length("length"));
+    shapes.solid(place, "a cone", cone_mesh(length("radius"), length("length")));
   } else if (kind == "cylinder") {
-    shapes.cylinder(place, length("radius"), length("length"));
+    shapes.solid(place, "a cylinder", cylinder_mesh(length("radius"), length("length")));
   } else if (kind == "sphere") {
-    shapes.sphere(place, length("radius"));
+    shapes.solid(place, "a sphere", sphere_mesh(length("radius")));
   } else if (kind == "plane") {
     // SDF's defaults.
     const bool has_size = shape.FirstChildElement("size") != nullptr;

@@ -23,13 +23,6 @@ bool names_terrain(const std::string& name) {
   return split_surface(name).surface == Surface::Terrain;
 }
 
-bool is_extent(double length) {
-  return std::isfinite(length) && length > 0;
-}
-bool is_extent(const Vector3d& lengths) {
-  return lengths.allFinite() && lengths.minCoeff() > 0;
-}
-
 /// Turns each connected part so that front sides look outwards; upwards where it is terrain.
 void orient(const std::vector<Vector3d>& vertices, TriangleIndices& triangles, bool terrain) {
   const auto components = connected_components(triangles, vertices.size());
@@ -124,36 +117,9 @@ void LinkShapes::add(const Place& place, const TriangleSet& set, bool orient_it)
          place.link_from_shape, orient_it);
 }
 
-void LinkShapes::box(const Place& place, const Vector3d& size) {
-  if (!is_extent(size)) return leave_out(place, "a box without extent");
-  add(place, box_mesh(size));
-}
-
-void LinkShapes::cylinder(const Place& place, double radius, double length) {
-  if (!is_extent(radius) || !is_extent(length)) return leave_out(place, "a cylinder without extent");
-  add(place, cylinder_mesh(radius, length));
-}
-
-void LinkShapes::cone(const Place& place, double radius, double length) {
-  if (!is_extent(radius) || !is_extent(length)) return leave_out(place, "a cone without extent");
-  add(place, cone_mesh(radius, length));
-}
-
-void LinkShapes::capsule(const Place& place, double radius, double length) {
-  if (!is_extent(radius) || !(length == 0 || is_extent(length))) {
-    return leave_out(place, "a capsule without extent");
-  }
-  add(place, capsule_mesh(radius, length));
-}
-
-void LinkShapes::sphere(const Place& place, double radius) {
-  if (!is_extent(radius)) return leave_out(place, "a sphere without extent");
-  add(place, sphere_mesh(radius));
-}
-
-void LinkShapes::ellipsoid(const Place& place, const Vector3d& radii) {
-  if (!is_extent(radii)) return leave_out(place, "an ellipsoid without extent");
-  add(place, ellipsoid_mesh(radii));
+void LinkShapes::solid(const Place& place, std::string_view what, const TriangleSet& set) {
+  if (set.triangles.empty()) return leave_out(place, fmt::format("{} without extent", what));
+  add(place, set);
 }
 
 void LinkShapes::plane(const Place& place, const Vector3d& normal, Eigen::Vector2d size) {
@@ -213,7 +179,7 @@ void LinkShapes::mesh(const Place& place, const MeshFile& file, const MeshUse& u
 void LinkShapes::polylines(const Place& place, const std::vector<Polyline>& polylines, double height,
                            const Extrude& extrude) {
   std::string key = fmt::format("{}", height);
-  bool sound = is_extent(height) && !polylines.empty();
+  bool sound = is_extent({1, 1, height}) && !polylines.empty();
   for (const Polyline& polyline : polylines) {
     sound = sound && polyline.size() >= 3;
     for (const Eigen::Vector2d& point : polyline) {
@@ -229,7 +195,7 @@ void LinkShapes::polylines(const Place& place, const std::vector<Polyline>& poly
 }
 
 void LinkShapes::heights(const Place& place, const HeightGrid& grid) {
-  if (grid.columns < 2 || grid.rows < 2 || !is_extent(grid.size.x()) || !is_extent(grid.size.y())) {
+  if (grid.columns < 2 || grid.rows < 2 || !is_extent({grid.size.x(), grid.size.y(), 1})) {
     return leave_out(place, "a heightmap without extent");
   }
   const int stride = stride_of(grid.columns, grid.rows);

@@ -21,7 +21,12 @@ struct TriangleSet {
   TriangleIndices triangles;
 };
 
-/// A box about the origin; `size` positive.
+[[nodiscard]] inline bool is_extent(const Eigen::Vector3d& lengths) {
+  return lengths.allFinite() && lengths.minCoeff() > 0;
+}
+
+// Solids without extent have no triangles.
+/// A box about the origin.
 [[nodiscard]] TriangleSet box_mesh(const Eigen::Vector3d& size);
 /// A closed prism inscribed in a cylinder about the origin, axis z, with so many sides: its radius is met at
 /// the edges and short by a factor cos(pi / sides) between them (0.5 % for 32).
@@ -98,13 +103,8 @@ class LinkShapes {
   explicit LinkShapes(std::vector<std::string>& notes) : notes_(notes) {}
 
   // SDF's shapes about their origins, axis z [m]. Those without extent are left out.
-  void box(const Place& place, const Eigen::Vector3d& size);
-  void cylinder(const Place& place, double radius, double length);
-  void cone(const Place& place, double radius, double length);
-  /// `length` of the cylinder between the half spheres; 0: a sphere.
-  void capsule(const Place& place, double radius, double length);
-  void sphere(const Place& place, double radius);
-  void ellipsoid(const Place& place, const Eigen::Vector3d& radii);
+  /// @param what "a box", for the note on one without triangles
+  void solid(const Place& place, std::string_view what, const TriangleSet& set);
   void plane(const Place& place, const Eigen::Vector3d& normal, Eigen::Vector2d size);
   /// A submesh that is not there leaves the whole mesh, with a note.
   void mesh(const Place& place, const MeshFile& file, const MeshUse& use);

@@ -57,29 +57,29 @@ TEST_F(LinkShapesTest, PrimitivesLieWhereTheyWerePut) {
     EXPECT_LT((bounds_of(mesh).min() - Vector3d(10, 20, 30) + half).norm(), 1e-12) << half.transpose();
     EXPECT_LT((bounds_of(mesh).max() - Vector3d(10, 20, 30) - half).norm(), 1e-12) << half.transpose();
   };
-  shapes_.box(place_, {2, 4, 6});
+  shapes_.solid(place_, "a box", box_mesh({2, 4, 6}));
   expect({1, 3, 2});
-  shapes_.cylinder(place_, 2, 6);
+  shapes_.solid(place_, "a cylinder", cylinder_mesh(2, 6));
   expect({2, 3, 2});
-  shapes_.cone(place_, 2, 6);
+  shapes_.solid(place_, "a cone", cone_mesh(2, 6));
   expect({2, 3, 2});
-  shapes_.capsule(place_, 2, 6);
+  shapes_.solid(place_, "a capsule", capsule_mesh(2, 6));
   expect({2, 5, 2});
-  shapes_.sphere(place_, 2);
+  shapes_.solid(place_, "a sphere", sphere_mesh(2));
   expect({2, 2, 2});
-  shapes_.ellipsoid(place_, {1, 2, 3});
+  shapes_.solid(place_, "an ellipsoid", ellipsoid_mesh({1, 2, 3}));
   expect({1, 3, 2});
   EXPECT_THAT(notes_, IsEmpty());
 }
 
 TEST_F(LinkShapesTest, WithoutExtentNothingIsTaken) {
   const double none = std::numeric_limits<double>::quiet_NaN();
-  shapes_.box(place_, {1, 0, 1});
-  shapes_.cylinder(place_, 1, none);
-  shapes_.cone(place_, -1, 1);
-  shapes_.capsule(place_, 1, -1);
-  shapes_.sphere(place_, none);
-  shapes_.ellipsoid(place_, {1, 1, std::numeric_limits<double>::infinity()});
+  shapes_.solid(place_, "a box", box_mesh({1, 0, 1}));
+  shapes_.solid(place_, "a cylinder", cylinder_mesh(1, none));
+  shapes_.solid(place_, "a cone", cone_mesh(-1, 1));
+  shapes_.solid(place_, "a capsule", capsule_mesh(1, -1));
+  shapes_.solid(place_, "a sphere", sphere_mesh(none));
+  shapes_.solid(place_, "an ellipsoid", ellipsoid_mesh({1, 1, std::numeric_limits<double>::infinity()}));
   shapes_.plane(place_, {0, 0, 0}, {1, 1});
   shapes_.plane(place_, {0, 0, 1}, {1, 0});
   shapes_.mesh(place_, {{corner("a")}, false}, {{1, 0, 1}, "", false});
@@ -87,7 +87,7 @@ TEST_F(LinkShapesTest, WithoutExtentNothingIsTaken) {
   shapes_.polylines(place_, {{{0, 0}, {1, 0}}}, 2, {});
   shapes_.heights(place_, {});
   place_.link_from_shape = Eigen::Translation3d(1e5, 0, 0);
-  shapes_.box(place_, {1, 1, 1});
+  shapes_.solid(place_, "a box", box_mesh({1, 1, 1}));
   EXPECT_THAT(notes_, testing::Each(HasSubstr("'house::link::wall' is left out: ")));
   EXPECT_EQ(notes_.size(), 13U);
   EXPECT_TRUE(shapes_.take().triangles.empty());
@@ -101,7 +101,7 @@ TEST_F(LinkShapesTest, PlanesAreCut) {
 
 TEST_F(LinkShapesTest, TerrainByItsName) {
   place_.name = "terrain::link::wall";
-  shapes_.box(place_, {1, 1, 1});
+  shapes_.solid(place_, "a box", box_mesh({1, 1, 1}));
   const Mesh mesh = shapes_.take();
   EXPECT_EQ(mesh.objects.at(0).surface, Surface::Terrain);
   EXPECT_THAT(mesh.materials, testing::Each(Material::Ground));

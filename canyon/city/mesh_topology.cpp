@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <numeric>
+#include <span>
 #include <unordered_map>
 #include <utility>
 
@@ -27,23 +28,35 @@ struct PositionHash {
 struct Side {
   std::uint64_t edge = 0;
   std::uint32_t triangle = 0;
-  bool forward = true;  ///< the triangle runs from the lower to the higher vertex
+  std::uint32_t corner = 0;  ///< at which it begins
+  bool forward = true;       ///< the triangle runs from the lower to the higher vertex
 };
 
 std::vector<Side> sorted_sides(const TriangleIndices& triangles) {
   std::vector<Side> sides;
   sides.reserve(triangles.size() * 3);
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint64_t a = triangles[t][k];
       const std::uint64_t b = triangles[t][(k + 1) % 3];
-      sides.push_back({(std::min(a, b) << 32) | std::max(a, b), static_cast<std::uint32_t>(t), a < b});
+      sides.push_back({(std::min(a, b) << 32) | std::max(a, b), static_cast<std::uint32_t>(t), k, a < b});
     }
   }
   std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) {
     return x.edge != y.edge ? x.edge < y.edge : x.triangle < y.triangle;
   });
   return sides;
+}
+
+/// Calls edge(sides) for the sides at each edge.
+template <typename Edge>
+void each_edge(const TriangleIndices& triangles, const Edge& edge) {
+  const std::vector<Side> sides = sorted_sides(triangles);
+  for (auto begin = sides.begin(); begin != sides.end();) {
+    const auto end = std::find_if(begin, sides.end(), [&](const Side& s) { return s.edge != begin->edge; });
+    edge(std::span(begin, end));
+    begin = end;
+  }
 }
 
 /// Two triangles at one edge, and whether they run along it in opposite directions as neighbours should.
@@ -78,27 +91,19 @@ class Surroundings {
 /// For each triangle those across edges of exactly two. Two walls that stand on one edge of the base plane
 /// are not neighbours: they belong to two extrusions without floors, like a podium and its tower, or two
 /// houses.
-std::vector<std::vector<Neighbour>> neighbours_of(const std::vector<Side>& sides,
-                                                  const TriangleIndices& triangles,
+std::vector<std::vector<Neighbour>> neighbours_of(const TriangleIndices& triangles,
                                                   const Surroundings& around, bool& manifold) {
   std::vector<std::vector<Neighbour>> result(triangles.size());
-  for (std::size_t begin = 0; begin < sides.size();) {
-    std::size_t end = begin + 1;
-    while (end < sides.size() && sides[end].edge == sides[begin].edge) ++end;
-    if (end - begin == 2) {
-      const Side& a = sides[begin];
-      const Side& b = sides[begin + 1];
-      const bool agrees = a.forward != b.forward;
-      const bool two_walls = around.at_base(a.edge) && !around.is_floor(triangles[a.triangle]) &&
-                             !around.is_floor(triangles[b.triangle]);
-      if (!two_walls) {
-        result[a.triangle].push_back({b.triangle, agrees});
-        result[b.triangle].push_back({a.triangle, agrees});
-      }
-    }
-    manifold = manifold && end - begin <= 2;
-    begin = end;
-  }
+  each_edge(triangles, [&](std::span<const Side> sides) {
+    manifold = manifold && sides.size() <= 2;
+    if (sides.size() != 2) return;
+    const Side &a = sides[0], &b = sides[1];
+    const bool two_walls = around.at_base(a.edge) && !around.is_floor(triangles[a.triangle]) &&
+                           !around.is_floor(triangles[b.triangle]);
+    if (two_walls) return;
+    result[a.triangle].push_back({b.triangle, a.forward != b.forward});
+    result[b.triangle].push_back({a.triangle, a.forward != b.forward});
+  });
   return result;
 }
 
@@ -143,17 +148,13 @@ std::vector<Patch> patches_of(const std::vector<std::vector<Neighbour>>& neighbo
 /// Whether the triangles have no boundary but in the base plane: elsewhere every edge is run along as often
 /// in the one direction as in the other.
 bool encloses(const TriangleIndices& triangles, const Surroundings& around) {
-  const std::vector<Side> sides = sorted_sides(triangles);
-  for (std::size_t begin = 0; begin < sides.size();) {
-    int balance = 0;
-    std::size_t end = begin;
-    for (; end < sides.size() && sides[end].edge == sides[begin].edge; ++end) {
-      balance += sides[end].forward ? 1 : -1;
-    }
-    if (balance != 0 && !around.at_base(sides[begin].edge)) return false;
-    begin = end;
-  }
-  return true;
+  bool closed = true;
+  each_edge(triangles, [&](std::span<const Side> sides) {
+    const auto forward = std::count_if(sides.begin(), sides.end(), [](const Side& s) { return s.forward; });
+    const bool balanced = 2 * static_cast<std::size_t>(forward) == sides.size();
+    closed = closed && (balanced || around.at_base(sides[0].edge));
+  });
+  return closed;
 }
 
 void turn_over(std::array<std::uint32_t, 3>& triangle) {
@@ -208,6 +209,16 @@ void weld(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangl
   }
 }
 
+std::vector<std::array<std::uint32_t, 3>> neighbours(const TriangleIndices& triangles) {
+  std::vector<std::array<std::uint32_t, 3>> across(triangles.size(), {kNoTriangle, kNoTriangle, kNoTriangle});
+  each_edge(triangles, [&](std::span<const Side> sides) {
+    if (sides.size() != 2) return;
+    across[sides[0].triangle][sides[0].corner] = sides[1].triangle;
+    across[sides[1].triangle][sides[1].corner] = sides[0].triangle;
+  });
+  return across;
+}
+
 std::vector<std::vector<std::uint32_t>> connected_components(const TriangleIndices& triangles,
                                                              std::size_t vertex_count) {
   std::vector<std::uint32_t> parent(vertex_count);
@@ -234,8 +245,7 @@ Orientation orient_outwards(const std::vector<Eigen::Vector3d>& vertices, Triang
   Orientation result;
   if (triangles.empty()) return result;
   const Surroundings around(vertices, triangles);
-  const std::vector<Patch> patches =
-      patches_of(neighbours_of(sorted_sides(triangles), triangles, around, result.manifold));
+  const std::vector<Patch> patches = patches_of(neighbours_of(triangles, around, result.manifold));
   for (const Patch& patch : patches) {
     result.orientable = result.orientable && patch.orientable;
     for (const std::uint32_t t : patch.turn) turn_over(triangles[t]);

@@ -27,6 +27,11 @@ std::size_t append_object(Mesh& mesh, std::string name, Surface surface,
 /// Gives vertices of exactly equal position one index (the first one's), in `triangles`; vertices stay.
 void weld(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles);
 
+inline constexpr std::uint32_t kNoTriangle = 0xFFFFFFFF;
+/// The triangle across each edge: [t][k] lies across the edge from corner k to k + 1 of t; kNoTriangle where
+/// none or several do.
+[[nodiscard]] std::vector<std::array<std::uint32_t, 3>> neighbours(const TriangleIndices& triangles);
+
 /// Triangles that share vertices, directly or through others, by index: each component's numbers ascend,
 /// components are in order of their first triangle. Every index must be below `vertex_count`.
 [[nodiscard]] std::vector<std::vector<std::uint32_t>> connected_components(const TriangleIndices& triangles,

@@ -15,9 +15,10 @@ struct Ring {
 };
 
 /// A closed surface about the z axis: rings of `sides` vertices from the lowest to the highest, between two
-/// points on the axis.
+/// points on the axis. Empty where it has no extent.
 TriangleSet revolve(double bottom, const std::vector<Ring>& rings, double top, int sides) {
   TriangleSet set;
+  if (!is_extent({rings.front().radius, top - bottom, 1})) return set;
   set.vertices = {{0, 0, bottom}, {0, 0, top}};
   for (const Ring& ring : rings) {
     for (int i = 0; i < sides; ++i) {
@@ -44,6 +45,7 @@ TriangleSet revolve(double bottom, const std::vector<Ring>& rings, double top, i
 
 TriangleSet box_mesh(const Eigen::Vector3d& size) {
   TriangleSet set;
+  if (!is_extent(size)) return set;
   for (int corner = 0; corner < 8; ++corner) {
     set.vertices.emplace_back(((corner & 1) != 0 ? 0.5 : -0.5) * size.x(),
                               ((corner & 2) != 0 ? 0.5 : -0.5) * size.y(),
@@ -63,6 +65,7 @@ TriangleSet cone_mesh(double radius, double length, int sides) {
 }
 
 TriangleSet capsule_mesh(double radius, double length, int sides) {
+  if (length < 0) return {};
   std::vector<Ring> rings;
   const int quarter = sides / 4;
   for (int ring = 1; ring <= quarter; ++ring) {
@@ -87,7 +90,7 @@ TriangleSet sphere_mesh(double radius, int sides) {
 }
 
 TriangleSet ellipsoid_mesh(const Eigen::Vector3d& radii, int sides) {
-  TriangleSet set = sphere_mesh(1, sides);
+  TriangleSet set = sphere_mesh(is_extent(radii) ? 1 : 0, sides);
   for (Eigen::Vector3d& v : set.vertices) v = v.cwiseProduct(radii);
   return set;
 }

@@ -21,11 +21,6 @@ constexpr double kLeastCosine = 0.85;
 constexpr double kLeastArea_m2 = 3, kAmpleArea_m2 = 40;
 constexpr std::size_t kLeastTriangles = 4;
 
-struct Side {
-  std::uint32_t low, high;    // vertices
-  std::uint32_t triangle, k;  // of the edge
-};
-
 /// Sums for the plane of least squares through triangles, weighted by area.
 class PlaneFit {
  public:
@@ -67,7 +62,10 @@ class RegionGrowth {
  public:
   RegionGrowth(const std::vector<Eigen::Vector3d>& vertices, const city::TriangleIndices& triangles,
                double distance_m)
-      : vertices_(vertices), triangles_(triangles), distance_m_(distance_m), across_(neighbours(triangles)) {
+      : vertices_(vertices),
+        triangles_(triangles),
+        distance_m_(distance_m),
+        across_(city::neighbours(triangles)) {
     normals_.reserve(triangles.size());
     areas_.reserve(triangles.size());
     for (const auto& [a, b, c] : triangles) {
@@ -93,7 +91,7 @@ class RegionGrowth {
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
       double flat = 1;
       for (const std::uint32_t other : across_[t]) {
-        if (other != kNoRegion) flat = std::min(flat, normals_[t].dot(normals_[other]));
+        if (other != city::kNoTriangle) flat = std::min(flat, normals_[t].dot(normals_[other]));
       }
       rank[t] = std::floor(flat * 50) + std::min(areas_[t], 1e6) / 1e7;
     }
@@ -128,7 +126,7 @@ class RegionGrowth {
     join(seed);
     for (std::size_t next = 0; next < members.size(); ++next) {
       for (const std::uint32_t t : across_[members[next]]) {
-        if (t != kNoRegion && out_.of[t] == kNoRegion && fits(t, normal, offset)) join(t);
+        if (t != city::kNoTriangle && out_.of[t] == kNoRegion && fits(t, normal, offset)) join(t);
       }
       if (members.size() >= fit_at) {
         std::tie(normal, offset) = fit.plane();
@@ -154,31 +152,6 @@ class RegionGrowth {
 };
 
 }  // namespace
-
-std::vector<std::array<std::uint32_t, 3>> neighbours(const city::TriangleIndices& triangles) {
-  std::vector<Side> sides;
-  sides.reserve(triangles.size() * 3);
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::uint32_t a = triangles[t][k], b = triangles[t][(k + 1) % 3];
-      sides.push_back({std::min(a, b), std::max(a, b), static_cast<std::uint32_t>(t), k});
-    }
-  }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return std::tie(a.low, a.high, a.triangle, a.k) < std::tie(b.low, b.high, b.triangle, b.k);
-  });
-  std::vector<std::array<std::uint32_t, 3>> across(triangles.size(), {kNoRegion, kNoRegion, kNoRegion});
-  for (std::size_t i = 0; i < sides.size();) {
-    std::size_t end = i + 1;
-    while (end < sides.size() && sides[end].low == sides[i].low && sides[end].high == sides[i].high) ++end;
-    if (end - i == 2) {
-      across[sides[i].triangle][sides[i].k] = sides[i + 1].triangle;
-      across[sides[i + 1].triangle][sides[i + 1].k] = sides[i].triangle;
-    }
-    i = end;
-  }
-  return across;
-}
 
 PlanarRegions find_regions(const std::vector<Eigen::Vector3d>& vertices,
                            const city::TriangleIndices& triangles, double distance_m) {

@@ -12,10 +12,6 @@ namespace canyon::tiles {
 
 inline constexpr std::uint32_t kNoRegion = 0xFFFFFFFF;
 
-/// The triangle across each edge: [t][k] lies across the edge from corner k to k + 1 of t; kNoRegion where
-/// none or several do.
-[[nodiscard]] std::vector<std::array<std::uint32_t, 3>> neighbours(const city::TriangleIndices& triangles);
-
 /// A connected group of triangles near one plane.
 struct PlanarRegion {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, to the triangles' front

@@ -34,7 +34,11 @@ class SkinSplit {
  public:
   SkinSplit(const std::vector<Eigen::Vector3d>& vertices, const city::TriangleIndices& triangles,
             const PlanarRegions& regions)
-      : vertices_(vertices), triangles_(triangles), regions_(regions), ground_(vertices, triangles) {}
+      : vertices_(vertices),
+        triangles_(triangles),
+        regions_(regions),
+        across_(city::neighbours(triangles)),
+        ground_(vertices, triangles) {}
 
   std::vector<SkinClass> classes() {
     classes_.assign(triangles_.size(), SkinClass::Rough);
@@ -86,30 +90,49 @@ class SkinSplit {
     }
   }
 
-  void settle_rough() {
-    const auto across = neighbours(triangles_);
+  /// Triangles of which `belongs` is true, in parts that hang together by edges.
+  template <typename Belongs>
+  [[nodiscard]] std::vector<std::vector<std::uint32_t>> parts(const Belongs& belongs) const {
+    std::vector<std::vector<std::uint32_t>> parts;
     std::vector<bool> done(triangles_.size(), false);
     for (std::uint32_t seed = 0; seed < triangles_.size(); ++seed) {
-      if (classes_[seed] != SkinClass::Rough || done[seed]) continue;
-      std::vector<std::uint32_t> members{seed};
+      if (done[seed] || !belongs(seed)) continue;
+      std::vector<std::uint32_t>& members = parts.emplace_back(1, seed);
       done[seed] = true;
-      double area = 0, by_building = 0, by_large_plane = 0, by_terrain = 0;
       for (std::size_t next = 0; next < members.size(); ++next) {
-        const std::uint32_t t = members[next];
-        area += triangle_area(vertices_, triangles_[t]);
-        for (std::size_t k = 0; k < 3; ++k) {
-          const std::uint32_t other = across[t][k];
-          if (other == kNoRegion) continue;
-          const double edge = (vertices_[triangles_[t][k]] - vertices_[triangles_[t][(k + 1) % 3]]).norm();
-          const bool built = classes_[other] == SkinClass::Building;
-          by_building += built ? edge : 0;
-          by_large_plane +=
-              built && regions_.regions[regions_.of[other]].area_m2 >= kLargestPlaneAmidFoliage_m2 ? edge : 0;
-          by_terrain += classes_[other] == SkinClass::Terrain ? edge : 0;
-          if (classes_[other] != SkinClass::Rough || done[other]) continue;
+        for (const std::uint32_t other : across_[members[next]]) {
+          if (other == city::kNoTriangle || done[other] || !belongs(other)) continue;
           done[other] = true;
           members.push_back(other);
         }
+      }
+    }
+    return parts;
+  }
+
+  /// Calls edge(triangle across it, length [m]) for the edges of a triangle that have one.
+  template <typename Edge>
+  void each_edge(std::uint32_t t, const Edge& edge) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (across_[t][k] == city::kNoTriangle) continue;
+      edge(across_[t][k], (vertices_[triangles_[t][k]] - vertices_[triangles_[t][(k + 1) % 3]]).norm());
+    }
+  }
+
+  void settle_rough() {
+    const std::vector<SkinClass> before = classes_;
+    for (const auto& members : parts([&](std::uint32_t t) { return before[t] == SkinClass::Rough; })) {
+      double area = 0, by_building = 0, by_large_plane = 0, by_terrain = 0;
+      for (const std::uint32_t t : members) {
+        area += triangle_area(vertices_, triangles_[t]);
+        each_edge(t, [&](std::uint32_t other, double length) {
+          const bool built = before[other] == SkinClass::Building;
+          by_building += built ? length : 0;
+          if (built && regions_.regions[regions_.of[other]].area_m2 >= kLargestPlaneAmidFoliage_m2) {
+            by_large_plane += length;
+          }
+          by_terrain += before[other] == SkinClass::Terrain ? length : 0;
+        });
       }
       SkinClass found = SkinClass::Building;
       const bool enclosed = area < kLeastFoliageAmidWalls_m2 && 2 * by_large_plane > by_building + by_terrain;
@@ -118,28 +141,22 @@ class SkinSplit {
       } else if (by_terrain > by_building) {
         found = SkinClass::Terrain;
       }
-      settled_.emplace_back(found, std::move(members));
-    }
-    for (const auto& [found, members] : settled_) {
       for (const std::uint32_t t : members) classes_[t] = found;
     }
   }
 
   void settle_planes_amid_foliage() {
-    const auto across = neighbours(triangles_);
     struct Edges {
       double foliage = 0, other = 0;
     };
     std::vector<Edges> edges(regions_.regions.size());
-    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
       const std::uint32_t region = regions_.of[t];
       if (region == kNoRegion || classes_[t] != SkinClass::Building) continue;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t other = across[t][k];
-        if (other == kNoRegion || regions_.of[other] == region) continue;
-        const double edge = (vertices_[triangles_[t][k]] - vertices_[triangles_[t][(k + 1) % 3]]).norm();
-        (classes_[other] == SkinClass::Foliage ? edges[region].foliage : edges[region].other) += edge;
-      }
+      each_edge(t, [&](std::uint32_t other, double length) {
+        if (regions_.of[other] == region) return;
+        (classes_[other] == SkinClass::Foliage ? edges[region].foliage : edges[region].other) += length;
+      });
     }
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
       const std::uint32_t region = regions_.of[t];
@@ -152,24 +169,14 @@ class SkinSplit {
 
   /// The sides of a crown or a hedge may be planes; what has foliage and no roof is foliage as a whole.
   void settle_without_roof() {
-    const auto across = neighbours(triangles_);
-    std::vector<bool> done(triangles_.size(), false);
-    for (std::uint32_t seed = 0; seed < triangles_.size(); ++seed) {
-      if (classes_[seed] != SkinClass::Foliage || done[seed]) continue;
-      std::vector<std::uint32_t> members{seed};
-      done[seed] = true;
-      bool roof = false;
-      for (std::size_t next = 0; next < members.size(); ++next) {
-        const std::uint32_t t = members[next];
-        roof = roof || (classes_[t] == SkinClass::Building && regions_.of[t] != kNoRegion &&
-                        std::abs(regions_.regions[regions_.of[t]].normal.z()) >= kUpright);
-        for (const std::uint32_t other : across[t]) {
-          if (other == kNoRegion || done[other] || classes_[other] == SkinClass::Terrain) continue;
-          done[other] = true;
-          members.push_back(other);
-        }
-      }
-      if (roof) continue;
+    const auto is_roof = [&](std::uint32_t t) {
+      return classes_[t] == SkinClass::Building && regions_.of[t] != kNoRegion &&
+             std::abs(regions_.regions[regions_.of[t]].normal.z()) >= kUpright;
+    };
+    const auto is_foliage = [&](std::uint32_t t) { return classes_[t] == SkinClass::Foliage; };
+    for (const auto& members : parts([&](std::uint32_t t) { return classes_[t] != SkinClass::Terrain; })) {
+      if (std::any_of(members.begin(), members.end(), is_roof)) continue;
+      if (std::none_of(members.begin(), members.end(), is_foliage)) continue;
       for (const std::uint32_t t : members) classes_[t] = SkinClass::Foliage;
     }
   }
@@ -177,9 +184,9 @@ class SkinSplit {
   const std::vector<Eigen::Vector3d>& vertices_;
   const city::TriangleIndices& triangles_;
   const PlanarRegions& regions_;
+  std::vector<std::array<std::uint32_t, 3>> across_;
   GroundModel ground_;
   std::vector<SkinClass> classes_;
-  std::vector<std::pair<SkinClass, std::vector<std::uint32_t>>> settled_;
 };
 
 }  // namespace

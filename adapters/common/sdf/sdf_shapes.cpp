@@ -73,17 +73,24 @@ struct Adder {
   const LinkShapes::Place& place;
   ShapeFiles* files;
 
-  void operator()(const sdf::Box& box) const { link.box(place, eigen(box.Size())); }
-  void operator()(const sdf::Cylinder& c) const { link.cylinder(place, c.Radius(), c.Length()); }
-  void operator()(const sdf::Capsule& c) const { link.capsule(place, c.Radius(), c.Length()); }
-  void operator()(const sdf::Sphere& sphere) const { link.sphere(place, sphere.Radius()); }
-  void operator()(const sdf::Ellipsoid& e) const { link.ellipsoid(place, eigen(e.Radii())); }
+  void solid(const char* what, const city::TriangleSet& set) const { link.solid(place, what, set); }
+  void operator()(const sdf::Box& b) const { solid("a box", city::box_mesh(eigen(b.Size()))); }
+  void operator()(const sdf::Cylinder& c) const {
+    solid("a cylinder", city::cylinder_mesh(c.Radius(), c.Length()));
+  }
+  void operator()(const sdf::Capsule& c) const {
+    solid("a capsule", city::capsule_mesh(c.Radius(), c.Length()));
+  }
+  void operator()(const sdf::Sphere& s) const { solid("a sphere", city::sphere_mesh(s.Radius())); }
+  void operator()(const sdf::Ellipsoid& e) const {
+    solid("an ellipsoid", city::ellipsoid_mesh(eigen(e.Radii())));
+  }
   void operator()(const sdf::Plane& plane) const {
     link.plane(place, eigen(plane.Normal()), eigen(plane.Size()));
   }
 #ifdef CANYON_SDF_HAS_CONE
   void operator()(const sdf::Cone& cone) const {
-    link.cone(place, cone.Radius(), cone.Length());
+    solid("a cone", city::cone_mesh(cone.Radius(), cone.Length()));
   }
 #endif
 #ifdef CANYON_SDF_HAS_POLYLINE

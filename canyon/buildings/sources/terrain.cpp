@@ -95,24 +95,18 @@ void Terrain::append(city::Mesh& mesh, const geodesy::LocalFrame& frame, const E
   if (!(spacing_m > 0) || !((size.x() / spacing_m + 1) * (size.y() / spacing_m + 1) <= kMostPosts)) {
     throw InputError(fmt::format("terrain posts {} m apart over {:.0f} m x {:.0f} m are too many", spacing_m,
                                  size.x(), size.y()),
-                     "choose a larger spacing");
+                     "choose a larger spacing or a smaller box (at most 25 million posts)");
   }
-  const auto columns = static_cast<std::uint32_t>(std::max(1.0, std::ceil(size.x() / spacing_m - 1e-9)));
-  const auto rows = static_cast<std::uint32_t>(std::max(1.0, std::ceil(size.y() / spacing_m - 1e-9)));
-  std::vector<Eigen::Vector3d> posts;
-  posts.reserve(std::size_t{columns + 1} * (rows + 1));
-  std::size_t missing = 0;
-  for (std::uint32_t j = 0; j <= rows; ++j) {
-    for (std::uint32_t i = 0; i <= columns; ++i) {
-      const Eigen::Vector2d place(min.x() + size.x() * i / columns, min.y() + size.y() * j / rows);
-      const auto z = local_height_m(frame, place);
-      if (!z) ++missing;
-      posts.emplace_back(place.x(), place.y(), z.value_or(0));
-    }
-  }
+  std::size_t missing = 0, posts = 0;
+  city::Mesh sheet;
+  append_sheet(sheet, min, max, spacing_m, [&](const Eigen::Vector2d& place) {
+    const auto z = local_height_m(frame, place);
+    missing += z ? 0 : 1;
+    ++posts;
+    return z.value_or(0);
+  });
   if (missing > 0) {
-    const double share =
-        100.0 * static_cast<double>(posts.size() - missing) / static_cast<double>(posts.size());
+    const double share = 100.0 * static_cast<double>(posts - missing) / static_cast<double>(posts);
     const Eigen::Vector2d middle = 0.5 * (min + max);
     const geodesy::Geodetic at = frame.geodetic_from_local({middle.x(), middle.y(), 0});
     throw InputError(
@@ -122,14 +116,26 @@ void Terrain::append(city::Mesh& mesh, const geodesy::LocalFrame& frame, const E
             share, size.x(), size.y(), geodesy::degrees(at.longitude_rad), geodesy::degrees(at.latitude_rad)),
         "add rasters that cover it, fill their holes, or lessen the terrain's margin");
   }
+  city::append_object(mesh, "terrain", city::Surface::Terrain, city::Material::Ground, sheet.vertices,
+                      sheet.triangles);
+}
+
+void append_sheet(city::Mesh& mesh, const Eigen::Vector2d& min, const Eigen::Vector2d& max, double spacing_m,
+                  const std::function<double(const Eigen::Vector2d&)>& z) {
+  const Eigen::Vector2d size = max - min;
+  const auto columns = static_cast<std::uint32_t>(std::max(1.0, std::ceil(size.x() / spacing_m - 1e-9)));
+  const auto rows = static_cast<std::uint32_t>(std::max(1.0, std::ceil(size.y() / spacing_m - 1e-9)));
+  std::vector<Eigen::Vector3d> posts;
+  posts.reserve(std::size_t{columns + 1} * (rows + 1));
   std::vector<std::array<std::uint32_t, 3>> triangles;
   triangles.reserve(std::size_t{columns} * rows * 2);
-  for (std::uint32_t j = 0; j < rows; ++j) {
-    for (std::uint32_t i = 0; i < columns; ++i) {
+  for (std::uint32_t j = 0; j <= rows; ++j) {
+    for (std::uint32_t i = 0; i <= columns; ++i) {
+      const Eigen::Vector2d place(min.x() + size.x() * i / columns, min.y() + size.y() * j / rows);
+      posts.emplace_back(place.x(), place.y(), z(place));
+      if (i == columns || j == rows) continue;
       const std::uint32_t a = j * (columns + 1) + i;  // south-west
-      const std::uint32_t b = a + 1;
-      const std::uint32_t c = a + columns + 1;
-      const std::uint32_t d = c + 1;
+      const std::uint32_t b = a + 1, c = a + columns + 1, d = c + 1;
       triangles.push_back({a, b, d});
       triangles.push_back({a, d, c});
     }

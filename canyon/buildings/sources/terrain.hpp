@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -53,5 +54,10 @@ class Terrain {
   Terrain(std::unique_ptr<Impl> impl, const std::string& note);
   std::unique_ptr<Impl> impl_;
 };
+
+/// Appends a sheet over [min, max] (east, north [m]), posts in even steps of at most `spacing_m`, as one
+/// object named "terrain". @param z of a post, by its place
+void append_sheet(city::Mesh& mesh, const Eigen::Vector2d& min, const Eigen::Vector2d& max, double spacing_m,
+                  const std::function<double(const Eigen::Vector2d&)>& z);
 
 }  // namespace canyon::buildings
