@@ -133,8 +133,8 @@ std::string faults(const Receivers& receivers) {
   std::string text;
   for (const AdjustableReceiver& each : receivers) {
     for (const disturbance::FaultState& fault : each.receiver->faults()) {
-      text += fmt::format("{}: {} ({}) from {} s", each.name, fault.name, fault.kind, fault.from_s);
-      if (fault.until_s) text += fmt::format(" until {} s", *fault.until_s);
+      text += fmt::format("{}: {} ({}) from {:.10g} s", each.name, fault.name, fault.kind, fault.from_s);
+      if (fault.until_s) text += fmt::format(" until {:.10g} s", *fault.until_s);
       text += fault.active ? ", at work\n" : "\n";
     }
   }

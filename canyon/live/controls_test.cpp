@@ -111,6 +111,10 @@ TEST_F(OptionsDeskTest, PutsFaultsOnTheTimelineAndEndsThem) {
   EXPECT_TRUE(car_.observe(2, at).epoch.observed.fix.solved());
   EXPECT_THAT(ask(Kind::EndFault, "", "dark"), StartsWith("refused: "));
   EXPECT_THAT(ask(Kind::AddFault, "", "{outage: {satelites: [G05]}}"), StartsWith("refused: "));
+  // Times of epochs are sums that end in 20.700000000000003.
+  (void)car_.observe(207 * 0.1, at);
+  ask(Kind::AddFault, "car", "{name: late, duration_s: 5, outage: {}}");
+  EXPECT_THAT(ask(Kind::Faults, "car", ""), HasSubstr("late (outage) from 20.7 s until 25.7 s"));
   EXPECT_EQ(changed_, 0);
 }
 
