@@ -14,6 +14,7 @@ import tempfile
 import time
 import types
 import unittest
+import unittest.mock
 import xml.etree.ElementTree as ElementTree
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -120,6 +121,17 @@ class Elements(unittest.TestCase):
     def test_the_line_is_short_enough_for_px4(self):
         """Its GPS driver keeps 19 characters of a device's path, and takes the last for the number of the bus."""
         self.assertRegex("/tmp/canyon-gps9", r"^.{1,18}\d$")
+
+
+class Environment(unittest.TestCase):
+    def test_has_each_folder_once(self):
+        """Gazebo reads every folder of GZ_DESCRIPTOR_PATH, and complains of a message that it knows."""
+        with unittest.mock.patch.dict(os.environ, {"SOME_PATH": "/theirs:/ours:/other"}):
+            px4.put_first("SOME_PATH", "/ours", "/ours/too")
+            self.assertEqual(os.environ["SOME_PATH"], "/ours:/ours/too:/theirs:/other")
+            del os.environ["SOME_PATH"]
+            px4.put_first("SOME_PATH", "/ours")
+            self.assertEqual(os.environ["SOME_PATH"], "/ours")
 
 
 class Mavlink(unittest.TestCase):

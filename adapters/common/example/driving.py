@@ -4,6 +4,7 @@ import bisect
 import csv
 import math
 import os
+import pathlib
 import re
 import signal
 import socket
@@ -55,6 +56,12 @@ class Children:
     def __exit__(self, *_):
         for child in reversed(self.running):
             self.stop(child)
+
+
+def put_first(variable, *folders):
+    """Puts folders in front of a path of the environment, each once: Gazebo complains of messages that it reads twice."""
+    every = (*folders, *os.environ.get(variable, "").split(os.pathsep))
+    os.environ[variable] = os.pathsep.join(dict.fromkeys(filter(None, every)))
 
 
 def wait_until(condition, what, seconds, child=None):
@@ -134,20 +141,16 @@ def write_world(folder, truth, vehicle, words, systems=""):
     trajectory = os.path.join(folder, "drive.csv")
     with open(trajectory, "w") as file:
         csv.writer(file, lineterminator="\n").writerows(truth.rows)
-    with open(os.path.join(folder, "reference.yaml")) as file:
-        sky = yaml.safe_load(file)["sky"]
-    with open(vehicle) as file:
-        text = file.read()
+    sky = yaml.safe_load(pathlib.Path(folder, "reference.yaml").read_text())["sky"]
+    text = pathlib.Path(vehicle).read_text()
     for word, value in {"SKY": elements(sky), "WEEK": truth.week, "TOW": truth.tow, "TRAJECTORY": trajectory,
                         **words}.items():
         text = text.replace(f"@{word}@", str(value))
     model = text[text.index("<model"):text.rindex("</sdf>")]
-    with open(os.path.join(folder, f"{name}.world")) as file:
-        world = file.read()
-    path = os.path.join(folder, "drive.world")
-    with open(path, "w") as file:
-        file.write(world.replace("</world>", f"{systems}{model}</world>"))
-    return path
+    world = pathlib.Path(folder, f"{name}.world").read_text()
+    path = pathlib.Path(folder, "drive.world")
+    path.write_text(world.replace("</world>", f"{systems}{model}</world>"))
+    return str(path)
 
 
 def arguments_of(usage):

@@ -17,8 +17,8 @@ import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", "..", "common", "example"))
-from driving import (Children, FixTable, Truth, arguments_of, headline, print_notes, say, wait_until,  # noqa: E402
-                     write_world)
+from driving import (Children, FixTable, Truth, arguments_of, headline, print_notes, put_first, say,  # noqa: E402
+                     wait_until, write_world)
 
 SYSTEMS = '''<plugin filename="gz-sim-physics-system" name="gz::sim::systems::Physics"/>
 <plugin filename="gz-sim-user-commands-system" name="gz::sim::systems::UserCommands"/>
@@ -76,9 +76,8 @@ def main():
     name = os.path.basename(arguments.folder.rstrip("/"))
     world = write_world(arguments.folder, truth, os.path.join(HERE, "vehicle.sdf"),
                         {"VISUALS": "true" if arguments.gui else "false"}, SYSTEMS)
-    for variable, folder in (("GZ_SIM_SYSTEM_PLUGIN_PATH", "lib"), ("GZ_DESCRIPTOR_PATH", "share/canyon/protos")):
-        rest = os.environ.get(variable)
-        os.environ[variable] = os.path.join(build, folder) + (os.pathsep + rest if rest else "")
+    put_first("GZ_SIM_SYSTEM_PLUGIN_PATH", os.path.join(build, "lib"))
+    put_first("GZ_DESCRIPTOR_PATH", os.path.join(build, "share/canyon/protos"))
     # Others may run Gazebo on this machine, too.
     os.environ["GZ_PARTITION"] = f"canyon_drive_{os.getpid()}"
     topic = f"/world/{name}/model/car/link/base/sensor/gnss/gnss"

@@ -23,7 +23,7 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [HERE, os.path.join(HERE, "..", "..", "common", "example")]
 import mavlink_link  # noqa: E402
 import world_file  # noqa: E402
-from driving import Children, headline, say, wait_until  # noqa: E402
+from driving import Children, headline, put_first, say, wait_until  # noqa: E402
 
 DOWNTOWN = os.path.join(HERE, "..", "worlds", "canyon_downtown.sdf")
 DOWNTOWN_POSE = "26,-260,0.3"    # an open field south of it
@@ -448,10 +448,9 @@ def main():
     a.out = os.path.abspath(a.out)
     shutil.rmtree(a.out, ignore_errors=True)
     os.makedirs(a.out)
-    for variable, folders in (("GZ_SIM_SYSTEM_PLUGIN_PATH", [os.path.join(build, "lib"), os.path.join(px4, "build/px4_sitl_default/src/modules/simulation/gz_plugins")]),
-                              ("GZ_DESCRIPTOR_PATH", [os.path.join(build, "share/canyon/protos")]),
-                              ("GZ_SIM_RESOURCE_PATH", [os.path.join(px4, "Tools/simulation/gz", kind) for kind in ("models", "worlds")])):
-        os.environ[variable] = os.pathsep.join(folders + list(filter(None, [os.environ.get(variable)])))
+    put_first("GZ_SIM_SYSTEM_PLUGIN_PATH", os.path.join(build, "lib"), os.path.join(px4, "build/px4_sitl_default/src/modules/simulation/gz_plugins"))
+    put_first("GZ_DESCRIPTOR_PATH", os.path.join(build, "share/canyon/protos"))
+    put_first("GZ_SIM_RESOURCE_PATH", *(os.path.join(px4, "Tools/simulation/gz", kind) for kind in ("models", "worlds")))
     with open(os.path.join(px4, "build/px4_sitl_default/parameters.json")) as file:
         has_parameter = any(parameter["name"] == "SIM_GZ_EN_GPS" for parameter in json.load(file)["parameters"])
     world = os.path.join(a.out, "world.sdf")
