@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "canyon/base/named.hpp"
@@ -36,340 +37,169 @@ std::string yaml_scalar(const std::string& text) {
   return result + '"';
 }
 
+using Words = std::span<const std::string_view>;
+
+std::vector<std::string> strings(Words words) {
+  return {words.begin(), words.end()};
+}
+bool is_one_of(Words words, const std::string& word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
 std::string flow(const std::vector<std::string>& items) {
   return fmt::format("[{}]", fmt::join(items, ", "));
 }
-
-/// A value that is stored in a `T`.
-template <typename T, Type kType>
-class StoredValue : public Value {
- public:
-  explicit StoredValue(T& value) : value_(value) {}
-  Type type() const override { return kType; }
-  bool given() const override {
-    if constexpr (requires { value_.empty(); }) {
-      return !value_.empty();
-    } else if constexpr (requires { value_.has_value(); }) {
-      return value_.has_value();
-    } else {
-      return true;
-    }
-  }
-
- protected:
-  ~StoredValue() = default;
-
-  T& value_;
-};
-
-/// One or more numbers of a range.
-template <typename T, Type kType>
-class RangedValue : public StoredValue<T, kType> {
- public:
-  RangedValue(T& value, const Range& range) : StoredValue<T, kType>(value), range_(range) {}
-  std::string bound() const override { return range_.words(); }
-  std::optional<Range> range() const override { return range_; }
-
- protected:
-  ~RangedValue() = default;
-
-  const Range& range_;
-};
-
-/// One or more of a list of words.
-template <typename T, Type kType>
-class ListedValue : public StoredValue<T, kType> {
- public:
-  ListedValue(T& value, std::span<const std::string_view> words)
-      : StoredValue<T, kType>(value), words_(words) {}
-  std::vector<std::string> words() const override { return {words_.begin(), words_.end()}; }
-
- protected:
-  ~ListedValue() = default;
-  bool is_listed(const std::string& word) const {
-    return std::find(words_.begin(), words_.end(), word) != words_.end();
-  }
-  std::string one_of_words() const { return fmt::format("one of {}", fmt::join(words_, ", ")); }
-
-  std::span<const std::string_view> words_;
-};
-
-class NumberValue final : public RangedValue<double, Type::Number> {
- public:
-  using RangedValue::RangedValue;
-  std::string text() const override { return show(value_); }
-  bool in_range() const override { return range_.holds(value_); }
-  void read(const Node& node, const Place& place) override {
-    value_ = to_number(read_scalar(node, place), range_, place);
-  }
-};
-
-class AngleValue final : public RangedValue<double, Type::Number> {
- public:
-  using RangedValue::RangedValue;
-  std::string text() const override { return show(exact_degrees(value_)); }
-  std::string exact() const override { return show(value_); }
-  std::string shown() const override {
-    return fmt::format("{} ({:.9g} deg)", value_, geodesy::degrees(value_));
-  }
-  bool in_range() const override {
-    Range range = range_;
-    range.low = geodesy::radians(range.low);
-    range.high = geodesy::radians(range.high);
-    return range.holds(value_);
-  }
-  std::string bound() const override { return range_.words() + " deg"; }
-  bool is_angle() const override { return true; }
-  void read(const Node& node, const Place& place) override {
-    value_ = geodesy::radians(to_number(read_scalar(node, place), range_, place));
-  }
-};
-
-template <typename Integer>
-class IntegerValue final : public StoredValue<Integer, Type::Integer> {
- public:
-  IntegerValue(Integer& value, std::int64_t low, std::int64_t high)
-      : StoredValue<Integer, Type::Integer>(value), low_(low), high_(high) {}
-  std::string text() const override { return fmt::format("{}", value_); }
-  bool in_range() const override {
-    const auto value = static_cast<std::int64_t>(value_);
-    return value >= low_ && value <= high_;
-  }
-  std::string bound() const override { return fmt::format("from {} to {}", low_, high_); }
-  std::optional<Range> range() const override {
-    return Range{static_cast<double>(low_), static_cast<double>(high_)};
-  }
-  void read(const Node& node, const Place& place) override {
-    const std::string text = read_scalar(node, place);
-    const auto value = parse_integer(text);
-    if (!value) throw place.error(fmt::format("'{}' is not a whole number", text), "write digits alone");
-    if (*value < low_ || *value > high_) {
-      throw place.error(fmt::format("{} is out of range", text),
-                        fmt::format("it runs from {} to {}", low_, high_));
-    }
-    value_ = static_cast<Integer>(*value);
-  }
-
- private:
-  using StoredValue<Integer, Type::Integer>::value_;
-  std::int64_t low_, high_;
-};
-
-class BooleanValue final : public StoredValue<bool, Type::Boolean> {
- public:
-  using StoredValue::StoredValue;
-  std::string text() const override { return value_ ? "true" : "false"; }
-  void read(const Node& node, const Place& place) override { value_ = read_boolean(node, place); }
-};
-
-class TextValue final : public StoredValue<std::string, Type::Text> {
- public:
-  using StoredValue::StoredValue;
-  std::string text() const override { return yaml_scalar(value_); }
-  void read(const Node& node, const Place& place) override { value_ = read_text(node, place); }
-};
-
-class WordValue final : public ListedValue<std::string, Type::Choice> {
- public:
-  using ListedValue::ListedValue;
-  std::string text() const override { return value_; }
-  bool in_range() const override { return value_.empty() || is_listed(value_); }
-  std::string bound() const override { return one_of_words(); }
-  void read(const Node& node, const Place& place) override { value_ = read_word(node, words(), place); }
-};
-
-class ChoiceValue final : public ListedValue<int, Type::Choice> {
- public:
-  using ListedValue::ListedValue;
-  std::string text() const override {
-    return in_range() ? std::string(words_[static_cast<std::size_t>(value_)]) : fmt::format("{}", value_);
-  }
-  bool in_range() const override { return value_ >= 0 && static_cast<std::size_t>(value_) < words_.size(); }
-  std::string bound() const override { return one_of_words(); }
-  void read(const Node& node, const Place& place) override {
-    const std::string word = read_word(node, words(), place);
-    value_ = static_cast<int>(std::find(words_.begin(), words_.end(), word) - words_.begin());
-  }
-};
-
-/// Text and numbers that may be absent. @param range of Inner, if it has one
-template <typename Inner, typename Of, Type kType, typename... Limits>
-class OptionalValue final : public StoredValue<std::optional<Of>, kType> {
- public:
-  explicit OptionalValue(std::optional<Of>& value, const Limits&... range)
-      : StoredValue<std::optional<Of>, kType>(value), inner_(held_, range...) {
-    held_ = value.value_or(Of());
-  }
-  std::string text() const override { return value_ ? inner_.text() : ""; }
-  bool in_range() const override { return !value_ || inner_.in_range(); }
-  std::string bound() const override { return inner_.bound(); }
-  std::optional<Range> range() const override { return inner_.range(); }
-  void read(const Node& node, const Place& place) override {
-    inner_.read(node, place);
-    value_ = held_;
-  }
-
- private:
-  using StoredValue<std::optional<Of>, kType>::value_;
-  Of held_{};
-  Inner inner_;
-};
-
-class TextsValue final : public StoredValue<std::vector<std::string>, Type::Texts> {
- public:
-  using StoredValue::StoredValue;
-  std::string text() const override {
-    std::vector<std::string> items;
-    for (const std::string& item : value_) items.push_back(yaml_scalar(item));
-    return flow(items);
-  }
-  void read(const Node& node, const Place& place) override { value_ = read_texts(node, place); }
-};
-
-class WordsValue final : public ListedValue<std::vector<std::string>, Type::Texts> {
- public:
-  using ListedValue::ListedValue;
-  std::string text() const override { return flow(value_); }
-  void read(const Node& node, const Place& place) override {
-    if (node.kind == Node::Kind::Empty) return;
-    const std::vector<std::string> texts = read_texts(node, place);
-    for (auto text = texts.begin(); text != texts.end(); ++text) {
-      // Words of Visitor::replaced() below this key, where it may be a list or a section.
-      const auto& replaced = place.document.replaced;
-      const std::string path = place.section.empty() ? place.key : place.section + "." + place.key;
-      if (const auto cure = replaced.find(path + "." + *text); cure != replaced.end())
-        throw place.error(fmt::format("'{}' is unknown", *text), cure->second);
-      require_word(*text, words(), place);
-      if (std::find(texts.begin(), text, *text) != text) {
-        throw place.error(fmt::format("'{}' is given twice", *text), "name each once");
-      }
-    }
-    value_ = texts;
-  }
-};
-
-std::string numbers_text(const std::vector<double>& values) {
+/// A list of what `text` makes of each value.
+template <typename Values, typename Text>
+std::string flow_of(const Values& values, const Text& text) {
   std::vector<std::string> items;
-  for (const double value : values) items.push_back(show(value));
+  for (const auto& value : values) items.push_back(text(value));
   return flow(items);
 }
+std::string numbers_text(const std::vector<double>& values) {
+  return flow_of(values, show);
+}
+std::string file_text(const std::filesystem::path& file) {
+  return yaml_scalar(std::filesystem::absolute(file).string());
+}
 
-class NumbersValue final : public RangedValue<std::vector<double>, Type::Numbers> {
+/// A value by functions that write and read it.
+class FieldValue final : public Value {
  public:
-  using RangedValue::RangedValue;
-  std::string text() const override { return numbers_text(value_); }
-  bool in_range() const override {
-    return std::all_of(value_.begin(), value_.end(), [this](double each) { return range_.holds(each); });
+  using Text = std::function<std::string()>;
+  using Read = std::function<void(const Node&, const Place&)>;
+  FieldValue(Type type, bool given, Text text, Read read)
+      : type_(type), given_(given), text_(std::move(text)), read_(std::move(read)) {}
+  FieldValue& within(const Range& range, bool in_range) {
+    range_ = range;
+    in_range_ = in_range;
+    return *this;
   }
-  void read(const Node& node, const Place& place) override { value_ = read_numbers(node, range_, place); }
-};
+  FieldValue& among(Words words, bool in_range = true) {
+    words_ = words;
+    in_range_ = in_range;
+    return *this;
+  }
 
-class NamedNumbersValue final : public StoredValue<std::map<std::string, double>, Type::Texts> {
- public:
-  NamedNumbersValue(std::map<std::string, double>& value, const Range& range, std::string_view form)
-      : StoredValue(value), range_(range), form_(form) {}
-  std::string text() const override {
-    std::vector<std::string> items;
-    for (const auto& item : value_) items.push_back(yaml_scalar(show_item(item)));
-    return flow(items);
+  /// The same of a value that may be absent, and of which this one reads `held`.
+  template <typename T>
+  [[nodiscard]] FieldValue or_absent(std::optional<T>& value, const T& held) && {
+    given_ = value.has_value();
+    in_range_ = in_range_ || !value;
+    text_ = [&value, text = std::move(text_)] { return value ? text() : std::string(); };
+    read_ = [&value, &held, read = std::move(read_)](const Node& node, const Place& place) {
+      read(node, place);
+      value = held;
+    };
+    return std::move(*this);
   }
-  bool in_range() const override { return wrong() == value_.end(); }
-  std::string shown() const override { return in_range() ? text() : show_item(*wrong()); }
-  std::string bound() const override { return range_.words(); }
-  void read(const Node& node, const Place& place) override {
-    Items given;
-    for (const std::string& text : read_texts(node, place)) {
-      const std::size_t equals = std::min(text.find('='), text.size());
-      const auto number = parse_double(std::string_view(text).substr(std::min(equals + 1, text.size())));
-      if (equals == 0 || !number || !range_.holds(*number)) {
-        throw place.error(fmt::format("'{}' is not {}", text, form_),
-                          fmt::format("the number is {}", range_.words()));
-      }
-      const std::string name = text.substr(0, equals);
-      if (!given.emplace(name, *number).second) {
-        throw place.error(fmt::format("'{}' is given twice", name), "name each once");
-      }
-      value_[name] = *number;
-    }
+
+  Type type() const override { return type_; }
+  bool given() const override { return given_; }
+  std::string text() const override { return text_(); }
+  std::string exact() const override { return exact_ ? exact_() : text_(); }
+  std::string shown() const override { return shown_ ? shown_() : text_(); }
+  bool in_range() const override { return in_range_; }
+  std::string bound() const override {
+    if (bound_) return bound_();
+    return range_ ? range_->words() : fmt::format("one of {}", fmt::join(words_, ", "));
   }
+  std::optional<Range> range() const override { return range_; }
+  std::vector<std::string> words() const override { return strings(words_); }
+  bool is_angle() const override { return is_angle_; }
+  void read(const Node& node, const Place& place) override { read_(node, place); }
+
+  // Empty: as text(); by range and words.
+  Text exact_, shown_, bound_;
+  bool is_angle_ = false;
 
  private:
-  using Items = std::map<std::string, double>;
-  static std::string show_item(const Items::value_type& item) {
-    return fmt::format("{}={}", item.first, item.second);
-  }
-  Items::const_iterator wrong() const {
-    return std::find_if(value_.begin(), value_.end(), [this](const auto& item) {
-      return item.first.empty() || !range_.holds(item.second);
-    });
-  }
-
-  const Range& range_;
-  std::string_view form_;
+  Type type_;
+  bool given_, in_range_ = true;
+  Text text_;
+  Read read_;
+  std::optional<Range> range_;
+  Words words_;
 };
 
-class FileValue final : public StoredValue<std::optional<std::filesystem::path>, Type::File> {
- public:
-  using StoredValue::StoredValue;
-  std::string text() const override {
-    return value_ ? yaml_scalar(std::filesystem::absolute(*value_).string()) : "";
-  }
-  void read(const Node& node, const Place& place) override {
-    value_ = read_file(read_text(node, place), place);
-  }
-};
+/// Sets a value to what `read` returns.
+template <typename T, typename Read>
+FieldValue::Read into(T& value, const Read& read) {
+  return [&value, read](const Node& node, const Place& place) { value = read(node, place); };
+}
 
-class FilesValue final : public StoredValue<std::vector<std::filesystem::path>, Type::Files> {
- public:
-  using StoredValue::StoredValue;
-  std::string text() const override {
-    std::vector<std::string> items;
-    for (const auto& item : value_) items.push_back(yaml_scalar(std::filesystem::absolute(item).string()));
-    return flow(items);
-  }
-  void read(const Node& node, const Place& place) override {
-    std::vector<std::filesystem::path> files;
-    for (const std::string& text : read_texts(node, place)) files.push_back(read_file(text, place));
-    value_ = std::move(files);
-  }
-};
+FieldValue number_value(double& value, const Range& range) {
+  const auto read = [&range](const Node& node, const Place& place) {
+    return to_number(read_scalar(node, place), range, place);
+  };
+  const auto text = [&value] { return show(value); };
+  return FieldValue(Type::Number, true, text, into(value, read)).within(range, range.holds(value));
+}
 
-class NameValue final : public ListedValue<NamedRows, Type::Choice> {
- public:
-  using ListedValue::ListedValue;
-  bool given() const override { return is_listed(value_.name()); }
-  std::string text() const override { return value_.name(); }
-  void read(const Node& node, const Place& place) override {
-    value_.set_name(read_word(node, words(), place));
-  }
-};
+FieldValue text_value(std::string& value) {
+  return {Type::Text, !value.empty(), [&value] { return yaml_scalar(value); }, into(value, read_text)};
+}
 
-class RowsValue final : public StoredValue<NamedRows, Type::Rows> {
- public:
-  RowsValue(NamedRows& value, std::span<const std::string_view> names, std::size_t columns)
-      : StoredValue(value), names_(names), columns_(columns) {}
-  // A value of a known name is written by its name.
-  bool given() const override {
-    return std::find(names_.begin(), names_.end(), value_.name()) == names_.end();
-  }
-  std::string text() const override {
-    std::vector<std::string> rows;
-    for (const std::vector<double>& row : value_.rows()) rows.push_back(numbers_text(row));
-    return flow(rows);
-  }
-  void read(const Node& node, const Place& place) override {
-    const auto rows = read_rows(node, columns_, {-1000, 1000}, place);
-    try {
-      value_.set_rows(rows);
-    } catch (const InputError& error) {
-      throw place.error(error.problem(), error.cure());
+template <typename Integer>
+FieldValue integer_value(Integer& value, std::int64_t low, std::int64_t high) {
+  const auto holds = [low, high](std::int64_t number) { return number >= low && number <= high; };
+  const auto read = [=](const Node& node, const Place& place) {
+    const std::string text = read_scalar(node, place);
+    const auto number = parse_integer(text);
+    if (!number) throw place.error(fmt::format("'{}' is not a whole number", text), "write digits alone");
+    if (!holds(*number)) {
+      throw place.error(fmt::format("{} is out of range", text),
+                        fmt::format("it runs from {} to {}", low, high));
+    }
+    return static_cast<Integer>(*number);
+  };
+  const auto text = [&value] { return fmt::format("{}", value); };
+  FieldValue of(Type::Integer, true, text, into(value, read));
+  of.within({static_cast<double>(low), static_cast<double>(high)}, holds(static_cast<std::int64_t>(value)));
+  of.bound_ = [=] { return fmt::format("from {} to {}", low, high); };
+  return of;
+}
+
+/// Words of a list, none twice.
+std::vector<std::string> read_words(const Node& node, Words words, const Place& place) {
+  std::vector<std::string> texts = read_texts(node, place);
+  for (auto text = texts.begin(); text != texts.end(); ++text) {
+    // Words of Visitor::replaced() below this key, where it may be a list or a section.
+    const auto& replaced = place.document.replaced;
+    const std::string path = place.section.empty() ? place.key : place.section + "." + place.key;
+    if (const auto cure = replaced.find(path + "." + *text); cure != replaced.end())
+      throw place.error(fmt::format("'{}' is unknown", *text), cure->second);
+    require_word(*text, strings(words), place);
+    if (std::find(texts.begin(), text, *text) != text) {
+      throw place.error(fmt::format("'{}' is given twice", *text), "name each once");
     }
   }
+  return texts;
+}
 
- private:
-  std::span<const std::string_view> names_;
-  std::size_t columns_;
-};
+using NamedNumbers = std::map<std::string, double>;
+
+std::string item_text(const NamedNumbers::value_type& item) {
+  return fmt::format("{}={}", item.first, item.second);
+}
+
+void read_named_numbers(const Node& node, const Range& range, std::string_view form, const Place& place,
+                        NamedNumbers& value) {
+  NamedNumbers given;
+  for (const std::string& text : read_texts(node, place)) {
+    const std::size_t equals = std::min(text.find('='), text.size());
+    const auto number = parse_double(std::string_view(text).substr(std::min(equals + 1, text.size())));
+    if (equals == 0 || !number || !range.holds(*number)) {
+      throw place.error(fmt::format("'{}' is not {}", text, form),
+                        fmt::format("the number is {}", range.words()));
+    }
+    const std::string name = text.substr(0, equals);
+    if (!given.emplace(name, *number).second) {
+      throw place.error(fmt::format("'{}' is given twice", name), "name each once");
+    }
+    value[name] = *number;
+  }
+}
 
 }  // namespace
 
@@ -402,69 +232,143 @@ InputError Place::error(std::string_view problem, std::string_view cure) const {
 }
 
 void Visitor::number(const Field& f, double& value, const Range& range) {
-  visit_value(f, NumberValue(value, range));
-}
-void Visitor::angle(const Field& f, double& value_rad, const Range& range_deg) {
-  visit_value(f, AngleValue(value_rad, range_deg));
-}
-void Visitor::integer(const Field& f, int& value, int low, int high) {
-  visit_value(f, IntegerValue<int>(value, low, high));
-}
-void Visitor::integer(const Field& f, std::uint32_t& value, std::uint32_t low, std::uint32_t high) {
-  visit_value(f, IntegerValue<std::uint32_t>(value, low, high));
-}
-void Visitor::integer(const Field& f, std::uint64_t& value, std::uint64_t low, std::uint64_t high) {
-  visit_value(
-      f, IntegerValue<std::uint64_t>(value, static_cast<std::int64_t>(low), static_cast<std::int64_t>(high)));
-}
-void Visitor::boolean(const Field& f, bool& value) {
-  visit_value(f, BooleanValue(value));
-}
-void Visitor::text(const Field& f, std::string& value) {
-  visit_value(f, TextValue(value));
+  visit_value(f, number_value(value, range));
 }
 void Visitor::number(const Field& f, std::optional<double>& value, const Range& range) {
-  visit_value(f, OptionalValue<NumberValue, double, Type::Number, Range>(value, range));
+  double held = value.value_or(0);
+  visit_value(f, number_value(held, range).or_absent(value, held));
+}
+void Visitor::angle(const Field& f, double& value_rad, const Range& range_deg) {
+  Range range = range_deg;
+  range.low = geodesy::radians(range.low);
+  range.high = geodesy::radians(range.high);
+  const auto read = [&](const Node& node, const Place& place) {
+    return geodesy::radians(to_number(read_scalar(node, place), range_deg, place));
+  };
+  const auto text = [&] { return show(exact_degrees(value_rad)); };
+  FieldValue of(Type::Number, true, text, into(value_rad, read));
+  of.within(range_deg, range.holds(value_rad));
+  of.exact_ = [&] { return show(value_rad); };
+  of.shown_ = [&] { return fmt::format("{} ({:.9g} deg)", value_rad, geodesy::degrees(value_rad)); };
+  of.bound_ = [&] { return range_deg.words() + " deg"; };
+  of.is_angle_ = true;
+  visit_value(f, std::move(of));
+}
+void Visitor::integer(const Field& f, int& value, int low, int high) {
+  visit_value(f, integer_value(value, low, high));
+}
+void Visitor::integer(const Field& f, std::uint32_t& value, std::uint32_t low, std::uint32_t high) {
+  visit_value(f, integer_value(value, low, high));
+}
+void Visitor::integer(const Field& f, std::uint64_t& value, std::uint64_t low, std::uint64_t high) {
+  visit_value(f, integer_value(value, static_cast<std::int64_t>(low), static_cast<std::int64_t>(high)));
+}
+void Visitor::boolean(const Field& f, bool& value) {
+  const auto text = [&value] { return value ? "true" : "false"; };
+  visit_value(f, FieldValue(Type::Boolean, true, text, into(value, read_boolean)));
+}
+void Visitor::text(const Field& f, std::string& value) {
+  visit_value(f, text_value(value));
 }
 void Visitor::text(const Field& f, std::optional<std::string>& value) {
-  visit_value(f, OptionalValue<TextValue, std::string, Type::Text>(value));
+  std::string held = value.value_or("");
+  visit_value(f, text_value(held).or_absent(value, held));
 }
 void Visitor::texts(const Field& f, std::vector<std::string>& value) {
-  visit_value(f, TextsValue(value));
+  const auto text = [&value] { return flow_of(value, yaml_scalar); };
+  visit_value(f, FieldValue(Type::Texts, !value.empty(), text, into(value, read_texts)));
 }
-void Visitor::words(const Field& f, std::vector<std::string>& value,
-                    std::span<const std::string_view> words) {
-  visit_value(f, WordsValue(value, words));
+void Visitor::words(const Field& f, std::vector<std::string>& value, Words words) {
+  const auto read = [&](const Node& node, const Place& place) {
+    if (node.kind != Node::Kind::Empty) value = read_words(node, words, place);
+  };
+  const auto text = [&] { return flow(value); };
+  FieldValue of(Type::Texts, !value.empty(), text, read);
+  visit_value(f, std::move(of.among(words)));
 }
 void Visitor::numbers(const Field& f, std::vector<double>& value, const Range& range) {
-  visit_value(f, NumbersValue(value, range));
+  const auto read = [&](const Node& node, const Place& place) { return read_numbers(node, range, place); };
+  const auto text = [&] { return numbers_text(value); };
+  FieldValue of(Type::Numbers, !value.empty(), text, into(value, read));
+  of.within(range, std::all_of(value.begin(), value.end(), [&](double each) { return range.holds(each); }));
+  visit_value(f, std::move(of));
 }
-void Visitor::named_numbers(const Field& f, std::map<std::string, double>& value, const Range& range,
-                            std::string_view form) {
-  visit_value(f, NamedNumbersValue(value, range, form));
+void Visitor::named_numbers(const Field& f, NamedNumbers& value, const Range& range, std::string_view form) {
+  const auto wrong = std::find_if(value.begin(), value.end(), [&](const auto& item) {
+    return item.first.empty() || !range.holds(item.second);
+  });
+  const auto read = [&](const Node& node, const Place& place) {
+    read_named_numbers(node, range, form, place, value);
+  };
+  const auto text = [&] {
+    return flow_of(value, [](const auto& item) { return yaml_scalar(item_text(item)); });
+  };
+  FieldValue of(Type::Texts, !value.empty(), text, read);
+  of.among({}, wrong == value.end());
+  of.shown_ = [&] { return wrong == value.end() ? text() : item_text(*wrong); };
+  of.bound_ = [&] { return range.words(); };
+  visit_value(f, std::move(of));
 }
 void Visitor::file(const Field& f, std::optional<std::filesystem::path>& value) {
-  visit_value(f, FileValue(value));
+  const auto text = [&value] { return value ? file_text(*value) : ""; };
+  const auto read = [](const Node& node, const Place& place) {
+    return read_file(read_text(node, place), place);
+  };
+  visit_value(f, FieldValue(Type::File, value.has_value(), text, into(value, read)));
 }
 void Visitor::files(const Field& f, std::vector<std::filesystem::path>& value) {
-  visit_value(f, FilesValue(value));
+  const auto read = [](const Node& node, const Place& place) {
+    std::vector<std::filesystem::path> files;
+    for (const std::string& text : read_texts(node, place)) files.push_back(read_file(text, place));
+    return files;
+  };
+  const auto text = [&value] { return flow_of(value, file_text); };
+  visit_value(f, FieldValue(Type::Files, !value.empty(), text, into(value, read)));
 }
-void Visitor::word(const Field& f, std::string& value, std::span<const std::string_view> words) {
-  visit_value(f, WordValue(value, words));
+void Visitor::word(const Field& f, std::string& value, Words words) {
+  const auto read = [&](const Node& node, const Place& place) {
+    return read_word(node, strings(words), place);
+  };
+  const auto text = [&] { return value; };
+  FieldValue of(Type::Choice, !value.empty(), text, into(value, read));
+  visit_value(f, std::move(of.among(words, value.empty() || is_one_of(words, value))));
 }
-int Visitor::choose(const Field& f, int now, std::span<const std::string_view> words) {
-  visit_value(f, ChoiceValue(now, words));
+int Visitor::choose(const Field& f, int now, Words words) {
+  const bool known = now >= 0 && static_cast<std::size_t>(now) < words.size();
+  const auto text = [&] {
+    return known ? std::string(words[static_cast<std::size_t>(now)]) : fmt::format("{}", now);
+  };
+  const auto read = [&](const Node& node, const Place& place) {
+    const std::string word = read_word(node, strings(words), place);
+    return static_cast<int>(std::find(words.begin(), words.end(), word) - words.begin());
+  };
+  FieldValue of(Type::Choice, true, text, into(now, read));
+  visit_value(f, std::move(of.among(words, known)));
   return now;
 }
-void Visitor::named_rows(const Field& by_name, std::span<const std::string_view> words, const Field& by_rows,
-                         std::size_t columns, NamedRows& value) {
+void Visitor::named_rows(const Field& by_name, Words words, const Field& by_rows, std::size_t columns,
+                         NamedRows& value) {
   one_of({by_name.name, by_rows.name});
-  visit_value(by_name, NameValue(value, words));
+  const auto read = [&](const Node& node, const Place& place) {
+    value.set_name(read_word(node, strings(words), place));
+  };
+  const auto text = [&] { return value.name(); };
+  FieldValue of(Type::Choice, is_one_of(words, value.name()), text, read);
+  visit_value(by_name, std::move(of.among(words)));
   rows(by_rows, words, columns, value);
 }
-void Visitor::rows(const Field& f, std::span<const std::string_view> words, std::size_t columns,
-                   NamedRows& value) {
-  visit_value(f, RowsValue(value, words, columns));
+void Visitor::rows(const Field& f, Words words, std::size_t columns, NamedRows& value) {
+  const auto read = [&](const Node& node, const Place& place) {
+    const auto rows = read_rows(node, columns, {-1000, 1000}, place);
+    try {
+      value.set_rows(rows);
+    } catch (const InputError& error) {
+      throw place.error(error.problem(), error.cure());
+    }
+  };
+  // A value of a known name is written by its name.
+  const auto text = [&value] { return flow_of(value.rows(), numbers_text); };
+  visit_value(f, FieldValue(Type::Rows, !is_one_of(words, value.name()), text, read));
 }
 
 InputError Visitor::fault(std::string_view key, std::string_view problem, std::string_view cure) const {
