@@ -31,6 +31,9 @@ struct Field {
   std::variant<double*, std::uint64_t*, std::uint32_t*, std::uint16_t*, std::uint8_t*, std::int8_t*> member;
 };
 
+using Quaternion = std::array<double, 4>;  ///< w, x, y, z
+inline constexpr double kDegE7 = 1e-7;     ///< [deg]
+
 /// Gathers the fields of a message in the order of its definition: what a message's visit() is given.
 class Fields {
  public:
@@ -44,31 +47,39 @@ class Fields {
               double unit = 1) {
     for (int i = 0; i < 3; ++i) number(type, names[static_cast<std::size_t>(i)], value[i], unit);
   }
-  /// Floats.
-  template <std::size_t N>
-  void array(std::string_view name, std::array<double, N>& values) {
-    add({name, Wire::F32, N, true, extension_, 1, std::nullopt, values.data()});
-  }
-  template <std::size_t N>
-  void array(std::string_view name, std::array<std::uint8_t, N>& values) {
-    add({name, Wire::U8, N, true, extension_, 1, std::nullopt, values.data()});
+  /// Floats or bytes.
+  template <typename Value, std::size_t N>
+  void array(std::string_view name, std::array<Value, N>& values) {
+    add({name, wire_of(values[0]), N, true, extension_, 1, std::nullopt, values.data()});
   }
   /// Counts, flags, words: on the wire as in the struct.
-  void whole(std::string_view name, std::uint64_t& value) { add(plain(name, Wire::U64, &value)); }
-  void whole(std::string_view name, std::uint32_t& value) { add(plain(name, Wire::U32, &value)); }
-  void whole(std::string_view name, std::uint16_t& value) { add(plain(name, Wire::U16, &value)); }
-  void whole(std::string_view name, std::uint8_t& value) { add(plain(name, Wire::U8, &value)); }
-  void whole(std::string_view name, std::int8_t& value) { add(plain(name, Wire::I8, &value)); }
+  template <typename Whole>
+  void whole(std::string_view name, Whole& value) {
+    add({name, wire_of(value), 1, false, extension_, 1, std::nullopt, &value});
+  }
+  void place(double& latitude_deg, double& longitude_deg) {
+    number(Wire::I32, "lat", latitude_deg, kDegE7);
+    number(Wire::I32, "lon", longitude_deg, kDegE7);
+  }
+  void rates(Eigen::Vector3d& rates_radps) {
+    vector(Wire::F32, {"rollspeed", "pitchspeed", "yawspeed"}, rates_radps);
+  }
+  void quaternion(Quaternion& q) {
+    static constexpr std::array<std::string_view, 4> kNames{"q1", "q2", "q3", "q4"};
+    for (std::size_t i = 0; i < kNames.size(); ++i) number(Wire::F32, kNames[i], q[i]);
+  }
   /// The fields behind it are extensions.
   void extensions() { extension_ = true; }
 
   [[nodiscard]] std::span<const Field> all() const { return fields_; }
 
  private:
-  template <typename T>
-  [[nodiscard]] Field plain(std::string_view name, Wire type, T* member) const {
-    return {name, type, 1, false, extension_, 1, std::nullopt, member};
-  }
+  static Wire wire_of(double) { return Wire::F32; }
+  static Wire wire_of(std::uint64_t) { return Wire::U64; }
+  static Wire wire_of(std::uint32_t) { return Wire::U32; }
+  static Wire wire_of(std::uint16_t) { return Wire::U16; }
+  static Wire wire_of(std::uint8_t) { return Wire::U8; }
+  static Wire wire_of(std::int8_t) { return Wire::I8; }
   void add(Field field) { fields_.push_back(field); }
 
   bool extension_ = false;

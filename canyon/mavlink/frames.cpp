@@ -101,7 +101,7 @@ void read(std::string_view from, std::size_t at, const Field& field) {
 /// Larger elements first, extensions behind all in their own order (mavlink.io, "Field Reordering").
 std::vector<Field> in_wire_order(Message& message) {
   Fields fields;
-  std::visit([&](auto& m) { visit(fields, m); }, message);
+  std::visit([&](auto& m) { m.visit(fields); }, message);
   std::vector<Field> order(fields.all().begin(), fields.all().end());
   std::stable_sort(order.begin(), order.end(), [](const Field& a, const Field& b) {
     if (a.extension || b.extension) return a.extension < b.extension;
@@ -296,27 +296,6 @@ std::vector<GpsRtcmData> rtcm_data(std::string_view message, std::uint8_t number
   // The end shows by a part that is not full, or the fourth.
   if (divided && message.size() % kPart == 0 && parts.size() < kMostParts) add({});
   return parts;
-}
-
-std::string RtcmParts::receive(const GpsRtcmData& data) {
-  const std::size_t length = std::min<std::size_t>(data.length, kPart);
-  const std::string bytes(data.data.begin(), data.data.begin() + static_cast<std::ptrdiff_t>(length));
-  if ((data.flags & 1U) == 0) return bytes;
-  if (const int number = data.flags >> 3U; number != number_) {
-    *this = {};
-    number_ = number;
-  }
-  const std::size_t part = data.flags >> 1U & 3U;
-  parts_[part] = bytes;
-  if (length < kPart || part + 1 == kMostParts) count_ = part + 1;
-  if (!count_) return {};
-  std::string message;
-  for (std::size_t i = 0; i < *count_; ++i) {
-    if (!parts_[i]) return {};
-    message += *parts_[i];
-  }
-  *this = {};
-  return message;
 }
 
 }  // namespace canyon::mavlink

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -71,18 +70,5 @@ class Parser {
 /// whole ones: autopilots pass on the bytes of each at once.
 /// @param number counts messages of RTCM; its low 5 bits are sent
 [[nodiscard]] std::vector<GpsRtcmData> rtcm_data(std::string_view message, std::uint8_t number);
-
-/// Joins the parts, in whatever order they come.
-class RtcmParts {
- public:
-  /// Bytes that are complete with this message; none while parts are missing. Parts of a message are
-  /// forgotten when one of another number comes.
-  [[nodiscard]] std::string receive(const GpsRtcmData& data);
-
- private:
-  std::array<std::optional<std::string>, 4> parts_;
-  std::optional<std::size_t> count_;  ///< known from the last part
-  int number_ = -1;
-};
 
 }  // namespace canyon::mavlink

@@ -18,10 +18,11 @@
 namespace canyon::mavlink {
 
 inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-using Quaternion = std::array<double, 4>;  ///< w, x, y, z
 /// Upper right triangle of a 6 by 6 matrix, row by row; its first element NaN: not known.
 using Covariance = std::array<double, 21>;
 inline constexpr Covariance kNoCovariance{kUnknown};
+// Units, and counts that stand for "not known".
+inline constexpr double kMilli = 1e-3, kCenti = 1e-2, kNo8 = 0xFF, kNo16 = 0xFFFF;
 
 struct Heartbeat {
   static constexpr std::uint32_t kId = 0;
@@ -32,6 +33,14 @@ struct Heartbeat {
   std::uint32_t custom_mode = 0;
   std::uint8_t system_status = 4;  ///< MAV_STATE; 4: active
   std::uint8_t mavlink_version = 3;
+  void visit(Fields& f) {
+    f.whole("type", type);
+    f.whole("autopilot", autopilot);
+    f.whole("base_mode", base_mode);
+    f.whole("custom_mode", custom_mode);
+    f.whole("system_status", system_status);
+    f.whole("mavlink_version", mavlink_version);
+  }
 };
 
 struct SystemTime {
@@ -39,6 +48,10 @@ struct SystemTime {
   static constexpr std::string_view kName = "SYSTEM_TIME";
   std::uint64_t time_us = 0;
   double boot_s = 0;
+  void visit(Fields& f) {
+    f.whole("time_unix_usec", time_us);
+    f.number(Wire::U32, "time_boot_ms", boot_s, kMilli);
+  }
 };
 
 struct GpsRawInt {
@@ -56,6 +69,24 @@ struct GpsRawInt {
   double ellipsoidal_height_m = 0;
   double horizontal_accuracy_m = 0, vertical_accuracy_m = 0, speed_accuracy_mps = 0, course_accuracy_deg = 0;
   double yaw_deg = kUnknown;  ///< (0, 360]
+  void visit(Fields& f) {
+    f.whole("time_usec", time_us);
+    f.whole("fix_type", fix_type);
+    f.place(latitude_deg, longitude_deg);
+    f.number(Wire::I32, "alt", altitude_m, kMilli);
+    f.number(Wire::U16, "eph", hdop, kCenti, kNo16);
+    f.number(Wire::U16, "epv", vdop, kCenti, kNo16);
+    f.number(Wire::U16, "vel", speed_mps, kCenti, kNo16);
+    f.number(Wire::U16, "cog", course_deg, kCenti, kNo16);
+    f.number(Wire::U8, "satellites_visible", satellites, 1, kNo8);
+    f.extensions();
+    f.number(Wire::I32, "alt_ellipsoid", ellipsoidal_height_m, kMilli);
+    f.number(Wire::U32, "h_acc", horizontal_accuracy_m, kMilli);
+    f.number(Wire::U32, "v_acc", vertical_accuracy_m, kMilli);
+    f.number(Wire::U32, "vel_acc", speed_accuracy_mps, kMilli);
+    f.number(Wire::U32, "hdg_acc", course_accuracy_deg, 1e-5);
+    f.number(Wire::U16, "yaw", yaw_deg, kCenti, 0);
+  }
 };
 
 /// GPS_STATUS, which has up to 20 satellites.
@@ -68,6 +99,14 @@ struct GpsStatus {
   std::array<std::uint8_t, 20> zenith_deg{};  ///< 0 above the receiver, 90 at the horizon
   std::array<std::uint8_t, 20> azimuth{};     ///< of 255 to the full circle
   std::array<std::uint8_t, 20> snr_db{};
+  void visit(Fields& f) {
+    f.whole("satellites_visible", visible);
+    f.array("satellite_prn", number);
+    f.array("satellite_used", used);
+    f.array("satellite_elevation", zenith_deg);
+    f.array("satellite_azimuth", azimuth);
+    f.array("satellite_snr", snr_db);
+  }
 };
 
 struct Attitude {
@@ -76,6 +115,11 @@ struct Attitude {
   double boot_s = 0;
   Eigen::Vector3d roll_pitch_yaw_rad = Eigen::Vector3d::Zero();  ///< FRD to NED: yaw, then pitch, then roll
   Eigen::Vector3d rates_frd_radps = Eigen::Vector3d::Zero();
+  void visit(Fields& f) {
+    f.number(Wire::U32, "time_boot_ms", boot_s, kMilli);
+    f.vector(Wire::F32, {"roll", "pitch", "yaw"}, roll_pitch_yaw_rad);
+    f.rates(rates_frd_radps);
+  }
 };
 
 struct AttitudeQuaternion {
@@ -85,6 +129,13 @@ struct AttitudeQuaternion {
   Quaternion ned_from_frd{1, 0, 0, 0};
   Eigen::Vector3d rates_frd_radps = Eigen::Vector3d::Zero();
   Quaternion display_offset{};  ///< all 0: not given
+  void visit(Fields& f) {
+    f.number(Wire::U32, "time_boot_ms", boot_s, kMilli);
+    f.quaternion(ned_from_frd);
+    f.rates(rates_frd_radps);
+    f.extensions();
+    f.array("repr_offset_q", display_offset);
+  }
 };
 
 struct LocalPositionNed {
@@ -93,6 +144,11 @@ struct LocalPositionNed {
   double boot_s = 0;
   Eigen::Vector3d position_ned_m = Eigen::Vector3d::Zero();  ///< from the sender's own origin
   Eigen::Vector3d velocity_ned_mps = Eigen::Vector3d::Zero();
+  void visit(Fields& f) {
+    f.number(Wire::U32, "time_boot_ms", boot_s, kMilli);
+    f.vector(Wire::F32, {"x", "y", "z"}, position_ned_m);
+    f.vector(Wire::F32, {"vx", "vy", "vz"}, velocity_ned_mps);
+  }
 };
 
 struct GlobalPositionInt {
@@ -104,6 +160,14 @@ struct GlobalPositionInt {
   double above_home_m = 0;
   Eigen::Vector3d velocity_ned_mps = Eigen::Vector3d::Zero();
   double heading_deg = kUnknown;
+  void visit(Fields& f) {
+    f.number(Wire::U32, "time_boot_ms", boot_s, kMilli);
+    f.place(latitude_deg, longitude_deg);
+    f.number(Wire::I32, "alt", altitude_m, kMilli);
+    f.number(Wire::I32, "relative_alt", above_home_m, kMilli);
+    f.vector(Wire::I16, {"vx", "vy", "vz"}, velocity_ned_mps, kCenti);
+    f.number(Wire::U16, "hdg", heading_deg, kCenti, kNo16);
+  }
 };
 
 /// Samples of inertial sensors, a magnetometer and a barometer. Values that are not updated are the last
@@ -129,6 +193,20 @@ struct HighresImu {
   double temperature_c = 0;
   std::uint16_t updated = 0;  ///< Updated
   std::uint8_t sensor_id = 0;
+  void visit(Fields& f) {
+    constexpr double kGauss = 1e-4, kHectopascal = 100;
+    f.whole("time_usec", time_us);
+    f.vector(Wire::F32, {"xacc", "yacc", "zacc"}, acceleration_frd_mps2);
+    f.vector(Wire::F32, {"xgyro", "ygyro", "zgyro"}, rates_frd_radps);
+    f.vector(Wire::F32, {"xmag", "ymag", "zmag"}, field_frd_tesla, kGauss);
+    f.number(Wire::F32, "abs_pressure", pressure_pa, kHectopascal);
+    f.number(Wire::F32, "diff_pressure", differential_pa, kHectopascal);
+    f.number(Wire::F32, "pressure_alt", pressure_altitude_m);
+    f.number(Wire::F32, "temperature", temperature_c);
+    f.whole("fields_updated", updated);
+    f.extensions();
+    f.whole("id", sensor_id);
+  }
 };
 
 struct VisionPositionEstimate {
@@ -139,6 +217,14 @@ struct VisionPositionEstimate {
   Eigen::Vector3d roll_pitch_yaw_rad = Eigen::Vector3d::Zero();  ///< FRD to it
   Covariance covariance = kNoCovariance;                         ///< of both
   std::uint8_t reset_counter = 0;
+  void visit(Fields& f) {
+    f.whole("usec", time_us);
+    f.vector(Wire::F32, {"x", "y", "z"}, position_ned_m);
+    f.vector(Wire::F32, {"roll", "pitch", "yaw"}, roll_pitch_yaw_rad);
+    f.extensions();
+    f.array("covariance", covariance);
+    f.whole("reset_counter", reset_counter);
+  }
 };
 
 struct SimState {
@@ -156,6 +242,21 @@ struct SimState {
 
   [[nodiscard]] double latitude_deg() const { return known(fine_latitude_deg, coarse_latitude_deg); }
   [[nodiscard]] double longitude_deg() const { return known(fine_longitude_deg, coarse_longitude_deg); }
+  void visit(Fields& f) {
+    f.quaternion(ned_from_frd);
+    f.vector(Wire::F32, {"roll", "pitch", "yaw"}, roll_pitch_yaw_rad);
+    f.vector(Wire::F32, {"xacc", "yacc", "zacc"}, acceleration_frd_mps2);
+    f.vector(Wire::F32, {"xgyro", "ygyro", "zgyro"}, rates_frd_radps);
+    f.number(Wire::F32, "lat", coarse_latitude_deg);
+    f.number(Wire::F32, "lon", coarse_longitude_deg);
+    f.number(Wire::F32, "alt", altitude_m);
+    f.number(Wire::F32, "std_dev_horz", horizontal_sigma_m);
+    f.number(Wire::F32, "std_dev_vert", vertical_sigma_m);
+    f.vector(Wire::F32, {"vn", "ve", "vd"}, velocity_ned_mps);
+    f.extensions();
+    f.number(Wire::I32, "lat_int", fine_latitude_deg, kDegE7, 0);
+    f.number(Wire::I32, "lon_int", fine_longitude_deg, kDegE7, 0);
+  }
 
  private:
   [[nodiscard]] static double known(double fine, double coarse) { return fine == fine ? fine : coarse; }
@@ -176,6 +277,21 @@ struct HilGps {
   double satellites = kUnknown;
   std::uint8_t gps_id = 0;
   double yaw_deg = kUnknown;  ///< (0, 360]
+  void visit(Fields& f) {
+    f.whole("time_usec", time_us);
+    f.whole("fix_type", fix_type);
+    f.place(latitude_deg, longitude_deg);
+    f.number(Wire::I32, "alt", altitude_m, kMilli);
+    f.number(Wire::U16, "eph", horizontal_accuracy_m, kCenti, kNo16);
+    f.number(Wire::U16, "epv", vertical_accuracy_m, kCenti, kNo16);
+    f.number(Wire::U16, "vel", speed_mps, kCenti, kNo16);
+    f.vector(Wire::I16, {"vn", "ve", "vd"}, velocity_ned_mps, kCenti);
+    f.number(Wire::U16, "cog", course_deg, kCenti, kNo16);
+    f.number(Wire::U8, "satellites_visible", satellites, 1, kNo8);
+    f.extensions();
+    f.whole("id", gps_id);
+    f.number(Wire::U16, "yaw", yaw_deg, kCenti, 0);
+  }
 };
 
 /// The baseline of an RTK receiver, from base to antenna.
@@ -193,6 +309,19 @@ struct GpsRtk {
   Eigen::Vector3d baseline_m = Eigen::Vector3d::Zero();
   double accuracy_m = 0;        ///< the definition states no unit; millimetres on the wire, as the baseline
   double hypotheses_count = 0;  ///< of whole ambiguities; 1: fixed
+  void visit(Fields& f) {
+    f.number(Wire::U32, "time_last_baseline_ms", boot_s, kMilli);
+    f.whole("rtk_receiver_id", receiver_id);
+    f.whole("wn", week);
+    f.number(Wire::U32, "tow", time_of_week_s, kMilli);
+    f.whole("rtk_health", health);
+    f.whole("rtk_rate", rate_hz);
+    f.whole("nsats", satellites);
+    f.whole("baseline_coords_type", frame);
+    f.vector(Wire::I32, {"baseline_a_mm", "baseline_b_mm", "baseline_c_mm"}, baseline_m, kMilli);
+    f.number(Wire::U32, "accuracy", accuracy_m, kMilli);
+    f.number(Wire::I32, "iar_num_hypotheses", hypotheses_count);
+  }
 };
 
 struct HilStateQuaternion {
@@ -205,6 +334,18 @@ struct HilStateQuaternion {
   Eigen::Vector3d velocity_ned_mps = Eigen::Vector3d::Zero();
   double indicated_airspeed_mps = 0, true_airspeed_mps = 0;
   Eigen::Vector3d acceleration_frd_mps2 = Eigen::Vector3d::Zero();
+  void visit(Fields& f) {
+    constexpr double kMilliG = 9.80665e-3;  // [m/s^2]
+    f.whole("time_usec", time_us);
+    f.array("attitude_quaternion", ned_from_frd);
+    f.rates(rates_frd_radps);
+    f.place(latitude_deg, longitude_deg);
+    f.number(Wire::I32, "alt", altitude_m, kMilli);
+    f.vector(Wire::I16, {"vx", "vy", "vz"}, velocity_ned_mps, kCenti);
+    f.number(Wire::U16, "ind_airspeed", indicated_airspeed_mps, kCenti);
+    f.number(Wire::U16, "true_airspeed", true_airspeed_mps, kCenti);
+    f.vector(Wire::I16, {"xacc", "yacc", "zacc"}, acceleration_frd_mps2, kMilliG);
+  }
 };
 
 struct AttPosMocap {
@@ -214,6 +355,13 @@ struct AttPosMocap {
   Quaternion ned_from_frd{1, 0, 0, 0};
   Eigen::Vector3d position_ned_m = Eigen::Vector3d::Zero();  ///< in the room's frame
   Covariance covariance = kNoCovariance;
+  void visit(Fields& f) {
+    f.whole("time_usec", time_us);
+    f.array("q", ned_from_frd);
+    f.vector(Wire::F32, {"x", "y", "z"}, position_ned_m);
+    f.extensions();
+    f.array("covariance", covariance);
+  }
 };
 
 struct GpsInput {
@@ -243,6 +391,25 @@ struct GpsInput {
   double speed_accuracy_mps = 0, horizontal_accuracy_m = 0, vertical_accuracy_m = 0;
   std::uint8_t satellites = 0;
   double yaw_deg = kUnknown;  ///< (0, 360]
+  void visit(Fields& f) {
+    f.whole("time_usec", time_us);
+    f.whole("gps_id", gps_id);
+    f.whole("ignore_flags", ignore);
+    f.number(Wire::U32, "time_week_ms", time_of_week_s, kMilli);
+    f.whole("time_week", week);
+    f.whole("fix_type", fix_type);
+    f.place(latitude_deg, longitude_deg);
+    f.number(Wire::F32, "alt", altitude_m);
+    f.number(Wire::F32, "hdop", hdop, 1, kNo16);
+    f.number(Wire::F32, "vdop", vdop, 1, kNo16);
+    f.vector(Wire::F32, {"vn", "ve", "vd"}, velocity_ned_mps);
+    f.number(Wire::F32, "speed_accuracy", speed_accuracy_mps);
+    f.number(Wire::F32, "horiz_accuracy", horizontal_accuracy_m);
+    f.number(Wire::F32, "vert_accuracy", vertical_accuracy_m);
+    f.whole("satellites_visible", satellites);
+    f.extensions();
+    f.number(Wire::U16, "yaw", yaw_deg, kCenti, 0);
+  }
 };
 
 /// RTCM 3 for a vehicle's receivers, a message or a part of one; frames.hpp makes and joins parts.
@@ -252,6 +419,11 @@ struct GpsRtcmData {
   std::uint8_t flags = 0;  ///< bit 0: a part; bits 1 and 2: its number; bits 3 to 7: number of the message
   std::uint8_t length = 0;
   std::array<std::uint8_t, 180> data{};
+  void visit(Fields& f) {
+    f.whole("flags", flags);
+    f.whole("len", length);
+    f.array("data", data);
+  }
 };
 
 struct Odometry {
@@ -268,6 +440,21 @@ struct Odometry {
   std::uint8_t reset_counter = 0;
   std::uint8_t estimator_type = 0;
   std::int8_t quality = 0;  ///< [%]; 0: not known, -1: failed
+  void visit(Fields& f) {
+    f.whole("time_usec", time_us);
+    f.whole("frame_id", frame);
+    f.whole("child_frame_id", child_frame);
+    f.vector(Wire::F32, {"x", "y", "z"}, position_m);
+    f.array("q", frame_from_body);
+    f.vector(Wire::F32, {"vx", "vy", "vz"}, velocity_mps);
+    f.rates(rates_radps);
+    f.array("pose_covariance", pose_covariance);
+    f.array("velocity_covariance", velocity_covariance);
+    f.extensions();
+    f.whole("reset_counter", reset_counter);
+    f.whole("estimator_type", estimator_type);
+    f.whole("quality", quality);
+  }
 };
 
 struct CommandLong {
@@ -277,28 +464,16 @@ struct CommandLong {
   std::uint16_t command = 0;                             ///< MAV_CMD
   std::uint8_t target_system = 0, target_component = 0;  ///< 0: everybody
   std::uint8_t confirmation = 0;
+  void visit(Fields& f) {
+    f.whole("target_system", target_system);
+    f.whole("target_component", target_component);
+    f.whole("command", command);
+    f.whole("confirmation", confirmation);
+    static constexpr std::array<std::string_view, 7> kNames{"param1", "param2", "param3", "param4",
+                                                            "param5", "param6", "param7"};
+    for (std::size_t i = 0; i < kNames.size(); ++i) f.number(Wire::F32, kNames[i], parameters[i]);
+  }
 };
-
-/// The definition of each: names, types and order are what CRC_EXTRA and layout follow from.
-void visit(Fields& f, Heartbeat& m);
-void visit(Fields& f, SystemTime& m);
-void visit(Fields& f, GpsRawInt& m);
-void visit(Fields& f, GpsStatus& m);
-void visit(Fields& f, Attitude& m);
-void visit(Fields& f, AttitudeQuaternion& m);
-void visit(Fields& f, LocalPositionNed& m);
-void visit(Fields& f, GlobalPositionInt& m);
-void visit(Fields& f, HighresImu& m);
-void visit(Fields& f, VisionPositionEstimate& m);
-void visit(Fields& f, SimState& m);
-void visit(Fields& f, HilGps& m);
-void visit(Fields& f, GpsRtk& m);
-void visit(Fields& f, HilStateQuaternion& m);
-void visit(Fields& f, AttPosMocap& m);
-void visit(Fields& f, GpsInput& m);
-void visit(Fields& f, GpsRtcmData& m);
-void visit(Fields& f, Odometry& m);
-void visit(Fields& f, CommandLong& m);
 
 using Message =
     std::variant<Heartbeat, SystemTime, GpsRawInt, GpsStatus, Attitude, AttitudeQuaternion, LocalPositionNed,

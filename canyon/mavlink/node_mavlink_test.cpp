@@ -12,7 +12,7 @@ namespace {
 
 std::vector<Field> fields_of(Message& message) {
   Fields fields;
-  std::visit([&](auto& m) { visit(fields, m); }, message);
+  std::visit([&](auto& m) { m.visit(fields); }, message);
   return {fields.all().begin(), fields.all().end()};
 }
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "tests/support/rtcm_parts.hpp"
+
 namespace canyon::mavlink {
 namespace {
 

@@ -7,6 +7,7 @@
 #include "canyon/mavlink/frames.hpp"
 #include "canyon/output/encoder.hpp"
 #include "tests/support/node_mavlink.hpp"
+#include "tests/support/rtcm_parts.hpp"
 #include "tests/support/sample_signals.hpp"
 
 namespace canyon::output {
