@@ -240,7 +240,6 @@ struct RayScene::Impl {
     found.clear();
     if (city.mesh->triangles.empty()) return;
     embree::Query query(
-        false,
         [](const RTCFilterFunctionNArguments* arguments) {
           assert(arguments->N == 1);
           auto& list = *static_cast<std::vector<Crossing>*>(embree::Query::user(arguments));
@@ -336,7 +335,7 @@ const std::vector<PlacedInstance>& RayScene::placed_instances() const {
 }
 
 std::optional<Hit> RayScene::cast(const Ray& ray, double min_range_m) const {
-  embree::Query query(false);
+  embree::Query query;
   RTCRayHit found;
   impl_->fill(found.ray, ray, min_range_m);
   found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -391,7 +390,7 @@ bool RayScene::occluded(const Ray& ray, double min_range_m) const {
 void RayScene::occluded(std::span<const Ray> rays, std::span<bool> result, double min_range_m) const {
   assert(rays.size() == result.size());
   const RTCScene city = impl_->city.scene.get();
-  embree::Query query(false);
+  embree::Query query;
   std::array<RTCRay, 16> probes;
   for (std::size_t i = 0; i < rays.size(); i += probes.size()) {
     const std::size_t count = std::min(probes.size(), rays.size() - i);
@@ -404,7 +403,7 @@ void RayScene::occluded(std::span<const Ray> rays, std::span<bool> result, doubl
 }
 
 bool RayScene::occluded_by_city(const Ray& ray) const {
-  embree::Query query(false);
+  embree::Query query;
   RTCRay probe;
   impl_->fill(probe, ray, 0);
   query.occluded1(impl_->city.scene.get(), &probe);
@@ -413,7 +412,7 @@ bool RayScene::occluded_by_city(const Ray& ray) const {
 
 bool RayScene::occluded_by_instances(const Ray& ray) const {
   if (impl_->movers.empty()) return false;
-  embree::Query query(false);
+  embree::Query query;
   return impl_->occluded_by_movers(ray, 0, query);
 }
 
