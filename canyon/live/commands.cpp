@@ -40,33 +40,34 @@ std::optional<std::string> text_of(const Json& command, const char* key) {
   return value.dump(-1, Json::Order::ByKey);
 }
 
-}  // namespace
+class SessionCommands final : public Commands {
+ public:
+  SessionCommands(CommandContext of, std::shared_ptr<transport::Link> by)
+      : context(std::move(of)), link(std::move(by)), latest(context.receivers.size()) {
+    listener = link->listen([this](const transport::Received& received) { receive(received); });
+  }
+  ~SessionCommands() override { link->forget(listener); }
+  SessionCommands(const SessionCommands&) = delete;
+  SessionCommands& operator=(const SessionCommands&) = delete;
 
-struct Commands::Impl {
-  CommandContext context;
-  std::shared_ptr<transport::Link> link;
-  int listener = 0;
-  transport::Readers<transport::LineCutter> readers;
-  struct Latest {
-    geodesy::GpsTime time;
-    positioning::Fix fix;
-    Eigen::Vector3d error_enu_m;
-    int visible = 0;
-    std::string_view no_fix;
-  };
-  std::vector<std::optional<Latest>> latest;
-  bool stop = false;
+  void keep(const simulation::Epoch& epoch) override {
+    latest.at(epoch.receiver) = {epoch.observed.time, epoch.observed.fix, epoch.error_enu_m,
+                                 epoch.observed.visible,
+                                 output::no_fix_reason(epoch.observed.fix, epoch.placement)};
+  }
+  [[nodiscard]] bool stopped() const override { return stop; }
+  [[nodiscard]] std::string answer(std::string_view line) override;
 
-  using Command = Json (Impl::*)(const Json&);
+ private:
   struct Entry {
     const char* name;
     bool changes;
     const char* help;
-    Command run;
+    Json (SessionCommands::*run)(const Json&);
   };
   static const std::vector<Entry>& entries();
 
-  void receive(const transport::Received& received, Commands& self);
+  void receive(const transport::Received& received);
   [[nodiscard]] simulation::LiveReceiver& receiver(const Json& command) {
     return context.receivers[simulation::find_receiver(context.scenario, name_in(command, "receiver"))];
   }
@@ -166,46 +167,50 @@ struct Commands::Impl {
     stop = true;
     return {{"ok", true}};
   }
+
+  struct Latest {
+    geodesy::GpsTime time;
+    positioning::Fix fix;
+    Eigen::Vector3d error_enu_m;
+    int visible = 0;
+    std::string_view no_fix;
+  };
+  CommandContext context;
+  std::shared_ptr<transport::Link> link;
+  int listener = 0;
+  transport::Readers<transport::LineCutter> readers;
+  std::vector<std::optional<Latest>> latest;
+  bool stop = false;
 };
 
-const std::vector<Commands::Impl::Entry>& Commands::Impl::entries() {
+const std::vector<SessionCommands::Entry>& SessionCommands::entries() {
   static const std::vector<Entry> kEntries{
-      {"help", false, "this list", &Impl::help},
-      {"status", false, "time, counts, and the latest fix of every receiver", &Impl::status},
-      {"options", false, "a receiver's options as they are: {\"receiver\": NAME}", &Impl::options},
+      {"help", false, "this list", &SessionCommands::help},
+      {"status", false, "time, counts, and the latest fix of every receiver", &SessionCommands::status},
+      {"options", false, "a receiver's options as they are: {\"receiver\": NAME}", &SessionCommands::options},
       {"set", true, "changes them; the receiver restarts: {\"receiver\": NAME, \"options\": {KEY: VALUE}}",
-       &Impl::set},
-      {"faults", false, "every receiver's timeline", &Impl::faults},
+       &SessionCommands::set},
+      {"faults", false, "every receiver's timeline", &SessionCommands::faults},
       {"add_fault", true,
        "puts a fault on the timeline, from now on without 'from_s': {\"fault\": {\"duration_s\": 10, KIND: "
        "{...}}}; 'canyon faults list' has the kinds",
-       &Impl::add_fault},
-      {"end_fault", true, "ends one: {\"name\": NAME}", &Impl::end_fault},
-      {"stop", true, "ends the run", &Impl::end}};
+       &SessionCommands::add_fault},
+      {"end_fault", true, "ends one: {\"name\": NAME}", &SessionCommands::end_fault},
+      {"stop", true, "ends the run", &SessionCommands::end}};
   return kEntries;
 }
 
-void Commands::Impl::receive(const transport::Received& received, Commands& self) {
+void SessionCommands::receive(const transport::Received& received) {
   constexpr std::size_t kLongestCommand = 65536;
   readers.of(received.reader, kLongestCommand).receive(received, [&](std::optional<std::string_view> line) {
     if (line && trim(*line).empty()) return;
-    link->transport().answer(received.reader, line ? self.answer(*line)
-                                                   : one_line(refusal("a line is too long",
-                                                                      "end each command with a line break")));
+    link->transport().answer(
+        received.reader,
+        line ? answer(*line) : one_line(refusal("a line is too long", "end each command with a line break")));
   });
 }
 
-Commands::Commands(CommandContext context, std::shared_ptr<transport::Link> link)
-    : impl_(std::make_unique<Impl>(Impl{std::move(context), std::move(link), 0, {}, {}, false})) {
-  impl_->latest.resize(impl_->context.receivers.size());
-  impl_->listener =
-      impl_->link->listen([this](const transport::Received& received) { impl_->receive(received, *this); });
-}
-Commands::~Commands() {
-  impl_->link->forget(impl_->listener);
-}
-
-std::string Commands::answer(std::string_view line) {
+std::string SessionCommands::answer(std::string_view line) {
   constexpr std::string_view kCure = R"(write {"command": "help"})";
   const std::optional<Json> parsed = Json::try_parse(line);
   if (!parsed) return one_line(refusal("the line is not JSON", kCure));
@@ -214,14 +219,14 @@ std::string Commands::answer(std::string_view line) {
   if (!command.contains("command")) return one_line(refusal("the object has no key 'command'", kCure));
   if (!command["command"].is_string()) return one_line(refusal("'command' is not a text", kCure));
   const std::string& name = command["command"].text();
-  for (const Impl::Entry& entry : Impl::entries()) {
+  for (const Entry& entry : entries()) {
     if (entry.name != name) continue;
-    if (entry.changes && !impl_->context.changes) {
+    if (entry.changes && !context.changes) {
       return one_line(refusal(fmt::format("'{}' changes the simulation, which is switched off", name),
                               "set live.changes: true in the scenario"));
     }
     try {
-      return one_line((impl_.get()->*entry.run)(command));
+      return one_line((this->*entry.run)(command));
     } catch (const InputError& e) {
       return one_line(refusal(e.problem(), e.cure()));
     } catch (const std::exception& e) {
@@ -229,18 +234,14 @@ std::string Commands::answer(std::string_view line) {
     }
   }
   std::vector<std::string> known;
-  for (const Impl::Entry& entry : Impl::entries()) known.emplace_back(entry.name);
+  for (const Entry& entry : entries()) known.emplace_back(entry.name);
   return one_line(refusal(fmt::format("no command '{}'", name), known_names(name, known)));
 }
 
-void Commands::keep(const simulation::Epoch& epoch) {
-  impl_->latest.at(epoch.receiver) = {epoch.observed.time, epoch.observed.fix, epoch.error_enu_m,
-                                      epoch.observed.visible,
-                                      output::no_fix_reason(epoch.observed.fix, epoch.placement)};
-}
+}  // namespace
 
-bool Commands::stopped() const {
-  return impl_->stop;
+std::unique_ptr<Commands> make_commands(CommandContext context, std::shared_ptr<transport::Link> link) {
+  return std::make_unique<SessionCommands>(std::move(context), std::move(link));
 }
 
 }  // namespace canyon::live

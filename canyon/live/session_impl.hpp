@@ -47,22 +47,17 @@ struct CommandContext {
 /// "error": ..., "cure": ...} (docs/live.md lists them).
 class Commands {
  public:
-  Commands(CommandContext context, std::shared_ptr<transport::Link> link);
-  ~Commands();
-  Commands(const Commands&) = delete;
-  Commands& operator=(const Commands&) = delete;
-
+  virtual ~Commands() = default;
   /// Answers a line; never throws.
-  [[nodiscard]] std::string answer(std::string_view line);
+  [[nodiscard]] virtual std::string answer(std::string_view line) = 0;
   /// The latest epoch of a receiver, for status requests.
-  void keep(const simulation::Epoch& epoch);
+  virtual void keep(const simulation::Epoch& epoch) = 0;
   /// Somebody asked for the end of the run.
-  [[nodiscard]] bool stopped() const;
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  [[nodiscard]] virtual bool stopped() const = 0;
 };
+/// Answers the lines that come by a link.
+[[nodiscard]] std::unique_ptr<Commands> make_commands(CommandContext context,
+                                                      std::shared_ptr<transport::Link> link);
 
 // The state of a session: session_setup.cpp makes it, session.cpp runs it.
 using geodesy::GpsTime;

@@ -195,7 +195,7 @@ void Session::Impl::open_streams() {
   }
   if (options.control.empty()) return;
   CommandContext context{scenario, receivers, figures, options.changes, [this] { return seconds(now_ns()); }};
-  commands = std::make_unique<Commands>(std::move(context), link_of(options.control));
+  commands = make_commands(std::move(context), link_of(options.control));
 }
 
 }  // namespace canyon::live

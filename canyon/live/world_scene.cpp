@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <mutex>
 #include <unordered_map>
@@ -27,42 +26,31 @@ constexpr double kLargestWorld_m = 100'000;
 /// Number of unmoved static models that are checked in each step, in turn.
 constexpr std::size_t kStaticChecks = 16;
 
-using PoseNumbers = std::array<double, 7>;
+using simulation::RigidPose;
 
-PoseNumbers numbers_of(const simulation::RigidPose& pose) {
-  const auto& p = pose.position_m;
-  const auto& q = pose.attitude;
-  return {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()};
-}
-
-bool is_finite(const PoseNumbers& pose) {
-  return std::all_of(pose.begin(), pose.end(), [](double v) { return std::isfinite(v); }) &&
-         std::hypot(std::hypot(pose[3], pose[4]), std::hypot(pose[5], pose[6])) > 1e-6;
+bool is_finite(const RigidPose& pose) {
+  return pose.position_m.allFinite() && pose.attitude.coeffs().allFinite() && pose.attitude.norm() > 1e-6;
 }
 
 /// Compares to 10 micrometres and 2e-7 rad, more than a reset of the world rounds. A quaternion and its
 /// negative are one rotation.
-bool is_same_place(const PoseNumbers& a, const PoseNumbers& b) {
-  double dot = 0;
-  for (std::size_t i = 3; i < 7; ++i) dot += a[i] * b[i];
-  const double sign = dot < 0 ? -1 : 1;
-  for (std::size_t i = 0; i < 7; ++i) {
-    if (!(std::abs(a[i] - (i < 3 ? b[i] : sign * b[i])) < (i < 3 ? 1e-5 : 1e-7))) return false;
-  }
-  return true;
+bool is_same_place(const RigidPose& a, const RigidPose& b) {
+  const double sign = a.attitude.dot(b.attitude) < 0 ? -1 : 1;
+  return ((a.position_m - b.position_m).array().abs() < 1e-5).all() &&
+         ((a.attitude.coeffs() - sign * b.attitude.coeffs()).array().abs() < 1e-7).all();
 }
 
-Eigen::Isometry3d isometry(const PoseNumbers& pose) {
+Eigen::Isometry3d isometry(const RigidPose& pose) {
   Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
-  result.linear() = Eigen::Quaterniond(pose[3], pose[4], pose[5], pose[6]).normalized().toRotationMatrix();
-  result.translation() = Eigen::Vector3d(pose[0], pose[1], pose[2]);
+  result.linear() = pose.attitude.normalized().toRotationMatrix();
+  result.translation() = pose.position_m;
   return result;
 }
 
 struct TrackedLink {
   Id id = 0;
   city::Mesh mesh;  ///< in the link's frame; never empty
-  PoseNumbers pose{};
+  RigidPose pose;
   InstanceId instance = 0;  ///< 0: none in this scene
   bool in_reach = false;
 };
@@ -225,7 +213,7 @@ struct WorldScene::Impl {
       TrackedLink part;
       part.id = link;
       part.mesh = world->mesh(link, remarks);
-      const std::optional<simulation::RigidPose> pose = world->pose(link);
+      const std::optional<RigidPose> pose = world->pose(link);
       if (part.mesh.triangles.empty() || !pose) continue;
       if (tracked.vehicle) {
         // A moving model is not a building, though it reflects like one.
@@ -233,7 +221,7 @@ struct WorldScene::Impl {
           if (object.surface == city::Surface::Building) object.surface = city::Surface::Vehicle;
         }
       }
-      part.pose = numbers_of(*pose);
+      part.pose = *pose;
       tracked.links.push_back(std::move(part));
     }
     for (std::string& remark : remarks) note(std::move(remark));
@@ -281,11 +269,13 @@ struct WorldScene::Impl {
     }
     if (!check_poses) return;
     for (TrackedLink& part : tracked.links) {
-      const std::optional<simulation::RigidPose> now = world->pose(part.id);
-      if (!now) continue;  // gone with its model, or with the next look at the model's shapes
-      const PoseNumbers pose = numbers_of(*now);
-      if (tracked.movable ? pose == part.pose : is_same_place(pose, part.pose)) continue;
-      part.pose = pose;
+      const std::optional<RigidPose> pose = world->pose(part.id);
+      if (!pose) continue;  // gone with its model, or with the next look at the model's shapes
+      const bool stays = tracked.movable ? pose->position_m == part.pose.position_m &&
+                                               pose->attitude.coeffs() == part.pose.attitude.coeffs()
+                                         : is_same_place(*pose, part.pose);
+      if (stays) continue;
+      part.pose = *pose;
       if (!tracked.movable) {
         tracked.movable = true;
         stale = true;

@@ -428,11 +428,11 @@ void take_commands(const fs::path& path) {
     return made;
   }();
   static const live::Figures figures;
-  live::Commands commands({scenario, receivers, figures, true, [] { return 1.0; }},
-                          std::make_shared<transport::Link>(std::make_unique<Deaf>()));
+  const auto commands = live::make_commands({scenario, receivers, figures, true, [] { return 1.0; }},
+                                            std::make_shared<transport::Link>(std::make_unique<Deaf>()));
   const std::string text = test::read_bytes(path);
   for (const std::string_view line : split(text, '\n')) {
-    if (commands.answer(line).back() != '\n') std::abort();
+    if (commands->answer(line).back() != '\n') std::abort();
   }
 }
 /// Questions of the viewer's page, one to a line.
