@@ -67,14 +67,6 @@ std::optional<InertialSample> InertialRun::next(GpsTime until) {
 
 using inertial::WheelPair;
 
-WheelRun::WheelRun(const inertial::WheelOptions& options, std::uint64_t seed, geodesy::GpsTime begin,
-                   std::function<Pose(geodesy::GpsTime)> vehicle)
-    : SampleTimes(begin, options.rate_hz),
-      options_(options),
-      vehicle_(std::move(vehicle)),
-      wheels_(options, seed),
-      last_(speeds(begin)) {}
-
 WheelPair WheelRun::speeds(geodesy::GpsTime t) const {
   const Pose pose = vehicle_(t);
   const double middle = pose.forward_enu().dot(pose.velocity_enu_mps);
@@ -106,18 +98,9 @@ std::optional<WheelsAtWork> WheelRun::next(geodesy::GpsTime until) {
     result.true_mps[w] = sum[w] / (3 * steps);
     way_m[w] = result.true_mps[w] * result.dt_s;
   }
-  result.sample = wheels_.measure(way_m, result.dt_s);
+  result.sample = sensor_.measure(way_m, result.dt_s);
   return result;
 }
-
-BarometerRun::BarometerRun(const inertial::BarometerOptions& options, std::uint64_t seed,
-                           geodesy::GpsTime begin, std::function<Pose(geodesy::GpsTime)> vehicle,
-                           double geoid_undulation_m)
-    : SampleTimes(begin, options.rate_hz),
-      options_(options),
-      vehicle_(std::move(vehicle)),
-      geoid_undulation_m_(geoid_undulation_m),
-      barometer_(options, seed) {}
 
 std::optional<BarometerSample> BarometerRun::next(geodesy::GpsTime until) {
   const auto interval = pass(until);
@@ -131,9 +114,9 @@ std::optional<BarometerSample> BarometerRun::next(geodesy::GpsTime until) {
   };
   const double felt_s = std::max(0.0, now_s - options_.delay_s);
   const Pose felt = pose_at(felt_s);
-  sample.pressure = barometer_.measure(height_m(felt), felt.velocity_enu_mps.norm(), felt_s);
+  sample.pressure = sensor_.measure(height_m(felt), felt.velocity_enu_mps.norm(), felt_s);
   sample.height_m = height_m(felt_s < now_s ? pose_at(now_s) : felt);
-  sample.pressure.true_pa = barometer_.air(sample.height_m, now_s).pressure_pa;
+  sample.pressure.true_pa = sensor_.air(sample.height_m, now_s).pressure_pa;
   return sample;
 }
 
@@ -155,24 +138,17 @@ struct FieldAt {
 
 }  // namespace
 
-MagnetometerRun::MagnetometerRun(const inertial::MagnetometerOptions& options, std::uint64_t seed,
-                                 geodesy::GpsTime begin, std::function<Pose(geodesy::GpsTime)> vehicle)
-    : SampleTimes(begin, options.rate_hz),
-      options_(options),
-      body_from_sensor_(body_from_sensor(options.orientation, options.axes)),
-      vehicle_(std::move(vehicle)),
-      magnetometer_(options, seed) {}
-
 std::optional<MagnetometerSample> MagnetometerRun::next(geodesy::GpsTime until) {
   const auto interval = pass(until);
   if (!interval) return std::nullopt;
   MagnetometerSample sample;
   sample.time = begin() + interval->to_s;
   const Pose pose = vehicle_(begin() + std::max(0.0, interval->to_s - options_.delay_s));
-  const FieldAt felt(pose, body_from_sensor_);
-  sample.measured_t = magnetometer_.measure(felt.field_enu_t, felt.enu_from_sensor,
-                                            pose.velocity_enu_mps.norm() / options_.rate_hz);
-  const FieldAt now(options_.delay_s > 0 ? vehicle_(sample.time) : pose, body_from_sensor_);
+  const Eigen::Matrix3d turn = body_from_sensor(options_.orientation, options_.axes);
+  const FieldAt felt(pose, turn);
+  sample.measured_t = sensor_.measure(felt.field_enu_t, felt.enu_from_sensor,
+                                      pose.velocity_enu_mps.norm() / options_.rate_hz);
+  const FieldAt now(options_.delay_s > 0 ? vehicle_(sample.time) : pose, turn);
   sample.true_t = now.enu_from_sensor.transpose() * now.field_enu_t;
   return sample;
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "canyon/geodesy/gps_time.hpp"
@@ -93,6 +94,24 @@ class InertialRun : public SampleTimes {
   inertial::Imu imu_;
 };
 
+/// A sensor on a vehicle whose pose is known at any instant of the run; the first sample ends one interval
+/// behind its begin. The same seed gives the same errors.
+template <typename Sensor, typename Options>
+class PosedSensor : public SampleTimes {
+ public:
+  PosedSensor(const Options& options, std::uint64_t seed, geodesy::GpsTime begin,
+              std::function<Pose(geodesy::GpsTime)> vehicle)
+      : SampleTimes(begin, options.rate_hz),
+        options_(options),
+        vehicle_(std::move(vehicle)),
+        sensor_(options, seed) {}
+
+ protected:
+  Options options_;
+  std::function<Pose(geodesy::GpsTime)> vehicle_;
+  Sensor sensor_;
+};
+
 /// A sample of a vehicle's wheels, and what is true of them.
 struct WheelsAtWork {
   geodesy::GpsTime time;  ///< end of the sample's interval
@@ -101,13 +120,10 @@ struct WheelsAtWork {
   inertial::WheelPair true_mps{};  ///< mean speeds over the interval
 };
 
-/// The samples of a vehicle's wheels, in order. The same seed gives the same errors.
-class WheelRun : public SampleTimes {
+/// The samples of a vehicle's wheels, in order.
+class WheelRun : public PosedSensor<inertial::Wheels, inertial::WheelOptions> {
  public:
-  /// @param vehicle its pose at any instant of the run; `begin`: the first sample ends one interval later
-  WheelRun(const inertial::WheelOptions& options, std::uint64_t seed, geodesy::GpsTime begin,
-           std::function<Pose(geodesy::GpsTime)> vehicle);
-
+  using PosedSensor::PosedSensor;
   /// The next sample, if its interval has ended at `until`.
   [[nodiscard]] std::optional<WheelsAtWork> next(geodesy::GpsTime until);
   /// Leaves out the samples whose intervals end until `time`.
@@ -117,10 +133,7 @@ class WheelRun : public SampleTimes {
   /// Forward speeds of the wheels' points at an instant.
   [[nodiscard]] inertial::WheelPair speeds(geodesy::GpsTime t) const;
 
-  inertial::WheelOptions options_;
-  std::function<Pose(geodesy::GpsTime)> vehicle_;
-  inertial::Wheels wheels_;
-  inertial::WheelPair last_;  // speeds at the end of the last sample
+  inertial::WheelPair last_ = speeds(begin());  // at the end of the last sample
 };
 
 struct BarometerSample {
@@ -130,22 +143,17 @@ struct BarometerSample {
 };
 
 /// A barometer along a run.
-class BarometerRun : public SampleTimes {
+class BarometerRun : public PosedSensor<inertial::Barometer, inertial::BarometerOptions> {
  public:
-  /// @param vehicle its pose at any instant of the run
-  /// @param begin the first sample is one interval later
   /// @param geoid_undulation_m mean sea level above the ellipsoid, along the whole run
   BarometerRun(const inertial::BarometerOptions& options, std::uint64_t seed, geodesy::GpsTime begin,
-               std::function<Pose(geodesy::GpsTime)> vehicle, double geoid_undulation_m);
-
+               std::function<Pose(geodesy::GpsTime)> vehicle, double geoid_undulation_m)
+      : PosedSensor(options, seed, begin, std::move(vehicle)), geoid_undulation_m_(geoid_undulation_m) {}
   /// The next sample, if it is due at `until`.
   [[nodiscard]] std::optional<BarometerSample> next(geodesy::GpsTime until);
 
  private:
-  inertial::BarometerOptions options_;
-  std::function<Pose(geodesy::GpsTime)> vehicle_;
   double geoid_undulation_m_;
-  inertial::Barometer barometer_;
 };
 
 struct MagnetometerSample {
@@ -155,21 +163,11 @@ struct MagnetometerSample {
 };
 
 /// A magnetometer along a run.
-class MagnetometerRun : public SampleTimes {
+class MagnetometerRun : public PosedSensor<inertial::Magnetometer, inertial::MagnetometerOptions> {
  public:
-  /// @param vehicle its pose at any instant of the run
-  /// @param begin the first sample is one interval later
-  MagnetometerRun(const inertial::MagnetometerOptions& options, std::uint64_t seed, geodesy::GpsTime begin,
-                  std::function<Pose(geodesy::GpsTime)> vehicle);
-
+  using PosedSensor::PosedSensor;
   /// The next sample, if it is due at `until`.
   [[nodiscard]] std::optional<MagnetometerSample> next(geodesy::GpsTime until);
-
- private:
-  inertial::MagnetometerOptions options_;
-  Eigen::Matrix3d body_from_sensor_;
-  std::function<Pose(geodesy::GpsTime)> vehicle_;
-  inertial::Magnetometer magnetometer_;
 };
 
 /// Samples of a vehicle's sensors that ended since the epoch before, in order. EpochSinks that use sensors
