@@ -8,6 +8,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <memory>
 #include <optional>
 
 #include "canyon/geodesy/constants.hpp"
@@ -88,7 +89,7 @@ struct Generator::State {
       unfiltered_im.assign(history, 0);
     }
     block_samples = static_cast<std::size_t>(std::llround(front_end.rate_hz * kBlock_s / kLanes)) * kLanes;
-    interpolator.emplace(options, seed, klobuchar, front_end, made.rate_hz);
+    interpolator = make_path_interpolator(options, seed, klobuchar, front_end, made.rate_hz);
   }
 
   void make(const Segment& segment, std::size_t first, std::size_t samples, std::size_t in_segment,
@@ -107,7 +108,7 @@ struct Generator::State {
   std::vector<float> taps;     // of the filter, from both ends alike but for zeros; empty: none
   std::size_t history = 0;     // samples before one that the filter takes
   double lead_s = 0;           // by which they are made ahead of the filter's delay
-  std::optional<PathInterpolator> interpolator;
+  std::unique_ptr<PathInterpolator> interpolator;
   tbb::task_arena arena;
   std::size_t block_samples = 0;
 

@@ -109,19 +109,17 @@ bool follows(const PathAtEpoch& from, const PathAtEpoch& to, double length_s) {
   return from.is(to) && std::abs(to.code_m - expected) < kJump_m;
 }
 
-}  // namespace
-
-struct PathInterpolator::State {
-  State(const receiver::ReceiverOptions& receiver_options, std::uint64_t run_seed,
-        const std::map<gnss::System, gnss::Klobuchar>& coefficients, const FrontEnd& of_samples,
-        double rate_hz)
+class Interpolator final : public PathInterpolator {
+ public:
+  Interpolator(const receiver::ReceiverOptions& receiver_options, std::uint64_t seed,
+               const std::map<gnss::System, gnss::Klobuchar>& coefficients, const FrontEnd& of_samples,
+               double rate_hz)
       : options(receiver_options),
-        seed(run_seed),
         klobuchar(coefficients),
         front_end(of_samples),
         made_hz(rate_hz),
         model(options.signal, seed, options.name, receiver::draws_of(options)),
-        noise_key(RandomStream(seed, options.name + "/samples").next()) {
+        run_key(RandomStream(seed, options.name + "/samples").next()) {
     options.validate();
     if (options.signal.enabled) return;
     throw InputError(
@@ -129,6 +127,13 @@ struct PathInterpolator::State {
         "give it signal: {enabled: true}, or another profile");
   }
 
+  [[nodiscard]] std::optional<Segment> next(const simulation::Epoch& epoch) override;
+  [[nodiscard]] double reading_s() const override { return last->reading_s; }
+  [[nodiscard]] geodesy::GpsTime zero() const override { return *whole_second; }
+  [[nodiscard]] const Generator::Contents& contents() const override { return counted; }
+  [[nodiscard]] std::uint64_t noise_key() const override { return run_key; }
+
+ private:
   EpochSignals signals_at(const simulation::Epoch& epoch);
   [[nodiscard]] Source* source_of(const propagation::SatelliteView& view, const gnss::Signal& signal,
                                   geodesy::GpsTime time);
@@ -141,27 +146,26 @@ struct PathInterpolator::State {
   void read_symbols(const gnss::NavigationData& navigation, const EpochSignals& now);
 
   receiver::ReceiverOptions options;
-  std::uint64_t seed;
   std::map<gnss::System, gnss::Klobuchar> klobuchar;
   FrontEnd front_end;
   double made_hz;
   tracking::ChannelModel model;
-  std::uint64_t noise_key;
+  std::uint64_t run_key;  // of random streams
 
-  std::optional<geodesy::GpsTime> zero;  // whole second that readings count from
+  std::optional<geodesy::GpsTime> whole_second;  // that readings count from
   std::map<std::pair<gnss::SatelliteId, std::size_t>, std::unique_ptr<Source>> sources;  // null: no code
   std::optional<EpochSignals> last;
   std::vector<Complex> amplitudes;
-  Generator::Contents contents;
+  Generator::Contents counted;
 };
 
 /// Null where the satellite sends no known code.
-Source* PathInterpolator::State::source_of(const propagation::SatelliteView& view, const gnss::Signal& signal,
-                                           geodesy::GpsTime time) {
+Source* Interpolator::source_of(const propagation::SatelliteView& view, const gnss::Signal& signal,
+                                geodesy::GpsTime time) {
   const gnss::SatelliteId id = view.line.id;
   const auto [found, is_new] = sources.try_emplace({id, gnss::index_of(signal)});
   if (!is_new) return found->second.get();
-  Waveform waveform(id, signal, *zero);
+  Waveform waveform(id, signal, *whole_second);
   if (waveform.empty()) return nullptr;
   if (waveform.slot_rate_hz() > kMostSlots * made_hz) {
     throw InputError(fmt::format("{} samples per second are too few for {} {}", front_end.rate_hz,
@@ -177,9 +181,8 @@ Source* PathInterpolator::State::source_of(const propagation::SatelliteView& vie
 }
 
 /// Adds a satellite's signal with its paths where it is carried and arrives.
-void PathInterpolator::State::add_signal(const simulation::Epoch& epoch,
-                                         const propagation::SatelliteView& view, const gnss::Signal& signal,
-                                         EpochSignals& now) {
+void Interpolator::add_signal(const simulation::Epoch& epoch, const propagation::SatelliteView& view,
+                              const gnss::Signal& signal, EpochSignals& now) {
   const orbit::LineOfSight& line = view.line;
   const double carrier_hz = gnss::carrier_hz(signal, line.state.carrier_frequency_hz);
   if (!options.signal.antenna.receives(signal::band_of(carrier_hz)) ||
@@ -274,15 +277,15 @@ void PathInterpolator::State::add_signal(const simulation::Epoch& epoch,
   if (!sent.paths.empty()) now.signals.emplace(std::pair(line.id, gnss::index_of(signal)), std::move(sent));
 }
 
-EpochSignals PathInterpolator::State::signals_at(const simulation::Epoch& epoch) {
+EpochSignals Interpolator::signals_at(const simulation::Epoch& epoch) {
   assert(epoch.arrival != nullptr);
   const geodesy::GpsTime time = epoch.truth.time;
-  if (!zero) {
+  if (!whole_second) {
     constexpr std::int64_t kSecond = geodesy::GpsTime::kNanosecondsPerSecond;
-    zero = geodesy::GpsTime::from_nanoseconds(time.nanoseconds() / kSecond * kSecond);
+    whole_second = geodesy::GpsTime::from_nanoseconds(time.nanoseconds() / kSecond * kSecond);
   }
   EpochSignals now;
-  now.reading_s = (time - *zero) + epoch.observed.clock_bias_s - epoch.observed.events.clock_bias_s;
+  now.reading_s = (time - *whole_second) + epoch.observed.clock_bias_s - epoch.observed.events.clock_bias_s;
   model.receive(epoch.arrival->interference, now.waves);
   if (epoch.arrival->placement == raytrace::Placement::Free) {
     for (const propagation::SatelliteView& view : epoch.arrival->views) {
@@ -295,7 +298,7 @@ EpochSignals PathInterpolator::State::signals_at(const simulation::Epoch& epoch)
   return now;
 }
 
-void PathInterpolator::State::count(const EpochSignals& now) {
+void Interpolator::count(const EpochSignals& now) {
   std::map<std::string, std::size_t> satellites;
   std::size_t paths = 0;
   for (const auto& [key, sent] : now.signals) {
@@ -304,17 +307,17 @@ void PathInterpolator::State::count(const EpochSignals& now) {
     paths += sent.paths.size();
   }
   for (const auto& [name, count] : satellites) {
-    contents.satellites[name] = std::max(contents.satellites[name], count);
+    counted.satellites[name] = std::max(counted.satellites[name], count);
   }
-  contents.most_paths = std::max(contents.most_paths, paths);
+  counted.most_paths = std::max(counted.most_paths, paths);
 }
 
 /// Draws the fading of a diffuse path over a segment.
-void PathInterpolator::State::fade(Source& source, const PathAtEpoch& path, const PathAtEpoch* before,
-                                   double length_s, InterpolatedPath& interpolated) {
+void Interpolator::fade(Source& source, const PathAtEpoch& path, const PathAtEpoch* before, double length_s,
+                        InterpolatedPath& interpolated) {
   auto found = source.bundles.find(path.reflector);
   if (found == source.bundles.end()) {
-    RandomStream stream(noise_key, fmt::format("{}/{}", source.name, ++source.drawn));
+    RandomStream stream(run_key, fmt::format("{}/{}", source.name, ++source.drawn));
     const double re = stream.normal(), im = stream.normal();
     found =
         source.bundles.emplace(path.reflector, Source::Bundle{stream, Complex(re, im) * std::sqrt(0.5), 0})
@@ -334,7 +337,7 @@ void PathInterpolator::State::fade(Source& source, const PathAtEpoch& path, cons
   }
 }
 
-Segment PathInterpolator::State::segment_to(const EpochSignals& now) {
+Segment Interpolator::segment_to(const EpochSignals& now) {
   Segment segment;
   segment.waves = last->waves;
   segment.begin_s = last->reading_s;
@@ -379,49 +382,36 @@ Segment PathInterpolator::State::segment_to(const EpochSignals& now) {
   return segment;
 }
 
-void PathInterpolator::State::read_symbols(const gnss::NavigationData& navigation, const EpochSignals& now) {
+void Interpolator::read_symbols(const gnss::NavigationData& navigation, const EpochSignals& now) {
   // Signals travel no longer than this.
   constexpr double kTravel_s = 0.3;
   for (const auto& [key, source] : sources) {
     if (!source || last->signals.count(key) + now.signals.count(key) == 0) continue;
     if (source->waveform.read_symbols(navigation, last->reading_s - kTravel_s, now.reading_s)) continue;
-    if (!std::exchange(source->without_message, true)) contents.without_message.push_back(source->name);
+    if (!std::exchange(source->without_message, true)) counted.without_message.push_back(source->name);
   }
 }
 
-PathInterpolator::PathInterpolator(const receiver::ReceiverOptions& options, std::uint64_t seed,
-                                   const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
-                                   const FrontEnd& front_end, double made_hz)
-    : state_(std::make_unique<State>(options, seed, klobuchar, front_end, made_hz)) {}
-PathInterpolator::~PathInterpolator() = default;
-
-std::optional<Segment> PathInterpolator::next(const simulation::Epoch& epoch) {
-  State& state = *state_;
-  EpochSignals now = state.signals_at(epoch);
+std::optional<Segment> Interpolator::next(const simulation::Epoch& epoch) {
+  EpochSignals now = signals_at(epoch);
   std::optional<Segment> segment;
-  if (state.last) {
-    segment = state.segment_to(now);
+  if (last) {
+    segment = segment_to(now);
     if (!(segment->length_s > 0)) {
       throw InputError("samples: time runs backwards", "give epochs in order of time");
     }
-    if (epoch.navigation != nullptr) state.read_symbols(*epoch.navigation, now);
+    if (epoch.navigation != nullptr) read_symbols(*epoch.navigation, now);
   }
-  state.last = std::move(now);
+  last = std::move(now);
   return segment;
 }
 
-double PathInterpolator::reading_s() const {
-  return state_->last->reading_s;
-}
-geodesy::GpsTime PathInterpolator::zero() const {
-  assert(state_->zero);
-  return *state_->zero;
-}
-const Generator::Contents& PathInterpolator::contents() const {
-  return state_->contents;
-}
-std::uint64_t PathInterpolator::noise_key() const {
-  return state_->noise_key;
+}  // namespace
+
+std::unique_ptr<PathInterpolator> make_path_interpolator(
+    const receiver::ReceiverOptions& options, std::uint64_t seed,
+    const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const FrontEnd& front_end, double made_hz) {
+  return std::make_unique<Interpolator>(options, seed, klobuchar, front_end, made_hz);
 }
 
 }  // namespace canyon::samples

@@ -93,27 +93,22 @@ struct Segment {
 /// Interpolates the paths of all signals that a front end carries between epochs.
 class PathInterpolator {
  public:
-  /// @param made_hz rate of the samples that are made: amplitudes are over their noise
-  /// Throws InputError where the options are out of range, and where signals have no strength.
-  PathInterpolator(const receiver::ReceiverOptions& options, std::uint64_t seed,
-                   const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const FrontEnd& front_end,
-                   double made_hz);
-  ~PathInterpolator();
-
+  virtual ~PathInterpolator() = default;
   /// From the epoch before to this one; empty at the first one. Waveforms have the symbols of the whole
   /// segment, and stay where they are.
-  [[nodiscard]] std::optional<Segment> next(const simulation::Epoch& epoch);
+  [[nodiscard]] virtual std::optional<Segment> next(const simulation::Epoch& epoch) = 0;
   /// The receiver's clock at the last epoch, since zero().
-  [[nodiscard]] double reading_s() const;
+  [[nodiscard]] virtual double reading_s() const = 0;
   /// The whole second that readings count from. Precondition: next() was called.
-  [[nodiscard]] geodesy::GpsTime zero() const;
-  [[nodiscard]] const Generator::Contents& contents() const;
+  [[nodiscard]] virtual geodesy::GpsTime zero() const = 0;
+  [[nodiscard]] virtual const Generator::Contents& contents() const = 0;
   /// Key of the samples' random streams.
-  [[nodiscard]] std::uint64_t noise_key() const;
-
- private:
-  struct State;
-  std::unique_ptr<State> state_;
+  [[nodiscard]] virtual std::uint64_t noise_key() const = 0;
 };
+/// @param made_hz rate of the samples that are made: amplitudes are over their noise
+/// Throws InputError where the options are out of range, and where signals have no strength.
+[[nodiscard]] std::unique_ptr<PathInterpolator> make_path_interpolator(
+    const receiver::ReceiverOptions& options, std::uint64_t seed,
+    const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const FrontEnd& front_end, double made_hz);
 
 }  // namespace canyon::samples
