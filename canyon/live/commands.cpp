@@ -1,5 +1,4 @@
-// Declared in canyon/live/session_impl.hpp.
-#include "canyon/live/session_impl.hpp"
+#include "canyon/live/commands.hpp"
 
 #include <fmt/format.h>
 
@@ -13,7 +12,6 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/epoch_values.hpp"
-#include "canyon/transport/link.hpp"
 
 namespace canyon::live {
 namespace {
@@ -56,7 +54,33 @@ class SessionCommands final : public Commands {
                                  output::no_fix_reason(epoch.observed.fix, epoch.placement)};
   }
   [[nodiscard]] bool stopped() const override { return stop; }
-  [[nodiscard]] std::string answer(std::string_view line) override;
+  [[nodiscard]] std::string answer(std::string_view line) override {
+    constexpr std::string_view kCure = R"(write {"command": "help"})";
+    const std::optional<Json> parsed = Json::try_parse(line);
+    if (!parsed) return one_line(refusal("the line is not JSON", kCure));
+    const Json& command = *parsed;
+    if (!command.is_object()) return one_line(refusal("the line is not a JSON object", kCure));
+    if (!command.contains("command")) return one_line(refusal("the object has no key 'command'", kCure));
+    if (!command["command"].is_string()) return one_line(refusal("'command' is not a text", kCure));
+    const std::string& name = command["command"].text();
+    for (const Entry& entry : entries()) {
+      if (entry.name != name) continue;
+      if (entry.changes && !context.changes) {
+        return one_line(refusal(fmt::format("'{}' changes the simulation, which is switched off", name),
+                                "set live.changes: true in the scenario"));
+      }
+      try {
+        return one_line((this->*entry.run)(command));
+      } catch (const InputError& e) {
+        return one_line(refusal(e.problem(), e.cure()));
+      } catch (const std::exception& e) {
+        return one_line(refusal(e.what(), ""));
+      }
+    }
+    std::vector<std::string> known;
+    for (const Entry& entry : entries()) known.emplace_back(entry.name);
+    return one_line(refusal(fmt::format("no command '{}'", name), known_names(name, known)));
+  }
 
  private:
   struct Entry {
@@ -65,9 +89,35 @@ class SessionCommands final : public Commands {
     const char* help;
     Json (SessionCommands::*run)(const Json&);
   };
-  static const std::vector<Entry>& entries();
+  static const std::vector<Entry>& entries() {
+    static const std::vector<Entry> kEntries{
+        {"help", false, "this list", &SessionCommands::help},
+        {"status", false, "time, counts, and the latest fix of every receiver", &SessionCommands::status},
+        {"options", false, "a receiver's options as they are: {\"receiver\": NAME}",
+         &SessionCommands::options},
+        {"set", true, "changes them; the receiver restarts: {\"receiver\": NAME, \"options\": {KEY: VALUE}}",
+         &SessionCommands::set},
+        {"faults", false, "every receiver's timeline", &SessionCommands::faults},
+        {"add_fault", true,
+         "puts a fault on the timeline, from now on without 'from_s': {\"fault\": {\"duration_s\": 10, KIND: "
+         "{...}}}; 'canyon faults list' has the kinds",
+         &SessionCommands::add_fault},
+        {"end_fault", true, "ends one: {\"name\": NAME}", &SessionCommands::end_fault},
+        {"stop", true, "ends the run", &SessionCommands::end}};
+    return kEntries;
+  }
 
-  void receive(const transport::Received& received);
+  void receive(const transport::Received& received) {
+    constexpr std::size_t kLongestCommand = 65536;
+    readers.of(received.reader, kLongestCommand).receive(received, [&](std::optional<std::string_view> line) {
+      if (line && trim(*line).empty()) return;
+      link->transport().answer(
+          received.reader,
+          line ? answer(*line)
+               : one_line(refusal("a line is too long", "end each command with a line break")));
+    });
+  }
+
   [[nodiscard]] simulation::LiveReceiver& receiver(const Json& command) {
     return context.receivers[simulation::find_receiver(context.scenario, name_in(command, "receiver"))];
   }
@@ -182,61 +232,6 @@ class SessionCommands final : public Commands {
   std::vector<std::optional<Latest>> latest;
   bool stop = false;
 };
-
-const std::vector<SessionCommands::Entry>& SessionCommands::entries() {
-  static const std::vector<Entry> kEntries{
-      {"help", false, "this list", &SessionCommands::help},
-      {"status", false, "time, counts, and the latest fix of every receiver", &SessionCommands::status},
-      {"options", false, "a receiver's options as they are: {\"receiver\": NAME}", &SessionCommands::options},
-      {"set", true, "changes them; the receiver restarts: {\"receiver\": NAME, \"options\": {KEY: VALUE}}",
-       &SessionCommands::set},
-      {"faults", false, "every receiver's timeline", &SessionCommands::faults},
-      {"add_fault", true,
-       "puts a fault on the timeline, from now on without 'from_s': {\"fault\": {\"duration_s\": 10, KIND: "
-       "{...}}}; 'canyon faults list' has the kinds",
-       &SessionCommands::add_fault},
-      {"end_fault", true, "ends one: {\"name\": NAME}", &SessionCommands::end_fault},
-      {"stop", true, "ends the run", &SessionCommands::end}};
-  return kEntries;
-}
-
-void SessionCommands::receive(const transport::Received& received) {
-  constexpr std::size_t kLongestCommand = 65536;
-  readers.of(received.reader, kLongestCommand).receive(received, [&](std::optional<std::string_view> line) {
-    if (line && trim(*line).empty()) return;
-    link->transport().answer(
-        received.reader,
-        line ? answer(*line) : one_line(refusal("a line is too long", "end each command with a line break")));
-  });
-}
-
-std::string SessionCommands::answer(std::string_view line) {
-  constexpr std::string_view kCure = R"(write {"command": "help"})";
-  const std::optional<Json> parsed = Json::try_parse(line);
-  if (!parsed) return one_line(refusal("the line is not JSON", kCure));
-  const Json& command = *parsed;
-  if (!command.is_object()) return one_line(refusal("the line is not a JSON object", kCure));
-  if (!command.contains("command")) return one_line(refusal("the object has no key 'command'", kCure));
-  if (!command["command"].is_string()) return one_line(refusal("'command' is not a text", kCure));
-  const std::string& name = command["command"].text();
-  for (const Entry& entry : entries()) {
-    if (entry.name != name) continue;
-    if (entry.changes && !context.changes) {
-      return one_line(refusal(fmt::format("'{}' changes the simulation, which is switched off", name),
-                              "set live.changes: true in the scenario"));
-    }
-    try {
-      return one_line((this->*entry.run)(command));
-    } catch (const InputError& e) {
-      return one_line(refusal(e.problem(), e.cure()));
-    } catch (const std::exception& e) {
-      return one_line(refusal(e.what(), ""));
-    }
-  }
-  std::vector<std::string> known;
-  for (const Entry& entry : entries()) known.emplace_back(entry.name);
-  return one_line(refusal(fmt::format("no command '{}'", name), known_names(name, known)));
-}
 
 }  // namespace
 
