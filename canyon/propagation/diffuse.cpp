@@ -248,180 +248,170 @@ struct DiffuseScattering::Impl {
     })[hit.triangle];
   }
 
-  void look_around(const Vector3d& antenna, std::vector<Patch>& patches) const;
-  void classify(const Vector3d& direction, DiffuseScratch& s) const;
+  /// Every patch that rays from the antenna meet, and those that they meet over it.
+  void look_around(const Vector3d& antenna, std::vector<Patch>& patches) const {
+    patches.clear();
+    for (std::size_t i = 0; i < sphere.size(); ++i) {
+      Vector3d from = antenna, towards = sphere[i];
+      double way_m = 0, carried = share;
+      bool scattered_before = false;
+      for (int bounce = 0; bounce < options.bounces; ++bounce) {
+        const auto hit =
+            scene->cast({from, towards, options.max_range_m - way_m}, scene->surface_offset_m(from));
+        const double reflected = hit ? reflectance_of(*hit) : 0;
+        if (!(reflected > 0)) break;
+        way_m += hit->range_m;
+        const Vector3d point = from + hit->range_m * towards;
+        Patch patch;
+        if (bounce == 0) {
+          patch.arrival = patch.towards = towards;
+          patch.arrival_m = patch.range_m = hit->range_m;
+          patch.triangle = hit->triangle;
+          patch.instance = hit->instance;
+        } else {
+          patch = patches.back();  // its waves arrive as those before
+          patch.range_m = (point - antenna).norm();
+          patch.towards = (point - antenna) / patch.range_m;
+          patch.detour_m = way_m - patch.range_m;
+        }
+        patch.from = towards;
+        patch.normal = hit->front ? hit->normal : Vector3d(-hit->normal);
+        patch.lifted = point + scene->surface_offset_m(point) * patch.normal;
+        patch.moves = hit->instance != 0;
+        if (!patch.moves) patch.cell = facades.cell(hit->triangle, point, hit->front);
+        patch.cos_seen = std::max(-patch.normal.dot(towards), kLeastCosine);
+        patch.share = carried * reflected * (scattered_before ? 1 : scattered);
+        patches.push_back(patch);
+        carried *= reflected;
+        if (carried < share * 1e-3) break;
+        const double k = static_cast<double>(bounce);
+        if (even(i, 0.7548776662466927 + k) < scattered) {
+          scattered_before = true;
+          towards = lambert_direction(patch.normal, even(i, 0.5698402909980532 + k),
+                                      even(i, 0.8191725133961645 + k));
+        } else {
+          towards += 2 * patch.cos_seen * patch.normal;
+          towards.normalize();
+        }
+        from = patch.lifted;
+      }
+    }
+  }
+
+  /// The patches that face the satellite, by class.
+  void classify(const Vector3d& direction, DiffuseScratch& s) const {
+    PatchArrays& a = s.arrays;
+    const std::size_t count = s.patches.size();
+    light(count, a.normal_x.data(), a.normal_y.data(), a.normal_z.data(), a.towards_x.data(),
+          a.towards_y.data(), a.towards_z.data(), a.half_range_m.data(), a.detour_m.data(), a.share.data(),
+          direction.x(), direction.y(), direction.z(), 1 / options.class_m, a.cos_lit.data(),
+          a.excess_m.data(), a.power.data(), a.bin.data());
+    s.facing.clear();
+    s.patches_of_bin.clear();
+    for (std::uint32_t k = 0; k < count; ++k) {
+      if (!(a.cos_lit[k] > 0)) continue;
+      if (options.lobe_exponent != 0) {
+        const Patch& patch = s.patches[k];
+        const double cos_psi = 2 * a.cos_lit[k] * patch.cos_seen + patch.from.dot(direction);
+        a.power[k] *= power(std::max(0.0, 0.5 + 0.5 * cos_psi), options.lobe_exponent) /
+                      (lobe.at(std::min(1.0, a.cos_lit[k])) * patch.cos_seen);
+      }
+      const auto bin = static_cast<std::size_t>(a.bin[k]);
+      if (bin >= s.patches_of_bin.size()) s.patches_of_bin.resize(bin + 1, 0);
+      ++s.patches_of_bin[bin];
+      s.facing.push_back(k);
+    }
+    s.classes.clear();
+    std::uint32_t first = 0;
+    for (std::uint32_t& patches : s.patches_of_bin) {
+      Class of;
+      of.first = of.last = first;
+      first += patches;
+      s.classes.push_back(of);
+    }
+    s.by_class.resize(s.facing.size());
+    for (const std::uint32_t k : s.facing) {
+      Class& of = s.classes[static_cast<std::size_t>(a.bin[k])];
+      of.power += a.power[k];
+      s.by_class[of.last++] = k;
+    }
+  }
+
   void scatter(const Vector3d& antenna, const Vector3d& direction, DiffuseScratch& s,
-               std::vector<DiffusePath>& result) const;
-  [[nodiscard]] double strength(const DiffusePath& path) const;
+               std::vector<DiffusePath>& result) const {
+    classify(direction, s);
+    std::erase_if(s.classes, [&](const Class& of) { return of.first == of.last || of.power < min_power; });
+    // Strongest first, so that rays are cast only for classes that may still be among the strongest.
+    std::sort(s.classes.begin(), s.classes.end(), [](const Class& a, const Class& b) {
+      return a.power != b.power ? a.power > b.power : a.first < b.first;
+    });
+    const auto stronger = [](const DiffusePath& a, const DiffusePath& b) {
+      return a.power != b.power ? a.power > b.power : a.bin < b.bin;
+    };
+    const auto most = static_cast<std::size_t>(options.max_paths);
+    const FacadeLight::Direction grid_direction = FacadeLight::direction(direction);
+    for (const Class& of : s.classes) {
+      if (result.size() == most && of.power < result.back().power) break;
+      const DiffusePath path = sum_up(antenna, direction, grid_direction, of, s);
+      if (!(path.power > 0 && path.power >= min_power)) continue;
+      if (result.size() == most) {
+        if (!stronger(path, result.back())) continue;
+        result.pop_back();
+      }
+      result.insert(std::upper_bound(result.begin(), result.end(), path, stronger), path);
+    }
+    for (DiffusePath& path : result) path.power *= strength(path);
+    std::sort(result.begin(), result.end(),
+              [](const DiffusePath& a, const DiffusePath& b) { return a.bin < b.bin; });
+  }
+
+  /// By which the class's power is multiplied.
+  [[nodiscard]] double strength(const DiffusePath& path) const {
+    if (options.strength_sigma_db == 0 && options.strength_median_db == 0) return 1;
+    std::uint64_t bits = mix64(root + kGolden64 * path.bin + mix64(path.instance));
+    if (path.instance == 0) {
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto piece = static_cast<std::int64_t>(std::floor(path.point[axis] / options.strength_piece_m));
+        bits = mix64(bits + kGolden64 * static_cast<std::uint64_t>(piece));
+      }
+    }
+    // Heads of 64 tossed coins: normal within 0.03 of its quantiles out to 2.5 deviations.
+    const double normal = (std::popcount(mix64(bits)) - 32) / 4.0;
+    constexpr double kNepersPerDb = 0.23025850929940457;  // ln(10) / 10, of powers
+    return std::exp(kNepersPerDb * (options.strength_median_db + options.strength_sigma_db * normal));
+  }
+
   [[nodiscard]] bool is_lit(Patch& patch, const Vector3d& direction,
-                            const FacadeLight::Direction& grid_direction) const;
+                            const FacadeLight::Direction& grid_direction) const {
+    if (patch.moves) return !scene->occluded({patch.lifted, direction});
+    return facades.sees(patch.cell, grid_direction) &&
+           !scene->occluded_by_instances({patch.lifted, direction});
+  }
+
+  /// A class as it arrives: power 0 where nothing of it is lit.
   [[nodiscard]] DiffusePath sum_up(const Vector3d& antenna, const Vector3d& direction,
                                    const FacadeLight::Direction& grid_direction, const Class& of,
-                                   DiffuseScratch& s) const;
+                                   DiffuseScratch& s) const {
+    DiffusePath path;
+    std::optional<std::uint32_t> strongest;
+    for (std::uint32_t i = of.first; i < of.last; ++i) {
+      const std::uint32_t k = s.by_class[i];
+      if (!is_lit(s.patches[k], direction, grid_direction)) continue;
+      path.power += s.arrays.power[k];
+      path.excess_m += s.arrays.power[k] * s.arrays.excess_m[k];
+      if (!strongest || s.arrays.power[k] > s.arrays.power[*strongest]) strongest = k;
+    }
+    if (!strongest) return path;
+    path.excess_m /= path.power;
+    const Patch& patch = s.patches[*strongest];
+    path.point = antenna + patch.arrival_m * patch.arrival;
+    path.arrival = patch.arrival;
+    path.triangle = patch.triangle;
+    path.instance = patch.instance;
+    path.bin = static_cast<std::uint32_t>(s.arrays.bin[*strongest]);
+    return path;
+  }
 };
-
-/// Every patch that rays from the antenna meet, and those that they meet over it.
-void DiffuseScattering::Impl::look_around(const Vector3d& antenna, std::vector<Patch>& patches) const {
-  patches.clear();
-  for (std::size_t i = 0; i < sphere.size(); ++i) {
-    Vector3d from = antenna, towards = sphere[i];
-    double way_m = 0, carried = share;
-    bool scattered_before = false;
-    for (int bounce = 0; bounce < options.bounces; ++bounce) {
-      const auto hit =
-          scene->cast({from, towards, options.max_range_m - way_m}, scene->surface_offset_m(from));
-      const double reflected = hit ? reflectance_of(*hit) : 0;
-      if (!(reflected > 0)) break;
-      way_m += hit->range_m;
-      const Vector3d point = from + hit->range_m * towards;
-      Patch patch;
-      if (bounce == 0) {
-        patch.arrival = patch.towards = towards;
-        patch.arrival_m = patch.range_m = hit->range_m;
-        patch.triangle = hit->triangle;
-        patch.instance = hit->instance;
-      } else {
-        patch = patches.back();  // its waves arrive as those before
-        patch.range_m = (point - antenna).norm();
-        patch.towards = (point - antenna) / patch.range_m;
-        patch.detour_m = way_m - patch.range_m;
-      }
-      patch.from = towards;
-      patch.normal = hit->front ? hit->normal : Vector3d(-hit->normal);
-      patch.lifted = point + scene->surface_offset_m(point) * patch.normal;
-      patch.moves = hit->instance != 0;
-      if (!patch.moves) patch.cell = facades.cell(hit->triangle, point, hit->front);
-      patch.cos_seen = std::max(-patch.normal.dot(towards), kLeastCosine);
-      patch.share = carried * reflected * (scattered_before ? 1 : scattered);
-      patches.push_back(patch);
-      carried *= reflected;
-      if (carried < share * 1e-3) break;
-      const double k = static_cast<double>(bounce);
-      if (even(i, 0.7548776662466927 + k) < scattered) {
-        scattered_before = true;
-        towards =
-            lambert_direction(patch.normal, even(i, 0.5698402909980532 + k), even(i, 0.8191725133961645 + k));
-      } else {
-        towards += 2 * patch.cos_seen * patch.normal;
-        towards.normalize();
-      }
-      from = patch.lifted;
-    }
-  }
-}
-
-bool DiffuseScattering::Impl::is_lit(Patch& patch, const Vector3d& direction,
-                                     const FacadeLight::Direction& grid_direction) const {
-  if (patch.moves) return !scene->occluded({patch.lifted, direction});
-  return facades.sees(patch.cell, grid_direction) && !scene->occluded_by_instances({patch.lifted, direction});
-}
-
-/// By which the class's power is multiplied.
-double DiffuseScattering::Impl::strength(const DiffusePath& path) const {
-  if (options.strength_sigma_db == 0 && options.strength_median_db == 0) return 1;
-  std::uint64_t bits = mix64(root + kGolden64 * path.bin + mix64(path.instance));
-  if (path.instance == 0) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto piece = static_cast<std::int64_t>(std::floor(path.point[axis] / options.strength_piece_m));
-      bits = mix64(bits + kGolden64 * static_cast<std::uint64_t>(piece));
-    }
-  }
-  // Heads of 64 tossed coins: normal within 0.03 of its quantiles out to 2.5 deviations.
-  const double normal = (std::popcount(mix64(bits)) - 32) / 4.0;
-  constexpr double kNepersPerDb = 0.23025850929940457;  // ln(10) / 10, of powers
-  return std::exp(kNepersPerDb * (options.strength_median_db + options.strength_sigma_db * normal));
-}
-
-/// A class as it arrives: power 0 where nothing of it is lit.
-DiffusePath DiffuseScattering::Impl::sum_up(const Vector3d& antenna, const Vector3d& direction,
-                                            const FacadeLight::Direction& grid_direction, const Class& of,
-                                            DiffuseScratch& s) const {
-  DiffusePath path;
-  std::optional<std::uint32_t> strongest;
-  for (std::uint32_t i = of.first; i < of.last; ++i) {
-    const std::uint32_t k = s.by_class[i];
-    if (!is_lit(s.patches[k], direction, grid_direction)) continue;
-    path.power += s.arrays.power[k];
-    path.excess_m += s.arrays.power[k] * s.arrays.excess_m[k];
-    if (!strongest || s.arrays.power[k] > s.arrays.power[*strongest]) strongest = k;
-  }
-  if (!strongest) return path;
-  path.excess_m /= path.power;
-  const Patch& patch = s.patches[*strongest];
-  path.point = antenna + patch.arrival_m * patch.arrival;
-  path.arrival = patch.arrival;
-  path.triangle = patch.triangle;
-  path.instance = patch.instance;
-  path.bin = static_cast<std::uint32_t>(s.arrays.bin[*strongest]);
-  return path;
-}
-
-/// The patches that face the satellite, by class.
-void DiffuseScattering::Impl::classify(const Vector3d& direction, DiffuseScratch& s) const {
-  PatchArrays& a = s.arrays;
-  const std::size_t count = s.patches.size();
-  light(count, a.normal_x.data(), a.normal_y.data(), a.normal_z.data(), a.towards_x.data(),
-        a.towards_y.data(), a.towards_z.data(), a.half_range_m.data(), a.detour_m.data(), a.share.data(),
-        direction.x(), direction.y(), direction.z(), 1 / options.class_m, a.cos_lit.data(), a.excess_m.data(),
-        a.power.data(), a.bin.data());
-  s.facing.clear();
-  s.patches_of_bin.clear();
-  for (std::uint32_t k = 0; k < count; ++k) {
-    if (!(a.cos_lit[k] > 0)) continue;
-    if (options.lobe_exponent != 0) {
-      const Patch& patch = s.patches[k];
-      const double cos_psi = 2 * a.cos_lit[k] * patch.cos_seen + patch.from.dot(direction);
-      a.power[k] *= power(std::max(0.0, 0.5 + 0.5 * cos_psi), options.lobe_exponent) /
-                    (lobe.at(std::min(1.0, a.cos_lit[k])) * patch.cos_seen);
-    }
-    const auto bin = static_cast<std::size_t>(a.bin[k]);
-    if (bin >= s.patches_of_bin.size()) s.patches_of_bin.resize(bin + 1, 0);
-    ++s.patches_of_bin[bin];
-    s.facing.push_back(k);
-  }
-  s.classes.clear();
-  std::uint32_t first = 0;
-  for (std::uint32_t& patches : s.patches_of_bin) {
-    Class of;
-    of.first = of.last = first;
-    first += patches;
-    s.classes.push_back(of);
-  }
-  s.by_class.resize(s.facing.size());
-  for (const std::uint32_t k : s.facing) {
-    Class& of = s.classes[static_cast<std::size_t>(a.bin[k])];
-    of.power += a.power[k];
-    s.by_class[of.last++] = k;
-  }
-}
-
-void DiffuseScattering::Impl::scatter(const Vector3d& antenna, const Vector3d& direction, DiffuseScratch& s,
-                                      std::vector<DiffusePath>& result) const {
-  classify(direction, s);
-  std::erase_if(s.classes, [&](const Class& of) { return of.first == of.last || of.power < min_power; });
-  // Strongest first, so that rays are cast only for classes that may still be among the strongest.
-  std::sort(s.classes.begin(), s.classes.end(), [](const Class& a, const Class& b) {
-    return a.power != b.power ? a.power > b.power : a.first < b.first;
-  });
-  const auto stronger = [](const DiffusePath& a, const DiffusePath& b) {
-    return a.power != b.power ? a.power > b.power : a.bin < b.bin;
-  };
-  const auto most = static_cast<std::size_t>(options.max_paths);
-  const FacadeLight::Direction grid_direction = FacadeLight::direction(direction);
-  for (const Class& of : s.classes) {
-    if (result.size() == most && of.power < result.back().power) break;
-    const DiffusePath path = sum_up(antenna, direction, grid_direction, of, s);
-    if (!(path.power > 0 && path.power >= min_power)) continue;
-    if (result.size() == most) {
-      if (!stronger(path, result.back())) continue;
-      result.pop_back();
-    }
-    result.insert(std::upper_bound(result.begin(), result.end(), path, stronger), path);
-  }
-  for (DiffusePath& path : result) path.power *= strength(path);
-  std::sort(result.begin(), result.end(),
-            [](const DiffusePath& a, const DiffusePath& b) { return a.bin < b.bin; });
-}
 
 DiffuseScattering::DiffuseScattering(const city::Mesh& city, const raytrace::RayScene& scene,
                                      DiffuseOptions options, std::uint64_t seed) {

@@ -215,198 +215,208 @@ struct Propagator::Impl {
                     : std::nullopt),
         city(mesh, o) {}
 
-  void place(PropagationScratch& s) const;
+  /// Lists the city and the instances as they stand, by id.
+  void place(PropagationScratch& s) const {
+    s.sets.clear();
+    s.sets.push_back({&city, 0, nullptr});
+    for (const raytrace::PlacedInstance& placed : scene->placed_instances()) {
+      const Prepared& prepared = instances.of(
+          placed, [this](const city::Mesh& mesh) { return std::make_unique<const Prepared>(mesh, options); });
+      s.sets.push_back({&prepared, placed.id, &placed.enu_from_instance});
+    }
+  }
+
+  /// Depth of vegetation on the direct ray; empty where something else stands in it.
   [[nodiscard]] std::optional<double> foliage_depth(const Vector3d& antenna, const Vector3d& direction,
-                                                    PropagationScratch& s) const;
+                                                    PropagationScratch& s) const {
+    const double step = scene->surface_offset_m(antenna);
+    double from = step;
+    while (const auto hit = scene->cast({antenna, direction}, from)) {
+      if (s.prepared(hit->instance).skins[hit->triangle].surface != city::Surface::Foliage)
+        return std::nullopt;
+      // The next hit may be at the same place, but a ray cannot go on from there a second time.
+      from = hit->range_m > from ? hit->range_m
+                                 : from + std::max(step, scene->surface_offset_m(antenna + from * direction));
+    }
+    s.inside.clear();
+    for (const PlacedSet& set : s.sets) {
+      if (set.prepared->foliage.empty()) continue;
+      set.prepared->foliage.append_inside(set.pose.moved_back(antenna), set.pose.turned_back(direction),
+                                          s.inside);
+    }
+    return covered_length_m(s.inside);
+  }
+
+  /// Unblocks the satellites that only vegetation hides, and notes how much of it.
   void look_through_foliage(const Vector3d& antenna, std::span<const Vector3d> directions,
-                            std::span<bool> blocked, PropagationScratch& s) const;
+                            std::span<bool> blocked, PropagationScratch& s) const {
+    const bool any = std::any_of(s.sets.begin(), s.sets.end(),
+                                 [](const PlacedSet& set) { return !set.prepared->foliage.empty(); });
+    if (!any) return;
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+      if (!blocked[i]) continue;
+      if (const auto depth = foliage_depth(antenna, directions[i], s)) {
+        blocked[i] = false;
+        s.foliage_m[i] = *depth;
+      }
+    }
+  }
+
   void add_material(const PropagationScratch& s, raytrace::InstanceId instance, std::uint32_t triangle,
-                    Incidence& incidence) const;
+                    Incidence& incidence) const {
+    const Skin& skin = s.prepared(instance).skins[triangle];
+    incidence.material = skin.material;
+    // The ground does not scatter (DiffuseScattering).
+    if (skin.surface != city::Surface::Terrain) incidence.specular_factor = specular_factor;
+  }
+
+  /// Begins `result` with the direct paths; which satellites have none.
   std::span<bool> look(const Vector3d& antenna, std::span<const Vector3d> directions, PropagationScratch& s,
-                       std::span<SatellitePaths> result) const;
+                       std::span<SatellitePaths> result) const {
+    raytrace::check_place(antenna, "the antenna's place");
+    s.rays.clear();
+    for (const Vector3d& direction : directions) {
+      assert(std::abs(direction.squaredNorm() - 1) < 1e-6);
+      s.rays.push_back({antenna, direction});
+    }
+    const std::span<bool> blocked = s.blocked.resize(directions.size());
+    scene->occluded(s.rays, blocked, scene->surface_offset_m(antenna));
+    s.foliage_m.assign(directions.size(), 0);
+    place(s);
+    if (options.model == Model::Specular && options.through_foliage) {
+      look_through_foliage(antenna, directions, blocked, s);
+    }
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+      result[i].paths.clear();
+      if (!blocked[i]) result[i].paths.push_back(direct_path(directions[i], s.foliage_m[i]));
+    }
+    return blocked;
+  }
+
   void add_reflections(const Vector3d& antenna, std::span<const Vector3d> directions, int order,
-                       PropagationScratch& s, std::span<SatellitePaths> result, TracedPlace* place) const;
+                       PropagationScratch& s, std::span<SatellitePaths> result, TracedPlace* place) const {
+    s.placed.clear();
+    for (const PlacedSet& set : s.sets) {
+      const Prepared& of = *set.prepared;
+      s.placed.push_back({&of.facets, &of.beams, &of.occluders, set.instance, set.pose});
+    }
+    const double min_cosine = std::max(kMinCosine, std::cos(options.max_incidence_rad));
+    const double clearance = 2 * scene->surface_offset_m(antenna);
+    const auto lease = places.about(antenna);
+    About* about = lease.get();
+    for (const auto& found : s.first_order.trace(*scene, s.placed, antenna, directions,
+                                                 {options.max_range_m, min_cosine, clearance},
+                                                 about != nullptr ? &about->facets : nullptr)) {
+      Path& path = result[found.satellite].paths.emplace_back(found.path);
+      path.arrival_elevation_rad = elevation_rad(path.arrival);
+      add_material(s, path.instance, path.triangle, path.incidences[0]);
+    }
+    if (order < 2) return;
+    for (const auto& found : s.second_order.trace(
+             *scene, s.placed, antenna, directions, {options.max_range_m, min_cosine, clearance},
+             s.first_order.facing_of_city(), about != nullptr ? &about->pairs : nullptr)) {
+      Path& path = result[found.satellite].paths.emplace_back(found.path);
+      path.arrival_elevation_rad = elevation_rad(path.arrival);
+      add_material(s, path.far_instance, path.far_triangle, path.incidences[0]);
+      add_material(s, path.instance, path.triangle, path.incidences[1]);
+      path.incidences[1].plane_turn_rad =
+          plane_turn_rad((path.point - path.far_point).normalized(), found.far_normal, found.normal);
+      if (place != nullptr) place->far.push_back({found.satellite, path, found.normal, found.far_normal});
+    }
+  }
+
   void add_diffraction(const Vector3d& antenna, std::span<const Vector3d> directions,
                        std::span<const bool> blocked, PropagationScratch& s,
                        const std::span<const KnownEdge>* only, std::span<SatellitePaths> result,
-                       TracedPlace* place) const;
+                       TracedPlace* place) const {
+    const auto found = lists(s.diffracted, directions.size());
+    if (only != nullptr) {
+      diffraction->retrace(antenna, directions, blocked, *only, found);
+    } else {
+      diffraction->trace(antenna, directions, blocked, found);
+    }
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+      for (const DiffractedPath& around : found[i]) {
+        Path& path = result[i].paths.emplace_back();
+        path.kind = PathKind::Diffracted;
+        path.excess_m = around.excess_m;
+        path.point = around.point;
+        path.arrival = around.arrival;
+        path.instance = around.instance;
+        path.reflector = reflector_id(PathKind::Diffracted, {around.instance, around.edge});
+        path.edge_nu = around.nu;
+        if (blocked[i]) path.edge_radius_m = options.edges.edge_radius_m;
+        path.edge_bending_rad = around.bending_rad;
+        path.edge_leg_m = around.leg_m;
+        path.arrival_elevation_rad = elevation_rad(around.arrival);
+        if (place != nullptr && around.instance == 0) {
+          place->edges.push_back({static_cast<std::uint32_t>(i), around.edge});
+        }
+      }
+    }
+  }
+
   void add_diffuse(const Vector3d& antenna, std::span<const Vector3d> directions, PropagationScratch& s,
-                   std::span<SatellitePaths> result, TracedPlace* place) const;
+                   std::span<SatellitePaths> result, TracedPlace* place) const {
+    const auto found = lists(s.diffuse, directions.size());
+    const std::span<bool> wanted = s.wanted.resize(directions.size());
+    std::fill(wanted.begin(), wanted.end(), true);
+    diffuse->trace(antenna, directions, wanted, found);
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+      for (const DiffusePath& scattered : found[i]) {
+        Path& path = result[i].paths.emplace_back();
+        path.kind = PathKind::Diffuse;
+        path.excess_m = scattered.excess_m;
+        path.point = scattered.point;
+        path.arrival = scattered.arrival;
+        path.triangle = scattered.triangle;
+        path.instance = scattered.instance;
+        path.scattered_power = scattered.power;
+        path.reflector = reflector_id(PathKind::Diffuse, {scattered.instance, scattered.bin});
+        path.arrival_elevation_rad = elevation_rad(scattered.arrival);
+        if (place != nullptr)
+          place->far.push_back({static_cast<std::uint32_t>(i), path, Vector3d::Zero(), Vector3d::Zero()});
+      }
+    }
+  }
+
+  /// The paper's algorithm 2 for satellites whose line of sight is blocked.
   void trace_mirror(const Vector3d& antenna, std::span<const Vector3d> directions,
                     std::span<const bool> blocked, PropagationScratch& s,
-                    std::span<SatellitePaths> result) const;
+                    std::span<SatellitePaths> result) const {
+    const double min_range = scene->surface_offset_m(antenna);
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+      if (!blocked[i]) continue;
+      const Vector3d mirrored = mirror_direction(directions[i]);
+      const auto hit = scene->cast({antenna, mirrored, options.max_range_m}, min_range);
+      if (!hit) continue;
+      const Prepared& of = s.prepared(hit->instance);
+      Path path = mirror_path(antenna, directions[i], hit->range_m);
+      path.incidences[0].incidence_rad = std::acos(std::min(1.0, std::abs(mirrored.dot(hit->normal))));
+      path.triangle = hit->triangle;
+      path.instance = hit->instance;
+      path.reflector = reflector_id(PathKind::Reflected, {hit->instance, of.planes[hit->triangle]});
+      path.incidences[0].material = of.skins[hit->triangle].material;
+      result[i].paths.push_back(path);
+    }
+  }
+
   void trace_near(const Vector3d& antenna, std::span<const Vector3d> directions,
-                  std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const;
+                  std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const {
+    assert(directions.size() == result.size());
+    assert(options.model == Model::Specular);
+    PropagationScratch& s = propagation_scratch();
+    const std::span<bool> blocked = look(antenna, directions, s, result);
+    if (options.reflection_order > 0) add_reflections(antenna, directions, 1, s, result, nullptr);
+    if (diffraction) add_diffraction(antenna, directions, blocked, s, &edges, result, nullptr);
+  }
+
   [[nodiscard]] std::vector<StandingInstance> instances_about(const Vector3d& antenna) const {
     return propagation::instances_about(
         *scene, antenna,
         std::max({options.max_range_m, options.edges.max_range_m, options.scattering.max_range_m}));
   }
 };
-
-/// Lists the city and the instances as they stand, by id.
-void Propagator::Impl::place(PropagationScratch& s) const {
-  s.sets.clear();
-  s.sets.push_back({&city, 0, nullptr});
-  for (const raytrace::PlacedInstance& placed : scene->placed_instances()) {
-    const Prepared& prepared = instances.of(
-        placed, [this](const city::Mesh& mesh) { return std::make_unique<const Prepared>(mesh, options); });
-    s.sets.push_back({&prepared, placed.id, &placed.enu_from_instance});
-  }
-}
-
-/// Depth of vegetation on the direct ray; empty where something else stands in it.
-std::optional<double> Propagator::Impl::foliage_depth(const Vector3d& antenna, const Vector3d& direction,
-                                                      PropagationScratch& s) const {
-  const double step = scene->surface_offset_m(antenna);
-  double from = step;
-  while (const auto hit = scene->cast({antenna, direction}, from)) {
-    if (s.prepared(hit->instance).skins[hit->triangle].surface != city::Surface::Foliage) return std::nullopt;
-    // The next hit may be at the same place, but a ray cannot go on from there a second time.
-    from = hit->range_m > from ? hit->range_m
-                               : from + std::max(step, scene->surface_offset_m(antenna + from * direction));
-  }
-  s.inside.clear();
-  for (const PlacedSet& set : s.sets) {
-    if (set.prepared->foliage.empty()) continue;
-    set.prepared->foliage.append_inside(set.pose.moved_back(antenna), set.pose.turned_back(direction),
-                                        s.inside);
-  }
-  return covered_length_m(s.inside);
-}
-
-/// Unblocks the satellites that only vegetation hides, and notes how much of it.
-void Propagator::Impl::look_through_foliage(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                            std::span<bool> blocked, PropagationScratch& s) const {
-  const bool any = std::any_of(s.sets.begin(), s.sets.end(),
-                               [](const PlacedSet& set) { return !set.prepared->foliage.empty(); });
-  if (!any) return;
-  for (std::size_t i = 0; i < directions.size(); ++i) {
-    if (!blocked[i]) continue;
-    if (const auto depth = foliage_depth(antenna, directions[i], s)) {
-      blocked[i] = false;
-      s.foliage_m[i] = *depth;
-    }
-  }
-}
-
-void Propagator::Impl::add_material(const PropagationScratch& s, raytrace::InstanceId instance,
-                                    std::uint32_t triangle, Incidence& incidence) const {
-  const Skin& skin = s.prepared(instance).skins[triangle];
-  incidence.material = skin.material;
-  // The ground does not scatter (DiffuseScattering).
-  if (skin.surface != city::Surface::Terrain) incidence.specular_factor = specular_factor;
-}
-
-void Propagator::Impl::add_reflections(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                       int order, PropagationScratch& s, std::span<SatellitePaths> result,
-                                       TracedPlace* place) const {
-  s.placed.clear();
-  for (const PlacedSet& set : s.sets) {
-    const Prepared& of = *set.prepared;
-    s.placed.push_back({&of.facets, &of.beams, &of.occluders, set.instance, set.pose});
-  }
-  const double min_cosine = std::max(kMinCosine, std::cos(options.max_incidence_rad));
-  const double clearance = 2 * scene->surface_offset_m(antenna);
-  const auto lease = places.about(antenna);
-  About* about = lease.get();
-  for (const auto& found : s.first_order.trace(*scene, s.placed, antenna, directions,
-                                               {options.max_range_m, min_cosine, clearance},
-                                               about != nullptr ? &about->facets : nullptr)) {
-    Path& path = result[found.satellite].paths.emplace_back(found.path);
-    path.arrival_elevation_rad = elevation_rad(path.arrival);
-    add_material(s, path.instance, path.triangle, path.incidences[0]);
-  }
-  if (order < 2) return;
-  for (const auto& found : s.second_order.trace(
-           *scene, s.placed, antenna, directions, {options.max_range_m, min_cosine, clearance},
-           s.first_order.facing_of_city(), about != nullptr ? &about->pairs : nullptr)) {
-    Path& path = result[found.satellite].paths.emplace_back(found.path);
-    path.arrival_elevation_rad = elevation_rad(path.arrival);
-    add_material(s, path.far_instance, path.far_triangle, path.incidences[0]);
-    add_material(s, path.instance, path.triangle, path.incidences[1]);
-    path.incidences[1].plane_turn_rad =
-        plane_turn_rad((path.point - path.far_point).normalized(), found.far_normal, found.normal);
-    if (place != nullptr) place->far.push_back({found.satellite, path, found.normal, found.far_normal});
-  }
-}
-
-void Propagator::Impl::add_diffraction(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                       std::span<const bool> blocked, PropagationScratch& s,
-                                       const std::span<const KnownEdge>* only,
-                                       std::span<SatellitePaths> result, TracedPlace* place) const {
-  const auto found = lists(s.diffracted, directions.size());
-  if (only != nullptr) {
-    diffraction->retrace(antenna, directions, blocked, *only, found);
-  } else {
-    diffraction->trace(antenna, directions, blocked, found);
-  }
-  for (std::size_t i = 0; i < directions.size(); ++i) {
-    for (const DiffractedPath& around : found[i]) {
-      Path& path = result[i].paths.emplace_back();
-      path.kind = PathKind::Diffracted;
-      path.excess_m = around.excess_m;
-      path.point = around.point;
-      path.arrival = around.arrival;
-      path.instance = around.instance;
-      path.reflector = reflector_id(PathKind::Diffracted, {around.instance, around.edge});
-      path.edge_nu = around.nu;
-      if (blocked[i]) path.edge_radius_m = options.edges.edge_radius_m;
-      path.edge_bending_rad = around.bending_rad;
-      path.edge_leg_m = around.leg_m;
-      path.arrival_elevation_rad = elevation_rad(around.arrival);
-      if (place != nullptr && around.instance == 0) {
-        place->edges.push_back({static_cast<std::uint32_t>(i), around.edge});
-      }
-    }
-  }
-}
-
-void Propagator::Impl::add_diffuse(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                   PropagationScratch& s, std::span<SatellitePaths> result,
-                                   TracedPlace* place) const {
-  const auto found = lists(s.diffuse, directions.size());
-  const std::span<bool> wanted = s.wanted.resize(directions.size());
-  std::fill(wanted.begin(), wanted.end(), true);
-  diffuse->trace(antenna, directions, wanted, found);
-  for (std::size_t i = 0; i < directions.size(); ++i) {
-    for (const DiffusePath& scattered : found[i]) {
-      Path& path = result[i].paths.emplace_back();
-      path.kind = PathKind::Diffuse;
-      path.excess_m = scattered.excess_m;
-      path.point = scattered.point;
-      path.arrival = scattered.arrival;
-      path.triangle = scattered.triangle;
-      path.instance = scattered.instance;
-      path.scattered_power = scattered.power;
-      path.reflector = reflector_id(PathKind::Diffuse, {scattered.instance, scattered.bin});
-      path.arrival_elevation_rad = elevation_rad(scattered.arrival);
-      if (place != nullptr)
-        place->far.push_back({static_cast<std::uint32_t>(i), path, Vector3d::Zero(), Vector3d::Zero()});
-    }
-  }
-}
-
-/// The paper's algorithm 2 for satellites whose line of sight is blocked.
-void Propagator::Impl::trace_mirror(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                    std::span<const bool> blocked, PropagationScratch& s,
-                                    std::span<SatellitePaths> result) const {
-  const double min_range = scene->surface_offset_m(antenna);
-  for (std::size_t i = 0; i < directions.size(); ++i) {
-    if (!blocked[i]) continue;
-    const Vector3d mirrored = mirror_direction(directions[i]);
-    const auto hit = scene->cast({antenna, mirrored, options.max_range_m}, min_range);
-    if (!hit) continue;
-    const Prepared& of = s.prepared(hit->instance);
-    Path path = mirror_path(antenna, directions[i], hit->range_m);
-    path.incidences[0].incidence_rad = std::acos(std::min(1.0, std::abs(mirrored.dot(hit->normal))));
-    path.triangle = hit->triangle;
-    path.instance = hit->instance;
-    path.reflector = reflector_id(PathKind::Reflected, {hit->instance, of.planes[hit->triangle]});
-    path.incidences[0].material = of.skins[hit->triangle].material;
-    result[i].paths.push_back(path);
-  }
-}
 
 Propagator::Propagator(const city::Mesh& city, const raytrace::RayScene& scene, PropagationOptions options,
                        std::uint64_t seed) {
@@ -416,29 +426,6 @@ Propagator::Propagator(const city::Mesh& city, const raytrace::RayScene& scene, 
 
 const PropagationOptions& Propagator::options() const {
   return impl_->options;
-}
-
-/// Begins `result` with the direct paths; which satellites have none.
-std::span<bool> Propagator::Impl::look(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                       PropagationScratch& s, std::span<SatellitePaths> result) const {
-  raytrace::check_place(antenna, "the antenna's place");
-  s.rays.clear();
-  for (const Vector3d& direction : directions) {
-    assert(std::abs(direction.squaredNorm() - 1) < 1e-6);
-    s.rays.push_back({antenna, direction});
-  }
-  const std::span<bool> blocked = s.blocked.resize(directions.size());
-  scene->occluded(s.rays, blocked, scene->surface_offset_m(antenna));
-  s.foliage_m.assign(directions.size(), 0);
-  place(s);
-  if (options.model == Model::Specular && options.through_foliage) {
-    look_through_foliage(antenna, directions, blocked, s);
-  }
-  for (std::size_t i = 0; i < directions.size(); ++i) {
-    result[i].paths.clear();
-    if (!blocked[i]) result[i].paths.push_back(direct_path(directions[i], s.foliage_m[i]));
-  }
-  return blocked;
 }
 
 void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> directions,
@@ -458,16 +445,6 @@ void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> direct
     if (impl.diffuse) impl.add_diffuse(antenna, directions, s, result, place);
   }
   for (SatellitePaths& satellite : result) satellite.arrange();
-}
-
-void Propagator::Impl::trace_near(const Vector3d& antenna, std::span<const Vector3d> directions,
-                                  std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const {
-  assert(directions.size() == result.size());
-  assert(options.model == Model::Specular);
-  PropagationScratch& s = propagation_scratch();
-  const std::span<bool> blocked = look(antenna, directions, s, result);
-  if (options.reflection_order > 0) add_reflections(antenna, directions, 1, s, result, nullptr);
-  if (diffraction) add_diffraction(antenna, directions, blocked, s, &edges, result, nullptr);
 }
 
 void Propagator::trace_near(const Vector3d& antenna, std::span<const Vector3d> directions,

@@ -93,10 +93,176 @@ struct Generator::State {
   }
 
   void make(const Segment& segment, std::size_t first, std::size_t samples, std::size_t in_segment,
-            Block& block) const;
-  void interfere(const Segment& segment, double begin_s, Block& block) const;
-  void filter(std::size_t first, std::size_t samples, std::size_t at, Block& block) const;
-  void make_blocks(const Segment& segment, std::size_t end, const Take& take);
+            Block& out) const {
+    thread_local Slots slots;
+    thread_local std::vector<PathBlock> paths;
+    out.clear(samples);
+    const double begin_s = made_s(first), end_s = made_s(first + samples);
+    const auto at = [&](double seconds) { return (seconds - segment.begin_s) / segment.length_s; };
+    const double begin = at(begin_s), end = at(end_s), middle = (begin + end) / 2;
+    const auto count = static_cast<double>(samples);
+    const double least = std::sqrt(kLeastCn0_hz * 2 / made.rate_hz);
+    for (const Segment::Signal& signal : segment.signals) {
+      const double slot_rate = signal.waveform->slot_rate_hz();
+      const double wavelength = kSpeedOfLight / signal.carrier_hz;
+      const double offset_hz = signal.carrier_hz - made.zero_hz();
+      const auto slot_at = [&](const InterpolatedPath& path, double seconds, double s) {
+        return (seconds - path.code_m.at(s) / kSpeedOfLight) * slot_rate;
+      };
+      const auto cycles_at = [&](const InterpolatedPath& path, double seconds, double s) {
+        return offset_hz * seconds - path.carrier_m.at(s) / wavelength;
+      };
+      paths.clear();
+      double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+      for (const InterpolatedPath& from : signal.paths) {
+        Complex amplitude = from.from + middle * (from.to - from.from);
+        if (!from.fading.empty()) {
+          amplitude *= Complex(from.fading[std::min(in_segment, from.fading.size() - 1)]);
+        }
+        if (std::abs(amplitude) < least) continue;
+        PathBlock path;
+        path.slot = slot_at(from, begin_s, begin);
+        path.slots_per_sample = (slot_at(from, end_s, end) - path.slot) / count;
+        const double cycles = cycles_at(from, begin_s, begin);
+        path.cycles_per_sample = (cycles_at(from, end_s, end) - cycles) / count;
+        path.cycles = std::remainder(cycles, 1) + std::arg(amplitude) / kCycle_rad;
+        path.amplitude = std::abs(amplitude);
+        lowest = std::min(lowest, path.slot);
+        highest = std::max(highest, path.slot + path.slots_per_sample * static_cast<double>(out.re.size()));
+        paths.push_back(path);
+      }
+      if (paths.empty()) continue;
+      const double base = std::floor(lowest);
+      // Beyond the end for the last samples that are made together.
+      const auto length =
+          static_cast<std::size_t>(highest - base) + 2 + static_cast<std::size_t>(kMostSlots) * kLanes;
+      signal.waveform->send(static_cast<std::int64_t>(base), length, slots);
+      for (PathBlock& path : paths) {
+        path.slot -= base;
+        add_path(slots, path, out);
+      }
+    }
+    interfere(segment, begin_s, out);
+    if (made.real) {
+      for (float& value : out.re) value *= kSqrt2;
+    }
+    if (front_end.noise) add_noise(interpolator->noise_key() ^ mix64(first + kGolden64), out);
+  }
+
+  void interfere(const Segment& segment, double begin_s, Block& out) const {
+    const double lowest_hz = made.lowest_hz() - made.zero_hz();
+    const double highest_hz = made.highest_hz() - made.zero_hz();
+    const auto band = static_cast<std::size_t>(signal::band_of(front_end.centre_hz));
+    std::uint64_t number = 0;
+    for (const tracking::ReceivedWave& wave : segment.waves) {
+      const std::uint64_t key = mix64(interpolator->noise_key() + ++number * kGolden64);
+      const propagation::Spectrum& spectrum = wave.spectrum;
+      const double amplitude = std::sqrt(wave.over_noise_hz[band] * 2 / made.rate_hz);
+      const double centre_hz = spectrum.centre_hz - made.zero_hz();
+      const auto add = [&](auto value_at) {
+        for (std::size_t n = 0; n < out.re.size(); ++n) {
+          const Complex value = amplitude * value_at(begin_s + static_cast<double>(n) / made.rate_hz);
+          out.re[n] += static_cast<float>(value.real());
+          out.im[n] += static_cast<float>(value.imag());
+        }
+      };
+      switch (spectrum.shape) {
+        case propagation::Spectrum::Shape::Tone:
+          if (centre_hz > lowest_hz && centre_hz < highest_hz) {
+            add_tone(centre_hz * begin_s, centre_hz / made.rate_hz, amplitude, out);
+          }
+          break;
+        case propagation::Spectrum::Shape::Chirp: {
+          // An oscillator that runs free begins each sweep at another phase: with one phase the sweeps would
+          // have lines, which most satellites' code lines miss.
+          double sweep = std::numeric_limits<double>::quiet_NaN(), start_cycles = 0;
+          add([&](double t) {
+            const double index = std::floor(t / spectrum.period_s);
+            if (index != sweep) {
+              sweep = index;
+              start_cycles =
+                  keyed_stream(key ^ mix64(static_cast<std::uint64_t>(static_cast<std::int64_t>(index))))
+                      .uniform();
+            }
+            const double into_s = t - index * spectrum.period_s;
+            const double slope = spectrum.width_hz / spectrum.period_s;
+            const double hz = centre_hz - spectrum.width_hz / 2 + slope * into_s;
+            if (hz <= lowest_hz || hz >= highest_hz) return Complex();
+            const double cycles =
+                (centre_hz - spectrum.width_hz / 2 + slope / 2 * into_s) * into_s + start_cycles;
+            return std::polar(1.0, kCycle_rad * std::remainder(cycles, 1));
+          });
+          break;
+        }
+        case propagation::Spectrum::Shape::Band: {
+          const double low = std::max(centre_hz - spectrum.width_hz / 2, lowest_hz);
+          const double high = std::min(centre_hz + spectrum.width_hz / 2, highest_hz);
+          if (!(high > low)) break;
+          const double share = std::sqrt((high - low) / spectrum.width_hz);
+          const BandNoise noise(key, begin_s, begin_s + static_cast<double>(out.re.size()) / made.rate_hz,
+                                high - low);
+          add([&](double t) {
+            return share * noise.at(t) *
+                   std::polar(1.0, kCycle_rad * std::remainder((low + high) / 2 * t, 1));
+          });
+          break;
+        }
+        case propagation::Spectrum::Shape::Code:
+          break;  // a copy: its satellite's view has its path
+      }
+    }
+  }
+
+  /// @param first of the block @param at where its samples begin behind the history
+  void filter(std::size_t first, std::size_t samples, std::size_t at, Block& block) const {
+    assert(at + per_sample * (samples - 1) + taps.size() <= unfiltered_re.size());
+    block.clear(samples);
+    decimate(unfiltered_re.data() + at, taps, per_sample, samples, block.re.data());
+    decimate(unfiltered_im.data() + at, taps, per_sample, samples, block.im.data());
+    if (front_end.intermediate_hz == 0) return;
+    const double begin_s = *first_s + static_cast<double>(first) / front_end.rate_hz;
+    turn(front_end.intermediate_hz * begin_s, front_end.intermediate_hz / front_end.rate_hz, block);
+  }
+
+  /// From `sample` to `end`, in blocks of block_samples.
+  void make_blocks(const Segment& segment, std::size_t end, const Take& take) {
+    const std::size_t size = block_samples;
+    for (std::size_t in_segment = 0; sample < end;) {
+      const std::size_t count = std::min(kBlocksAtOnce, (end - sample + size - 1) / size);
+      const auto samples_of = [&](std::size_t i) { return std::min(size, end - sample - i * size); };
+      const std::size_t all = std::min(end - sample, count * size);
+      if (!taps.empty()) {
+        // The last sums reach over the taps that are zeros.
+        unfiltered_re.resize(history + all * per_sample + kLanes);
+        unfiltered_im.resize(history + all * per_sample + kLanes);
+      }
+      arena.execute([&] {
+        tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+          const std::size_t first = sample + i * size;
+          make(segment, first * per_sample, samples_of(i) * per_sample, in_segment + i, blocks[i]);
+          if (taps.empty()) return;
+          const auto at = static_cast<std::ptrdiff_t>(history + i * size * per_sample);
+          const auto made_here = static_cast<std::ptrdiff_t>(samples_of(i) * per_sample);
+          std::copy_n(blocks[i].re.begin(), made_here, unfiltered_re.begin() + at);
+          std::copy_n(blocks[i].im.begin(), made_here, unfiltered_im.begin() + at);
+        });
+        if (taps.empty()) return;
+        tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+          filter(sample + i * size, samples_of(i), i * size * per_sample, blocks[i]);
+        });
+      });
+      if (!taps.empty()) {
+        for (std::vector<float>* unfiltered : {&unfiltered_re, &unfiltered_im}) {
+          const auto from = unfiltered->begin() + static_cast<std::ptrdiff_t>(all * per_sample);
+          std::copy_n(from, history, unfiltered->begin());
+        }
+      }
+      for (std::size_t i = 0; i < count; ++i) take(blocks[i], samples_of(i));
+      sample += all;
+      in_segment += count;
+    }
+  }
+
   /// Time of a sample that is made.
   [[nodiscard]] double made_s(std::size_t number) const {
     return *first_s + static_cast<double>(number) / made.rate_hz + lead_s;
@@ -117,176 +283,6 @@ struct Generator::State {
   std::vector<Block> blocks{kBlocksAtOnce};
   std::vector<float> unfiltered_re, unfiltered_im;  // history, then those of the blocks
 };
-
-void Generator::State::make(const Segment& segment, std::size_t first, std::size_t samples,
-                            std::size_t in_segment, Block& out) const {
-  thread_local Slots slots;
-  thread_local std::vector<PathBlock> paths;
-  out.clear(samples);
-  const double begin_s = made_s(first), end_s = made_s(first + samples);
-  const auto at = [&](double seconds) { return (seconds - segment.begin_s) / segment.length_s; };
-  const double begin = at(begin_s), end = at(end_s), middle = (begin + end) / 2;
-  const auto count = static_cast<double>(samples);
-  const double least = std::sqrt(kLeastCn0_hz * 2 / made.rate_hz);
-  for (const Segment::Signal& signal : segment.signals) {
-    const double slot_rate = signal.waveform->slot_rate_hz();
-    const double wavelength = kSpeedOfLight / signal.carrier_hz;
-    const double offset_hz = signal.carrier_hz - made.zero_hz();
-    const auto slot_at = [&](const InterpolatedPath& path, double seconds, double s) {
-      return (seconds - path.code_m.at(s) / kSpeedOfLight) * slot_rate;
-    };
-    const auto cycles_at = [&](const InterpolatedPath& path, double seconds, double s) {
-      return offset_hz * seconds - path.carrier_m.at(s) / wavelength;
-    };
-    paths.clear();
-    double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
-    for (const InterpolatedPath& from : signal.paths) {
-      Complex amplitude = from.from + middle * (from.to - from.from);
-      if (!from.fading.empty()) {
-        amplitude *= Complex(from.fading[std::min(in_segment, from.fading.size() - 1)]);
-      }
-      if (std::abs(amplitude) < least) continue;
-      PathBlock path;
-      path.slot = slot_at(from, begin_s, begin);
-      path.slots_per_sample = (slot_at(from, end_s, end) - path.slot) / count;
-      const double cycles = cycles_at(from, begin_s, begin);
-      path.cycles_per_sample = (cycles_at(from, end_s, end) - cycles) / count;
-      path.cycles = std::remainder(cycles, 1) + std::arg(amplitude) / kCycle_rad;
-      path.amplitude = std::abs(amplitude);
-      lowest = std::min(lowest, path.slot);
-      highest = std::max(highest, path.slot + path.slots_per_sample * static_cast<double>(out.re.size()));
-      paths.push_back(path);
-    }
-    if (paths.empty()) continue;
-    const double base = std::floor(lowest);
-    // Beyond the end for the last samples that are made together.
-    const auto length =
-        static_cast<std::size_t>(highest - base) + 2 + static_cast<std::size_t>(kMostSlots) * kLanes;
-    signal.waveform->send(static_cast<std::int64_t>(base), length, slots);
-    for (PathBlock& path : paths) {
-      path.slot -= base;
-      add_path(slots, path, out);
-    }
-  }
-  interfere(segment, begin_s, out);
-  if (made.real) {
-    for (float& value : out.re) value *= kSqrt2;
-  }
-  if (front_end.noise) add_noise(interpolator->noise_key() ^ mix64(first + kGolden64), out);
-}
-
-void Generator::State::interfere(const Segment& segment, double begin_s, Block& out) const {
-  const double lowest_hz = made.lowest_hz() - made.zero_hz();
-  const double highest_hz = made.highest_hz() - made.zero_hz();
-  const auto band = static_cast<std::size_t>(signal::band_of(front_end.centre_hz));
-  std::uint64_t number = 0;
-  for (const tracking::ReceivedWave& wave : segment.waves) {
-    const std::uint64_t key = mix64(interpolator->noise_key() + ++number * kGolden64);
-    const propagation::Spectrum& spectrum = wave.spectrum;
-    const double amplitude = std::sqrt(wave.over_noise_hz[band] * 2 / made.rate_hz);
-    const double centre_hz = spectrum.centre_hz - made.zero_hz();
-    const auto add = [&](auto value_at) {
-      for (std::size_t n = 0; n < out.re.size(); ++n) {
-        const Complex value = amplitude * value_at(begin_s + static_cast<double>(n) / made.rate_hz);
-        out.re[n] += static_cast<float>(value.real());
-        out.im[n] += static_cast<float>(value.imag());
-      }
-    };
-    switch (spectrum.shape) {
-      case propagation::Spectrum::Shape::Tone:
-        if (centre_hz > lowest_hz && centre_hz < highest_hz) {
-          add_tone(centre_hz * begin_s, centre_hz / made.rate_hz, amplitude, out);
-        }
-        break;
-      case propagation::Spectrum::Shape::Chirp: {
-        // An oscillator that runs free begins each sweep at another phase: with one phase the sweeps would
-        // have lines, which most satellites' code lines miss.
-        double sweep = std::numeric_limits<double>::quiet_NaN(), start_cycles = 0;
-        add([&](double t) {
-          const double index = std::floor(t / spectrum.period_s);
-          if (index != sweep) {
-            sweep = index;
-            start_cycles =
-                keyed_stream(key ^ mix64(static_cast<std::uint64_t>(static_cast<std::int64_t>(index))))
-                    .uniform();
-          }
-          const double into_s = t - index * spectrum.period_s;
-          const double slope = spectrum.width_hz / spectrum.period_s;
-          const double hz = centre_hz - spectrum.width_hz / 2 + slope * into_s;
-          if (hz <= lowest_hz || hz >= highest_hz) return Complex();
-          const double cycles =
-              (centre_hz - spectrum.width_hz / 2 + slope / 2 * into_s) * into_s + start_cycles;
-          return std::polar(1.0, kCycle_rad * std::remainder(cycles, 1));
-        });
-        break;
-      }
-      case propagation::Spectrum::Shape::Band: {
-        const double low = std::max(centre_hz - spectrum.width_hz / 2, lowest_hz);
-        const double high = std::min(centre_hz + spectrum.width_hz / 2, highest_hz);
-        if (!(high > low)) break;
-        const double share = std::sqrt((high - low) / spectrum.width_hz);
-        const BandNoise noise(key, begin_s, begin_s + static_cast<double>(out.re.size()) / made.rate_hz,
-                              high - low);
-        add([&](double t) {
-          return share * noise.at(t) * std::polar(1.0, kCycle_rad * std::remainder((low + high) / 2 * t, 1));
-        });
-        break;
-      }
-      case propagation::Spectrum::Shape::Code:
-        break;  // a copy: its satellite's view has its path
-    }
-  }
-}
-
-/// @param first of the block @param at where its samples begin behind the history
-void Generator::State::filter(std::size_t first, std::size_t samples, std::size_t at, Block& block) const {
-  assert(at + per_sample * (samples - 1) + taps.size() <= unfiltered_re.size());
-  block.clear(samples);
-  decimate(unfiltered_re.data() + at, taps, per_sample, samples, block.re.data());
-  decimate(unfiltered_im.data() + at, taps, per_sample, samples, block.im.data());
-  if (front_end.intermediate_hz == 0) return;
-  const double begin_s = *first_s + static_cast<double>(first) / front_end.rate_hz;
-  turn(front_end.intermediate_hz * begin_s, front_end.intermediate_hz / front_end.rate_hz, block);
-}
-
-/// From `sample` to `end`, in blocks of block_samples.
-void Generator::State::make_blocks(const Segment& segment, std::size_t end, const Take& take) {
-  const std::size_t size = block_samples;
-  for (std::size_t in_segment = 0; sample < end;) {
-    const std::size_t count = std::min(kBlocksAtOnce, (end - sample + size - 1) / size);
-    const auto samples_of = [&](std::size_t i) { return std::min(size, end - sample - i * size); };
-    const std::size_t all = std::min(end - sample, count * size);
-    if (!taps.empty()) {
-      // The last sums reach over the taps that are zeros.
-      unfiltered_re.resize(history + all * per_sample + kLanes);
-      unfiltered_im.resize(history + all * per_sample + kLanes);
-    }
-    arena.execute([&] {
-      tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-        const std::size_t first = sample + i * size;
-        make(segment, first * per_sample, samples_of(i) * per_sample, in_segment + i, blocks[i]);
-        if (taps.empty()) return;
-        const auto at = static_cast<std::ptrdiff_t>(history + i * size * per_sample);
-        const auto made_here = static_cast<std::ptrdiff_t>(samples_of(i) * per_sample);
-        std::copy_n(blocks[i].re.begin(), made_here, unfiltered_re.begin() + at);
-        std::copy_n(blocks[i].im.begin(), made_here, unfiltered_im.begin() + at);
-      });
-      if (taps.empty()) return;
-      tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-        filter(sample + i * size, samples_of(i), i * size * per_sample, blocks[i]);
-      });
-    });
-    if (!taps.empty()) {
-      for (std::vector<float>* unfiltered : {&unfiltered_re, &unfiltered_im}) {
-        const auto from = unfiltered->begin() + static_cast<std::ptrdiff_t>(all * per_sample);
-        std::copy_n(from, history, unfiltered->begin());
-      }
-    }
-    for (std::size_t i = 0; i < count; ++i) take(blocks[i], samples_of(i));
-    sample += all;
-    in_segment += count;
-  }
-}
 
 Generator::Generator(const receiver::ReceiverOptions& options, std::uint64_t seed,
                      const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const FrontEnd& front_end,

@@ -91,24 +91,152 @@ struct LiveReceiver::Impl {
   }
   /// The host's time of the last step, or of the first one.
   [[nodiscard]] double now_s() const { return std::max(last_s, 0.0); }
-  [[nodiscard]] std::shared_ptr<const BuiltSky> make_sky(GpsTime from) const;
-  void use_sky(std::shared_ptr<const BuiltSky> other, GpsTime from);
-  void check(const ReceiverConfig& other) const;
-  void check_base() const;
-  void make_base();
-  void make_links();
+  [[nodiscard]] std::shared_ptr<const BuiltSky> make_sky(GpsTime from) const {
+    const GpsTime to = config.sky.nominal ? from + kSkySpan_s : from;
+    return std::make_shared<const BuiltSky>(build_sky(config.sky, from, to, scene->city.frame.origin()));
+  }
+
+  void use_sky(std::shared_ptr<const BuiltSky> other, GpsTime from) {
+    sky = std::move(other);
+    sky_begin = from;
+    make_environment();
+  }
+
+  void check(const ReceiverConfig& other) const {
+    other.options.validate();
+    other.propagation.validate();
+    other.streets.validate();
+    if (other.options.dead_reckoning.enabled && !config.with_sensors) {
+      throw InputError(
+          fmt::format("receiver '{}' has dead reckoning, and nobody gives it the vehicle's sensors",
+                      other.options.name),
+          "run it by canyon simulate or canyon live with sensors: {imu: {}} (hosts give none yet), or set "
+          "dead_reckoning: {enabled: false}");
+    }
+    check_sensors(config.sensors, other);
+    if (other.options.ionosphere || other.options.fix.correct_ionosphere) require_ionosphere(*sky);
+  }
+
+  void check_base() const { check_corrections(config.receivers, 0); }
+
+  void make_base() {
+    if (auto& fixed = config.receivers[1].fixed) fixed->settle(scene->city.frame);
+    LiveConfig of_base = config;
+    of_base.receivers.erase(of_base.receivers.begin());
+    base = std::make_unique<LiveReceiver>(std::move(of_base), scene, start, sky);
+    (void)base->take_warnings();  // of the same configuration
+    make_links();
+  }
+
+  void make_links() {
+    if (!base) return;
+    std::vector<ReceiverConfig> receivers = config.receivers;
+    receivers[1].options.corrections = {};
+    links.emplace(receivers, config.seed);
+  }
+
   /// Makes the epochs of receiver and base in `step`, whose arrival is there.
-  void make_epochs(double seconds, const Pose& truth, Step& step);
-  Step observe_base(double seconds, GpsTime t);
+  void make_epochs(double seconds, const Pose& truth, Step& step) {
+    if (!base) {
+      step.epoch = make_epoch(truth, step.arrival);
+      return;
+    }
+    const std::array<DueEpoch, 2> due{{{1, truth.time}, {0, truth.time}}};
+    auto of_base = std::make_shared<Step>();
+    links->make_epochs(due, false, [&](std::size_t i, auto came) -> Epoch& {
+      if (due[i].receiver == 1) {
+        *of_base = observe_base(seconds, truth.time);
+        return of_base->epoch;
+      }
+      if (came) corrections = std::move(came);
+      return step.epoch = make_epoch(truth, step.arrival);
+    });
+    for (std::string& line : base->take_warnings()) {
+      warnings.push_back(fmt::format("{}: {}", config.base()->options.name, line));
+    }
+    step.base = std::move(of_base);
+  }
+
+  Step observe_base(double seconds, GpsTime t) {
+    const std::optional<FixedPlace>& fixed = config.base()->fixed;
+    if (fixed) return base->observe(seconds, antenna_state({t, fixed->place}, scene->city.frame));
+    return moving_base != nullptr ? base->observe(seconds, *moving_base) : base->lose(seconds);
+  }
+
   /// Makes the receiver's own epoch.
-  Epoch make_epoch(const Pose& truth, propagation::Arrival& arrival);
-  void make_environment();
-  GpsTime go_to(double seconds);
+  Epoch make_epoch(const Pose& truth, propagation::Arrival& arrival) {
+    arrival.messages = unowned(sky->navigation);
+    const auto given = std::exchange(corrections, nullptr);
+    if (felt) felt->readings = {};
+    if (felt && samples != nullptr) felt->readings = readings_of(*samples, config.sensors, start);
+    Epoch epoch =
+        simulation::make_epoch(receiver, truth, arrival, environment, given.get(), felt ? &*felt : nullptr);
+    epoch.sensors = samples;
+    const auto warning = receiver::wrong_station_warning(epoch.observed.station_offset_m);
+    if (warning && !std::exchange(warned_of_station, true)) warnings.push_back(*warning);
+    epoch.geoid_undulation_m = config.city.sea_level.geoid_undulation_m.value_or(epoch.geoid_undulation_m);
+    return epoch;
+  }
+
+  void make_environment() {
+    arrivals.reset();
+    environment = simulation::make_environment(scene, *sky, config.sky, config.seed);
+    faults->set_surroundings(surroundings(scene, sky->sky));
+  }
+
+  GpsTime go_to(double seconds) {
+    if (!std::isfinite(seconds) || std::abs(seconds) > 1e9) {
+      throw InputError(fmt::format("the host's time {} s is out of range", seconds));
+    }
+    if (seconds < last_s) restart();
+    const GpsTime t = start + seconds;
+    bring_sky_to(t);
+    last_s = seconds;
+    return t;
+  }
+
   /// Whether the host put the antenna elsewhere since the step before.
-  void look_for_jump(GpsTime t, const AntennaState& antenna);
-  void restart();
-  void begin_anew();
-  void bring_sky_to(GpsTime t);
+  void look_for_jump(GpsTime t, const AntennaState& antenna) {
+    const double stated_mps = antenna.velocity_enu_mps.norm();
+    const auto before =
+        std::exchange(last_place, Place{t, antenna.position_enu_m, std::max(stated_mps, kTeleport_mps / 2)});
+    if (!before) return;
+    const double step_s = t - before->time;
+    const double way_m = (antenna.position_enu_m - before->enu_m).norm();
+    last_place->speed_mps = step_s > 0 ? std::max(stated_mps, way_m / step_s) : before->speed_mps;
+    const double reach_m = kSlack_m + 2 * before->speed_mps * step_s +
+                           std::min(kHardest_mps2 * step_s / 2, kTeleport_mps) * step_s;
+    if (antenna.continuous || way_m <= reach_m) return;
+    *put_elsewhere = t;
+    road->clear();
+    warnings.push_back(fmt::format(
+        "the antenna was put {:.0f} m away at {:.1f} s: the receiver restarts, as after a hot start", way_m,
+        t - start));
+  }
+
+  void restart() {
+    faults = make_faults();
+    begin_anew();
+    if (base) base->restart();
+  }
+
+  void begin_anew() {
+    if (arrivals) arrivals->forget();
+    road->clear();
+    corrections.reset();
+    make_links();
+    put_elsewhere->reset();
+    last_place.reset();
+    receiver = make_receiver();
+    last_s = -std::numeric_limits<double>::infinity();
+    said_empty = false;
+  }
+
+  // Only nominal orbits can be made for any time.
+  void bring_sky_to(GpsTime t) {
+    if (!config.sky.nominal) return;
+    if (t - sky_begin < 0 || t - sky_begin > kSkySpan_s) use_sky(make_sky(t), t);
+  }
 
   /// The antenna's place at a step.
   struct Place {
@@ -142,152 +270,6 @@ struct LiveReceiver::Impl {
   const SensorBatch* samples = nullptr;                      // of the step
   const AntennaState* moving_base = nullptr;                 // of the step
 };
-
-std::shared_ptr<const BuiltSky> LiveReceiver::Impl::make_sky(GpsTime from) const {
-  const GpsTime to = config.sky.nominal ? from + kSkySpan_s : from;
-  return std::make_shared<const BuiltSky>(build_sky(config.sky, from, to, scene->city.frame.origin()));
-}
-
-void LiveReceiver::Impl::use_sky(std::shared_ptr<const BuiltSky> other, GpsTime from) {
-  sky = std::move(other);
-  sky_begin = from;
-  make_environment();
-}
-
-void LiveReceiver::Impl::check(const ReceiverConfig& other) const {
-  other.options.validate();
-  other.propagation.validate();
-  other.streets.validate();
-  if (other.options.dead_reckoning.enabled && !config.with_sensors) {
-    throw InputError(
-        fmt::format("receiver '{}' has dead reckoning, and nobody gives it the vehicle's sensors",
-                    other.options.name),
-        "run it by canyon simulate or canyon live with sensors: {imu: {}} (hosts give none yet), or set "
-        "dead_reckoning: {enabled: false}");
-  }
-  check_sensors(config.sensors, other);
-  if (other.options.ionosphere || other.options.fix.correct_ionosphere) require_ionosphere(*sky);
-}
-
-void LiveReceiver::Impl::check_base() const {
-  check_corrections(config.receivers, 0);
-}
-
-void LiveReceiver::Impl::make_base() {
-  if (auto& fixed = config.receivers[1].fixed) fixed->settle(scene->city.frame);
-  LiveConfig of_base = config;
-  of_base.receivers.erase(of_base.receivers.begin());
-  base = std::make_unique<LiveReceiver>(std::move(of_base), scene, start, sky);
-  (void)base->take_warnings();  // of the same configuration
-  make_links();
-}
-
-void LiveReceiver::Impl::make_links() {
-  if (!base) return;
-  std::vector<ReceiverConfig> receivers = config.receivers;
-  receivers[1].options.corrections = {};
-  links.emplace(receivers, config.seed);
-}
-
-void LiveReceiver::Impl::make_epochs(double seconds, const Pose& truth, Step& step) {
-  if (!base) {
-    step.epoch = make_epoch(truth, step.arrival);
-    return;
-  }
-  const std::array<DueEpoch, 2> due{{{1, truth.time}, {0, truth.time}}};
-  auto of_base = std::make_shared<Step>();
-  links->make_epochs(due, false, [&](std::size_t i, auto came) -> Epoch& {
-    if (due[i].receiver == 1) {
-      *of_base = observe_base(seconds, truth.time);
-      return of_base->epoch;
-    }
-    if (came) corrections = std::move(came);
-    return step.epoch = make_epoch(truth, step.arrival);
-  });
-  for (std::string& line : base->take_warnings()) {
-    warnings.push_back(fmt::format("{}: {}", config.base()->options.name, line));
-  }
-  step.base = std::move(of_base);
-}
-
-LiveReceiver::Step LiveReceiver::Impl::observe_base(double seconds, GpsTime t) {
-  const std::optional<FixedPlace>& fixed = config.base()->fixed;
-  if (fixed) return base->observe(seconds, antenna_state({t, fixed->place}, scene->city.frame));
-  return moving_base != nullptr ? base->observe(seconds, *moving_base) : base->lose(seconds);
-}
-
-Epoch LiveReceiver::Impl::make_epoch(const Pose& truth, propagation::Arrival& arrival) {
-  arrival.messages = unowned(sky->navigation);
-  const auto given = std::exchange(corrections, nullptr);
-  if (felt) felt->readings = {};
-  if (felt && samples != nullptr) felt->readings = readings_of(*samples, config.sensors, start);
-  Epoch epoch =
-      simulation::make_epoch(receiver, truth, arrival, environment, given.get(), felt ? &*felt : nullptr);
-  epoch.sensors = samples;
-  const auto warning = receiver::wrong_station_warning(epoch.observed.station_offset_m);
-  if (warning && !std::exchange(warned_of_station, true)) warnings.push_back(*warning);
-  epoch.geoid_undulation_m = config.city.sea_level.geoid_undulation_m.value_or(epoch.geoid_undulation_m);
-  return epoch;
-}
-
-void LiveReceiver::Impl::begin_anew() {
-  if (arrivals) arrivals->forget();
-  road->clear();
-  corrections.reset();
-  make_links();
-  put_elsewhere->reset();
-  last_place.reset();
-  receiver = make_receiver();
-  last_s = -std::numeric_limits<double>::infinity();
-  said_empty = false;
-}
-
-void LiveReceiver::Impl::make_environment() {
-  arrivals.reset();
-  environment = simulation::make_environment(scene, *sky, config.sky, config.seed);
-  faults->set_surroundings(surroundings(scene, sky->sky));
-}
-
-void LiveReceiver::Impl::restart() {
-  faults = make_faults();
-  begin_anew();
-  if (base) base->restart();
-}
-
-GpsTime LiveReceiver::Impl::go_to(double seconds) {
-  if (!std::isfinite(seconds) || std::abs(seconds) > 1e9) {
-    throw InputError(fmt::format("the host's time {} s is out of range", seconds));
-  }
-  if (seconds < last_s) restart();
-  const GpsTime t = start + seconds;
-  bring_sky_to(t);
-  last_s = seconds;
-  return t;
-}
-
-void LiveReceiver::Impl::look_for_jump(GpsTime t, const AntennaState& antenna) {
-  const double stated_mps = antenna.velocity_enu_mps.norm();
-  const auto before =
-      std::exchange(last_place, Place{t, antenna.position_enu_m, std::max(stated_mps, kTeleport_mps / 2)});
-  if (!before) return;
-  const double step_s = t - before->time;
-  const double way_m = (antenna.position_enu_m - before->enu_m).norm();
-  last_place->speed_mps = step_s > 0 ? std::max(stated_mps, way_m / step_s) : before->speed_mps;
-  const double reach_m = kSlack_m + 2 * before->speed_mps * step_s +
-                         std::min(kHardest_mps2 * step_s / 2, kTeleport_mps) * step_s;
-  if (antenna.continuous || way_m <= reach_m) return;
-  *put_elsewhere = t;
-  road->clear();
-  warnings.push_back(fmt::format(
-      "the antenna was put {:.0f} m away at {:.1f} s: the receiver restarts, as after a hot start", way_m,
-      t - start));
-}
-
-// Only nominal orbits can be made for any time.
-void LiveReceiver::Impl::bring_sky_to(GpsTime t) {
-  if (!config.sky.nominal) return;
-  if (t - sky_begin < 0 || t - sky_begin > kSkySpan_s) use_sky(make_sky(t), t);
-}
 
 LiveReceiver::LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
                            std::shared_ptr<const BuiltSky> sky)

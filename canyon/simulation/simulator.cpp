@@ -61,6 +61,10 @@ class Progress {
   Clock::time_point last_ = Clock::now();
 };
 
+bool is_set(const std::atomic<bool>* stop) {
+  return stop != nullptr && stop->load();
+}
+
 }  // namespace
 
 struct Simulation::Impl {
@@ -99,13 +103,96 @@ struct Simulation::Impl {
   [[nodiscard]] Pose vehicle_pose(GpsTime t) const {
     return simulation::vehicle_pose(scenario, plan.trajectory, environment, t);
   }
-  [[nodiscard]] std::vector<receiver::Receiver> make_receivers() const;
-  [[nodiscard]] SensorRun make_sensors() const;
-  [[nodiscard]] std::optional<SensorRun> make_sensors(const std::vector<EpochSink*>& sinks) const;
-  [[nodiscard]] Pose antenna_pose(std::size_t receiver, GpsTime t) const;
+  [[nodiscard]] std::vector<receiver::Receiver> make_receivers() const {
+    std::vector<receiver::Receiver> receivers;
+    const std::shared_ptr<const disturbance::Road> way =
+        road_of(scenario, plan.trajectory, environment.city().frame);
+    for (const ReceiverConfig& config : scenario.receivers) {
+      std::vector<disturbance::Source> sources;
+      auto faults =
+          std::make_shared<disturbance::FaultTimeline>(plan.begin, scenario.faults, config.options.name);
+      faults->set_surroundings(surroundings(city_scene, sky.sky));
+      if (!faults->empty()) sources.push_back(disturbance::FaultTimeline::source(faults));
+      receivers.push_back(make_receiver(config, scenario.seed, environment, way, sources));
+    }
+    return receivers;
+  }
+
+  [[nodiscard]] SensorRun make_sensors() const {
+    return SensorRun(
+        scenario.sensors, scenario.seed, plan.begin,
+        [this](GpsTime t) { return plan.trajectory.ecef_pose(t); },
+        [this](GpsTime t) { return vehicle_pose(t); }, environment.city().geoid_undulation_m);
+  }
+  /// Where a sink or a receiver needs them.
+  [[nodiscard]] std::optional<SensorRun> make_sensors(const std::vector<EpochSink*>& sinks) const {
+    const bool written =
+        std::any_of(sinks.begin(), sinks.end(), [](const EpochSink* sink) { return sink->uses_sensors(); });
+    const bool fused =
+        std::any_of(scenario.receivers.begin(), scenario.receivers.end(),
+                    [](const ReceiverConfig& receiver) { return receiver.options.dead_reckoning.enabled; });
+    if (!written && !fused) return std::nullopt;
+    return make_sensors();
+  }
+  [[nodiscard]] Pose antenna_pose(std::size_t receiver, GpsTime t) const {
+    const ReceiverConfig& config = scenario.receivers[receiver];
+    if (config.fixed) return {t, config.fixed->place};
+    return mounted_antenna(vehicle_pose(t), config.lever_arm_m);
+  }
+
+  // Blocks come in order, for the antennas remember their paths; within one many threads trace.
   [[nodiscard]] EpochBlock trace_block(std::size_t first, std::size_t count,
                                        std::vector<RetracedAntenna>& antennas,
-                                       const std::atomic<bool>* stop) const;
+                                       const std::atomic<bool>* stop) const {
+    const std::size_t receivers = scenario.receivers.size();
+    EpochBlock block{first, {}, nullptr};
+    try {
+      for (std::size_t i = 0; i < count; ++i) {
+        std::vector<PureEpoch> epochs(receivers);
+        for (std::size_t r = 0; r < receivers; ++r) epochs[r].truth = antenna_pose(r, plan.at(first + i));
+        block.epochs.push_back(std::move(epochs));
+      }
+    } catch (const InputError&) {
+      block.failure = std::current_exception();
+    }
+
+    // Epochs of one receiver that share their paths.
+    struct Group {
+      std::size_t receiver, begin;
+      std::vector<RetracedAntenna::Epoch> epochs;
+    };
+    std::vector<Group> groups;
+    const geodesy::LocalFrame& frame = environment.city().frame;
+    for (std::size_t r = 0; r < receivers; ++r) {
+      for (std::size_t i = 0; i < block.epochs.size(); ++i) {
+        const Pose& truth = block.epochs[i][r].truth;
+        RetracedAntenna::Epoch epoch =
+            antennas[r].next(plan.at(first + i), frame.local_from_geodetic(truth.position));
+        if (i == 0 || epoch.first) groups.push_back({r, i, {}});
+        groups.back().epochs.push_back(std::move(epoch));
+      }
+    }
+    // Tasks order the threads already; this says so to ThreadSanitizer, which cannot see into TBB.
+    std::atomic<std::size_t> traced{0};
+    traced.fetch_add(1, std::memory_order_release);
+    tbb::parallel_for(std::size_t{0}, groups.size(), [&](std::size_t g) {
+      (void)traced.load(std::memory_order_acquire);
+      const Group& group = groups[g];
+      const auto trace = [&](std::size_t i) {
+        if (is_set(stop)) return;
+        (void)traced.load(std::memory_order_acquire);
+        PureEpoch& pure = block.epochs[group.begin + i][group.receiver];
+        pure.arrival = antennas[group.receiver].arrival(environment, group.epochs[i]);
+        if (!scenario.receivers[group.receiver].fixed) tilt_antenna(pure.arrival, pure.truth, frame);
+        traced.fetch_add(1, std::memory_order_release);
+      };
+      // The first one may find the paths of the others.
+      trace(0);
+      tbb::parallel_for(std::size_t{1}, group.epochs.size(), trace);
+    });
+    (void)traced.load(std::memory_order_acquire);
+    return block;
+  }
 
   Scenario scenario;
   RunPlan plan;
@@ -115,106 +202,6 @@ struct Simulation::Impl {
   Environment environment;
   std::vector<propagation::Propagator> propagators;  // of each receiver
 };
-
-namespace {
-
-bool is_set(const std::atomic<bool>* stop) {
-  return stop != nullptr && stop->load();
-}
-
-}  // namespace
-
-std::vector<receiver::Receiver> Simulation::Impl::make_receivers() const {
-  std::vector<receiver::Receiver> receivers;
-  const std::shared_ptr<const disturbance::Road> way =
-      road_of(scenario, plan.trajectory, environment.city().frame);
-  for (const ReceiverConfig& config : scenario.receivers) {
-    std::vector<disturbance::Source> sources;
-    auto faults =
-        std::make_shared<disturbance::FaultTimeline>(plan.begin, scenario.faults, config.options.name);
-    faults->set_surroundings(surroundings(city_scene, sky.sky));
-    if (!faults->empty()) sources.push_back(disturbance::FaultTimeline::source(faults));
-    receivers.push_back(make_receiver(config, scenario.seed, environment, way, sources));
-  }
-  return receivers;
-}
-
-// Where a sink or a receiver needs them.
-std::optional<SensorRun> Simulation::Impl::make_sensors(const std::vector<EpochSink*>& sinks) const {
-  const bool written =
-      std::any_of(sinks.begin(), sinks.end(), [](const EpochSink* sink) { return sink->uses_sensors(); });
-  const bool fused =
-      std::any_of(scenario.receivers.begin(), scenario.receivers.end(),
-                  [](const ReceiverConfig& receiver) { return receiver.options.dead_reckoning.enabled; });
-  if (!written && !fused) return std::nullopt;
-  return make_sensors();
-}
-
-SensorRun Simulation::Impl::make_sensors() const {
-  return SensorRun(
-      scenario.sensors, scenario.seed, plan.begin, [this](GpsTime t) { return plan.trajectory.ecef_pose(t); },
-      [this](GpsTime t) { return vehicle_pose(t); }, environment.city().geoid_undulation_m);
-}
-
-Pose Simulation::Impl::antenna_pose(std::size_t receiver, GpsTime t) const {
-  const ReceiverConfig& config = scenario.receivers[receiver];
-  if (config.fixed) return {t, config.fixed->place};
-  return mounted_antenna(vehicle_pose(t), config.lever_arm_m);
-}
-
-// Blocks come in order, for the antennas remember their paths; within one many threads trace.
-EpochBlock Simulation::Impl::trace_block(std::size_t first, std::size_t count,
-                                         std::vector<RetracedAntenna>& antennas,
-                                         const std::atomic<bool>* stop) const {
-  const std::size_t receivers = scenario.receivers.size();
-  EpochBlock block{first, {}, nullptr};
-  try {
-    for (std::size_t i = 0; i < count; ++i) {
-      std::vector<PureEpoch> epochs(receivers);
-      for (std::size_t r = 0; r < receivers; ++r) epochs[r].truth = antenna_pose(r, plan.at(first + i));
-      block.epochs.push_back(std::move(epochs));
-    }
-  } catch (const InputError&) {
-    block.failure = std::current_exception();
-  }
-
-  // Epochs of one receiver that share their paths.
-  struct Group {
-    std::size_t receiver, begin;
-    std::vector<RetracedAntenna::Epoch> epochs;
-  };
-  std::vector<Group> groups;
-  const geodesy::LocalFrame& frame = environment.city().frame;
-  for (std::size_t r = 0; r < receivers; ++r) {
-    for (std::size_t i = 0; i < block.epochs.size(); ++i) {
-      const Pose& truth = block.epochs[i][r].truth;
-      RetracedAntenna::Epoch epoch =
-          antennas[r].next(plan.at(first + i), frame.local_from_geodetic(truth.position));
-      if (i == 0 || epoch.first) groups.push_back({r, i, {}});
-      groups.back().epochs.push_back(std::move(epoch));
-    }
-  }
-  // Tasks order the threads already; this says so to ThreadSanitizer, which cannot see into TBB.
-  std::atomic<std::size_t> traced{0};
-  traced.fetch_add(1, std::memory_order_release);
-  tbb::parallel_for(std::size_t{0}, groups.size(), [&](std::size_t g) {
-    (void)traced.load(std::memory_order_acquire);
-    const Group& group = groups[g];
-    const auto trace = [&](std::size_t i) {
-      if (is_set(stop)) return;
-      (void)traced.load(std::memory_order_acquire);
-      PureEpoch& pure = block.epochs[group.begin + i][group.receiver];
-      pure.arrival = antennas[group.receiver].arrival(environment, group.epochs[i]);
-      if (!scenario.receivers[group.receiver].fixed) tilt_antenna(pure.arrival, pure.truth, frame);
-      traced.fetch_add(1, std::memory_order_release);
-    };
-    // The first one may find the paths of the others.
-    trace(0);
-    tbb::parallel_for(std::size_t{1}, group.epochs.size(), trace);
-  });
-  (void)traced.load(std::memory_order_acquire);
-  return block;
-}
 
 Epoch make_epoch(receiver::Receiver& receiver, const Pose& truth, propagation::Arrival& arrival,
                  const Environment& environment, const relative::Corrections* corrections,
@@ -347,12 +334,50 @@ class Simulation::Run {
   }
 
   [[nodiscard]] std::size_t done() const { return done_; }
-  [[nodiscard]] std::vector<std::string> warnings() const;
+  [[nodiscard]] std::vector<std::string> warnings() const {
+    std::vector<std::string> warnings = placement_warnings(impl_.scenario, placements_);
+    for (std::size_t r = 0; r < receivers_.size(); ++r) {
+      if (const auto warning = receiver::wrong_station_warning(station_offsets_[r])) {
+        warnings.push_back(fmt::format("{}: {}", impl_.scenario.receivers[r].options.name, *warning));
+      }
+    }
+    for (const EpochSink* sink : sinks_) {
+      for (std::string& warning : sink->warnings()) warnings.push_back(std::move(warning));
+    }
+    return warnings;
+  }
 
  private:
-  void make_epochs(std::size_t instant, std::vector<PureEpoch>& from);
+  void make_epochs(std::size_t instant, std::vector<PureEpoch>& from) {
+    for (DueEpoch& each : due_) each.time = from[each.receiver].truth.time;
+    const SensorBatch* batch = sensors_ ? &sensors_->until(impl_.plan.at(instant)) : nullptr;
+    std::vector<Epoch> made(receivers_.size());
+    links_.make_epochs(due_, false, [&](std::size_t i, const auto& corrections) -> Epoch& {
+      const std::size_t r = due_[i].receiver;
+      return made[r] = make_one(r, from[r], corrections.get(), batch);
+    });
+    for (const Epoch& epoch : made) {
+      for (EpochSink* sink : sinks_) {
+        broken_ = sink;
+        sink->write(epoch);
+        broken_ = nullptr;
+      }
+    }
+  }
+
   Epoch make_one(std::size_t receiver, PureEpoch& from, const relative::Corrections* corrections,
-                 const SensorBatch* batch);
+                 const SensorBatch* batch) {
+    from.arrival.messages = unowned(impl_.sky.navigation);
+    std::optional<receiver::VehicleSensors>& felt = felt_[receiver];
+    if (felt) felt->readings = readings_of(*batch, impl_.scenario.sensors, impl_.plan.begin);
+    Epoch epoch = make_epoch(receivers_[receiver], from.truth, from.arrival, impl_.environment, corrections,
+                             felt ? &*felt : nullptr);
+    epoch.arrival = &from.arrival;
+    epoch.sensors = batch;
+    ++placements_[receiver][static_cast<std::size_t>(from.arrival.placement)];
+    if (epoch.observed.station_offset_m) station_offsets_[receiver] = epoch.observed.station_offset_m;
+    return epoch;
+  }
 
   const Impl& impl_;
   const std::vector<EpochSink*>& sinks_;
@@ -368,50 +393,6 @@ class Simulation::Run {
   std::size_t done_ = 0;  // instants
   const EpochSink* broken_ = nullptr;
 };
-
-Epoch Simulation::Run::make_one(std::size_t receiver, PureEpoch& from,
-                                const relative::Corrections* corrections, const SensorBatch* batch) {
-  from.arrival.messages = unowned(impl_.sky.navigation);
-  std::optional<receiver::VehicleSensors>& felt = felt_[receiver];
-  if (felt) felt->readings = readings_of(*batch, impl_.scenario.sensors, impl_.plan.begin);
-  Epoch epoch = make_epoch(receivers_[receiver], from.truth, from.arrival, impl_.environment, corrections,
-                           felt ? &*felt : nullptr);
-  epoch.arrival = &from.arrival;
-  epoch.sensors = batch;
-  ++placements_[receiver][static_cast<std::size_t>(from.arrival.placement)];
-  if (epoch.observed.station_offset_m) station_offsets_[receiver] = epoch.observed.station_offset_m;
-  return epoch;
-}
-
-void Simulation::Run::make_epochs(std::size_t instant, std::vector<PureEpoch>& from) {
-  for (DueEpoch& each : due_) each.time = from[each.receiver].truth.time;
-  const SensorBatch* batch = sensors_ ? &sensors_->until(impl_.plan.at(instant)) : nullptr;
-  std::vector<Epoch> made(receivers_.size());
-  links_.make_epochs(due_, false, [&](std::size_t i, const auto& corrections) -> Epoch& {
-    const std::size_t r = due_[i].receiver;
-    return made[r] = make_one(r, from[r], corrections.get(), batch);
-  });
-  for (const Epoch& epoch : made) {
-    for (EpochSink* sink : sinks_) {
-      broken_ = sink;
-      sink->write(epoch);
-      broken_ = nullptr;
-    }
-  }
-}
-
-std::vector<std::string> Simulation::Run::warnings() const {
-  std::vector<std::string> warnings = placement_warnings(impl_.scenario, placements_);
-  for (std::size_t r = 0; r < receivers_.size(); ++r) {
-    if (const auto warning = receiver::wrong_station_warning(station_offsets_[r])) {
-      warnings.push_back(fmt::format("{}: {}", impl_.scenario.receivers[r].options.name, *warning));
-    }
-  }
-  for (const EpochSink* sink : sinks_) {
-    for (std::string& warning : sink->warnings()) warnings.push_back(std::move(warning));
-  }
-  return warnings;
-}
 
 RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions& options) const {
   const auto started = std::chrono::steady_clock::now();

@@ -118,7 +118,28 @@ struct Trajectory::Track {
   GpsTime motion_begin;
   double length_m = 0;
 
-  Track(const std::vector<std::pair<GpsTime, Geodetic>>& samples, bool straight);
+  Track(const std::vector<std::pair<GpsTime, Geodetic>>& samples, bool straight) : all_straight(straight) {
+    if (samples.empty()) throw InputError("the trajectory is empty", "it needs at least one position");
+    times.reserve(samples.size());
+    places.reserve(samples.size());
+    for (const auto& [time, place] : samples) {
+      geodesy::check_geodetic(place, "trajectory");
+      if (!times.empty() && time <= times.back()) {
+        throw InputError(fmt::format("trajectory: the time {} does not follow {}", format_gpst(time, 3),
+                                     format_gpst(times.back(), 3)),
+                         "times must increase strictly");
+      }
+      times.push_back(time);
+      places.push_back(place);
+    }
+    frame = geodesy::LocalFrame(places.front());
+    positions.reserve(places.size());
+    for (const Geodetic& place : places) positions.push_back(frame.local_from_geodetic(place));
+    for (std::size_t i = 0; i + 1 < positions.size(); ++i)
+      length_m += (positions[i + 1] - positions[i]).norm();
+    set_velocities();
+    set_held_yaws();
+  }
 
   [[nodiscard]] double spacing(std::size_t i) const { return times[i + 1] - times[i]; }
   [[nodiscard]] bool is_straight(std::size_t segment) const {
@@ -132,191 +153,161 @@ struct Trajectory::Track {
   [[nodiscard]] Eigen::Vector3d chord_velocity(std::size_t segment) const {
     return (positions[segment + 1] - positions[segment]) / spacing(segment);
   }
-  void set_velocities();
-  void set_held_yaws();
-  [[nodiscard]] Pose at(GpsTime t, Attitude attitude) const;
-  [[nodiscard]] Pose in_segment(std::size_t segment, GpsTime t, Attitude attitude) const;
-  [[nodiscard]] Pose in_motion(GpsTime t, Attitude attitude) const;
-  /// Precondition: there is a `motion`.
-  [[nodiscard]] EcefPose ecef_pose(GpsTime t, Attitude attitude) const;
-};
-
-Trajectory::Track::Track(const std::vector<std::pair<GpsTime, Geodetic>>& samples, bool straight)
-    : all_straight(straight) {
-  if (samples.empty()) throw InputError("the trajectory is empty", "it needs at least one position");
-  times.reserve(samples.size());
-  places.reserve(samples.size());
-  for (const auto& [time, place] : samples) {
-    geodesy::check_geodetic(place, "trajectory");
-    if (!times.empty() && time <= times.back()) {
-      throw InputError(fmt::format("trajectory: the time {} does not follow {}", format_gpst(time, 3),
-                                   format_gpst(times.back(), 3)),
-                       "times must increase strictly");
-    }
-    times.push_back(time);
-    places.push_back(place);
-  }
-  frame = geodesy::LocalFrame(places.front());
-  positions.reserve(places.size());
-  for (const Geodetic& place : places) positions.push_back(frame.local_from_geodetic(place));
-  for (std::size_t i = 0; i + 1 < positions.size(); ++i) length_m += (positions[i + 1] - positions[i]).norm();
-  set_velocities();
-  set_held_yaws();
-}
-
-// Derivative at each sample of the parabola through it and its neighbours; one-sided next to a straight gap
-// and at the ends.
-void Trajectory::Track::set_velocities() {
-  const std::size_t n = positions.size();
-  if (all_straight || n < 2) return;
-  velocities.assign(n, Eigen::Vector3d::Zero());
-  for (std::size_t i = 0; i < n; ++i) {
-    const bool before = i > 0 && !is_straight(i - 1);
-    const bool after = i + 1 < n && !is_straight(i);
-    if (before && after) {
-      const double h0 = spacing(i - 1);
-      const double h1 = spacing(i);
-      velocities[i] = (h1 * chord_velocity(i - 1) + h0 * chord_velocity(i)) / (h0 + h1);
-    } else if (before) {
-      // The parabola through the last three samples, where there are three.
-      velocities[i] = chord_velocity(i - 1);
-      if (i >= 2 && !is_straight(i - 2)) {
-        const double h0 = spacing(i - 2);
-        const double h1 = spacing(i - 1);
-        velocities[i] += (chord_velocity(i - 1) - chord_velocity(i - 2)) * h1 / (h0 + h1);
-      }
-    } else if (after) {
-      velocities[i] = chord_velocity(i);
-      if (i + 2 < n && !is_straight(i + 1)) {
-        const double h0 = spacing(i);
-        const double h1 = spacing(i + 1);
-        velocities[i] -= (chord_velocity(i + 1) - chord_velocity(i)) * h0 / (h0 + h1);
+  // Derivative at each sample of the parabola through it and its neighbours; one-sided next to a straight gap
+  // and at the ends.
+  void set_velocities() {
+    const std::size_t n = positions.size();
+    if (all_straight || n < 2) return;
+    velocities.assign(n, Eigen::Vector3d::Zero());
+    for (std::size_t i = 0; i < n; ++i) {
+      const bool before = i > 0 && !is_straight(i - 1);
+      const bool after = i + 1 < n && !is_straight(i);
+      if (before && after) {
+        const double h0 = spacing(i - 1);
+        const double h1 = spacing(i);
+        velocities[i] = (h1 * chord_velocity(i - 1) + h0 * chord_velocity(i)) / (h0 + h1);
+      } else if (before) {
+        // The parabola through the last three samples, where there are three.
+        velocities[i] = chord_velocity(i - 1);
+        if (i >= 2 && !is_straight(i - 2)) {
+          const double h0 = spacing(i - 2);
+          const double h1 = spacing(i - 1);
+          velocities[i] += (chord_velocity(i - 1) - chord_velocity(i - 2)) * h1 / (h0 + h1);
+        }
+      } else if (after) {
+        velocities[i] = chord_velocity(i);
+        if (i + 2 < n && !is_straight(i + 1)) {
+          const double h0 = spacing(i);
+          const double h1 = spacing(i + 1);
+          velocities[i] -= (chord_velocity(i + 1) - chord_velocity(i)) * h0 / (h0 + h1);
+        }
       }
     }
   }
-}
 
-void Trajectory::Track::set_held_yaws() {
-  const std::size_t n = positions.size();
-  held_yaw.assign(n, 0);
-  const auto velocity = [this](std::size_t i) -> Eigen::Vector3d {
-    if (positions.size() < 2) return Eigen::Vector3d::Zero();
-    const std::size_t segment = std::min(i, positions.size() - 2);
-    const Eigen::Vector3d local = is_straight(segment) ? chord_velocity(segment) : velocities[i];
-    return geodesy::enu_from_ecef_rotation(places[i]) * (frame.ecef_from_local_rotation() * local);
-  };
-  std::size_t first_moving = n;
-  double yaw = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Eigen::Vector3d v = velocity(i);
-    if (v.head<2>().norm() >= kStandstill_mps) {
-      yaw = std::atan2(v.y(), v.x());
-      first_moving = std::min(first_moving, i);
+  void set_held_yaws() {
+    const std::size_t n = positions.size();
+    held_yaw.assign(n, 0);
+    const auto velocity = [this](std::size_t i) -> Eigen::Vector3d {
+      if (positions.size() < 2) return Eigen::Vector3d::Zero();
+      const std::size_t segment = std::min(i, positions.size() - 2);
+      const Eigen::Vector3d local = is_straight(segment) ? chord_velocity(segment) : velocities[i];
+      return geodesy::enu_from_ecef_rotation(places[i]) * (frame.ecef_from_local_rotation() * local);
+    };
+    std::size_t first_moving = n;
+    double yaw = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const Eigen::Vector3d v = velocity(i);
+      if (v.head<2>().norm() >= kStandstill_mps) {
+        yaw = std::atan2(v.y(), v.x());
+        first_moving = std::min(first_moving, i);
+      }
+      held_yaw[i] = yaw;
     }
-    held_yaw[i] = yaw;
-  }
-  // Before its first movement a vehicle looks where it will go.
-  if (first_moving < n) std::fill_n(held_yaw.begin(), first_moving, held_yaw[first_moving]);
-}
-
-Pose Trajectory::Track::in_segment(std::size_t i, GpsTime t, Attitude attitude) const {
-  const double h = spacing(i);
-  const double s = (t - times[i]) / h;
-  const Eigen::Vector3d& p0 = positions[i];
-  const Eigen::Vector3d& p1 = positions[i + 1];
-  Eigen::Vector3d position;
-  Eigen::Vector3d velocity;
-  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
-  const bool straight = is_straight(i);
-  if (straight) {
-    position = p0 + s * (p1 - p0);
-    velocity = (p1 - p0) / h;
-  } else {
-    const Eigen::Vector3d m0 = h * velocities[i];
-    const Eigen::Vector3d m1 = h * velocities[i + 1];
-    // Hermite's cubic as p0 + s m0 + s^2 c2 + s^3 c3.
-    const Eigen::Vector3d c2 = 3 * (p1 - p0) - 2 * m0 - m1;
-    const Eigen::Vector3d c3 = 2 * (p0 - p1) + m0 + m1;
-    position = p0 + s * (m0 + s * (c2 + s * c3));
-    velocity = (m0 + s * (2 * c2 + 3 * s * c3)) / h;
-    acceleration = (2 * c2 + 6 * s * c3) / (h * h);
+    // Before its first movement a vehicle looks where it will go.
+    if (first_moving < n) std::fill_n(held_yaw.begin(), first_moving, held_yaw[first_moving]);
   }
 
-  Pose pose;
-  pose.time = t;
-  if (t == times[i]) {
-    pose.position = places[i];
-  } else if (t == times[i + 1]) {
-    pose.position = places[i + 1];
-  } else {
-    pose.position = frame.geodetic_from_local(position);
-    // A chord of many kilometres would dip below the ellipsoid's curve.
-    if (straight)
-      pose.position.height_m = places[i].height_m + s * (places[i + 1].height_m - places[i].height_m);
+  [[nodiscard]] Pose at(GpsTime t, Attitude attitude) const {
+    t = std::clamp(t, times.front(), times.back());
+    if (motion) return in_motion(t, attitude);
+    if (times.size() == 1) {
+      Pose pose;
+      pose.time = t;
+      pose.position = places.front();
+      return pose;
+    }
+    const auto after = std::upper_bound(times.begin(), times.end(), t);
+    const auto index = static_cast<std::size_t>(after - times.begin());
+    return in_segment(std::min(index, times.size() - 1) - 1, t, attitude);
   }
-  const Eigen::Matrix3d enu_from_frame =
-      geodesy::enu_from_ecef_rotation(pose.position) * frame.ecef_from_local_rotation();
-  pose.velocity_enu_mps = enu_from_frame * velocity;
-  pose.acceleration_enu_mps2 = enu_from_frame * acceleration;
-  if (straight) pose.velocity_enu_mps.z() = (places[i + 1].height_m - places[i].height_m) / h;
 
-  const Eigen::Vector3d& v = pose.velocity_enu_mps;
-  const Eigen::Vector3d& a = pose.acceleration_enu_mps2;
-  const double speed_squared = v.head<2>().squaredNorm();
-  if (speed_squared >= kStandstill_mps * kStandstill_mps) {
-    pose.yaw_rad = std::atan2(v.y(), v.x());
-    pose.yaw_rate_radps = (v.x() * a.y() - v.y() * a.x()) / speed_squared;
-  } else {
-    pose.yaw_rad = held_yaw[i];
-  }
-  set_attitude(pose, attitude);
-  return pose;
-}
+  [[nodiscard]] Pose in_segment(std::size_t i, GpsTime t, Attitude attitude) const {
+    const double h = spacing(i);
+    const double s = (t - times[i]) / h;
+    const Eigen::Vector3d& p0 = positions[i];
+    const Eigen::Vector3d& p1 = positions[i + 1];
+    Eigen::Vector3d position;
+    Eigen::Vector3d velocity;
+    Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
+    const bool straight = is_straight(i);
+    if (straight) {
+      position = p0 + s * (p1 - p0);
+      velocity = (p1 - p0) / h;
+    } else {
+      const Eigen::Vector3d m0 = h * velocities[i];
+      const Eigen::Vector3d m1 = h * velocities[i + 1];
+      // Hermite's cubic as p0 + s m0 + s^2 c2 + s^3 c3.
+      const Eigen::Vector3d c2 = 3 * (p1 - p0) - 2 * m0 - m1;
+      const Eigen::Vector3d c3 = 2 * (p0 - p1) + m0 + m1;
+      position = p0 + s * (m0 + s * (c2 + s * c3));
+      velocity = (m0 + s * (2 * c2 + 3 * s * c3)) / h;
+      acceleration = (2 * c2 + 6 * s * c3) / (h * h);
+    }
 
-Pose Trajectory::Track::in_motion(GpsTime t, Attitude attitude) const {
-  const SmoothMotion::Point point = motion->at(t - motion_begin);
-  Pose pose;
-  pose.time = t;
-  pose.position = frame.geodetic_from_local(point.position);
-  const Eigen::Matrix3d enu_from_frame =
-      geodesy::enu_from_ecef_rotation(pose.position) * frame.ecef_from_local_rotation();
-  pose.velocity_enu_mps = enu_from_frame * point.velocity;
-  pose.acceleration_enu_mps2 = enu_from_frame * point.acceleration;
-  set_smooth_yaw(pose, point.yaw_rad, point.yaw_rate_radps);
-  set_attitude(pose, attitude);
-  return pose;
-}
-
-EcefPose Trajectory::Track::ecef_pose(GpsTime t, Attitude attitude) const {
-  const SmoothMotion::Point point = motion->at(std::clamp(t, times.front(), times.back()) - motion_begin);
-  const Eigen::Matrix3d& ecef_from_frame = frame.ecef_from_local_rotation();
-  EcefPose result;
-  result.position_m = frame.ecef_from_local(point.position);
-  result.velocity_mps = ecef_from_frame * point.velocity;
-  result.acceleration_mps2 = ecef_from_frame * point.acceleration;
-  const Eigen::Matrix3d enu_from_ecef = enu_from_ecef_at(result.position_m);
-  Pose pose;
-  pose.velocity_enu_mps = enu_from_ecef * result.velocity_mps;
-  pose.acceleration_enu_mps2 = enu_from_ecef * result.acceleration_mps2;
-  set_smooth_yaw(pose, point.yaw_rad, point.yaw_rate_radps);
-  set_attitude(pose, attitude);
-  result.ecef_from_body = enu_from_ecef.transpose() * enu_from_body(pose);
-  return result;
-}
-
-Pose Trajectory::Track::at(GpsTime t, Attitude attitude) const {
-  t = std::clamp(t, times.front(), times.back());
-  if (motion) return in_motion(t, attitude);
-  if (times.size() == 1) {
     Pose pose;
     pose.time = t;
-    pose.position = places.front();
+    if (t == times[i]) {
+      pose.position = places[i];
+    } else if (t == times[i + 1]) {
+      pose.position = places[i + 1];
+    } else {
+      pose.position = frame.geodetic_from_local(position);
+      // A chord of many kilometres would dip below the ellipsoid's curve.
+      if (straight)
+        pose.position.height_m = places[i].height_m + s * (places[i + 1].height_m - places[i].height_m);
+    }
+    const Eigen::Matrix3d enu_from_frame =
+        geodesy::enu_from_ecef_rotation(pose.position) * frame.ecef_from_local_rotation();
+    pose.velocity_enu_mps = enu_from_frame * velocity;
+    pose.acceleration_enu_mps2 = enu_from_frame * acceleration;
+    if (straight) pose.velocity_enu_mps.z() = (places[i + 1].height_m - places[i].height_m) / h;
+
+    const Eigen::Vector3d& v = pose.velocity_enu_mps;
+    const Eigen::Vector3d& a = pose.acceleration_enu_mps2;
+    const double speed_squared = v.head<2>().squaredNorm();
+    if (speed_squared >= kStandstill_mps * kStandstill_mps) {
+      pose.yaw_rad = std::atan2(v.y(), v.x());
+      pose.yaw_rate_radps = (v.x() * a.y() - v.y() * a.x()) / speed_squared;
+    } else {
+      pose.yaw_rad = held_yaw[i];
+    }
+    set_attitude(pose, attitude);
     return pose;
   }
-  const auto after = std::upper_bound(times.begin(), times.end(), t);
-  const auto index = static_cast<std::size_t>(after - times.begin());
-  return in_segment(std::min(index, times.size() - 1) - 1, t, attitude);
-}
+
+  [[nodiscard]] Pose in_motion(GpsTime t, Attitude attitude) const {
+    const SmoothMotion::Point point = motion->at(t - motion_begin);
+    Pose pose;
+    pose.time = t;
+    pose.position = frame.geodetic_from_local(point.position);
+    const Eigen::Matrix3d enu_from_frame =
+        geodesy::enu_from_ecef_rotation(pose.position) * frame.ecef_from_local_rotation();
+    pose.velocity_enu_mps = enu_from_frame * point.velocity;
+    pose.acceleration_enu_mps2 = enu_from_frame * point.acceleration;
+    set_smooth_yaw(pose, point.yaw_rad, point.yaw_rate_radps);
+    set_attitude(pose, attitude);
+    return pose;
+  }
+
+  /// Precondition: there is a `motion`.
+  [[nodiscard]] EcefPose ecef_pose(GpsTime t, Attitude attitude) const {
+    const SmoothMotion::Point point = motion->at(std::clamp(t, times.front(), times.back()) - motion_begin);
+    const Eigen::Matrix3d& ecef_from_frame = frame.ecef_from_local_rotation();
+    EcefPose result;
+    result.position_m = frame.ecef_from_local(point.position);
+    result.velocity_mps = ecef_from_frame * point.velocity;
+    result.acceleration_mps2 = ecef_from_frame * point.acceleration;
+    const Eigen::Matrix3d enu_from_ecef = enu_from_ecef_at(result.position_m);
+    Pose pose;
+    pose.velocity_enu_mps = enu_from_ecef * result.velocity_mps;
+    pose.acceleration_enu_mps2 = enu_from_ecef * result.acceleration_mps2;
+    set_smooth_yaw(pose, point.yaw_rad, point.yaw_rate_radps);
+    set_attitude(pose, attitude);
+    result.ecef_from_body = enu_from_ecef.transpose() * enu_from_body(pose);
+    return result;
+  }
+};
 
 Trajectory::Trajectory(std::vector<std::pair<GpsTime, Geodetic>> samples) {
   auto track = std::make_shared<Track>(std::move(samples), false);
