@@ -84,13 +84,97 @@ struct GnssSensor::Impl {
     gazebo::event::ConnectionPtr connection_;
   };
 
-  explicit Impl(const Attachment& attachment);
-  ~Impl();
+  explicit Impl(const Attachment& attachment) : at(attachment) {
+    const ReceiverIdentity identity = identify(at);
+    const auto ray_sensor = std::dynamic_pointer_cast<gazebo::sensors::RaySensor>(at.sensor);
+    HostSettings settings = read_settings(at, identity, ray_sensor != nullptr);
+    const live::WorldFrame frame = world_frame(origin_of(*at.world), settings, settings.warnings);
+    world = World::of(at.world);
+    live::HostSetup setup =
+        setup_of(settings, identity, frame,
+                 start_of_world(at.world.get(), at.world->Name(), nanoseconds(at.world->SimTime())),
+                 at.sensor ? at.sensor->UpdateRate() : 0, say);
+    setup.sky_warnings = world->sky_warnings;
+    receiver.emplace(std::move(setup));
+
+    if (!settings.vehicle_blocks) left_out = at.link->GetParentModel();
+    if (settings.ray_engine == RayEngine::Physics) {
+      physics = std::make_unique<PhysicsRays>(at.link, ray_sensor, identity.plugin);
+      receiver->set_tracer(
+          [this](const Vector3d& antenna, std::span<const Vector3d> directions,
+                 std::span<propagation::SatellitePaths> result) {
+            trace_by_physics(antenna, directions, result);
+          },
+          [this] { return ranges; }, kPhysicsReach_m);
+    } else {
+      receiver->set_scene(scene_of(at.world, scene_options(at.world->Name(), settings, frame)),
+                          left_out ? std::optional(topmost_id(left_out)) : std::nullopt);
+    }
+
+    node = gazebo::transport::NodePtr(new gazebo::transport::Node());
+    node->Init(at.world->Name());
+    pose_source =
+        settings.pose_topic.empty()
+            ? make_link_pose_source(at.link, at.sensor ? at.sensor->Pose() : ignition::math::Pose3d::Zero)
+            : make_topic_pose_source(node, settings);
+    receiver->on_reset([this] { pose_source->reset(); });
+    if (settings.publish_gazebo) receiver->add(make_gazebo_publisher(node, identity));
+    if (settings.publish_px4) receiver->add(make_px4_publisher(node, identity, settings));
+    if (settings.show_rays || settings.show_bubble) receiver->add(make_visuals(node, identity, settings));
+    if (settings.publish_ros) {
+      name = identity.link + "::" + (identity.sensor.empty() ? identity.plugin : identity.sensor);
+#if defined(CANYON_WITH_ROS)
+      receiver->add(make_ros_publisher(identity, settings, hosted_faults(desk, name, settings)));
+#elif defined(CANYON_WITH_ROS2)
+      receiver->add(ros2::make_host_publisher(identity, settings, hosted_faults(desk, name, settings)),
+                    "cannot publish on ROS 2");
+#endif
+    }
+    world->add(*this);
+  }
+
+  ~Impl() {
+    world->remove(*this);
+    desk->close();
+    receiver.reset();
+    pose_source.reset();
+    if (node) node->Fini();  // takes its topics back
+  }
 
   /// Whether an epoch is begun.
-  bool update();
+  bool update() {
+    // The model was removed; a sensor's plugin is some time later.
+    if (!at.link->GetParent()) return false;
+    desk->serve([this] { return std::vector{receiver->adjustable(name)}; });
+    const gazebo::common::Time now = at.world->SimTime();
+    const bool due = receiver->due(nanoseconds(now));
+    if (due) {
+      receiver->begin(nanoseconds(now), [&](std::string& reason) { return pose_source->at(now, reason); });
+    } else {
+      receiver->serve(nanoseconds(now));
+    }
+    return due;
+  }
+
+  // The paper's algorithm on the physics engine: for each satellite the direct ray, then the mirror ray.
   void trace_by_physics(const Vector3d& antenna_enu, std::span<const Vector3d> directions,
-                        std::span<propagation::SatellitePaths> result);
+                        std::span<propagation::SatellitePaths> result) {
+    const Eigen::Matrix3d world_from_enu = receiver->frame().enu_from_world().transpose();
+    const Vector3d origin = world_from_enu * antenna_enu;
+    const double mirror_reach_m = receiver->receiver().config().receiver().propagation.max_range_m;
+    rays.clear();
+    for (const Vector3d& direction : directions) {
+      rays.push_back({origin, world_from_enu * direction, kPhysicsReach_m});
+      rays.push_back({origin, world_from_enu * propagation::mirror_direction(direction), mirror_reach_m});
+    }
+    ranges.resize(rays.size());
+    physics->cast(rays, left_out, ranges);
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+      const double mirror = ranges[2 * i + 1];
+      result[i] = propagation::mirror_paths(antenna_enu, directions[i], std::isfinite(ranges[2 * i]),
+                                            std::isfinite(mirror) ? std::optional(mirror) : std::nullopt);
+    }
+  }
 
   Attachment at;
   std::string name;  // "iris::gps0::link::gps", for requests
@@ -136,97 +220,6 @@ void GnssSensor::Impl::World::update() {
     if (receiver->update()) begun.push_back(&*receiver->receiver);
   }
   bases_.finish(std::move(begun));
-}
-
-GnssSensor::Impl::Impl(const Attachment& attachment) : at(attachment) {
-  const ReceiverIdentity identity = identify(at);
-  const auto ray_sensor = std::dynamic_pointer_cast<gazebo::sensors::RaySensor>(at.sensor);
-  HostSettings settings = read_settings(at, identity, ray_sensor != nullptr);
-  const live::WorldFrame frame = world_frame(origin_of(*at.world), settings, settings.warnings);
-  world = World::of(at.world);
-  live::HostSetup setup =
-      setup_of(settings, identity, frame,
-               start_of_world(at.world.get(), at.world->Name(), nanoseconds(at.world->SimTime())),
-               at.sensor ? at.sensor->UpdateRate() : 0, say);
-  setup.sky_warnings = world->sky_warnings;
-  receiver.emplace(std::move(setup));
-
-  if (!settings.vehicle_blocks) left_out = at.link->GetParentModel();
-  if (settings.ray_engine == RayEngine::Physics) {
-    physics = std::make_unique<PhysicsRays>(at.link, ray_sensor, identity.plugin);
-    receiver->set_tracer(
-        [this](const Vector3d& antenna, std::span<const Vector3d> directions,
-               std::span<propagation::SatellitePaths> result) {
-          trace_by_physics(antenna, directions, result);
-        },
-        [this] { return ranges; }, kPhysicsReach_m);
-  } else {
-    receiver->set_scene(scene_of(at.world, scene_options(at.world->Name(), settings, frame)),
-                        left_out ? std::optional(topmost_id(left_out)) : std::nullopt);
-  }
-
-  node = gazebo::transport::NodePtr(new gazebo::transport::Node());
-  node->Init(at.world->Name());
-  pose_source =
-      settings.pose_topic.empty()
-          ? make_link_pose_source(at.link, at.sensor ? at.sensor->Pose() : ignition::math::Pose3d::Zero)
-          : make_topic_pose_source(node, settings);
-  receiver->on_reset([this] { pose_source->reset(); });
-  if (settings.publish_gazebo) receiver->add(make_gazebo_publisher(node, identity));
-  if (settings.publish_px4) receiver->add(make_px4_publisher(node, identity, settings));
-  if (settings.show_rays || settings.show_bubble) receiver->add(make_visuals(node, identity, settings));
-  if (settings.publish_ros) {
-    name = identity.link + "::" + (identity.sensor.empty() ? identity.plugin : identity.sensor);
-#if defined(CANYON_WITH_ROS)
-    receiver->add(make_ros_publisher(identity, settings, hosted_faults(desk, name, settings)));
-#elif defined(CANYON_WITH_ROS2)
-    receiver->add(ros2::make_host_publisher(identity, settings, hosted_faults(desk, name, settings)),
-                  "cannot publish on ROS 2");
-#endif
-  }
-  world->add(*this);
-}
-
-GnssSensor::Impl::~Impl() {
-  world->remove(*this);
-  desk->close();
-  receiver.reset();
-  pose_source.reset();
-  if (node) node->Fini();  // takes its topics back
-}
-
-bool GnssSensor::Impl::update() {
-  // The model was removed; a sensor's plugin is some time later.
-  if (!at.link->GetParent()) return false;
-  desk->serve([this] { return std::vector{receiver->adjustable(name)}; });
-  const gazebo::common::Time now = at.world->SimTime();
-  const bool due = receiver->due(nanoseconds(now));
-  if (due) {
-    receiver->begin(nanoseconds(now), [&](std::string& reason) { return pose_source->at(now, reason); });
-  } else {
-    receiver->serve(nanoseconds(now));
-  }
-  return due;
-}
-
-// The paper's algorithm on the physics engine: for each satellite the direct ray, then the mirror ray.
-void GnssSensor::Impl::trace_by_physics(const Vector3d& antenna_enu, std::span<const Vector3d> directions,
-                                        std::span<propagation::SatellitePaths> result) {
-  const Eigen::Matrix3d world_from_enu = receiver->frame().enu_from_world().transpose();
-  const Vector3d origin = world_from_enu * antenna_enu;
-  const double mirror_reach_m = receiver->receiver().config().receiver().propagation.max_range_m;
-  rays.clear();
-  for (const Vector3d& direction : directions) {
-    rays.push_back({origin, world_from_enu * direction, kPhysicsReach_m});
-    rays.push_back({origin, world_from_enu * propagation::mirror_direction(direction), mirror_reach_m});
-  }
-  ranges.resize(rays.size());
-  physics->cast(rays, left_out, ranges);
-  for (std::size_t i = 0; i < directions.size(); ++i) {
-    const double mirror = ranges[2 * i + 1];
-    result[i] = propagation::mirror_paths(antenna_enu, directions[i], std::isfinite(ranges[2 * i]),
-                                          std::isfinite(mirror) ? std::optional(mirror) : std::nullopt);
-  }
 }
 
 GnssSensor::GnssSensor(const Attachment& attachment) : impl_(std::make_unique<Impl>(attachment)) {}

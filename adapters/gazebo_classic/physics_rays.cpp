@@ -95,56 +95,52 @@ struct PhysicsRays::Impl {
   [[nodiscard]] bool is_left_out(const Collision* collision) const {
     return std::binary_search(left_out.begin(), left_out.end(), collision, std::less<>());
   }
-  static void meet(void* self, dGeomID a, dGeomID b);
-  [[nodiscard]] double cast_one(const PhysicsRay& aim);
-  void show(std::span<const PhysicsRay> rays, std::span<const double> ranges) const;
+  // ODE's callback for a pair whose boxes overlap. A hit shortens the ray, so that only nearer ones follow.
+  static void meet(void* data, dGeomID a, dGeomID b) {
+    if (dGeomIsSpace(a) || dGeomIsSpace(b)) {
+      dSpaceCollide2(a, b, data, &Impl::meet);
+      return;
+    }
+    Impl& self = *static_cast<Impl*>(data);
+    const dGeomID other = a == self.ray ? b : a;
+    const Collision* collision = collision_of(other);
+    if (collision == nullptr || self.is_left_out(collision)) return;
+    // A heightmap gives its triangles in no order: of these the nearest is wanted. Others give their nearest.
+    const int wanted = dGeomGetClass(other) == dHeightfieldClass ? kHeightmapContacts : 1;
+    const int found = dCollide(self.ray, other, wanted, self.contacts.data(), sizeof(dContactGeom));
+    for (int i = 0; i < found; ++i) {
+      const double depth = self.contacts[static_cast<std::size_t>(i)].depth;
+      if (depth < dGeomRayGetLength(self.ray)) dGeomRaySetLength(self.ray, depth);
+    }
+  }
+
+  [[nodiscard]] double cast_one(const PhysicsRay& aim) {
+    dGeomRaySetLength(ray, aim.max_range_m);
+    dGeomRaySet(ray, aim.origin.x(), aim.origin.y(), aim.origin.z(), aim.direction.x(), aim.direction.y(),
+                aim.direction.z());
+    dSpaceCollide2(ray, reinterpret_cast<dGeomID>(engine->GetSpaceId()), this, &Impl::meet);
+    const double length = dGeomRayGetLength(ray);
+    return length < aim.max_range_m ? length : kInfinite;
+  }
+
+  // Rays of a sensor are given in its link's frame.
+  void show(std::span<const PhysicsRay> rays, std::span<const double> ranges) const {
+    const auto owner = sensor.lock();
+    if (!owner || owner->IsActive()) return;
+    const auto shape = owner->LaserShape();
+    if (!shape) return;
+    const auto world_from_link = link->WorldPose();
+    const auto link_from_world = world_from_link.Rot().Inverse();
+    const std::size_t count = std::min<std::size_t>(rays.size(), shape->RayCount());
+    for (std::size_t i = 0; i < count; ++i) {
+      const double length = std::min(ranges[i], rays[i].max_range_m);
+      const Vector3d start = link_from_world * (ignition_from(rays[i].origin) - world_from_link.Pos());
+      const Vector3d direction = link_from_world * ignition_from(rays[i].direction);
+      shape->SetRay(static_cast<unsigned>(i), start, start + direction * length);
+      shape->Ray(static_cast<unsigned>(i))->SetLength(length);
+    }
+  }
 };
-
-// ODE's callback for a pair whose boxes overlap. A hit shortens the ray, so that only nearer ones follow.
-void PhysicsRays::Impl::meet(void* data, dGeomID a, dGeomID b) {
-  if (dGeomIsSpace(a) || dGeomIsSpace(b)) {
-    dSpaceCollide2(a, b, data, &Impl::meet);
-    return;
-  }
-  Impl& self = *static_cast<Impl*>(data);
-  const dGeomID other = a == self.ray ? b : a;
-  const Collision* collision = collision_of(other);
-  if (collision == nullptr || self.is_left_out(collision)) return;
-  // A heightmap gives its triangles in no order: of these the nearest is wanted. Others give their nearest.
-  const int wanted = dGeomGetClass(other) == dHeightfieldClass ? kHeightmapContacts : 1;
-  const int found = dCollide(self.ray, other, wanted, self.contacts.data(), sizeof(dContactGeom));
-  for (int i = 0; i < found; ++i) {
-    const double depth = self.contacts[static_cast<std::size_t>(i)].depth;
-    if (depth < dGeomRayGetLength(self.ray)) dGeomRaySetLength(self.ray, depth);
-  }
-}
-
-double PhysicsRays::Impl::cast_one(const PhysicsRay& aim) {
-  dGeomRaySetLength(ray, aim.max_range_m);
-  dGeomRaySet(ray, aim.origin.x(), aim.origin.y(), aim.origin.z(), aim.direction.x(), aim.direction.y(),
-              aim.direction.z());
-  dSpaceCollide2(ray, reinterpret_cast<dGeomID>(engine->GetSpaceId()), this, &Impl::meet);
-  const double length = dGeomRayGetLength(ray);
-  return length < aim.max_range_m ? length : kInfinite;
-}
-
-// Rays of a sensor are given in its link's frame.
-void PhysicsRays::Impl::show(std::span<const PhysicsRay> rays, std::span<const double> ranges) const {
-  const auto owner = sensor.lock();
-  if (!owner || owner->IsActive()) return;
-  const auto shape = owner->LaserShape();
-  if (!shape) return;
-  const auto world_from_link = link->WorldPose();
-  const auto link_from_world = world_from_link.Rot().Inverse();
-  const std::size_t count = std::min<std::size_t>(rays.size(), shape->RayCount());
-  for (std::size_t i = 0; i < count; ++i) {
-    const double length = std::min(ranges[i], rays[i].max_range_m);
-    const Vector3d start = link_from_world * (ignition_from(rays[i].origin) - world_from_link.Pos());
-    const Vector3d direction = link_from_world * ignition_from(rays[i].direction);
-    shape->SetRay(static_cast<unsigned>(i), start, start + direction * length);
-    shape->Ray(static_cast<unsigned>(i))->SetLength(length);
-  }
-}
 
 PhysicsRays::PhysicsRays(const gazebo::physics::LinkPtr& link, const gazebo::sensors::RaySensorPtr& sensor,
                          const std::string& name)

@@ -79,121 +79,113 @@ struct RosLink::State {
     if (stop_fd >= 0) close(stop_fd);
   }
 
-  void run();
-  void look();
-  void found(MasterAnswer answer);
-  void connect_joining();
-  void drop_leaving();
-  void tell_new_master();
-  void leave();
-};
-
-void RosLink::State::run() {
-  std::unique_lock in_use(ros_in_use(), std::defer_lock);
-  for (;;) {
-    if (in_use.owns_lock() || in_use.try_lock_for(100ms)) look();
-    std::unique_lock lock(mutex);
-    if (in_use.owns_lock()) changed.wait_for(lock, kLookEvery, [this] { return stop || news; });
-    if (stop) break;
-  }
-  if (in_use.owns_lock()) leave();
-}
-
-void RosLink::State::look() {
-  drop_leaving();
-  if (shut_down) return;
-  if (node && !ros::ok()) {  // rosnode kill, or gazebo_ros ended
-    say("ROS was shut down; nothing more is published on it");
-    shut_down = true;
-    return;
-  }
-  const std::string name = node ? ros::this_node::getName() : "/gazebo_canyon";
-  const MasterAnswer answer = ask_master(master, name, kAnswerWithin, stop_fd);
-  {
-    const std::lock_guard lock(mutex);
-    if (stop) return;
-  }
-  if (answer != MasterAnswer::None) {
-    found(answer);
-  } else if (!node && !said_missing) {
-    say("no ROS master at " + master.uri() + "; topics come once there is one");
-    said_missing = true;
-  } else if (node && !lost) {
-    say("the ROS master at " + master.uri() + " is gone; topics come back with it");
-    lost = true;
-  }
-}
-
-void RosLink::State::found(MasterAnswer answer) {
-  if (!node) {
-    node.emplace();
-    say("publishing on ROS, master " + master.uri() + ", as node " + ros::this_node::getName());
-  } else if (answer == MasterAnswer::Unknown && !connected.empty()) {
-    tell_new_master();
-  }
-  lost = false;
-  connect_joining();
-}
-
-void RosLink::State::connect_joining() {
-  std::vector<std::shared_ptr<RosClient>> clients;
-  {
-    const std::lock_guard lock(mutex);
-    clients.swap(joining);
-  }
-  for (const std::shared_ptr<RosClient>& client : clients) {
-    bool is_connected = false;
-    try {
-      is_connected = client->connect(*node);
-    } catch (const std::exception& e) {  // two types on one topic, for example
-      gzerr << "[canyon] ROS: " << e.what() << std::endl;
-      continue;
+  void run() {
+    std::unique_lock in_use(ros_in_use(), std::defer_lock);
+    for (;;) {
+      if (in_use.owns_lock() || in_use.try_lock_for(100ms)) look();
+      std::unique_lock lock(mutex);
+      if (in_use.owns_lock()) changed.wait_for(lock, kLookEvery, [this] { return stop || news; });
+      if (stop) break;
     }
-    if (is_connected) {
-      connected.push_back(client);
-    } else {
+    if (in_use.owns_lock()) leave();
+  }
+
+  void look() {
+    drop_leaving();
+    if (shut_down) return;
+    if (node && !ros::ok()) {  // rosnode kill, or gazebo_ros ended
+      say("ROS was shut down; nothing more is published on it");
+      shut_down = true;
+      return;
+    }
+    const std::string name = node ? ros::this_node::getName() : "/gazebo_canyon";
+    const MasterAnswer answer = ask_master(master, name, kAnswerWithin, stop_fd);
+    {
       const std::lock_guard lock(mutex);
-      joining.push_back(client);  // until the next look
+      if (stop) return;
+    }
+    if (answer != MasterAnswer::None) {
+      found(answer);
+    } else if (!node && !said_missing) {
+      say("no ROS master at " + master.uri() + "; topics come once there is one");
+      said_missing = true;
+    } else if (node && !lost) {
+      say("the ROS master at " + master.uri() + " is gone; topics come back with it");
+      lost = true;
     }
   }
-}
 
-void RosLink::State::drop_leaving() {
-  std::vector<std::shared_ptr<RosClient>> clients;
-  {
-    const std::lock_guard lock(mutex);
-    news = false;
-    clients.swap(leaving);
-    for (const auto& client : clients)
-      joining.erase(std::remove(joining.begin(), joining.end(), client), joining.end());
-  }
-  for (const auto& client : clients) {
-    connected.erase(std::remove(connected.begin(), connected.end(), client), connected.end());
-    client->disconnect();
-  }
-}
-
-void RosLink::State::tell_new_master() {
-  for (const std::shared_ptr<RosClient>& client : connected) {
-    for (const auto& [topic, type] : client->advertised()) {
-      XmlRpc::XmlRpcValue request, answer, payload;
-      request[0] = ros::this_node::getName();
-      request[1] = topic;
-      request[2] = type;
-      request[3] = ros::XMLRPCManager::instance()->getServerURI();
-      if (!ros::master::execute("registerPublisher", request, answer, payload, false)) return;
+  void found(MasterAnswer answer) {
+    if (!node) {
+      node.emplace();
+      say("publishing on ROS, master " + master.uri() + ", as node " + ros::this_node::getName());
+    } else if (answer == MasterAnswer::Unknown && !connected.empty()) {
+      tell_new_master();
     }
-    client->renew(*node);
+    lost = false;
+    connect_joining();
   }
-  say("the ROS master began anew and has the topics again");
-}
 
-void RosLink::State::leave() {
-  drop_leaving();
-  for (const auto& client : connected) client->disconnect();
-  connected.clear();
-  node.reset();  // the last handle of a node shuts it down
-}
+  void connect_joining() {
+    std::vector<std::shared_ptr<RosClient>> clients;
+    {
+      const std::lock_guard lock(mutex);
+      clients.swap(joining);
+    }
+    for (const std::shared_ptr<RosClient>& client : clients) {
+      bool is_connected = false;
+      try {
+        is_connected = client->connect(*node);
+      } catch (const std::exception& e) {  // two types on one topic, for example
+        gzerr << "[canyon] ROS: " << e.what() << std::endl;
+        continue;
+      }
+      if (is_connected) {
+        connected.push_back(client);
+      } else {
+        const std::lock_guard lock(mutex);
+        joining.push_back(client);  // until the next look
+      }
+    }
+  }
+
+  void drop_leaving() {
+    std::vector<std::shared_ptr<RosClient>> clients;
+    {
+      const std::lock_guard lock(mutex);
+      news = false;
+      clients.swap(leaving);
+      for (const auto& client : clients)
+        joining.erase(std::remove(joining.begin(), joining.end(), client), joining.end());
+    }
+    for (const auto& client : clients) {
+      connected.erase(std::remove(connected.begin(), connected.end(), client), connected.end());
+      client->disconnect();
+    }
+  }
+
+  void tell_new_master() {
+    for (const std::shared_ptr<RosClient>& client : connected) {
+      for (const auto& [topic, type] : client->advertised()) {
+        XmlRpc::XmlRpcValue request, answer, payload;
+        request[0] = ros::this_node::getName();
+        request[1] = topic;
+        request[2] = type;
+        request[3] = ros::XMLRPCManager::instance()->getServerURI();
+        if (!ros::master::execute("registerPublisher", request, answer, payload, false)) return;
+      }
+      client->renew(*node);
+    }
+    say("the ROS master began anew and has the topics again");
+  }
+
+  void leave() {
+    drop_leaving();
+    for (const auto& client : connected) client->disconnect();
+    connected.clear();
+    node.reset();  // the last handle of a node shuts it down
+  }
+};
 
 RosLink::RosLink(std::shared_ptr<State> state) : state_(std::move(state)) {
   std::thread([s = state_] {

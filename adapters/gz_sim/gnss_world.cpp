@@ -80,18 +80,216 @@ struct GnssWorld::Impl {
     sdf::ElementPtr element;
   };
 
-  void take_over(Entity entity, const sdf::Sensor& sensor, Ecm& ecm);
-  void start_due(Ecm& ecm);
-  void start(Entity entity, const sdf::Sensor& sensor, const sdf::ElementPtr& element, Ecm& ecm);
-  void look_for_sensors(Ecm& ecm, bool all);
-  void remove(Entity entity);
-  void remove_gone(const Ecm& ecm);
-  void follow_origin(const Ecm& ecm);
-  void look(const Ecm& ecm);
-  void wait();
-  [[nodiscard]] bool idle() const;
+  void take_over(Entity entity, const sdf::Sensor& sensor, Ecm& ecm) {
+    // A sensor that is found when the system begins is new in the first step as well.
+    const bool waits =
+        std::any_of(due.begin(), due.end(), [&](const Sensor& s) { return s.entity == entity; });
+    if (waits || receivers.contains(entity)) return;
+    const sdf::ElementPtr element = sensor.Element();
+    if (!element) return;
+    // The innermost system counts: a model's before the world's.
+    Root* root = nullptr;
+    for (Entity at = entity; at != gz::sim::kNullEntity && root == nullptr; at = parent_of(at, ecm)) {
+      const auto known = roots.find(at);
+      if (known != roots.end()) root = &known->second;
+    }
+    const bool is_navsat = sensor.Type() == sdf::SensorType::NAVSAT;
+    const bool is_gnss = !is_navsat && element->HasAttribute("gz:type") &&
+                         element->GetAttribute("gz:type")->GetAsString() == "gnss";
+    const bool is_marked = element->HasElement("canyon");
+    if (root == nullptr || root->bad || !(is_gnss || (is_navsat && (is_marked || root->all)))) return;
+    // Remove it now: Gazebo's own NavSat system would publish the truth on the same topic.
+    ecm.RemoveComponent<components::NavSat>(entity);
+    const sdf::ElementPtr own = is_marked ? element->GetElement("canyon") : nullptr;
+    root->found = true;
+    due.push_back({entity, sensor, with_defaults(own, root->defaults)});
+  }
+
+  // Called in the first step: while a model is being loaded it does not know its world.
+  void start_due(Ecm& ecm) {
+    if (!due.empty()) wait();
+    for (const Sensor& sensor : std::exchange(due, {})) {
+      if (!ecm.HasEntity(sensor.entity) || receivers.contains(sensor.entity)) continue;
+      try {
+        start(sensor.entity, sensor.sensor, sensor.element, ecm);
+      } catch (const std::exception& e) {
+        say(live::Tone::Error,
+            fmt::format("{}\n[canyon] the receiver is switched off; the simulation continues", e.what()));
+      }
+    }
+    for (auto& [entity, root] : roots) {
+      if (std::exchange(root.looked, true) || root.found || root.bad) continue;
+      gzerr << "[canyon] no sensor to serve in '" << name_of(entity, ecm)
+            << "' yet: a navsat sensor needs a <canyon> element (or the plugin <serve>all</serve>), another "
+               "<sensor type=\"custom\" gz:type=\"gnss\">\n";
+    }
+  }
+
+  void start(Entity entity, const sdf::Sensor& sensor, const sdf::ElementPtr& element, Ecm& ecm) {
+    const ReceiverIdentity identity = identify(entity, ecm);
+    check_sensor(sensor.Element(), place_name(identity));
+    HostSettings settings = read_settings(element, sensor.Element(), identity, ecm);
+    if (element->HasElement("topic")) {
+      settings.warnings.emplace_back("<topic> of <canyon> has no effect here: it belongs in <sensor>");
+    }
+    origin = origin_of(ecm);
+    if (!origin && !settings.origin) {
+      throw InputError(
+          place_name(identity) + ": the world has no geographic origin",
+          "give it <spherical_coordinates>, or <canyon> <origin_latitude>, <origin_longitude> and "
+          "<origin_altitude>");
+    }
+    const live::WorldFrame frame = world_frame(origin, settings, settings.warnings);
+
+    if (!options) options = std::make_unique<OptionsService>(identity.world);
+    Receiver receiver;
+    receiver.sensor = entity;
+    receiver.link = parent_of(entity, ecm);
+    receiver.link_name = identity.link;
+    receiver.name = identity.link + "::" + identity.sensor;
+    if (!settings.vehicle_blocks) receiver.own_model = gz::sim::topLevelModel(entity, ecm);
+    gz::sim::enableComponent<components::WorldLinearVelocity>(ecm, receiver.link);
+    gz::sim::enableComponent<components::WorldAngularVelocity>(ecm, receiver.link);
+    if (!settings.pose_topic.empty()) {
+      receiver.node = std::make_unique<gz::transport::Node>();
+      receiver.poses = take_poses(*receiver.node, settings);
+    }
+
+    const bool own_topic = !sensor.Topic().empty();
+    const std::string topic =
+        gz::sim::validTopic({own_topic ? sensor.Topic() : gz::sim::scopedName(entity, ecm) + "/navsat"});
+    for (const auto& [other, known] : receivers) {
+      if (known.topic != topic) continue;
+      settings.warnings.push_back(fmt::format(
+          "the topic '{}' is that of {}, too: give one of the sensors another <topic>", topic, known.name));
+    }
+    receiver.topic = topic;
+    ecm.CreateComponent(entity, components::SensorTopic(topic));
+    live::HostSetup setup = setup_of(settings, identity, frame, start_of_world(&ecm, identity.world, 0),
+                                     sensor.UpdateRate(), say);
+    setup.sky_warnings = sky_warnings;
+    receiver.hosted = std::make_unique<live::HostedReceiver>(std::move(setup));
+    if (settings.publish_navsat) {
+      receiver.hosted->add(make_navsat_publisher(topic, frame_of(sensor.Element(), receiver.name)));
+    }
+    std::vector<std::string> topics;
+    if (settings.publish_navsat) topics.push_back(topic);
+    if (settings.publish_gazebo) {
+      topics.push_back(gnss_topic_beside(topic, own_topic));
+      receiver.hosted->add(make_gnss_publisher(identity, topics.back()));
+    }
+#ifdef CANYON_WITH_ROS2
+    if (settings.publish_ros) {
+      receiver.hosted->add(ros2::make_host_publisher(identity, settings,
+                                                     hosted_faults(options->desk(), receiver.name, settings)),
+                           "cannot publish on ROS 2");
+    }
+#endif
+    if (settings.show_rays || settings.show_bubble) {
+      receiver.hosted->add(make_markers(identity, settings), "rays and bubble are not drawn");
+    }
+    const std::string services = options->add(receiver.name, topic);
+    const auto rooted = [](const std::string& name) { return name.starts_with('/') ? name : "/" + name; };
+    for (std::string& each : topics) each = rooted(each);
+    gzmsg << "[canyon] " << receiver.name << " publishes on "
+          << (topics.empty() ? "no topic" : fmt::format("{}", fmt::join(topics, " and "))) << " every "
+          << receiver.hosted->interval_s() << " s; services " << rooted(topic) << "/set_rate and "
+          << rooted(services) << "/get_options, set_options, get_faults, add_fault, end_fault\n";
+    receiver.settings = std::move(settings);
+    Receiver& kept = receivers[entity] = std::move(receiver);
+    bases.add(*kept.hosted, gz::sim::topLevelModel(entity, ecm));
+    kept.hosted->on_reset([&kept] {
+      kept.motion.reset();
+      if (kept.poses) kept.poses->reset();
+    });
+  }
+
+  void look_for_sensors(Ecm& ecm, bool all) {
+    // Sensors are listed first, since a loop over components must not create or remove any.
+    std::vector<std::pair<Entity, sdf::Sensor>> found;
+    const auto add = [&](const Entity& entity, const components::Sensor*) {
+      if (auto sensor = sdf_of(entity, ecm)) found.emplace_back(entity, std::move(*sensor));
+      return true;
+    };
+    if (all) {
+      ecm.Each<components::Sensor>(add);
+    } else {
+      ecm.EachNew<components::Sensor>(add);
+    }
+    for (const auto& [entity, sensor] : found) take_over(entity, sensor, ecm);
+  }
+
+  void remove(Entity entity) {
+    const auto receiver = receivers.find(entity);
+    if (receiver == receivers.end()) return;
+    wait();
+    options->remove(receiver->second.name);
+    bases.remove(*receiver->second.hosted);
+    receivers.erase(receiver);
+  }
+
+  // A reset takes entities away without a word.
+  void remove_gone(const Ecm& ecm) {
+    std::vector<Entity> gone;
+    for (const auto& [entity, receiver] : receivers) {
+      if (ecm.Component<components::Sensor>(entity) == nullptr) gone.push_back(entity);
+    }
+    for (const Entity entity : gone) remove(entity);
+  }
+
+  // set_spherical_coordinates puts the world elsewhere while it runs.
+  void follow_origin(const Ecm& ecm) {
+    const std::optional<live::HostOrigin> now = origin_of(ecm);
+    if (now == origin) return;
+    wait();
+    origin = now;
+    for (auto& [entity, receiver] : receivers) {
+      std::vector<std::string> warnings;
+      receiver.scene_is_due = true;
+      try {
+        receiver.hosted->set_frame(world_frame(origin, receiver.settings, warnings));
+      } catch (const std::exception& e) {
+        receiver.hosted->say(live::Tone::Error, e.what());
+      }
+      for (const std::string& line : warnings) receiver.hosted->say(live::Tone::Warning, line);
+    }
+  }
+
+  void look(const Ecm& ecm) {
+    for (auto& [entity, receiver] : receivers) {
+      if (receiver.scene) dynamic_cast<GzHostWorld&>(receiver.scene->world()).look(ecm);
+    }
+  }
+
+  void wait() {
+    if (epochs.valid()) epochs.get();
+  }
+
+  [[nodiscard]] bool idle() const {
+    return !epochs.valid() || epochs.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  }
+
   std::optional<simulation::TruePose> truth(Receiver& receiver, std::int64_t now_ns, const Ecm& ecm,
-                                            std::string& reason) const;
+                                            std::string& reason) const {
+    if (receiver.poses) return receiver.poses->at(now_ns, reason);
+    if (ecm.Component<components::Pose>(receiver.link) == nullptr) {
+      reason = fmt::format("link {} is gone", receiver.link_name);
+      return std::nullopt;
+    }
+    simulation::TruePose engine;
+    engine.pose = rigid_pose(gz::sim::worldPose(receiver.sensor, ecm));
+    const auto linear = ecm.ComponentData<components::WorldLinearVelocity>(receiver.link);
+    const auto angular = ecm.ComponentData<components::WorldAngularVelocity>(receiver.link);
+    if (angular) engine.angular_velocity = eigen(*angular);
+    if (linear) {
+      const Eigen::Vector3d arm =
+          engine.pose.position_m - eigen(gz::sim::worldPose(receiver.link, ecm).Pos());
+      engine.linear_velocity = eigen(*linear) + engine.angular_velocity.cross(arm);
+    }
+    const auto motion = receiver.motion.at(now_ns, engine);
+    if (!motion) reason = fmt::format("Gazebo has no finite pose of link {}", receiver.link_name);
+    return motion;
+  }
 
   std::mutex mutex;
   std::map<Entity, Root> roots;
@@ -148,215 +346,6 @@ void GnssWorld::update(const gz::sim::UpdateInfo&, Ecm& ecm) {
   impl_->remove_gone(ecm);
   if (ecm.HasNewEntities()) impl_->look_for_sensors(ecm, false);
   impl_->start_due(ecm);
-}
-
-void GnssWorld::Impl::look_for_sensors(Ecm& ecm, bool all) {
-  // Sensors are listed first, since a loop over components must not create or remove any.
-  std::vector<std::pair<Entity, sdf::Sensor>> found;
-  const auto add = [&](const Entity& entity, const components::Sensor*) {
-    if (auto sensor = sdf_of(entity, ecm)) found.emplace_back(entity, std::move(*sensor));
-    return true;
-  };
-  if (all) {
-    ecm.Each<components::Sensor>(add);
-  } else {
-    ecm.EachNew<components::Sensor>(add);
-  }
-  for (const auto& [entity, sensor] : found) take_over(entity, sensor, ecm);
-}
-
-void GnssWorld::Impl::take_over(Entity entity, const sdf::Sensor& sensor, Ecm& ecm) {
-  // A sensor that is found when the system begins is new in the first step as well.
-  const bool waits = std::any_of(due.begin(), due.end(), [&](const Sensor& s) { return s.entity == entity; });
-  if (waits || receivers.contains(entity)) return;
-  const sdf::ElementPtr element = sensor.Element();
-  if (!element) return;
-  // The innermost system counts: a model's before the world's.
-  Root* root = nullptr;
-  for (Entity at = entity; at != gz::sim::kNullEntity && root == nullptr; at = parent_of(at, ecm)) {
-    const auto known = roots.find(at);
-    if (known != roots.end()) root = &known->second;
-  }
-  const bool is_navsat = sensor.Type() == sdf::SensorType::NAVSAT;
-  const bool is_gnss = !is_navsat && element->HasAttribute("gz:type") &&
-                       element->GetAttribute("gz:type")->GetAsString() == "gnss";
-  const bool is_marked = element->HasElement("canyon");
-  if (root == nullptr || root->bad || !(is_gnss || (is_navsat && (is_marked || root->all)))) return;
-  // Remove it now: Gazebo's own NavSat system would publish the truth on the same topic.
-  ecm.RemoveComponent<components::NavSat>(entity);
-  const sdf::ElementPtr own = is_marked ? element->GetElement("canyon") : nullptr;
-  root->found = true;
-  due.push_back({entity, sensor, with_defaults(own, root->defaults)});
-}
-
-// Called in the first step: while a model is being loaded it does not know its world.
-void GnssWorld::Impl::start_due(Ecm& ecm) {
-  if (!due.empty()) wait();
-  for (const Sensor& sensor : std::exchange(due, {})) {
-    if (!ecm.HasEntity(sensor.entity) || receivers.contains(sensor.entity)) continue;
-    try {
-      start(sensor.entity, sensor.sensor, sensor.element, ecm);
-    } catch (const std::exception& e) {
-      say(live::Tone::Error,
-          fmt::format("{}\n[canyon] the receiver is switched off; the simulation continues", e.what()));
-    }
-  }
-  for (auto& [entity, root] : roots) {
-    if (std::exchange(root.looked, true) || root.found || root.bad) continue;
-    gzerr << "[canyon] no sensor to serve in '" << name_of(entity, ecm)
-          << "' yet: a navsat sensor needs a <canyon> element (or the plugin <serve>all</serve>), another "
-             "<sensor type=\"custom\" gz:type=\"gnss\">\n";
-  }
-}
-
-void GnssWorld::Impl::start(Entity entity, const sdf::Sensor& sensor, const sdf::ElementPtr& element,
-                            Ecm& ecm) {
-  const ReceiverIdentity identity = identify(entity, ecm);
-  check_sensor(sensor.Element(), place_name(identity));
-  HostSettings settings = read_settings(element, sensor.Element(), identity, ecm);
-  if (element->HasElement("topic")) {
-    settings.warnings.emplace_back("<topic> of <canyon> has no effect here: it belongs in <sensor>");
-  }
-  origin = origin_of(ecm);
-  if (!origin && !settings.origin) {
-    throw InputError(place_name(identity) + ": the world has no geographic origin",
-                     "give it <spherical_coordinates>, or <canyon> <origin_latitude>, <origin_longitude> and "
-                     "<origin_altitude>");
-  }
-  const live::WorldFrame frame = world_frame(origin, settings, settings.warnings);
-
-  if (!options) options = std::make_unique<OptionsService>(identity.world);
-  Receiver receiver;
-  receiver.sensor = entity;
-  receiver.link = parent_of(entity, ecm);
-  receiver.link_name = identity.link;
-  receiver.name = identity.link + "::" + identity.sensor;
-  if (!settings.vehicle_blocks) receiver.own_model = gz::sim::topLevelModel(entity, ecm);
-  gz::sim::enableComponent<components::WorldLinearVelocity>(ecm, receiver.link);
-  gz::sim::enableComponent<components::WorldAngularVelocity>(ecm, receiver.link);
-  if (!settings.pose_topic.empty()) {
-    receiver.node = std::make_unique<gz::transport::Node>();
-    receiver.poses = take_poses(*receiver.node, settings);
-  }
-
-  const bool own_topic = !sensor.Topic().empty();
-  const std::string topic =
-      gz::sim::validTopic({own_topic ? sensor.Topic() : gz::sim::scopedName(entity, ecm) + "/navsat"});
-  for (const auto& [other, known] : receivers) {
-    if (known.topic != topic) continue;
-    settings.warnings.push_back(fmt::format(
-        "the topic '{}' is that of {}, too: give one of the sensors another <topic>", topic, known.name));
-  }
-  receiver.topic = topic;
-  ecm.CreateComponent(entity, components::SensorTopic(topic));
-  live::HostSetup setup =
-      setup_of(settings, identity, frame, start_of_world(&ecm, identity.world, 0), sensor.UpdateRate(), say);
-  setup.sky_warnings = sky_warnings;
-  receiver.hosted = std::make_unique<live::HostedReceiver>(std::move(setup));
-  if (settings.publish_navsat) {
-    receiver.hosted->add(make_navsat_publisher(topic, frame_of(sensor.Element(), receiver.name)));
-  }
-  std::vector<std::string> topics;
-  if (settings.publish_navsat) topics.push_back(topic);
-  if (settings.publish_gazebo) {
-    topics.push_back(gnss_topic_beside(topic, own_topic));
-    receiver.hosted->add(make_gnss_publisher(identity, topics.back()));
-  }
-#ifdef CANYON_WITH_ROS2
-  if (settings.publish_ros) {
-    receiver.hosted->add(ros2::make_host_publisher(identity, settings,
-                                                   hosted_faults(options->desk(), receiver.name, settings)),
-                         "cannot publish on ROS 2");
-  }
-#endif
-  if (settings.show_rays || settings.show_bubble) {
-    receiver.hosted->add(make_markers(identity, settings), "rays and bubble are not drawn");
-  }
-  const std::string services = options->add(receiver.name, topic);
-  const auto rooted = [](const std::string& name) { return name.starts_with('/') ? name : "/" + name; };
-  for (std::string& each : topics) each = rooted(each);
-  gzmsg << "[canyon] " << receiver.name << " publishes on "
-        << (topics.empty() ? "no topic" : fmt::format("{}", fmt::join(topics, " and "))) << " every "
-        << receiver.hosted->interval_s() << " s; services " << rooted(topic) << "/set_rate and "
-        << rooted(services) << "/get_options, set_options, get_faults, add_fault, end_fault\n";
-  receiver.settings = std::move(settings);
-  Receiver& kept = receivers[entity] = std::move(receiver);
-  bases.add(*kept.hosted, gz::sim::topLevelModel(entity, ecm));
-  kept.hosted->on_reset([&kept] {
-    kept.motion.reset();
-    if (kept.poses) kept.poses->reset();
-  });
-}
-
-void GnssWorld::Impl::wait() {
-  if (epochs.valid()) epochs.get();
-}
-
-bool GnssWorld::Impl::idle() const {
-  return !epochs.valid() || epochs.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
-}
-
-void GnssWorld::Impl::remove(Entity entity) {
-  const auto receiver = receivers.find(entity);
-  if (receiver == receivers.end()) return;
-  wait();
-  options->remove(receiver->second.name);
-  bases.remove(*receiver->second.hosted);
-  receivers.erase(receiver);
-}
-
-// A reset takes entities away without a word.
-void GnssWorld::Impl::remove_gone(const Ecm& ecm) {
-  std::vector<Entity> gone;
-  for (const auto& [entity, receiver] : receivers) {
-    if (ecm.Component<components::Sensor>(entity) == nullptr) gone.push_back(entity);
-  }
-  for (const Entity entity : gone) remove(entity);
-}
-
-void GnssWorld::Impl::look(const Ecm& ecm) {
-  for (auto& [entity, receiver] : receivers) {
-    if (receiver.scene) dynamic_cast<GzHostWorld&>(receiver.scene->world()).look(ecm);
-  }
-}
-
-// set_spherical_coordinates puts the world elsewhere while it runs.
-void GnssWorld::Impl::follow_origin(const Ecm& ecm) {
-  const std::optional<live::HostOrigin> now = origin_of(ecm);
-  if (now == origin) return;
-  wait();
-  origin = now;
-  for (auto& [entity, receiver] : receivers) {
-    std::vector<std::string> warnings;
-    receiver.scene_is_due = true;
-    try {
-      receiver.hosted->set_frame(world_frame(origin, receiver.settings, warnings));
-    } catch (const std::exception& e) {
-      receiver.hosted->say(live::Tone::Error, e.what());
-    }
-    for (const std::string& line : warnings) receiver.hosted->say(live::Tone::Warning, line);
-  }
-}
-
-std::optional<simulation::TruePose> GnssWorld::Impl::truth(Receiver& receiver, std::int64_t now_ns,
-                                                           const Ecm& ecm, std::string& reason) const {
-  if (receiver.poses) return receiver.poses->at(now_ns, reason);
-  if (ecm.Component<components::Pose>(receiver.link) == nullptr) {
-    reason = fmt::format("link {} is gone", receiver.link_name);
-    return std::nullopt;
-  }
-  simulation::TruePose engine;
-  engine.pose = rigid_pose(gz::sim::worldPose(receiver.sensor, ecm));
-  const auto linear = ecm.ComponentData<components::WorldLinearVelocity>(receiver.link);
-  const auto angular = ecm.ComponentData<components::WorldAngularVelocity>(receiver.link);
-  if (angular) engine.angular_velocity = eigen(*angular);
-  if (linear) {
-    const Eigen::Vector3d arm = engine.pose.position_m - eigen(gz::sim::worldPose(receiver.link, ecm).Pos());
-    engine.linear_velocity = eigen(*linear) + engine.angular_velocity.cross(arm);
-  }
-  const auto motion = receiver.motion.at(now_ns, engine);
-  if (!motion) reason = fmt::format("Gazebo has no finite pose of link {}", receiver.link_name);
-  return motion;
 }
 
 void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
