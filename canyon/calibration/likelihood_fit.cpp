@@ -121,11 +121,11 @@ struct Counts {
   double tracked = 0, untracked = 0;
   Histogram cn0, error;
 
-  void add(bool is_tracked, const std::optional<double>& cn0_dbhz, const std::optional<double>& error_m) {
-    (is_tracked ? tracked : untracked) += 1;
-    if (!is_tracked) return;
-    if (cn0_dbhz) cn0.add(*cn0_dbhz / kBin_dB);
-    if (error_m) error.add(Histogram::kBins / 2.0 + kBinsOfError * std::asinh(*error_m / kLinear_m));
+  void add(const validation::ComparedObservation& o) {
+    (o.tracked ? tracked : untracked) += 1;
+    if (!o.tracked) return;
+    if (o.cn0_dbhz) cn0.add(*o.cn0_dbhz / kBin_dB);
+    if (o.error_m) error.add(Histogram::kBins / 2.0 + kBinsOfError * std::asinh(*o.error_m / kLinear_m));
   }
   void add(const Counts& other, double weight) {
     tracked += weight * other.tracked;
@@ -154,16 +154,9 @@ std::size_t class_of(const validation::ComparedSatellite& s) {
   return of;
 }
 
-Classes recorded_in(const validation::Comparison& comparison) {
-  Classes classes;
+void add_side(const validation::Comparison& comparison, validation::Side side, Classes& classes) {
   for (const validation::ComparedSatellite& s : comparison.satellites)
-    classes.at(class_of(s)).add(s.measured, s.measured_cn0_dbhz, s.measured_error_m);
-  return classes;
-}
-
-void add_simulated(const validation::Comparison& comparison, Classes& classes) {
-  for (const validation::ComparedSatellite& s : comparison.satellites)
-    classes.at(class_of(s)).add(s.simulated, s.simulated_cn0_dbhz, s.simulated_error_m);
+    classes.at(class_of(s)).add(s.of(side));
 }
 
 /// Logarithm of the probability of recorded values under the density of a model's, each epoch of which counts
@@ -350,8 +343,9 @@ class NodeRun {
       std::size_t k = first;
       for (const validation::Comparison& comparison :
            validation::compare(drive_.recording, seeded, environment, drive_.registration, compare)) {
-        if (first_node + k == 0) observations_.recorded = recorded_in(comparison);
-        add_simulated(comparison, observations_.of_nodes[first_node + k++ % in_city_]);
+        if (first_node + k == 0) add_side(comparison, validation::Side::Measured, observations_.recorded);
+        add_side(comparison, validation::Side::Simulated,
+                 observations_.of_nodes[first_node + k++ % in_city_]);
       }
     }
   }

@@ -374,10 +374,10 @@ Sample sample_of(const validation::ComparedSignal& s, std::size_t epoch,
                  const validation::ComparedSatellite& of) {
   return {epoch,
           of.clear,
-          s.measured,
-          s.measured_phase.residual_m.has_value(),
+          s.measured.tracked,
+          s.measured.phase.residual_m.has_value(),
           of.elevation_rad,
-          s.measured_cn0_dbhz};
+          s.measured.cn0_dbhz};
 }
 
 }  // namespace

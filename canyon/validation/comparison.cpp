@@ -126,15 +126,15 @@ class Comparer {
     compared.place_enu_m = place(e);
     compared.first = result_.satellites.size();
     const positioning::Fix& single = receiver_.single_epoch_fix();
-    compared.simulated = fix_error(single, epoch);
-    if (result_.filtered) compared.simulated_filter = fix_error(observed.fix, epoch);
+    compared.fix.simulated = fix_error(single, epoch);
+    if (result_.filtered) compared.filter.simulated = fix_error(observed.fix, epoch);
     // Both ascend; systems that the receiver does not track are views alone.
     auto of_satellite = views.begin();
     for (const receiver::SatelliteObservation& o : observed.satellites) {
       while (of_satellite->line.id < o.id) ++of_satellite;
       if (!o.above_mask) continue;
       ComparedSatellite& s = result_.satellites.emplace_back(simulated_part(*of_satellite, o));
-      s.used_simulated = std::binary_search(single.used.begin(), single.used.end(), s.id);
+      s.used.simulated = std::binary_search(single.used.begin(), single.used.end(), s.id);
     }
     compared.count = result_.satellites.size() - compared.first;
 
@@ -235,14 +235,12 @@ class Comparer {
   void add_simulated(const orbit::LineOfSight& line, const receiver::SignalObservation& o,
                      ComparedSatellite& satellite) const {
     if (!o.measurement) return;
-    ComparedSignal& s = signal_of(satellite, o.signal);
-    s.simulated = true;
-    s.simulated_error_m = o.pseudorange_error_m;
-    // As the receiver states it, where it does.
-    s.simulated_cn0_dbhz = o.measurement->cn0_dbhz ? o.measurement->cn0_dbhz : o.cn0_dbhz;
-    s.simulated_phase = simulated_phase(line, o);
+    // C/N0 as the receiver states it, where it does.
+    ComparedObservation& s = signal_of(satellite, o.signal).simulated;
+    s = {true, o.pseudorange_error_m, o.measurement->cn0_dbhz ? o.measurement->cn0_dbhz : o.cn0_dbhz,
+         simulated_phase(line, o)};
     const std::size_t e = result_.epochs.size() - 1;
-    s.simulated_phase.slip =
+    s.phase.slip =
         e > 0 && o.measurement->phase_since && *o.measurement->phase_since > result_.epochs[e - 1].time;
   }
 
@@ -317,23 +315,21 @@ class Comparer {
     }
     const positioning::Fix fix = positioning::solve_fix(epoch.receiver_time, measurements, environment_.sky(),
                                                         recorded_fix_options(), environment_.klobuchar());
-    compared.measured = fix_error(fix, epoch);
+    compared.fix.measured = fix_error(fix, epoch);
     if (filter_) {
-      compared.measured_filter = fix_error(filter_->update(epoch.receiver_time, measurements,
+      compared.filter.measured = fix_error(filter_->update(epoch.receiver_time, measurements,
                                                            environment_.sky(), fix, environment_.klobuchar()),
                                            epoch);
     }
     for (const gnss::SatelliteId id : fix.used) {
-      if (ComparedSatellite* s = satellite(id)) s->used_measured = true;
+      if (ComparedSatellite* s = satellite(id)) s->used.measured = true;
     }
   }
 
   static void add_measured(const PseudorangeResidual& o, double error_m, ClockSource clock,
                            ComparedSignal& s) {
-    s.measured = true;
-    if (clock != ClockSource::None) s.measured_error_m = error_m;
-    s.measured_cn0_dbhz = o.cn0_dbhz;
-    s.measured_phase = {o.phase_residual_m, o.lost_lock};
+    s.measured = {true, {}, o.cn0_dbhz, {o.phase_residual_m, o.lost_lock}};
+    if (clock != ClockSource::None) s.measured.error_m = error_m;
   }
 
   /// Recorded errors are about a clock from satellites in clear view, with what these have in common.
@@ -347,12 +343,12 @@ class Comparer {
       epoch.first = residuals.observations.size();
       for (std::size_t i = compared.first; i < compared.first + compared.count; ++i) {
         const ComparedSatellite& s = result_.satellites[i];
-        if (!s.simulated_error_m) continue;
+        if (!s.simulated.error_m) continue;
         PseudorangeResidual& o = residuals.observations.emplace_back();
         o.epoch = residuals.epochs.size();
         o.id = s.id;
-        o.residual_m = *s.simulated_error_m;
-        o.cn0_dbhz = s.simulated_cn0_dbhz;
+        o.residual_m = *s.simulated.error_m;
+        o.cn0_dbhz = s.simulated.cn0_dbhz;
         o.elevation_rad = s.elevation_rad;
         clear.push_back(s.clear);
       }
@@ -369,9 +365,9 @@ class Comparer {
       for (std::size_t i = compared.first; i < compared.first + compared.count; ++i) {
         ComparedSatellite& satellite = result_.satellites[i];
         const double clock_m = clock_of(errors, k, satellite.id.system);
-        if (satellite.simulated_error_m) *satellite.simulated_error_m -= clock_m;
+        if (satellite.simulated.error_m) *satellite.simulated.error_m -= clock_m;
         for (ComparedSignal& s : satellite.more) {
-          if (s.simulated_error_m) *s.simulated_error_m -= clock_m;
+          if (s.simulated.error_m) *s.simulated.error_m -= clock_m;
         }
       }
       ++k;
@@ -386,21 +382,21 @@ class Comparer {
 
   /// Removes the bias of each further signal, measured and simulated.
   void remove_biases() {
-    for (std::optional<double> ComparedSignal::*error :
-         {&ComparedSignal::measured_error_m, &ComparedSignal::simulated_error_m}) {
+    for (const Side side : kSides) {
       std::map<const gnss::Signal*, std::array<std::vector<double>, 2>> values;  // of all, of clear ones
       for (const ComparedSatellite& satellite : result_.satellites) {
         for (const ComparedSignal& s : satellite.more) {
-          if (!(s.*error)) continue;
-          values[s.signal][0].push_back(*(s.*error));
-          if (satellite.clear) values[s.signal][1].push_back(*(s.*error));
+          const std::optional<double>& error_m = s.of(side).error_m;
+          if (!error_m) continue;
+          values[s.signal][0].push_back(*error_m);
+          if (satellite.clear) values[s.signal][1].push_back(*error_m);
         }
       }
       std::map<const gnss::Signal*, double> bias_m;
       for (const auto& [signal, of] : values) bias_m[signal] = *median(of[1].empty() ? of[0] : of[1]);
       for (ComparedSatellite& satellite : result_.satellites) {
         for (ComparedSignal& s : satellite.more) {
-          if (s.*error) *(s.*error) -= bias_m[s.signal];
+          if (s.of(side).error_m) *s.of(side).error_m -= bias_m[s.signal];
         }
       }
     }
@@ -493,9 +489,8 @@ std::vector<NeverTracked> never_tracked(const Comparison& comparison, double ele
   std::map<gnss::SatelliteId, double> untracked_s;
   std::set<gnss::SatelliteId> tracked;
   for (const ComparedSatellite& s : comparison.satellites) {
-    const bool measured = s.measured || std::any_of(s.more.begin(), s.more.end(),
-                                                    [](const ComparedSignal& o) { return o.measured; });
-    if (measured) tracked.insert(s.id);
+    const auto recorded = [](const ComparedSignal& o) { return o.measured.tracked; };
+    if (recorded(s) || std::any_of(s.more.begin(), s.more.end(), recorded)) tracked.insert(s.id);
     if (s.clear && s.elevation_rad >= elevation_rad) untracked_s[s.id] += interval_s;
   }
   std::vector<NeverTracked> result;

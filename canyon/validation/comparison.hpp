@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -23,6 +24,18 @@
 // The recorded receiver beside the simulated one, observation by observation.
 
 namespace canyon::validation {
+
+/// The recorded receiver and the simulated one.
+enum class Side : std::uint8_t { Measured, Simulated };
+inline constexpr std::array kSides{Side::Measured, Side::Simulated};
+
+/// A value of each side.
+template <typename T>
+struct Sides {
+  T measured{}, simulated{};
+  [[nodiscard]] T& of(Side side) { return side == Side::Measured ? measured : simulated; }
+  [[nodiscard]] const T& of(Side side) const { return side == Side::Measured ? measured : simulated; }
+};
 
 /// A rigid horizontal move of the city: a point p of its map lies at turn(p - pivot) + pivot + offset.
 struct Registration {
@@ -78,19 +91,17 @@ struct ComparedPhase {
   bool slip = false;  ///< the receiver says that it does not continue that of the epoch before
 };
 
+/// A signal as one receiver has it at one epoch.
+struct ComparedObservation {
+  bool tracked = false;           ///< it has a pseudorange, which is not gross
+  std::optional<double> error_m;  ///< of the pseudorange; of a simulated one by paths and noise
+  std::optional<double> cn0_dbhz;
+  ComparedPhase phase;
+};
+
 /// One signal of a satellite at one epoch: measured, simulated or both.
-struct ComparedSignal {
+struct ComparedSignal : Sides<ComparedObservation> {
   const gnss::Signal* signal = nullptr;  ///< of gnss::signals_of()
-
-  bool measured = false;                   ///< a pseudorange was recorded that is not gross
-  std::optional<double> measured_error_m;  ///< pseudorange error
-  std::optional<double> measured_cn0_dbhz;
-  ComparedPhase measured_phase;
-
-  bool simulated = false;                   ///< a pseudorange was simulated
-  std::optional<double> simulated_error_m;  ///< by paths and noise, of a tracked signal
-  std::optional<double> simulated_cn0_dbhz;
-  ComparedPhase simulated_phase;
 };
 
 /// One satellite at one epoch, above the scenario's elevation mask, with its first signal
@@ -111,7 +122,7 @@ struct ComparedSatellite : ComparedSignal {
     double excess_m = 0;  ///< code delay without noise
   };
   std::optional<Prediction> prediction;
-  bool used_measured = false, used_simulated = false;  ///< in the fixes
+  Sides<bool> used;  ///< in the fixes
   /// Those beyond the first that it sends (gnss::transmits()) and the recording or the simulated receiver
   /// has, in the order of gnss::signals_of(). Their errors are about the clock from first signals,
   /// measured and simulated. A constant of each is taken off, the median over the run of satellites that are
@@ -134,9 +145,9 @@ struct ComparedEpoch {
   /// Registration::place_in_city() gives, right over the map as it is drawn. ENU vectors of fixes belong
   /// beside it after Registration::direction_in_city().
   Eigen::Vector3d place_enu_m = Eigen::Vector3d::Zero();
-  std::size_t first = 0, count = 0;               ///< of Comparison::satellites
-  ComparedFix measured, simulated;                ///< of single epochs
-  ComparedFix measured_filter, simulated_filter;  ///< of the receiver's position filter, where it has one
+  std::size_t first = 0, count = 0;  ///< of Comparison::satellites
+  Sides<ComparedFix> fix;            ///< of the epoch alone
+  Sides<ComparedFix> filter;         ///< of the receiver's position filter, where it has one
   ClockSource clock = ClockSource::None;
   std::size_t segment = 0;  ///< of the street: Comparison::segments
 };

@@ -110,22 +110,22 @@ struct Agreement {
 Agreement agreement(const Comparison& comparison) {
   Agreement a;
   for (const ComparedEpoch& epoch : comparison.epochs) {
-    EXPECT_EQ(epoch.measured.used, epoch.simulated.used);
-    if (epoch.measured.solved && epoch.simulated.solved) {
-      a.fix_m.push_back((epoch.measured.error_enu_m - epoch.simulated.error_enu_m).norm());
+    EXPECT_EQ(epoch.fix.measured.used, epoch.fix.simulated.used);
+    if (epoch.fix.measured.solved && epoch.fix.simulated.solved) {
+      a.fix_m.push_back((epoch.fix.measured.error_enu_m - epoch.fix.simulated.error_enu_m).norm());
     }
     for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
       const ComparedSatellite& s = comparison.satellites[i];
-      if (s.measured != s.simulated) ++a.only_one;
-      EXPECT_EQ(s.used_measured, s.used_simulated);
-      if (!s.clear && s.measured) {
+      if (s.measured.tracked != s.simulated.tracked) ++a.only_one;
+      EXPECT_EQ(s.used.measured, s.used.simulated);
+      if (!s.clear && s.measured.tracked) {
         ++a.nlos_measured;
         a.predictions += s.prediction ? 1 : 0;
       }
-      if (!s.measured || !s.simulated || epoch.clock != ClockSource::Clear) continue;
+      if (!s.measured.tracked || !s.simulated.tracked || epoch.clock != ClockSource::Clear) continue;
       ++a.both;
-      a.error_m.push_back(std::abs(*s.measured_error_m - *s.simulated_error_m));
-      if (s.measured_cn0_dbhz) a.cn0_db.push_back(std::abs(*s.measured_cn0_dbhz - *s.simulated_cn0_dbhz));
+      a.error_m.push_back(std::abs(*s.measured.error_m - *s.simulated.error_m));
+      if (s.measured.cn0_dbhz) a.cn0_db.push_back(std::abs(*s.measured.cn0_dbhz - *s.simulated.cn0_dbhz));
     }
   }
   return a;
@@ -140,7 +140,7 @@ TEST(Comparison, HonoursDisturbances) {
   const auto compared = [&] { return compare(recording, receiver, recorded.environment(), {}, 1); };
   const Comparison plain = compared();
   const auto seen = std::find_if(plain.satellites.begin(), plain.satellites.end(),
-                                 [](const ComparedSatellite& s) { return s.simulated; });
+                                 [](const ComparedSatellite& s) { return s.simulated.tracked; });
   ASSERT_NE(seen, plain.satellites.end());
   receiver.disturbances = {canyon::test::without(seen->id)};
   const Comparison disturbed = compared();
@@ -150,10 +150,10 @@ TEST(Comparison, HonoursDisturbances) {
     ASSERT_LT(i, disturbed.satellites.size());
     const ComparedSatellite& after = disturbed.satellites[i++];
     ASSERT_EQ(after.id, before.id);
-    ASSERT_EQ(after.simulated_error_m.has_value(), before.simulated_error_m.has_value());
+    ASSERT_EQ(after.simulated.error_m.has_value(), before.simulated.error_m.has_value());
     // Errors are less the clock by the other satellites.
-    if (before.simulated_error_m) {
-      ASSERT_NEAR(*after.simulated_error_m, *before.simulated_error_m, 1e-9);
+    if (before.simulated.error_m) {
+      ASSERT_NEAR(*after.simulated.error_m, *before.simulated.error_m, 1e-9);
     }
   }
   EXPECT_EQ(i, disturbed.satellites.size());
@@ -192,8 +192,8 @@ TEST(Comparison, RecordedReceiverIsItsOwnSimulation) {
   // Predictions without strength: the shortest path, which is the whole error of an NLOS signal.
   std::vector<double> off;
   for (const ComparedSatellite& s : comparison.satellites) {
-    if (s.prediction && s.measured_error_m)
-      off.push_back(std::abs(*s.measured_error_m - s.prediction->excess_m));
+    if (s.prediction && s.measured.error_m)
+      off.push_back(std::abs(*s.measured.error_m - s.prediction->excess_m));
   }
   EXPECT_LT(quantile(off, 0.99).value(), 3e-3);
 
@@ -216,7 +216,7 @@ TEST(Comparison, RecordedReceiverIsItsOwnSimulation) {
   const Comparison again = compare(recording, receiver, recorded.environment(), moved, 1, options);
   ASSERT_EQ(again.satellites.size(), comparison.satellites.size());
   for (std::size_t i = 0; i < again.satellites.size(); ++i) {
-    ASSERT_EQ(again.satellites[i].simulated_error_m, comparison.satellites[i].simulated_error_m);
+    ASSERT_EQ(again.satellites[i].simulated.error_m, comparison.satellites[i].simulated.error_m);
   }
 }
 
@@ -238,14 +238,14 @@ TEST(Comparison, NamesSatellitesThatWereNeverTracked) {
       return comparison.satellites.emplace_back(s);
     };
     add(1, 45, true);
-    add(2, 45, true).measured = e == 199;  // tracked once
-    add(3, 14, true);                      // too low
-    add(4, 45, e < 119);                   // clear for too short
-    add(5, 16, e % 10 < 6);                // 120 s in pieces
-    add(6, 45, false);                     // never clear
+    add(2, 45, true).measured.tracked = e == 199;  // tracked once
+    add(3, 14, true);                              // too low
+    add(4, 45, e < 119);                           // clear for too short
+    add(5, 16, e % 10 < 6);                        // 120 s in pieces
+    add(6, 45, false);                             // never clear
     ComparedSignal further;
     further.signal = other;
-    further.measured = true;
+    further.measured.tracked = true;
     add(7, 45, true).more.push_back(further);  // by another signal
     epoch.count = comparison.satellites.size() - epoch.first;
     comparison.epochs.push_back(epoch);
@@ -267,7 +267,7 @@ TEST(Comparison, LeavesSatellitesOut) {
   const simulation::ReceiverConfig& receiver = recorded.scenario().receivers.front();
   const Comparison plain = compare(recording, receiver, recorded.environment(), {}, 1);
   const auto used = std::find_if(plain.satellites.begin(), plain.satellites.end(),
-                                 [](const ComparedSatellite& s) { return s.used_simulated; });
+                                 [](const ComparedSatellite& s) { return s.used.simulated; });
   ASSERT_NE(used, plain.satellites.end());
   CompareOptions options;
   options.leave_out = {used->id};
@@ -278,9 +278,9 @@ TEST(Comparison, LeavesSatellitesOut) {
     ASSERT_LT(i, without.satellites.size());
     ASSERT_EQ(without.satellites[i].id, before.id);
     const ComparedSatellite& after = without.satellites[i++];
-    ASSERT_EQ(after.simulated_error_m.has_value(), before.simulated_error_m.has_value());
-    if (before.simulated_error_m) {
-      ASSERT_NEAR(*after.simulated_error_m, *before.simulated_error_m, 1e-9);
+    ASSERT_EQ(after.simulated.error_m.has_value(), before.simulated.error_m.has_value());
+    if (before.simulated.error_m) {
+      ASSERT_NEAR(*after.simulated.error_m, *before.simulated.error_m, 1e-9);
     }
   }
   EXPECT_EQ(i, without.satellites.size());
@@ -300,8 +300,8 @@ TEST(Comparison, SeveralReceiversAreEachAsIfAlone) {
   const auto strengths = [](const Comparison& comparison) {
     std::vector<double> all;
     for (const ComparedSatellite& s : comparison.satellites) {
-      all.push_back(s.simulated_cn0_dbhz.value_or(-1));
-      all.push_back(s.simulated_error_m.value_or(-1));
+      all.push_back(s.simulated.cn0_dbhz.value_or(-1));
+      all.push_back(s.simulated.error_m.value_or(-1));
     }
     return all;
   };
@@ -347,12 +347,12 @@ TEST(Comparison, OwnFixesAndThePositionFilter) {
   std::vector<double> between_m, from_single_m;
   for (std::size_t e = 0; e < filtered.epochs.size(); ++e) {
     const ComparedEpoch& f = filtered.epochs[e];
-    EXPECT_EQ(f.measured.solved, plain.epochs[e].measured.solved);
-    EXPECT_EQ(f.simulated.used, plain.epochs[e].simulated.used);
-    EXPECT_FALSE(plain.epochs[e].measured_filter.solved);
-    if (!f.measured_filter.solved || !f.simulated_filter.solved || !f.measured.solved) continue;
-    between_m.push_back((f.measured_filter.error_enu_m - f.simulated_filter.error_enu_m).norm());
-    from_single_m.push_back((f.measured_filter.error_enu_m - f.measured.error_enu_m).norm());
+    EXPECT_EQ(f.fix.measured.solved, plain.epochs[e].fix.measured.solved);
+    EXPECT_EQ(f.fix.simulated.used, plain.epochs[e].fix.simulated.used);
+    EXPECT_FALSE(plain.epochs[e].filter.measured.solved);
+    if (!f.filter.measured.solved || !f.filter.simulated.solved || !f.fix.measured.solved) continue;
+    between_m.push_back((f.filter.measured.error_enu_m - f.filter.simulated.error_enu_m).norm());
+    from_single_m.push_back((f.filter.measured.error_enu_m - f.fix.measured.error_enu_m).norm());
   }
   ASSERT_GT(between_m.size(), 100U);
   EXPECT_LT(median(between_m).value(), 0.05);
@@ -364,9 +364,9 @@ TEST(Comparison, OwnFixesAndThePositionFilter) {
   EXPECT_LE(own.fixes, count);
   EXPECT_FALSE(std::isfinite(own.mean_used));
   const Figures f = figures(filtered, count, count, "second half");
-  EXPECT_EQ(f.simulated_filter.epochs, count);
-  EXPECT_EQ(f.measured_filter.stated, f.measured_filter.fixes);
-  EXPECT_GE(f.measured_filter.horizontal_within[1], f.measured_filter.horizontal_within[0]);
+  EXPECT_EQ(f.filtered.simulated.epochs, count);
+  EXPECT_EQ(f.filtered.measured.stated, f.filtered.measured.fixes);
+  EXPECT_GE(f.filtered.measured.horizontal_within[1], f.filtered.measured.horizontal_within[0]);
 }
 
 TEST(Comparison, SignalsWithStrengthComeBackToo) {
@@ -377,17 +377,17 @@ TEST(Comparison, SignalsWithStrengthComeBackToo) {
   std::size_t differ = 0, all = 0, predicted = 0, blocked_tracked = 0;
   std::vector<double> fix_m, cn0_db;
   for (const ComparedEpoch& epoch : comparison.epochs) {
-    if (epoch.measured.solved && epoch.simulated.solved) {
-      fix_m.push_back((epoch.measured.error_enu_m - epoch.simulated.error_enu_m).norm());
+    if (epoch.fix.measured.solved && epoch.fix.simulated.solved) {
+      fix_m.push_back((epoch.fix.measured.error_enu_m - epoch.fix.simulated.error_enu_m).norm());
     }
   }
   for (const ComparedSatellite& s : comparison.satellites) {
     ++all;
-    differ += s.measured != s.simulated ? 1 : 0;
-    if (s.measured_cn0_dbhz && s.simulated_cn0_dbhz) {
-      cn0_db.push_back(std::abs(*s.measured_cn0_dbhz - *s.simulated_cn0_dbhz));
+    differ += s.measured.tracked != s.simulated.tracked ? 1 : 0;
+    if (s.measured.cn0_dbhz && s.simulated.cn0_dbhz) {
+      cn0_db.push_back(std::abs(*s.measured.cn0_dbhz - *s.simulated.cn0_dbhz));
     }
-    if (s.clear || !s.simulated) continue;
+    if (s.clear || !s.simulated.tracked) continue;
     ++blocked_tracked;
     predicted += s.prediction ? 1 : 0;
   }

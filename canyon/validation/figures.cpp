@@ -20,27 +20,18 @@
 namespace canyon::validation {
 namespace {
 
-double ratio(std::size_t part, std::size_t whole) {
-  return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0;
-}
-
-/// At kQuantiles; 0 of nothing.
+/// At kQuantiles.
 std::array<double, 5> five_quantiles(std::span<const double> values) {
-  std::array<double, 5> result{};
+  std::array<double, 5> result = kNoQuantiles;
   if (values.empty()) return result;
   const std::vector<double> at = quantiles(values, kQuantiles);
   std::copy(at.begin(), at.end(), result.begin());
   return result;
 }
 
-DistributionPair pair_of(std::span<const double> measured, std::span<const double> simulated) {
-  DistributionPair pair;
-  pair.measured_n = measured.size();
-  pair.simulated_n = simulated.size();
-  pair.measured = five_quantiles(measured);
-  pair.simulated = five_quantiles(simulated);
-  pair.ks = kolmogorov_smirnov(measured, simulated);
-  return pair;
+DistributionPair pair_of(const std::vector<double>& measured, const std::vector<double>& simulated) {
+  return {{{measured.size(), five_quantiles(measured)}, {simulated.size(), five_quantiles(simulated)}},
+          kolmogorov_smirnov(measured, simulated)};
 }
 
 /// Sorted into LOS [0] and NLOS [1].
@@ -54,21 +45,17 @@ struct ByView {
 /// Observations of one signal by both receivers.
 struct ObservationSample {
   std::array<TrackedShare, 2> tracked;  ///< LOS, NLOS
-  ByView error, cn0, simulated_error, simulated_cn0;
+  Sides<ByView> error, cn0;
 
-  void add_measured(bool nlos, const ComparedSignal& s) {
+  void add(Side side, bool nlos, const ComparedSignal& s) {
     TrackedShare& share = tracked[nlos ? 1 : 0];
-    ++share.satellites;
-    if (s.measured) ++share.measured;
-    if (!s.measured_error_m) return;
-    error.add(nlos, *s.measured_error_m);
-    if (s.measured_cn0_dbhz) cn0.add(nlos, *s.measured_cn0_dbhz);
-  }
-  void add_simulated(bool nlos, const ComparedSignal& s) {
-    if (!s.simulated) return;
-    ++tracked[nlos ? 1 : 0].simulated;
-    if (s.simulated_error_m) simulated_error.add(nlos, *s.simulated_error_m);
-    if (s.simulated_cn0_dbhz) simulated_cn0.add(nlos, *s.simulated_cn0_dbhz);
+    if (side == Side::Measured) ++share.satellites;
+    const ComparedObservation& o = s.of(side);
+    if (!o.tracked) return;
+    ++share.of(side);
+    if (o.error_m) error.of(side).add(nlos, *o.error_m);
+    // Measured C/N0 count in epochs with a clock.
+    if (o.cn0_dbhz && (o.error_m || side == Side::Simulated)) cn0.of(side).add(nlos, *o.cn0_dbhz);
   }
   /// @param runs that the simulated values are of
   void write(ObservationFigures& to, std::size_t runs) const {
@@ -78,10 +65,10 @@ struct ObservationSample {
       share->simulated = static_cast<std::size_t>(
           std::lround(static_cast<double>(share->simulated) / static_cast<double>(runs)));
     }
-    to.error_los_m = pair_of(error.los(), simulated_error.los());
-    to.error_nlos_m = pair_of(error.nlos(), simulated_error.nlos());
-    to.cn0_los_dbhz = pair_of(cn0.los(), simulated_cn0.los());
-    to.cn0_nlos_dbhz = pair_of(cn0.nlos(), simulated_cn0.nlos());
+    to.error_los_m = pair_of(error.measured.los(), error.simulated.los());
+    to.error_nlos_m = pair_of(error.measured.nlos(), error.simulated.nlos());
+    to.cn0_los_dbhz = pair_of(cn0.measured.los(), cn0.simulated.los());
+    to.cn0_nlos_dbhz = pair_of(cn0.measured.nlos(), cn0.simulated.nlos());
   }
 };
 
@@ -175,7 +162,8 @@ class PhaseWalk {
 
   /// One signal that has a pseudorange.
   void observe(const ComparedSatellite& satellite, const gnss::Signal* signal, bool nlos,
-               const ComparedPhase& phase, const std::optional<double>& cn0_dbhz) {
+               const ComparedObservation& observation) {
+    const ComparedPhase& phase = observation.phase;
     PhaseSample& sample = samples_[signal];
     ++sample.observations[nlos ? 1 : 0];
     if (!phase.residual_m) return;
@@ -196,8 +184,8 @@ class PhaseWalk {
     const double azimuth = satellite.azimuth_rad, elevation = satellite.elevation_rad;
     const Eigen::Vector3d direction(std::sin(azimuth) * std::cos(elevation),
                                     std::cos(azimuth) * std::cos(elevation), std::sin(elevation));
-    thirds_.push_back({third, std::pow(10, cn0_dbhz.value_or(positioning::kUnknownCn0_dbhz) / 10), direction,
-                       nlos, &sample});
+    const double cn0_dbhz = observation.cn0_dbhz.value_or(positioning::kUnknownCn0_dbhz);
+    thirds_.push_back({third, std::pow(10, cn0_dbhz / 10), direction, nlos, &sample});
   }
 
   /// Takes off what this epoch's third differences share (PhaseView::noise_m).
@@ -285,39 +273,32 @@ std::vector<SignalFigures> signal_figures(const Comparison& comparison, std::siz
 
   const double interval_s = interval_of(std::span(comparison.epochs).subspan(first, count));
   std::map<const gnss::Signal*, ObservationSample> samples;
-  const auto walk = [&](const Comparison& run, PhaseSamples& phases, const auto& observe) {
-    PhaseWalk along(interval_s, phases);
+  Sides<PhaseSamples> phases;
+  const auto walk = [&](Side side, const Comparison& run) {
+    PhaseWalk along(interval_s, phases.of(side));
     for (std::size_t e = first; e < first + count; ++e) {
       const ComparedEpoch& epoch = comparison.epochs[e];
       along.begin(epoch.time);
       for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
         const ComparedSatellite& satellite = run.satellites[i];
         const bool nlos = !comparison.satellites[i].clear;
-        observe(along, satellite, satellite, nlos);
-        for (const ComparedSignal& s : satellite.more) observe(along, satellite, s, nlos);
+        const auto observe = [&](const ComparedSignal& s) {
+          samples[s.signal].add(side, nlos, s);
+          if (s.of(side).tracked) along.observe(satellite, s.signal, nlos, s.of(side));
+        };
+        observe(satellite);
+        for (const ComparedSignal& s : satellite.more) observe(s);
       }
       along.end();
     }
   };
-  PhaseSamples measured_phases, simulated_phases;
-  walk(comparison, measured_phases,
-       [&](PhaseWalk& along, const ComparedSatellite& satellite, const ComparedSignal& s, bool nlos) {
-         samples[s.signal].add_measured(nlos, s);
-         if (s.measured) along.observe(satellite, s.signal, nlos, s.measured_phase, s.measured_cn0_dbhz);
-       });
-  for (const Comparison& run : runs) {
-    walk(run, simulated_phases,
-         [&](PhaseWalk& along, const ComparedSatellite& satellite, const ComparedSignal& s, bool nlos) {
-           samples[s.signal].add_simulated(nlos, s);
-           if (s.simulated) along.observe(satellite, s.signal, nlos, s.simulated_phase, s.simulated_cn0_dbhz);
-         });
-  }
+  walk(Side::Measured, comparison);
+  for (const Comparison& run : runs) walk(Side::Simulated, run);
 
   for (SignalFigures& f : result) {
     if (!f.judged()) continue;
     samples[f.signal].write(f, runs.size());
-    f.measured_phase = measured_phases[f.signal].figures(interval_s);
-    f.simulated_phase = simulated_phases[f.signal].figures(interval_s);
+    for (const Side side : kSides) f.phase.of(side) = phases.of(side)[f.signal].figures(interval_s);
   }
   return result;
 }
@@ -343,22 +324,21 @@ class Collector {
         for (std::size_t i = epochs_[e].first; i < epochs_[e].first + epochs_[e].count; ++i) {
           add_measured(comparison.satellites[i], static_cast<std::uint32_t>(e));
           for (const Comparison& run : runs_)
-            sample_.add_simulated(!comparison.satellites[i].clear, run.satellites[i]);
+            sample_.add(Side::Simulated, !comparison.satellites[i].clear, run.satellites[i]);
         }
       }
     }
-    for (const ComparedFix& fix : measured_fixes(&ComparedEpoch::measured, first, count)) {
-      if (fix.solved) used_measured_.push_back(fix.used);
-    }
-    for (const ComparedFix& fix : fixes_of(runs_, &ComparedEpoch::simulated, first, count)) {
-      if (fix.solved) used_simulated_.push_back(fix.used);
+    for (const Side side : kSides) {
+      for (const ComparedFix& fix : fixes(&ComparedEpoch::fix, side, first, count)) {
+        if (fix.solved) used_.of(side).push_back(fix.used);
+      }
     }
   }
 
   [[nodiscard]] Figures figures(const FigureOptions& options) const {
     Figures f = headline_figures();
     f.by_cn0 = separation(weakness_.nlos(), weakness_.los());
-    f.by_error = separation(sample_.error.nlos(), sample_.error.los());
+    f.by_error = separation(sample_.error.measured.nlos(), sample_.error.measured.los());
     f.bands = bands_;
     for (std::size_t b = 0; b < f.bands.size(); ++b) {
       f.bands[b].by_cn0 = separation(band_weakness_[b].nlos(), band_weakness_[b].los());
@@ -375,22 +355,16 @@ class Collector {
     Figures f;
     f.epochs = epochs_.size();
     f.runs = runs_.size();
-    f.los = sample_.error.los().size();
-    f.nlos = sample_.error.nlos().size();
+    f.los = sample_.error.measured.los().size();
+    f.nlos = sample_.error.measured.nlos().size();
     sample_.write(f, runs_.size());
     for (std::size_t k = 0; k < kinds_.size(); ++k) {
       f.explained.push_back(explained_[k].figures(kinds_[k], f.nlos));
     }
-    f.used = pair_of(used_measured_, used_simulated_);
-    f.tracked_over_time = spearman(tracked_measured_, tracked_simulated_);
-    f.measured = position_figures(measured_fixes(&ComparedEpoch::measured, first_, epochs_.size()));
-    f.simulated = position_figures(fixes_of(runs_, &ComparedEpoch::simulated, first_, epochs_.size()));
-    if (comparison_.filtered) {
-      f.measured_filter =
-          position_figures(measured_fixes(&ComparedEpoch::measured_filter, first_, epochs_.size()));
-      f.simulated_filter =
-          position_figures(fixes_of(runs_, &ComparedEpoch::simulated_filter, first_, epochs_.size()));
-    }
+    f.used = pair_of(used_.measured, used_.simulated);
+    f.tracked_over_time = spearman(tracked_.measured, tracked_.simulated);
+    f.position = positions(&ComparedEpoch::fix, first_, epochs_.size());
+    if (comparison_.filtered) f.filtered = positions(&ComparedEpoch::filter, first_, epochs_.size());
     return f;
   }
 
@@ -400,19 +374,20 @@ class Collector {
 
   void add_measured(const ComparedSatellite& s, std::uint32_t epoch) {
     const bool nlos = !s.clear;
-    sample_.add_measured(nlos, s);
-    if (!s.measured_error_m) return;
-    const double error_m = *s.measured_error_m;
+    sample_.add(Side::Measured, nlos, s);
+    if (!s.measured.error_m) return;
+    const double error_m = *s.measured.error_m;
     const std::size_t b = band(geodesy::degrees(s.elevation_rad));
     ranked_error_.push_back({error_m, nlos, epoch});
     if (b < bands_.size()) {
       ++(nlos ? bands_[b].nlos : bands_[b].los);
       band_error_[b].add(nlos, error_m);
     }
-    if (s.measured_cn0_dbhz) {
-      weakness_.add(nlos, -*s.measured_cn0_dbhz);
-      ranked_weakness_.push_back({-*s.measured_cn0_dbhz, nlos, epoch});
-      if (b < bands_.size()) band_weakness_[b].add(nlos, -*s.measured_cn0_dbhz);
+    if (s.measured.cn0_dbhz) {
+      const double weakness = -*s.measured.cn0_dbhz;
+      weakness_.add(nlos, weakness);
+      ranked_weakness_.push_back({weakness, nlos, epoch});
+      if (b < bands_.size()) band_weakness_[b].add(nlos, weakness);
     }
     if (nlos && s.prediction) {
       const std::string kind = path_words(*s.prediction);
@@ -424,17 +399,17 @@ class Collector {
   }
 
   void count_tracked(const ComparedEpoch& epoch) {
-    const auto count = [&epoch](const Comparison& of, bool ComparedSignal::*is_tracked) {
+    const auto count = [&epoch](const Comparison& of, Side side) {
       const auto begin = of.satellites.begin() + static_cast<std::ptrdiff_t>(epoch.first);
       return std::count_if(begin, begin + static_cast<std::ptrdiff_t>(epoch.count),
-                           [is_tracked](const ComparedSatellite& s) { return s.*is_tracked; });
+                           [side](const ComparedSatellite& s) { return s.of(side).tracked; });
     };
-    const auto measured = count(comparison_, &ComparedSignal::measured);
+    const auto measured = count(comparison_, Side::Measured);
     for (const Comparison& run : runs_) {
-      const auto simulated = count(run, &ComparedSignal::simulated);
+      const auto simulated = count(run, Side::Simulated);
       if (measured == 0 || simulated == 0) continue;
-      tracked_measured_.push_back(static_cast<double>(measured));
-      tracked_simulated_.push_back(static_cast<double>(simulated));
+      tracked_.measured.push_back(static_cast<double>(measured));
+      tracked_.simulated.push_back(static_cast<double>(simulated));
     }
   }
 
@@ -463,28 +438,25 @@ class Collector {
         segment.length_m +=
             (comparison_.epochs[e].place_enu_m - comparison_.epochs[e - 1].place_enu_m).head<2>().norm();
       }
-      f.segments.push_back(
-          {street, segment,
-           position_figures(measured_fixes(&ComparedEpoch::measured, segment.first, segment.count)),
-           position_figures(fixes_of(runs_, &ComparedEpoch::simulated, segment.first, segment.count))});
+      f.segments.push_back({street, segment, positions(&ComparedEpoch::fix, segment.first, segment.count)});
     }
   }
 
   /// One kind of fix of the comparisons' epochs [first, first + count).
-  using FixKind = ComparedFix ComparedEpoch::*;
-  [[nodiscard]] std::vector<ComparedFix> fixes_of(std::span<const Comparison> comparisons, FixKind kind,
-                                                  std::size_t first, std::size_t count) const {
-    std::vector<ComparedFix> fixes;
-    for (const Comparison& one : comparisons) {
+  using FixKind = Sides<ComparedFix> ComparedEpoch::*;
+  [[nodiscard]] std::vector<ComparedFix> fixes(FixKind kind, Side side, std::size_t first,
+                                               std::size_t count) const {
+    std::vector<ComparedFix> all;
+    for (const Comparison& one : side == Side::Measured ? std::span(&comparison_, 1) : runs_) {
       for (std::size_t e = first; e < first + count; ++e) {
-        fixes.insert(fixes.end(), times_of(e - first_), one.epochs[e].*kind);
+        all.insert(all.end(), times_of(e - first_), (one.epochs[e].*kind).of(side));
       }
     }
-    return fixes;
+    return all;
   }
-  [[nodiscard]] std::vector<ComparedFix> measured_fixes(FixKind kind, std::size_t first,
-                                                        std::size_t count) const {
-    return fixes_of(std::span(&comparison_, 1), kind, first, count);
+  [[nodiscard]] Sides<PositionFigures> positions(FixKind kind, std::size_t first, std::size_t count) const {
+    return {position_figures(fixes(kind, Side::Measured, first, count)),
+            position_figures(fixes(kind, Side::Simulated, first, count))};
   }
 
   void add_intervals(Figures& f, const FigureOptions& options) const {
@@ -512,18 +484,15 @@ class Collector {
   std::array<ByView, 3> band_error_, band_weakness_;
   ObservationSample sample_;
   ByView weakness_;
-  std::vector<double> used_measured_, used_simulated_;
-  std::vector<double> tracked_measured_, tracked_simulated_;  ///< satellites of an epoch
+  Sides<std::vector<double>> used_, tracked_;  ///< satellites of a fix, and of an epoch
   std::vector<RankedSample::Item> ranked_error_, ranked_weakness_;
 };
 
 }  // namespace
 
-double TrackedShare::measured_ratio() const {
-  return ratio(measured, satellites);
-}
-double TrackedShare::simulated_ratio() const {
-  return ratio(simulated, satellites);
+std::optional<double> TrackedShare::ratio(Side side) const {
+  if (satellites == 0) return std::nullopt;
+  return static_cast<double>(of(side)) / static_cast<double>(satellites);
 }
 
 std::string path_words(const ComparedSatellite::Prediction& p) {
@@ -595,9 +564,7 @@ std::vector<Headline> headlines_by_other_part(const Comparison& comparison, std:
         ComparedSatellite& copy = both.satellites.emplace_back();
         copy.clear = s.clear;
         copy.elevation_rad = s.elevation_rad;
-        (other ? copy.simulated : copy.measured) = s.measured;
-        (other ? copy.simulated_error_m : copy.measured_error_m) = s.measured_error_m;
-        (other ? copy.simulated_cn0_dbhz : copy.measured_cn0_dbhz) = s.measured_cn0_dbhz;
+        copy.of(other ? Side::Simulated : Side::Measured) = s.measured;
       }
     }
   };

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,18 +16,26 @@ namespace canyon::validation {
 /// p5, p25, p50, p75, p95.
 inline constexpr std::array<double, 5> kQuantiles{0.05, 0.25, 0.5, 0.75, 0.95};
 
-/// One quantity, measured and simulated.
-struct DistributionPair {
-  std::size_t measured_n = 0, simulated_n = 0;
-  std::array<double, 5> measured{}, simulated{};  ///< at kQuantiles; 0 where n is 0
-  std::optional<double> ks;                       ///< Kolmogorov-Smirnov distance
+/// Of no values: NaN.
+inline constexpr std::array<double, 5> kNoQuantiles = [] {
+  std::array<double, 5> none{};
+  none.fill(std::numeric_limits<double>::quiet_NaN());
+  return none;
+}();
+
+/// Values of one quantity.
+struct Distribution {
+  std::size_t n = 0;
+  std::array<double, 5> at = kNoQuantiles;  ///< kQuantiles
+};
+struct DistributionPair : Sides<Distribution> {
+  std::optional<double> ks;  ///< Kolmogorov-Smirnov distance
 };
 
-/// LOS or NLOS satellites (the city's word) above the mask.
-struct TrackedShare {
-  std::size_t satellites = 0, measured = 0, simulated = 0;
-  [[nodiscard]] double measured_ratio() const;   ///< 0 without satellites
-  [[nodiscard]] double simulated_ratio() const;  ///< likewise
+/// LOS or NLOS satellites (the city's word) above the mask, and how many of them are tracked.
+struct TrackedShare : Sides<std::size_t> {
+  std::size_t satellites = 0;
+  [[nodiscard]] std::optional<double> ratio(Side side) const;  ///< empty without satellites
 };
 
 /// Satellites and observations of one signal, by the city's word.
@@ -52,9 +61,10 @@ struct Band {
 
 struct PositionFigures {
   std::size_t epochs = 0, fixes = 0;
-  double mean_used = 0;                                ///< satellites, over epochs with a fix; 0 without
-  std::array<double, 5> horizontal_m{}, vertical_m{};  ///< at kQuantiles; vertical without sign
-  std::size_t stated = 0;                              ///< fixes with a stated accuracy
+  /// Satellites, over epochs with a fix; NaN without.
+  double mean_used = std::numeric_limits<double>::quiet_NaN();
+  std::array<double, 5> horizontal_m = kNoQuantiles, vertical_m = kNoQuantiles;  ///< vertical without sign
+  std::size_t stated = 0;  ///< fixes with a stated accuracy
   /// Shares of these whose error is at most once and at most twice the stated deviation (ComparedFix).
   std::array<double, 2> horizontal_within{}, vertical_within{};
 };
@@ -85,8 +95,8 @@ struct PhaseFigures {
 /// One signal of one system. Has no observations unless it is both recorded and tracked.
 struct SignalFigures : ObservationFigures {
   const gnss::Signal* signal = nullptr;
-  bool recorded = false, tracked = false;        ///< Comparison::recorded, tracked
-  PhaseFigures measured_phase, simulated_phase;  ///< of several runs: of all together
+  bool recorded = false, tracked = false;  ///< Comparison::recorded, tracked
+  Sides<PhaseFigures> phase;               ///< of several runs: of all together
   [[nodiscard]] bool judged() const { return recorded && tracked; }
   [[nodiscard]] std::string name() const;  ///< "GPS L2C"
   [[nodiscard]] bool first() const;        ///< the one near L1, that the other figures are of
@@ -95,7 +105,7 @@ struct SignalFigures : ObservationFigures {
 struct SegmentFigures {
   std::size_t street = 0;  ///< number of the whole recording's segment, from 1
   Segment segment;
-  PositionFigures measured, simulated;
+  Sides<PositionFigures> position;
 };
 
 /// Everything that `canyon validate` states of one model on one part of a recording. Measured observations
@@ -114,10 +124,10 @@ struct Figures : ObservationFigures {  ///< of each system's first signal
   /// Of the number of satellites with a first signal, measured and simulated, over epochs where both have
   /// some.
   std::optional<Correlation> tracked_over_time;
-  PositionFigures measured, simulated;                ///< of single epochs
-  PositionFigures measured_filter, simulated_filter;  ///< no epochs where the receiver has no filter
-  std::vector<SegmentFigures> segments;               ///< of at least 10 epochs
-  std::vector<SignalFigures> signals;                 ///< by system, then in the order of gnss::signals_of()
+  Sides<PositionFigures> position;       ///< of single epochs
+  Sides<PositionFigures> filtered;       ///< no epochs where the receiver has no filter
+  std::vector<SegmentFigures> segments;  ///< of at least 10 epochs
+  std::vector<SignalFigures> signals;    ///< by system, then in the order of gnss::signals_of()
   /// Positions that the recorded receiver reported by NMEA; its satellites are not known: mean_used is NaN.
   std::optional<PositionFigures> own_fixes;
   std::vector<NeverTracked> never_tracked;  ///< in the whole recording; set by who asked never_tracked()

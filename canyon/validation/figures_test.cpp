@@ -49,9 +49,9 @@ class Hand {
   }
   ComparedSatellite& measured(bool clear, double error_m, double cn0_dbhz, double elevation_deg = 60) {
     ComparedSatellite& s = satellite(clear, elevation_deg);
-    s.measured = true;
-    s.measured_error_m = error_m;
-    s.measured_cn0_dbhz = cn0_dbhz;
+    s.measured.tracked = true;
+    s.measured.error_m = error_m;
+    s.measured.cn0_dbhz = cn0_dbhz;
     return s;
   }
   [[nodiscard]] Figures figures(const FigureOptions& options = no_intervals()) const {
@@ -111,30 +111,30 @@ TEST(Figures, TrackedExplainedAndDistributions) {
   // LOS: 4 satellites, 3 measured, 2 simulated.
   for (int i = 0; i < 4; ++i) {
     ComparedSatellite& s = hand.satellite(true);
-    s.measured = i < 3;
-    if (s.measured) s.measured_error_m = i;  // 0, 1, 2
-    s.simulated = i < 2;
-    if (s.simulated) s.simulated_error_m = 5 + i;  // 5, 6: beyond all measured
-    if (s.simulated) s.simulated_cn0_dbhz = 44;
+    s.measured.tracked = i < 3;
+    if (s.measured.tracked) s.measured.error_m = i;  // 0, 1, 2
+    s.simulated.tracked = i < 2;
+    if (s.simulated.tracked) s.simulated.error_m = 5 + i;  // 5, 6: beyond all measured
+    if (s.simulated.tracked) s.simulated.cn0_dbhz = 44;
   }
   // NLOS: 5, 4 measured, of which one without a path.
   const double errors[] = {10, 22, 33, 40};
   const double delays[] = {11, 20, 30};
   for (int i = 0; i < 5; ++i) {
     ComparedSatellite& s = hand.satellite(false);
-    s.measured = i < 4;
-    if (s.measured) s.measured_error_m = errors[i];
+    s.measured.tracked = i < 4;
+    if (s.measured.tracked) s.measured.error_m = errors[i];
     if (i < 2) s.prediction = {PathKind::Reflected, 1, delays[i]};
     if (i == 2) s.prediction = {PathKind::Diffracted, 0, delays[i]};
     if (i == 4) s.prediction = {PathKind::Diffuse, 0, 99};  // not measured: explains nothing
   }
   const Figures f = hand.figures();
   EXPECT_EQ(f.tracked_los.satellites, 4U);
-  EXPECT_DOUBLE_EQ(f.tracked_los.measured_ratio(), 0.75);
-  EXPECT_DOUBLE_EQ(f.tracked_los.simulated_ratio(), 0.5);
-  EXPECT_DOUBLE_EQ(f.tracked_nlos.measured_ratio(), 0.8);
-  EXPECT_DOUBLE_EQ(f.tracked_nlos.simulated_ratio(), 0);
-  EXPECT_DOUBLE_EQ(TrackedShare{}.measured_ratio(), 0);
+  EXPECT_DOUBLE_EQ(f.tracked_los.ratio(Side::Measured).value(), 0.75);
+  EXPECT_DOUBLE_EQ(f.tracked_los.ratio(Side::Simulated).value(), 0.5);
+  EXPECT_DOUBLE_EQ(f.tracked_nlos.ratio(Side::Measured).value(), 0.8);
+  EXPECT_DOUBLE_EQ(f.tracked_nlos.ratio(Side::Simulated).value(), 0);
+  EXPECT_FALSE(TrackedShare{}.ratio(Side::Measured));
 
   ASSERT_EQ(f.explained.size(), 5U);
   EXPECT_EQ(f.explained[0].kind, "reflected 1");
@@ -152,12 +152,12 @@ TEST(Figures, TrackedExplainedAndDistributions) {
   EXPECT_DOUBLE_EQ(f.explained[4].correlation->rho, 1);
 
   EXPECT_DOUBLE_EQ(*f.error_los_m.ks, 1);
-  EXPECT_EQ(f.error_los_m.measured_n, 3U);
-  EXPECT_DOUBLE_EQ(f.error_los_m.measured[2], 1);
-  EXPECT_DOUBLE_EQ(f.error_los_m.simulated[2], 5.5);
+  EXPECT_EQ(f.error_los_m.measured.n, 3U);
+  EXPECT_DOUBLE_EQ(f.error_los_m.measured.at[2], 1);
+  EXPECT_DOUBLE_EQ(f.error_los_m.simulated.at[2], 5.5);
   EXPECT_FALSE(f.error_nlos_m.ks);
-  EXPECT_EQ(f.cn0_los_dbhz.simulated_n, 2U);
-  EXPECT_EQ(f.cn0_los_dbhz.measured_n, 0U);
+  EXPECT_EQ(f.cn0_los_dbhz.simulated.n, 2U);
+  EXPECT_EQ(f.cn0_los_dbhz.measured.n, 0U);
 }
 
 TEST(Figures, PositionsAndSegments) {
@@ -165,25 +165,25 @@ TEST(Figures, PositionsAndSegments) {
   for (int i = 0; i < 40; ++i) {
     ComparedEpoch& e = hand.epoch();
     e.segment = i < 25 ? 0 : 1;
-    e.measured.solved = i % 2 == 0;
-    if (e.measured.solved) e.measured.error_enu_m = {3, 4, -7};
-    if (e.measured.solved) e.measured.used = 6;
-    e.simulated.solved = true;
-    e.simulated.error_enu_m = {0, static_cast<double>(i), 1};
-    e.simulated.used = 8;
+    e.fix.measured.solved = i % 2 == 0;
+    if (e.fix.measured.solved) e.fix.measured.error_enu_m = {3, 4, -7};
+    if (e.fix.measured.solved) e.fix.measured.used = 6;
+    e.fix.simulated.solved = true;
+    e.fix.simulated.error_enu_m = {0, static_cast<double>(i), 1};
+    e.fix.simulated.used = 8;
   }
   hand.comparison.segments = {{0, 25, 25, 90}, {25, 15, 15, 180}};
   const Figures f = hand.figures();
-  EXPECT_EQ(f.measured.epochs, 40U);
-  EXPECT_EQ(f.measured.fixes, 20U);
-  EXPECT_DOUBLE_EQ(f.measured.mean_used, 6);
-  EXPECT_DOUBLE_EQ(f.measured.horizontal_m[4], 5);
-  EXPECT_DOUBLE_EQ(f.measured.vertical_m[0], 7);  // without sign
-  EXPECT_DOUBLE_EQ(f.simulated.horizontal_m[2], 19.5);
+  EXPECT_EQ(f.position.measured.epochs, 40U);
+  EXPECT_EQ(f.position.measured.fixes, 20U);
+  EXPECT_DOUBLE_EQ(f.position.measured.mean_used, 6);
+  EXPECT_DOUBLE_EQ(f.position.measured.horizontal_m[4], 5);
+  EXPECT_DOUBLE_EQ(f.position.measured.vertical_m[0], 7);  // without sign
+  EXPECT_DOUBLE_EQ(f.position.simulated.horizontal_m[2], 19.5);
   EXPECT_DOUBLE_EQ(*f.used.ks, 1);
   ASSERT_EQ(f.segments.size(), 2U);
-  EXPECT_EQ(f.segments[1].simulated.epochs, 15U);
-  EXPECT_DOUBLE_EQ(f.segments[1].simulated.horizontal_m[2], 32);  // of 25 to 39
+  EXPECT_EQ(f.segments[1].position.simulated.epochs, 15U);
+  EXPECT_DOUBLE_EQ(f.segments[1].position.simulated.horizontal_m[2], 32);  // of 25 to 39
 
   // A part: segments are cut to it, and those of fewer than ten epochs left out.
   const Figures part = figures(hand.comparison, 18, 20, "middle", Hand::no_intervals());
@@ -192,7 +192,7 @@ TEST(Figures, PositionsAndSegments) {
   EXPECT_EQ(part.segments[0].segment.count, 13U);
   EXPECT_DOUBLE_EQ(part.segments[0].segment.length_m, 12);
   EXPECT_EQ(part.epochs, 20U);
-  EXPECT_EQ(part.measured.fixes, 10U);
+  EXPECT_EQ(part.position.measured.fixes, 10U);
   EXPECT_EQ(describe_part(hand.comparison, 18, 20, "middle"), "middle: 12:52:18 to 12:52:37 GPST, 20 epochs");
   EXPECT_EQ(describe_part(hand.comparison, 0, 0, "none"), "none: no epoch");
 }
@@ -225,7 +225,7 @@ Hand phases(int epochs, int satellites) {
       const Eigen::Vector3d direction(std::sin(s.azimuth_rad) * std::cos(s.elevation_rad),
                                       std::cos(s.azimuth_rad) * std::cos(s.elevation_rad),
                                       std::sin(s.elevation_rad));
-      s.measured_phase.residual_m =
+      s.measured.phase.residual_m =
           clock_m + direction.dot(off_m) + 1e6 * k + (k % 2 == 0 ? 2e-3 : 5e-3) * normal(random);
     }
   }
@@ -238,13 +238,13 @@ TEST(Figures, PhaseNoiseIsWhatWasPutIn) {
   const Hand hand = phases(1500, 8);
   const Figures f = hand.figures();
   ASSERT_EQ(f.signals.size(), 1U);
-  const PhaseView& los = f.signals[0].measured_phase.los;
+  const PhaseView& los = f.signals[0].phase.measured.los;
   EXPECT_GT(los.noise_n, 8U * 1350);  // of 8 * 1497, less those that decide the estimate
   EXPECT_NEAR(std::erf(2.0167 / 2 / std::sqrt(2.0)) + std::erf(2.0167 / 5 / std::sqrt(2.0)), 1, 1e-4);
   // 1.17 sqrt(2.3 / n) is 1.6 %.
   EXPECT_NEAR(*los.noise_m, 2.990e-3, 0.05 * 2.990e-3);
-  EXPECT_FALSE(f.signals[0].measured_phase.nlos.noise_m);
-  EXPECT_EQ(f.signals[0].simulated_phase.los.observations, 0U);
+  EXPECT_FALSE(f.signals[0].phase.measured.nlos.noise_m);
+  EXPECT_EQ(f.signals[0].phase.simulated.los.observations, 0U);
 }
 
 TEST(Figures, CycleSlipsByHand) {
@@ -253,19 +253,19 @@ TEST(Figures, CycleSlipsByHand) {
   const auto satellite = [&hand](std::size_t epoch, std::size_t k) -> ComparedSatellite& {
     return hand.comparison.satellites[kSatellites * epoch + k];
   };
-  for (std::size_t e = 5; e < 10; ++e) *satellite(e, 0).measured_phase.residual_m += 100;
-  satellite(5, 0).measured_phase.slip = true;  // said
-  satellite(5, 1).measured_phase = {};         // a gap
-  satellite(0, 2).measured_phase.slip = true;  // nothing before it
+  for (std::size_t e = 5; e < 10; ++e) *satellite(e, 0).measured.phase.residual_m += 100;
+  satellite(5, 0).measured.phase.slip = true;  // said
+  satellite(5, 1).measured.phase = {};         // a gap
+  satellite(0, 2).measured.phase.slip = true;  // nothing before it
   satellite(9, 3) = [&] {                      // not tracked at the end
     ComparedSatellite lost = satellite(9, 3);
-    lost.measured = false;
-    lost.measured_error_m.reset();
-    lost.measured_phase = {};
+    lost.measured.tracked = false;
+    lost.measured.error_m.reset();
+    lost.measured.phase = {};
     return lost;
   }();
   for (std::size_t e = 0; e < 10; ++e) satellite(e, 4).clear = false;
-  const PhaseFigures p = hand.figures().signals.at(0).measured_phase;
+  const PhaseFigures p = hand.figures().signals.at(0).phase.measured;
   EXPECT_EQ(p.slips, 2U);
   EXPECT_EQ(p.los.observations, 229U);
   EXPECT_EQ(p.los.with_phase, 228U);
@@ -281,7 +281,7 @@ TEST(Figures, CycleSlipsByHand) {
   // An epoch that is missing ends the rows of four but is no slip: nobody says that lock was lost.
   Hand late = phases(10, kSatellites);
   for (std::size_t e = 6; e < 10; ++e) late.comparison.epochs[e].time = late.comparison.epochs[e].time + 3;
-  const PhaseFigures q = late.figures().signals.at(0).measured_phase;
+  const PhaseFigures q = late.figures().signals.at(0).phase.measured;
   EXPECT_EQ(q.slips, 0U);
   EXPECT_EQ(q.los.noise_n, 24U * (3 + 1));
   EXPECT_FALSE(q.time_between_slips_s());
@@ -301,11 +301,11 @@ TEST(Figures, FurtherSignalsByHand) {
     if (k == 0) continue;  // does not send it
     ComparedSignal& other = s.more.emplace_back();
     other.signal = l2c;
-    other.measured = k > 1;
-    if (other.measured) other.measured_error_m = k;  // 2 LOS, 3 NLOS
-    other.simulated = true;
-    other.simulated_error_m = 10 * k;
-    other.simulated_cn0_dbhz = 30;
+    other.measured.tracked = k > 1;
+    if (other.measured.tracked) other.measured.error_m = k;  // 2 LOS, 3 NLOS
+    other.simulated.tracked = true;
+    other.simulated.error_m = 10 * k;
+    other.simulated.cn0_dbhz = 30;
   }
   const Figures f = hand.figures();
   ASSERT_EQ(f.signals.size(), 3U);
@@ -317,16 +317,16 @@ TEST(Figures, FurtherSignalsByHand) {
   EXPECT_EQ(s.tracked_los.satellites, 2U);
   EXPECT_EQ(s.tracked_los.measured, 1U);
   EXPECT_EQ(s.tracked_los.simulated, 2U);
-  EXPECT_EQ(s.error_los_m.measured_n, 1U);
-  EXPECT_DOUBLE_EQ(s.error_los_m.measured[2], 2);
-  EXPECT_DOUBLE_EQ(s.error_los_m.simulated[2], 15);
-  EXPECT_DOUBLE_EQ(s.error_nlos_m.measured[2], 3);
+  EXPECT_EQ(s.error_los_m.measured.n, 1U);
+  EXPECT_DOUBLE_EQ(s.error_los_m.measured.at[2], 2);
+  EXPECT_DOUBLE_EQ(s.error_los_m.simulated.at[2], 15);
+  EXPECT_DOUBLE_EQ(s.error_nlos_m.measured.at[2], 3);
   EXPECT_DOUBLE_EQ(*s.error_nlos_m.ks, 1);
-  EXPECT_EQ(s.cn0_los_dbhz.simulated_n, 2U);
+  EXPECT_EQ(s.cn0_los_dbhz.simulated.n, 2U);
   EXPECT_FALSE(f.signals[2].judged());
   // The other figures stay those of first signals.
-  EXPECT_EQ(f.error_los_m.measured_n, 3U);
-  EXPECT_EQ(f.error_los_m.simulated_n, 0U);
+  EXPECT_EQ(f.error_los_m.measured.n, 3U);
+  EXPECT_EQ(f.error_los_m.simulated.n, 0U);
 
   const std::string text = to_text(f);
   EXPECT_THAT(text, HasSubstr("GPS L2C"));
@@ -363,35 +363,35 @@ TEST(Figures, SimulatedValuesOfSeveralRuns) {
   hand.measured(true, 0, 40);
   ComparedSatellite& late = hand.measured(false, 20, 25);
   late.prediction = ComparedSatellite::Prediction{PathKind::Reflected, 1, 18};
-  hand.comparison.epochs[0].measured = {true, Eigen::Vector3d(3, 4, 0), 5};
+  hand.comparison.epochs[0].fix.measured = {true, Eigen::Vector3d(3, 4, 0), 5};
   std::vector<Comparison> runs{hand.comparison, hand.comparison};
   for (std::size_t r = 0; r < 2; ++r) {
     // In the runs' cities the satellites change places.
     runs[r].satellites[0].clear = false;
     runs[r].satellites[1].clear = true;
     runs[r].satellites[0].prediction = ComparedSatellite::Prediction{PathKind::Diffuse, 0, 1};
-    runs[r].satellites[0].simulated = true;
-    runs[r].satellites[0].simulated_error_m = 1.0 + static_cast<double>(r);
-    runs[r].satellites[0].simulated_cn0_dbhz = 30;
-    runs[r].epochs[0].simulated = {true, Eigen::Vector3d(r == 0 ? 6 : 12, 0, 0), 6};
+    runs[r].satellites[0].simulated.tracked = true;
+    runs[r].satellites[0].simulated.error_m = 1.0 + static_cast<double>(r);
+    runs[r].satellites[0].simulated.cn0_dbhz = 30;
+    runs[r].epochs[0].fix.simulated = {true, Eigen::Vector3d(r == 0 ? 6 : 12, 0, 0), 6};
   }
-  runs[1].satellites[1].simulated = true;
-  runs[1].satellites[1].simulated_error_m = 9;
+  runs[1].satellites[1].simulated.tracked = true;
+  runs[1].satellites[1].simulated.error_m = 9;
   const Figures f = figures(hand.comparison, 0, 1, "all", Hand::no_intervals(), runs);
   EXPECT_EQ(f.runs, 2U);
-  EXPECT_EQ(f.error_los_m.simulated_n, 2U);
-  EXPECT_DOUBLE_EQ(f.error_los_m.simulated[2], 1.5);
-  EXPECT_EQ(f.error_nlos_m.simulated_n, 1U);
-  EXPECT_EQ(f.error_los_m.measured_n, 1U);
+  EXPECT_EQ(f.error_los_m.simulated.n, 2U);
+  EXPECT_DOUBLE_EQ(f.error_los_m.simulated.at[2], 1.5);
+  EXPECT_EQ(f.error_nlos_m.simulated.n, 1U);
+  EXPECT_EQ(f.error_los_m.measured.n, 1U);
   EXPECT_EQ(f.tracked_los.simulated, 1U);
   EXPECT_EQ(f.tracked_los.satellites, 1U);
   EXPECT_EQ(f.tracked_nlos.simulated, 1U);  // half of two runs, rounded
   EXPECT_EQ(f.explained.back().n, 1U);
   EXPECT_DOUBLE_EQ(*f.explained.back().median_difference_m, 2);
-  EXPECT_EQ(f.simulated.epochs, 2U);
-  EXPECT_DOUBLE_EQ(f.simulated.horizontal_m[2], 9);
-  EXPECT_DOUBLE_EQ(f.simulated.mean_used, 6);
-  EXPECT_DOUBLE_EQ(f.measured.horizontal_m[2], 5);
+  EXPECT_EQ(f.position.simulated.epochs, 2U);
+  EXPECT_DOUBLE_EQ(f.position.simulated.horizontal_m[2], 9);
+  EXPECT_DOUBLE_EQ(f.position.simulated.mean_used, 6);
+  EXPECT_DOUBLE_EQ(f.position.measured.horizontal_m[2], 5);
 }
 
 TEST(Figures, IntervalsAreThoseOfTheBootstrap) {
@@ -413,7 +413,7 @@ TEST(Figures, IntervalsAreThoseOfTheBootstrap) {
           const ComparedEpoch& epoch = hand.comparison.epochs[e];
           for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
             const ComparedSatellite& s = hand.comparison.satellites[i];
-            (s.clear ? los : nlos).push_back(*s.measured_error_m);
+            (s.clear ? los : nlos).push_back(*s.measured.error_m);
           }
         }
         const auto found = separation(nlos, los);
@@ -438,15 +438,15 @@ const Headline& headline(const std::vector<Headline>& all, const std::string& ke
 TEST(Headlines, ByHand) {
   Hand hand;
   hand.epoch();
-  for (const double cn0 : {40.0, 42.0, 47.0}) hand.measured(true, 1, cn0).simulated = true;
+  for (const double cn0 : {40.0, 42.0, 47.0}) hand.measured(true, 1, cn0).simulated.tracked = true;
   hand.measured(false, 20, 30);
   hand.satellite(false);
   for (std::size_t i = 0; i < 2; ++i) {
-    hand.comparison.satellites[i].simulated_error_m = 1;
-    hand.comparison.satellites[i].simulated_cn0_dbhz = 44;
+    hand.comparison.satellites[i].simulated.error_m = 1;
+    hand.comparison.satellites[i].simulated.cn0_dbhz = 44;
   }
-  hand.comparison.epochs[0].measured = {true, {3, 4, 100}, 7};
-  hand.comparison.epochs[0].simulated = {true, {0, 2, 1}, 8};
+  hand.comparison.epochs[0].fix.measured = {true, {3, 4, 100}, 7};
+  hand.comparison.epochs[0].fix.simulated = {true, {0, 2, 1}, 8};
   const std::vector<Headline> all = headlines(hand.figures());
   EXPECT_EQ(headline(all, "horizontal_p50_m").measured, 5);
   EXPECT_EQ(headline(all, "horizontal_p95_m").simulated, 2);
@@ -488,7 +488,7 @@ TEST(Headlines, IntervalsAreThoseOfTheBootstrap) {
           const ComparedEpoch& epoch = hand.comparison.epochs[e];
           for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
             const ComparedSatellite& s = hand.comparison.satellites[i];
-            (s.clear ? los : nlos).push_back(*s.measured_cn0_dbhz);
+            (s.clear ? los : nlos).push_back(*s.measured.cn0_dbhz);
           }
         }
         return *median(los) - *median(nlos);
@@ -514,7 +514,7 @@ TEST(Pool, ObservationsOfAllAndNoSecondTwice) {
     fast.measured(true, 100 + e, 45);
   }
   std::vector<Comparison> runs(2, slow.comparison);
-  runs[1].satellites[2].simulated = true;
+  runs[1].satellites[2].simulated.tracked = true;
   const std::array<PooledPart, 2> parts{PooledPart{&slow.comparison, 1, 2, runs},
                                         PooledPart{&fast.comparison, 0, 11, {}}};
   const Pooled pooled = pool(parts);
@@ -524,10 +524,10 @@ TEST(Pool, ObservationsOfAllAndNoSecondTwice) {
   EXPECT_EQ(f.los, 5U);
   EXPECT_EQ(f.nlos, 2U);
   // 1, 2 and, each second, 100, 105, 110.
-  EXPECT_DOUBLE_EQ(f.error_los_m.measured[2], 100);
+  EXPECT_DOUBLE_EQ(f.error_los_m.measured.at[2], 100);
   EXPECT_EQ(f.tracked_los.satellites, 5U);
-  EXPECT_TRUE(pooled.runs[1].satellites[0].simulated);
-  EXPECT_FALSE(pooled.runs[0].satellites[0].simulated);
+  EXPECT_TRUE(pooled.runs[1].satellites[0].simulated.tracked);
+  EXPECT_FALSE(pooled.runs[0].satellites[0].simulated.tracked);
 }
 
 TEST(Headlines, ByAnotherPartOfTheRecording) {
@@ -538,8 +538,8 @@ TEST(Headlines, ByAnotherPartOfTheRecording) {
     hand.measured(false, 20, 30);
     if (e < 2) hand.satellite(true);  // not tracked
     ComparedEpoch& epoch = hand.comparison.epochs.back();
-    epoch.measured = {true, Eigen::Vector3d(e < 2 ? 3 : 8, 0, 0), e < 2 ? 7 : 9};
-    epoch.simulated = {true, Eigen::Vector3d(99, 0, 0), 1};
+    epoch.fix.measured = {true, Eigen::Vector3d(e < 2 ? 3 : 8, 0, 0), e < 2 ? 7 : 9};
+    epoch.fix.simulated = {true, Eigen::Vector3d(99, 0, 0), 1};
   }
   const std::vector<Headline> found = headlines_by_other_part(hand.comparison, 2, 2, 0, 2);
   const auto of = [&found](const std::string& key) {
@@ -594,7 +594,7 @@ TEST(Figures, NothingGivesNothing) {
   EXPECT_FALSE(none.by_cn0);
   // An epoch whose errors have no clock, and a measured satellite without C/N0.
   hand.epoch().clock = ClockSource::None;
-  hand.satellite(true).measured = true;
+  hand.satellite(true).measured.tracked = true;
   const Figures f = hand.figures();
   EXPECT_EQ(f.los, 0U);
   EXPECT_EQ(f.tracked_los.measured, 1U);
@@ -633,7 +633,7 @@ TEST(Figures, TextsOfFullAndEmpty) {
   EXPECT_EQ(first.at("separation_by_error").at("auc"), full.by_error->auc);
   EXPECT_EQ(first.at("separation_by_cn0").at("threshold_dbhz"), -full.by_cn0->threshold);
   EXPECT_EQ(first.at("distributions").at("los_error_m").at("measured").at("p50"),
-            full.error_los_m.measured[2]);
+            full.error_los_m.measured.at[2]);
   EXPECT_TRUE(first.at("distributions").at("los_error_m").at("simulated").at("p50").is_null());
   EXPECT_EQ(first.at("tracked").at("nlos").at("measured_ratio"), 1);
   EXPECT_EQ(first.at("segments").size(), 1U);

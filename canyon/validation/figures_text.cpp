@@ -29,10 +29,10 @@ struct FigureTable {
   std::string note = {};  ///< a sentence; empty: none
 };
 
-Json quantiles_json(const std::array<double, 5>& values, bool any) {
+Json quantiles_json(const std::array<double, 5>& values) {
   Json json = Json::object();
   constexpr std::array<const char*, 5> kNames{"p5", "p25", "p50", "p75", "p95"};
-  for (std::size_t i = 0; i < values.size(); ++i) json[kNames[i]] = any ? Json(values[i]) : Json();
+  for (std::size_t i = 0; i < values.size(); ++i) json[kNames[i]] = values[i];
   return json;
 }
 
@@ -47,20 +47,19 @@ Json json_of(const std::optional<Separation>& s, const char* threshold_name, dou
 }
 
 Json json_of(const DistributionPair& pair) {
-  return {{"measured_n", pair.measured_n},
-          {"simulated_n", pair.simulated_n},
-          {"measured", quantiles_json(pair.measured, pair.measured_n > 0)},
-          {"simulated", quantiles_json(pair.simulated, pair.simulated_n > 0)},
+  return {{"measured_n", pair.measured.n},
+          {"simulated_n", pair.simulated.n},
+          {"measured", quantiles_json(pair.measured.at)},
+          {"simulated", quantiles_json(pair.simulated.at)},
           {"ks", pair.ks}};
 }
 
 Json json_of(const TrackedShare& share) {
-  const bool any = share.satellites > 0;
   return {{"satellites", share.satellites},
           {"measured", share.measured},
           {"simulated", share.simulated},
-          {"measured_ratio", any ? Json(share.measured_ratio()) : Json()},
-          {"simulated_ratio", any ? Json(share.simulated_ratio()) : Json()}};
+          {"measured_ratio", share.ratio(Side::Measured)},
+          {"simulated_ratio", share.ratio(Side::Simulated)}};
 }
 
 Json json_of(const Explained& e) {
@@ -78,7 +77,6 @@ Json json_of(const Explained& e) {
 }
 
 Json json_of(const PositionFigures& p) {
-  const bool any = p.fixes > 0;
   const auto within = [&p](const std::array<double, 2>& shares) {
     return p.stated > 0 ? Json::array({shares[0], shares[1]}) : Json();
   };
@@ -86,9 +84,9 @@ Json json_of(const PositionFigures& p) {
           {"fixes", p.fixes},
           {"availability",
            p.epochs > 0 ? Json(static_cast<double>(p.fixes) / static_cast<double>(p.epochs)) : Json()},
-          {"mean_satellites_used", any ? Json(p.mean_used) : Json()},
-          {"horizontal_error_m", quantiles_json(p.horizontal_m, any)},
-          {"vertical_error_m", quantiles_json(p.vertical_m, any)},
+          {"mean_satellites_used", p.mean_used},
+          {"horizontal_error_m", quantiles_json(p.horizontal_m)},
+          {"vertical_error_m", quantiles_json(p.vertical_m)},
           {"horizontal_within_stated", within(p.horizontal_within)},
           {"vertical_within_stated", within(p.vertical_within)}};
 }
@@ -106,6 +104,11 @@ Json json_of(const PhaseFigures& p) {
           {"time_s", p.time_s},
           {"slips", p.slips},
           {"time_between_slips_s", p.time_between_slips_s()}};
+}
+
+template <typename T>
+Json json_of(const Sides<T>& sides) {
+  return {{"measured", json_of(sides.measured)}, {"simulated", json_of(sides.simulated)}};
 }
 
 Json tracked_json(const ObservationFigures& f) {
@@ -127,8 +130,7 @@ Json json_of(const SignalFigures& f) {
   if (!f.judged()) return json;
   json["tracked"] = tracked_json(f);
   json["distributions"] = distributions_json(f);
-  json["carrier_phase"] = {{"measured", json_of(f.measured_phase)},
-                           {"simulated", json_of(f.simulated_phase)}};
+  json["carrier_phase"] = json_of(f.phase);
   return json;
 }
 
@@ -151,11 +153,8 @@ Json json_of(const Figures& f) {
   for (const Explained& e : f.explained) json["explained"].push_back(json_of(e));
   json["distributions"] = distributions_json(f);
   json["distributions"]["satellites_used"] = json_of(f.used);
-  json["position"] = {{"measured", json_of(f.measured)}, {"simulated", json_of(f.simulated)}};
-  if (f.measured_filter.epochs > 0) {
-    json["filtered_position"] = {{"measured", json_of(f.measured_filter)},
-                                 {"simulated", json_of(f.simulated_filter)}};
-  }
+  json["position"] = json_of(f.position);
+  if (f.filtered.measured.epochs > 0) json["filtered_position"] = json_of(f.filtered);
   if (f.own_fixes) json["own_fixes"] = json_of(*f.own_fixes);
   json["never_tracked"] = Json::array();
   for (const NeverTracked& s : f.never_tracked) {
@@ -170,8 +169,8 @@ Json json_of(const Figures& f) {
                                 {"epochs", s.segment.count},
                                 {"length_m", s.segment.length_m},
                                 {"heading_deg", s.segment.heading_deg},
-                                {"measured", json_of(s.measured)},
-                                {"simulated", json_of(s.simulated)}});
+                                {"measured", json_of(s.position.measured)},
+                                {"simulated", json_of(s.position.simulated)}});
   }
   return json;
 }
@@ -187,6 +186,10 @@ std::string share_of(std::size_t part, std::size_t all) {
 }
 std::string from_to(double low, double high, int decimals) {
   return fmt::format("{} to {}", shown(low, decimals), shown(high, decimals));
+}
+/// What follows the name of a quantity.
+const char* word(Side side) {
+  return side == Side::Measured ? ", measured" : ", simulated";
 }
 std::string spearman_text(const Explained& e) {
   return e.correlation ? shown(e.correlation->rho, 2) : kNone;
@@ -233,15 +236,13 @@ FigureTable explained_table(const Figures& f) {
   return table;
 }
 
-void add_distribution(FigureTable& table, const std::string& name, const DistributionPair& d) {
-  const auto row = [&](const std::string& who, std::size_t n, const std::array<double, 5>& q,
-                       const std::string& ks) {
-    Row& cells = table.rows.emplace_back(Row{name + who, fmt::to_string(n)});
-    for (const double value : q) cells.push_back(n > 0 ? shown(value, 1) : kNone);
-    cells.push_back(ks);
-  };
-  row(", measured", d.measured_n, d.measured, "");
-  row(", simulated", d.simulated_n, d.simulated, shown(d.ks, 3));
+void add_distribution(FigureTable& table, const std::string& name, const DistributionPair& pair) {
+  for (const Side side : kSides) {
+    const Distribution& d = pair.of(side);
+    Row& cells = table.rows.emplace_back(Row{name + word(side), fmt::to_string(d.n)});
+    for (const double value : d.at) cells.push_back(shown(value, 1));
+    cells.push_back(side == Side::Simulated ? shown(pair.ks, 3) : "");
+  }
 }
 
 FigureTable distributions_table(const std::string& title, const ObservationFigures& f) {
@@ -272,53 +273,55 @@ FigureTable phase_table(const Figures& f) {
                     {"Signal", "LOS with phase [%]", "NLOS with phase [%]", "Between cycle slips [s]",
                      "Cycle slips", "LOS noise [mm]", "NLOS noise [mm]"}};
   for (const SignalFigures& s : f.signals) {
-    for (const auto& [who, p] :
-         {std::pair(", measured", &s.measured_phase), {", simulated", &s.simulated_phase}}) {
-      if (!s.judged() || p->los.with_phase + p->nlos.with_phase == 0) continue;
+    for (const Side side : kSides) {
+      const PhaseFigures& p = s.phase.of(side);
+      if (!s.judged() || p.los.with_phase + p.nlos.with_phase == 0) continue;
       const auto mm = [](const PhaseView& v) { return v.noise_m ? shown(1e3 * *v.noise_m, 1) : kNone; };
-      table.rows.push_back({s.name() + who, share_of(p->los.with_phase, p->los.observations),
-                            share_of(p->nlos.with_phase, p->nlos.observations),
-                            shown(p->time_between_slips_s(), 1), fmt::to_string(p->slips), mm(p->los),
-                            mm(p->nlos)});
+      table.rows.push_back({s.name() + word(side), share_of(p.los.with_phase, p.los.observations),
+                            share_of(p.nlos.with_phase, p.nlos.observations),
+                            shown(p.time_between_slips_s(), 1), fmt::to_string(p.slips), mm(p.los),
+                            mm(p.nlos)});
     }
   }
   return table;
 }
 
-Row quantiles_row(const char* name, const PositionFigures& p, const std::array<double, 5>& q) {
+Row quantiles_row(const std::string& name, const std::array<double, 5>& q) {
   Row row{name};
-  for (const double value : q) row.push_back(p.fixes > 0 ? shown(value, 1) : kNone);
+  for (const double value : q) row.push_back(shown(value, 1));
   return row;
 }
-std::vector<Row> error_rows(const PositionFigures& measured, const PositionFigures& simulated) {
-  return {quantiles_row("Horizontal, measured", measured, measured.horizontal_m),
-          quantiles_row("Horizontal, simulated", simulated, simulated.horizontal_m),
-          quantiles_row("Vertical, measured", measured, measured.vertical_m),
-          quantiles_row("Vertical, simulated", simulated, simulated.vertical_m)};
+std::vector<Row> error_rows(const Sides<PositionFigures>& position) {
+  std::vector<Row> rows;
+  for (const auto& [name, errors] : {std::pair("Horizontal", &PositionFigures::horizontal_m),
+                                     {"Vertical", &PositionFigures::vertical_m}}) {
+    for (const Side side : kSides)
+      rows.push_back(quantiles_row(std::string(name) + word(side), position.of(side).*errors));
+  }
+  return rows;
 }
 
 std::vector<FigureTable> position_tables(const Figures& f) {
   const Row head{"Error [m]", "p5", "p25", "p50", "p75", "p95"};
   const auto availability = [](const char* name, const PositionFigures& p) {
     return Row{name, fmt::to_string(p.epochs), fmt::to_string(p.fixes), share_of(p.fixes, p.epochs),
-               p.fixes > 0 ? shown(p.mean_used, 1) : kNone};
+               shown(p.mean_used, 1)};
   };
   const auto ratio = [&f](std::string_view key) {
     const FigureInfo& info = *figure_info(key);
     return shown(info.range.compared(info.value(f, Side::Measured), info.value(f, Side::Simulated)), 2);
   };
   std::vector<FigureTable> tables{
-      {"Position, by the same solver on both", head, error_rows(f.measured, f.simulated),
+      {"Position, by the same solver on both", head, error_rows(f.position),
        fmt::format("Horizontal, simulated over measured: p50 {}, p95 {}.", ratio("horizontal_p50_m"),
                    ratio("horizontal_p95_m"))},
       {"",
        {"Fixes", "Epochs", "With a fix", "[%]", "Mean satellites used"},
-       {availability("Measured", f.measured), availability("Simulated", f.simulated)}}};
+       {availability("Measured", f.position.measured), availability("Simulated", f.position.simulated)}}};
   FigureTable filtered{"Position, by the same filter on both", head};
-  if (f.measured_filter.epochs > 0) filtered.rows = error_rows(f.measured_filter, f.simulated_filter);
+  if (f.filtered.measured.epochs > 0) filtered.rows = error_rows(f.filtered);
   if (f.own_fixes) {
-    filtered.rows.push_back(
-        quantiles_row("Horizontal, receiver's own", *f.own_fixes, f.own_fixes->horizontal_m));
+    filtered.rows.push_back(quantiles_row("Horizontal, receiver's own", f.own_fixes->horizontal_m));
   }
   if (!filtered.rows.empty()) tables.push_back(std::move(filtered));
   FigureTable stated{
@@ -327,16 +330,15 @@ std::vector<FigureTable> position_tables(const Figures& f) {
       {},
       "Deviations: horizontal the root of the east and north variances' sum, vertical that of up. Normal "
       "errors: 63 to 68, 95 to 98, 68, 95 %."};
-  const auto add_stated = [&stated](const char* name, const PositionFigures& p) {
-    if (p.stated == 0) return;
-    stated.rows.push_back({name, shown(100 * p.horizontal_within[0], 0),
-                           shown(100 * p.horizontal_within[1], 0), shown(100 * p.vertical_within[0], 0),
-                           shown(100 * p.vertical_within[1], 0)});
-  };
-  add_stated("Single epochs, measured", f.measured);
-  add_stated("Single epochs, simulated", f.simulated);
-  add_stated("Filter, measured", f.measured_filter);
-  add_stated("Filter, simulated", f.simulated_filter);
+  for (const auto& [name, position] : {std::pair("Single epochs", &f.position), {"Filter", &f.filtered}}) {
+    for (const Side side : kSides) {
+      const PositionFigures& p = position->of(side);
+      if (p.stated == 0) continue;
+      stated.rows.push_back({std::string(name) + word(side), shown(100 * p.horizontal_within[0], 0),
+                             shown(100 * p.horizontal_within[1], 0), shown(100 * p.vertical_within[0], 0),
+                             shown(100 * p.vertical_within[1], 0)});
+    }
+  }
   if (!stated.rows.empty()) tables.push_back(std::move(stated));
   return tables;
 }
@@ -349,17 +351,17 @@ FigureTable segments_table(const Figures& f) {
                     f.segments.empty() ? "No stretch of one street has enough epochs."
                                        : "Pairs are measured / simulated; errors are horizontal."};
   for (const SegmentFigures& s : f.segments) {
-    const auto both = [&s](const auto& of) { return of(s.measured) + " / " + of(s.simulated); };
+    const auto both = [&s](const auto& of) {
+      return of(s.position.measured) + " / " + of(s.position.simulated);
+    };
     const auto quantile_of = [&both](std::size_t q) {
-      return both(
-          [q](const PositionFigures& p) { return p.fixes > 0 ? shown(p.horizontal_m[q], 1) : kNone; });
+      return both([q](const PositionFigures& p) { return shown(p.horizontal_m[q], 1); });
     };
     table.rows.push_back({fmt::to_string(s.street), shown(s.segment.heading_deg, 0),
-                          shown(s.segment.length_m, 0), fmt::to_string(s.measured.epochs),
+                          shown(s.segment.length_m, 0), fmt::to_string(s.position.measured.epochs),
                           both([](const PositionFigures& p) { return share_of(p.fixes, p.epochs); }),
-                          quantile_of(2), quantile_of(4), both([](const PositionFigures& p) {
-                            return p.fixes > 0 ? shown(p.mean_used, 1) : kNone;
-                          })});
+                          quantile_of(2), quantile_of(4),
+                          both([](const PositionFigures& p) { return shown(p.mean_used, 1); })});
   }
   return table;
 }

@@ -100,23 +100,23 @@ TEST(FurtherSignals, PhaseNoiseIsThatOfTheLoop) {
   ASSERT_EQ(f.signals.size(), 6U);
   for (const SignalFigures& s : f.signals) {
     ASSERT_TRUE(s.judged());
-    ASSERT_TRUE(s.measured_phase.los.noise_m && s.simulated_phase.los.noise_m) << s.name();
+    ASSERT_TRUE(s.phase.measured.los.noise_m && s.phase.simulated.los.noise_m) << s.name();
     const double expected = pooled_deviation(sigmas[s.signal]);
-    const std::size_t n = s.measured_phase.los.noise_n;
+    const std::size_t n = s.phase.measured.los.noise_n;
     std::printf("%-12s %5zu third differences: %.3f mm recorded, %.3f simulated, %.3f by the loop\n",
-                s.name().c_str(), n, 1e3 * *s.measured_phase.los.noise_m,
-                1e3 * *s.simulated_phase.los.noise_m, 1e3 * expected);
+                s.name().c_str(), n, 1e3 * *s.phase.measured.los.noise_m,
+                1e3 * *s.phase.simulated.los.noise_m, 1e3 * expected);
     EXPECT_GT(n, 500U);
     // The median of n magnitudes scatters by 1.17 / sqrt(n); third differences overlap, n counts 2.3-fold
     // (1 + 2 (15^2 + 6^2 + 1) / 20^2).
     const double scatter = 1.17 * std::sqrt(2.3 / static_cast<double>(n));
-    EXPECT_NEAR(*s.measured_phase.los.noise_m / expected, 1, 3.5 * scatter) << s.name();
-    EXPECT_NEAR(*s.simulated_phase.los.noise_m / expected, 1, 3.5 * scatter) << s.name();
-    EXPECT_EQ(s.measured_phase.slips, 0U) << s.name();
-    EXPECT_EQ(s.simulated_phase.slips, 0U) << s.name();
-    EXPECT_FALSE(s.measured_phase.time_between_slips_s());
-    EXPECT_EQ(s.measured_phase.los.share(), 1.0) << s.name();
-    EXPECT_EQ(s.tracked_los.measured_ratio(), 1) << s.name();
+    EXPECT_NEAR(*s.phase.measured.los.noise_m / expected, 1, 3.5 * scatter) << s.name();
+    EXPECT_NEAR(*s.phase.simulated.los.noise_m / expected, 1, 3.5 * scatter) << s.name();
+    EXPECT_EQ(s.phase.measured.slips, 0U) << s.name();
+    EXPECT_EQ(s.phase.simulated.slips, 0U) << s.name();
+    EXPECT_FALSE(s.phase.measured.time_between_slips_s());
+    EXPECT_EQ(s.phase.measured.los.share(), 1.0) << s.name();
+    EXPECT_EQ(s.tracked_los.ratio(Side::Measured).value(), 1) << s.name();
   }
 }
 
@@ -149,22 +149,24 @@ TEST(FurtherSignals, EmittedRecordingIsJudgedAsItsOwn) {
   ASSERT_EQ(f.signals.size(), 6U);
   for (const SignalFigures& s : f.signals) {
     const Known& of_signal = known[s.signal];
-    const PhaseFigures& phase = s.measured_phase;
+    const PhaseFigures& phase = s.phase.measured;
     std::printf(
         "%-12s KS of errors %.3f %.3f, of C/N0 %.3f %.3f; slips %zu and %zu; noise %.2f and %.2f mm LOS\n",
         s.name().c_str(), s.error_los_m.ks.value(), s.error_nlos_m.ks.value(), s.cn0_los_dbhz.ks.value(),
-        s.cn0_nlos_dbhz.ks.value(), phase.slips, s.simulated_phase.slips, 1e3 * *phase.los.noise_m,
-        1e3 * *s.simulated_phase.los.noise_m);
+        s.cn0_nlos_dbhz.ks.value(), phase.slips, s.phase.simulated.slips, 1e3 * *phase.los.noise_m,
+        1e3 * *s.phase.simulated.los.noise_m);
     EXPECT_EQ(phase.slips, of_signal.slips) << s.name();
     EXPECT_EQ(phase.los.with_phase + phase.nlos.with_phase, of_signal.with_phase) << s.name();
     EXPECT_EQ(phase.los.observations + phase.nlos.observations, of_signal.observations) << s.name();
     EXPECT_EQ(phase.time_s, static_cast<double>(of_signal.with_phase)) << "at 1 Hz";
     EXPECT_GT(phase.slips, 20U) << s.name();
-    EXPECT_NEAR(static_cast<double>(s.simulated_phase.slips), static_cast<double>(phase.slips),
+    EXPECT_NEAR(static_cast<double>(s.phase.simulated.slips), static_cast<double>(phase.slips),
                 5 * std::sqrt(static_cast<double>(phase.slips)));
     EXPECT_LT(s.error_los_m.ks.value(), 0.1) << s.name();
     EXPECT_LT(s.cn0_los_dbhz.ks.value(), 0.1) << s.name();
-    EXPECT_NEAR(s.tracked_nlos.simulated_ratio(), s.tracked_nlos.measured_ratio(), 0.05) << s.name();
+    EXPECT_NEAR(s.tracked_nlos.ratio(Side::Simulated).value(), s.tracked_nlos.ratio(Side::Measured).value(),
+                0.05)
+        << s.name();
   }
 
   // Texts: a block for each further signal and a line of phases for every one.
@@ -212,7 +214,7 @@ TEST(FurtherSignals, OfOneSideAloneAreSaid) {
                          [](const SignalFigures& s) { return s.name() == "GPS L2C"; });
   };
   EXPECT_EQ(l2c(f).error_nlos_m.ks, l2c(f_all).error_nlos_m.ks);
-  EXPECT_EQ(l2c(f).simulated_phase.slips, l2c(f_all).simulated_phase.slips);
+  EXPECT_EQ(l2c(f).phase.simulated.slips, l2c(f_all).phase.simulated.slips);
 
   // A system that is not tracked at all: the others are compared without it.
   const Comparison gps = compare_by(recorded, recording, 2, {"L1CA"});
@@ -223,11 +225,11 @@ TEST(FurtherSignals, OfOneSideAloneAreSaid) {
     if (s.id.system != gnss::System::GPS) continue;
     ASSERT_EQ(gps.satellites[satellite].id, s.id);
     // Simulated errors are about the clock from all clear satellites: here of fewer.
-    ASSERT_EQ(gps.satellites[satellite].simulated_error_m.has_value(), s.simulated_error_m.has_value());
-    if (s.simulated_error_m) {
-      ASSERT_NEAR(*gps.satellites[satellite].simulated_error_m, *s.simulated_error_m, 5);
+    ASSERT_EQ(gps.satellites[satellite].simulated.error_m.has_value(), s.simulated.error_m.has_value());
+    if (s.simulated.error_m) {
+      ASSERT_NEAR(*gps.satellites[satellite].simulated.error_m, *s.simulated.error_m, 5);
     }
-    ASSERT_EQ(gps.satellites[satellite++].measured_error_m, s.measured_error_m);
+    ASSERT_EQ(gps.satellites[satellite++].measured.error_m, s.measured.error_m);
   }
 }
 
@@ -254,11 +256,11 @@ TEST(FurtherSignals, ConstantOfASignalIsTakenOff) {
   const Comparison biased = judged();
   std::size_t compared = 0;
   for (std::size_t i = 0; i < plain.satellites.size(); ++i) {
-    EXPECT_EQ(plain.satellites[i].measured_error_m, biased.satellites[i].measured_error_m);
+    EXPECT_EQ(plain.satellites[i].measured.error_m, biased.satellites[i].measured.error_m);
     ASSERT_EQ(plain.satellites[i].more.size(), biased.satellites[i].more.size());
     for (std::size_t k = 0; k < plain.satellites[i].more.size(); ++k) {
-      const auto &a = plain.satellites[i].more[k].measured_error_m,
-                 &b = biased.satellites[i].more[k].measured_error_m;
+      const auto &a = plain.satellites[i].more[k].measured.error_m,
+                 &b = biased.satellites[i].more[k].measured.error_m;
       ASSERT_EQ(a.has_value(), b.has_value());
       if (!a) continue;
       ++compared;

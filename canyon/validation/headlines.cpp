@@ -15,37 +15,28 @@ using Of = Range::Of;
 constexpr std::size_t kMedian = 2, kP95 = 4;
 static_assert(kQuantiles[kMedian] == 0.5 && kQuantiles[kP95] == 0.95);
 
-const PositionFigures& position(const Figures& f, Side side) {
-  return side == Side::Measured ? f.measured : f.simulated;
-}
-Number horizontal(const PositionFigures& p, std::size_t quantile) {
-  return p.fixes > 0 ? Number(p.horizontal_m.at(quantile)) : std::nullopt;
+Number known(double value) {
+  return std::isnan(value) ? std::nullopt : Number(value);
 }
 template <std::size_t kQuantile>
 Number horizontal(const Figures& f, Side side) {
-  return horizontal(position(f, side), kQuantile);
+  return known(f.position.of(side).horizontal_m.at(kQuantile));
 }
 template <std::size_t kQuantile>
 Number own_horizontal(const Figures& f, Side side) {
-  return horizontal(side == Side::Measured ? *f.own_fixes : f.simulated_filter, kQuantile);
+  return known((side == Side::Measured ? *f.own_fixes : f.filtered.simulated).horizontal_m.at(kQuantile));
 }
 Number satellites_used(const Figures& f, Side side) {
-  const PositionFigures& p = position(f, side);
-  return p.fixes > 0 ? Number(p.mean_used) : std::nullopt;
+  return known(f.position.of(side).mean_used);
 }
 
 template <auto kShare>
 Number tracked(const Figures& f, Side side) {
-  const TrackedShare& share = f.*kShare;
-  if (share.satellites == 0) return std::nullopt;
-  return side == Side::Measured ? share.measured_ratio() : share.simulated_ratio();
+  return (f.*kShare).ratio(side);
 }
 template <auto kQuantity>
 Number middle(const Figures& f, Side side) {
-  const DistributionPair& pair = f.*kQuantity;
-  const bool measured = side == Side::Measured;
-  if ((measured ? pair.measured_n : pair.simulated_n) == 0) return std::nullopt;
-  return (measured ? pair.measured : pair.simulated)[kMedian];
+  return known((f.*kQuantity).of(side).at[kMedian]);
 }
 template <auto kQuantity>
 Number distance(const Figures& f, Side /*both*/) {

@@ -32,8 +32,6 @@ struct Range {
   [[nodiscard]] std::string text() const;
 };
 
-enum class Side { Measured, Simulated };
-
 /// A figure, and the range that the score card compares it with (docs/results.md).
 struct FigureInfo {
   enum class Kind {

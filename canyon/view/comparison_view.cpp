@@ -29,6 +29,7 @@ using Eigen::Vector3d;
 using validation::ComparedEpoch;
 using validation::ComparedSatellite;
 using validation::Comparison;
+using validation::Side;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 /// Only the direct path is known.
@@ -36,21 +37,6 @@ constexpr std::size_t kPathsKept = 1;
 
 /// Key of the comparison in the header.
 constexpr const char* kKey = "comparison";
-
-enum Side : std::size_t { kRecorded, kSimulated };
-
-bool is_measured(const ComparedSatellite& s, Side side) {
-  return side == kRecorded ? s.measured : s.simulated;
-}
-double error_of(const ComparedSatellite& s, Side side) {
-  return (side == kRecorded ? s.measured_error_m : s.simulated_error_m).value_or(kNone);
-}
-std::optional<double> cn0_of(const ComparedSatellite& s, Side side) {
-  return side == kRecorded ? s.measured_cn0_dbhz : s.simulated_cn0_dbhz;
-}
-const validation::ComparedFix& fix_of(const ComparedEpoch& epoch, Side side) {
-  return side == kRecorded ? epoch.measured : epoch.simulated;
-}
 
 /// A compared satellite as a receiver's observation; the excess is the predicted one.
 receiver::SatelliteObservation observation_of(const ComparedSatellite& s, Side side) {
@@ -60,10 +46,10 @@ receiver::SatelliteObservation observation_of(const ComparedSatellite& s, Side s
   seen.elevation_rad = s.elevation_rad;
   seen.above_mask = true;
   seen.visibility = s.visibility;
-  seen.excess_m = side == kSimulated && s.prediction ? s.prediction->excess_m : kNone;
-  if (is_measured(s, side)) seen.lock = tracking::LockState::Tracking;
-  seen.measurement.emplace().cn0_dbhz = cn0_of(s, side);
-  seen.pseudorange_error_m = error_of(s, side);
+  seen.excess_m = side == Side::Simulated && s.prediction ? s.prediction->excess_m : kNone;
+  if (s.of(side).tracked) seen.lock = tracking::LockState::Tracking;
+  seen.measurement.emplace().cn0_dbhz = s.of(side).cn0_dbhz;
+  seen.pseudorange_error_m = s.of(side).error_m.value_or(kNone);
   return seen;
 }
 
@@ -100,7 +86,7 @@ class ComparisonView {
     header_.paths_per_satellite = kPathsKept;
     header_.satellites.assign(ids_.begin(), ids_.end());
     const auto words = std::make_shared<output::ViewWords>();
-    for (const Side side : {kRecorded, kSimulated}) add_receiver(side, words);
+    for (const Side side : validation::kSides) add_receiver(side, words);
     header_.words = *words;
     write_header(header_, folder_);
     extend();
@@ -125,13 +111,14 @@ class ComparisonView {
 
   void add_receiver(Side side, const std::shared_ptr<output::ViewWords>& words) {
     ReceiverHeader& receiver = header_.receivers.emplace_back();
-    receiver.name = side == kRecorded ? "recorded" : "simulated";
+    receiver.name = side == Side::Measured ? "recorded" : "simulated";
     receiver.strength = std::any_of(comparison_.satellites.begin(), comparison_.satellites.end(),
-                                    [&](const auto& s) { return cn0_of(s, side).has_value(); });
+                                    [&](const auto& s) { return s.of(side).cn0_dbhz.has_value(); });
     receiver.elevation_mask_deg = input_.elevation_mask_deg;
     ViewOptions options;
     options.paths_per_satellite = kPathsKept;
-    Recorder recorder(folder_, side, options, {}, input_.environment->scene(), words);
+    Recorder recorder(folder_, static_cast<std::size_t>(side), options, {}, input_.environment->scene(),
+                      words);
     output::SummarySink summary(std::vector<std::string>(1));
     double yaw_rad = 0;
     for (std::size_t i = 0; i < input_.count; ++i) {
@@ -146,7 +133,7 @@ class ComparisonView {
   /// Adds an epoch and its satellites. @param yaw_rad of the epoch before, and then of this one
   simulation::Epoch add_epoch(Side side, std::size_t i, Recorder& recorder, double& yaw_rad) const {
     const ComparedEpoch& e = epoch(i);
-    const validation::ComparedFix& fix = fix_of(e, side);
+    const validation::ComparedFix& fix = e.fix.of(side);
     simulation::Epoch row;
     row.truth.velocity_enu_mps = velocity(i);
     // A car that stands keeps its last heading.
@@ -158,7 +145,7 @@ class ComparisonView {
     seen.time = e.time;
     for (const ComparedSatellite& s : list) seen.satellites.push_back(observation_of(s, side));
     seen.visible = static_cast<int>(
-        std::count_if(list.begin(), list.end(), [&](const auto& s) { return is_measured(s, side); }));
+        std::count_if(list.begin(), list.end(), [&](const auto& s) { return s.of(side).tracked; }));
     seen.blocked = static_cast<int>(list.size()) - seen.visible;
     output::EpochRows::Shown shown{time_s(i), recorder.skyline(e.place_enu_m), e.place_enu_m};
     add_satellites(side, i, recorder.rows(), seen);
@@ -181,11 +168,10 @@ class ComparisonView {
       const ComparedSatellite& s = list[k];
       const output::Row row{epoch, &seen.satellites[k], &seen.satellites[k], &direct};
       if (s.clear) rows.add_path(row);
-      const bool used = side == kRecorded ? s.used_measured : s.used_simulated;
-      rows.add_satellite(
-          row, i, static_cast<std::size_t>(std::distance(ids_.begin(), ids_.find(s.id))),
-          output::kAboveMask | (used ? output::kUsed : 0) | (is_measured(s, side) ? output::kMeasured : 0),
-          s.clear ? 1 : 0);
+      rows.add_satellite(row, i, static_cast<std::size_t>(std::distance(ids_.begin(), ids_.find(s.id))),
+                         output::kAboveMask | (s.used.of(side) ? output::kUsed : 0) |
+                             (s.of(side).tracked ? output::kMeasured : 0),
+                         s.clear ? 1 : 0);
     }
   }
 
@@ -204,9 +190,11 @@ class ComparisonView {
     for (std::size_t i = 0; i < input_.count; ++i) {
       MeanSquare recorded, simulated, difference;
       for (const ComparedSatellite& s : satellites(i)) {
-        recorded.add(error_of(s, kRecorded));
-        simulated.add(error_of(s, kSimulated));
-        difference.add(error_of(s, kRecorded) - error_of(s, kSimulated));
+        const double recorded_m = s.measured.error_m.value_or(kNone);
+        const double simulated_m = s.simulated.error_m.value_or(kNone);
+        recorded.add(recorded_m);
+        simulated.add(simulated_m);
+        difference.add(recorded_m - simulated_m);
       }
       rows.add(
           {recorded.root(), simulated.root(), difference.root(), static_cast<double>(difference.count())});

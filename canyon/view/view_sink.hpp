@@ -3,7 +3,6 @@
 #include <chrono>
 #include <cstddef>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <string>
 
@@ -20,8 +19,6 @@ struct ViewOptions {
   std::size_t epochs_per_block = 64;
   /// A skyline is shown until the antenna has moved by more than this [m]; >= 0.
   double skyline_step_m = 3;
-  /// Sources of buildings' heights, by objects' names.
-  std::map<std::string, std::string> height_sources;
   /// The header is written at once as that of a live view, for pages that RunRelay shows the run to while it
   /// is computed; at the end the whole one takes its place.
   bool watched = false;

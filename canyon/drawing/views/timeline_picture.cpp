@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "canyon/base/statistics.hpp"
 #include "canyon/drawing/canvas.hpp"
 #include "canyon/drawing/plot.hpp"
 #include "canyon/drawing/views/pictures.hpp"
@@ -44,10 +45,9 @@ class Timeline {
     const Rect satellites{kPlotLeft, 392 + down, kPlotWidth, 170};
     const Rect hdop{kPlotLeft, 602 + down, kPlotWidth, 130};
     draw_values(canvas, error, "Error [m]",
-                {{[](const TimelinePoint& p) { return p.vertical_m; }, kVertical},
-                 {[](const TimelinePoint& p) { return p.error_m; }, kHorizontal}});
+                {{&TimelinePoint::vertical_m, kVertical}, {&TimelinePoint::error_m, kHorizontal}});
     draw_satellites(canvas, satellites);
-    draw_values(canvas, hdop, "HDOP", {{[](const TimelinePoint& p) { return p.hdop; }, kPurple}});
+    draw_values(canvas, hdop, "HDOP", {{&TimelinePoint::hdop, kPurple}});
     if (!has_strength(drawing_)) {
       draw_times(canvas, hdop, {error, satellites, hdop});
     } else {
@@ -75,10 +75,8 @@ class Timeline {
   [[nodiscard]] double median_step() const {
     std::vector<double> steps;
     for (std::size_t i = 1; i < points_.size(); ++i) steps.push_back(points_[i].time - points_[i - 1].time);
-    if (steps.empty()) return 1;
-    const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-    std::nth_element(steps.begin(), middle, steps.end());
-    return *middle > 0 ? *middle : 1;
+    const double middle_s = median(steps).value_or(1);
+    return middle_s > 0 ? middle_s : 1;
   }
 
   /// Each epoch stands for the interval about it.
@@ -140,24 +138,29 @@ class Timeline {
   }
 
   struct Series {
-    std::function<double(const TimelinePoint&)> value_of;
+    double TimelinePoint::*value;
     Colour colour;
   };
+  /// The values of all series.
+  [[nodiscard]] std::vector<double> values_of(const std::vector<Series>& series) const {
+    std::vector<double> values;
+    for (const Series& each : series) {
+      for (const TimelinePoint& p : points_) {
+        if (std::isfinite(p.*each.value)) values.push_back(p.*each.value);
+      }
+    }
+    return values;
+  }
   void draw_values(Canvas& canvas, const Rect& area, const std::string& label,
                    const std::vector<Series>& series) const {
-    std::vector<double> all;
-    for (const Series& each : series) {
-      for (const TimelinePoint& p : points_) all.push_back(each.value_of(p));
-    }
-    draw_values(canvas, area, label, series, make_scale(all, 0));
+    draw_values(canvas, area, label, series, make_scale(values_of(series), 0));
   }
   void draw_values(Canvas& canvas, const Rect& area, const std::string& label,
                    const std::vector<Series>& series, const Scale& scale) const {
     canvas.rectangle(area, kGround);
     draw_outages(canvas, area);
     draw_grid(canvas, area, scale);
-    for (const Series& each : series)
-      draw_series(canvas, area, scale, all_values(each.value_of), each.colour);
+    for (const Series& each : series) draw_series(canvas, area, scale, each);
     canvas.rectangle(area, {}, Stroke{kFaintInk, 0.9});
     draw_label(canvas, area, label);
   }
@@ -165,73 +168,60 @@ class Timeline {
   void draw_strength(Canvas& canvas, const Rect& area) const {
     const Colour los_colour = colour_of(propagation::Visibility::LOS);
     const Colour nlos_colour = colour_of(propagation::Visibility::NLOS);
-    const std::vector<Series> series{{[](const TimelinePoint& p) { return p.cn0_nlos_dbhz; }, nlos_colour},
-                                     {[](const TimelinePoint& p) { return p.cn0_los_dbhz; }, los_colour}};
+    const std::vector<Series> series{{&TimelinePoint::cn0_nlos_dbhz, nlos_colour},
+                                     {&TimelinePoint::cn0_los_dbhz, los_colour}};
+    const std::vector<double> values = values_of(series);
+    const auto [least, most] = std::minmax_element(values.begin(), values.end());
     constexpr double kStep_db = 10;
     Scale scale;
-    scale.low = std::numeric_limits<double>::infinity();
-    scale.high = -scale.low;
-    for (const Series& each : series) {
-      for (const TimelinePoint& p : points_) {
-        const double value = each.value_of(p);
-        if (!std::isfinite(value)) continue;
-        scale.low = std::min(scale.low, kStep_db * std::floor(value / kStep_db));
-        scale.high = std::max(scale.high, kStep_db * (std::floor(value / kStep_db) + 1));
-      }
-    }
-    scale.ticks.clear();
+    scale.low = kStep_db * std::floor(*least / kStep_db);
+    scale.high = kStep_db * (std::floor(*most / kStep_db) + 1);
     for (double tick = scale.low; tick <= scale.high; tick += kStep_db) scale.ticks.push_back(tick);
     draw_values(canvas, area, "C/N0 [dB-Hz]", series, scale);
     draw_swatch(canvas, area, 12, los_colour, "LOS, mean");
     draw_swatch(canvas, area, 36, nlos_colour, "NLOS, mean");
   }
 
-  [[nodiscard]] std::vector<double> all_values(
-      const std::function<double(const TimelinePoint&)>& value_of) const {
-    std::vector<double> values;
-    for (const TimelinePoint& p : points_) values.push_back(value_of(p));
-    return values;
-  }
-
-  void draw_series(Canvas& canvas, const Rect& area, const Scale& scale, const std::vector<double>& values,
-                   const Colour& colour) const {
+  void draw_series(Canvas& canvas, const Rect& area, const Scale& scale, const Series& series) const {
+    const Colour& colour = series.colour;
     const auto y_at = [&](double value) { return area.bottom() - area.height * scale.at(value); };
-
     canvas.clipped({area.x, area.y - 2, area.width, area.height + 4}, [&] {
       if (points_.size() > static_cast<std::size_t>(2 * kPlotWidth)) {
-        draw_columns(canvas, area, values, y_at, colour);
+        draw_columns(canvas, area, series, y_at);
         return;
       }
       const double dot = points_.size() > 600 ? 1.4 : 2.0;
       std::vector<Point> line;
       for (std::size_t i = 0; i < points_.size(); ++i) {
         const bool gap = i > 0 && points_[i].time - points_[i - 1].time > 1.5 * step_s_;
-        if (std::isnan(values[i]) || gap) {
+        const double value = points_[i].*series.value;
+        if (std::isnan(value) || gap) {
           canvas.polyline(line, {colour.with_alpha(0.55), 1.2});
           line.clear();
         }
-        if (!std::isnan(values[i])) line.push_back({x_at(area, seconds(points_[i])), y_at(values[i])});
+        if (!std::isnan(value)) line.push_back({x_at(area, seconds(points_[i])), y_at(value)});
       }
       canvas.polyline(line, {colour.with_alpha(0.55), 1.2});
-      for (std::size_t i = 0; i < points_.size(); ++i) {
-        if (std::isnan(values[i])) continue;
-        canvas.circle({x_at(area, seconds(points_[i])), y_at(values[i])}, dot, colour);
+      for (const TimelinePoint& p : points_) {
+        if (std::isnan(p.*series.value)) continue;
+        canvas.circle({x_at(area, seconds(p)), y_at(p.*series.value)}, dot, colour);
       }
     });
   }
 
   /// Smallest to largest value of each column of one unit.
-  void draw_columns(Canvas& canvas, const Rect& area, const std::vector<double>& values,
-                    const std::function<double(double)>& y_at, const Colour& colour) const {
+  void draw_columns(Canvas& canvas, const Rect& area, const Series& series,
+                    const std::function<double(double)>& y_at) const {
     const auto columns = static_cast<std::size_t>(area.width);
     std::vector<double> low(columns, std::numeric_limits<double>::infinity());
     std::vector<double> high(columns, -std::numeric_limits<double>::infinity());
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      if (std::isnan(values[i])) continue;
-      const double x = x_at(area, seconds(points_[i])) - area.x;
+    for (const TimelinePoint& p : points_) {
+      const double value = p.*series.value;
+      if (std::isnan(value)) continue;
+      const double x = x_at(area, seconds(p)) - area.x;
       const std::size_t c = std::min(static_cast<std::size_t>(std::max(0.0, x)), columns - 1);
-      low[c] = std::min(low[c], values[i]);
-      high[c] = std::max(high[c], values[i]);
+      low[c] = std::min(low[c], value);
+      high[c] = std::max(high[c], value);
     }
     std::vector<std::pair<Point, Point>> bars;
     for (std::size_t c = 0; c < columns; ++c) {
@@ -239,7 +229,7 @@ class Timeline {
       const double x = area.x + static_cast<double>(c) + 0.5;
       bars.push_back({{x, y_at(low[c]) + 0.6}, {x, y_at(high[c]) - 0.6}});
     }
-    canvas.segments(bars, {colour, 1.1});
+    canvas.segments(bars, {series.colour, 1.1});
   }
 
   void draw_satellites(Canvas& canvas, const Rect& area) const {

@@ -33,7 +33,7 @@ constexpr std::size_t kManyDots = 5000;
 struct Roof {
   double height_m = 0;
   std::vector<std::array<Eigen::Vector2d, 3>> triangles;
-  std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> outline;
+  Outlines outline;
 };
 
 bool overlaps(const city::Box& extent, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
@@ -338,6 +338,13 @@ city::Box map_extent(const std::vector<TrackPoint>& points) {
   size.x() = std::max({size.x(), kSmallestExtent_m, kSlimmest * size.y()});
   size.y() = std::max({size.y(), kSmallestExtent_m, kSlimmest * size.x()});
   return {centre - 0.5 * size, centre + 0.5 * size};
+}
+
+Outlines building_outlines(const city::Mesh& mesh, const city::Box& extent) {
+  Outlines outlines;
+  for (const Roof& roof : roofs_of(mesh, extent))
+    outlines.insert(outlines.end(), roof.outline.begin(), roof.outline.end());
+  return outlines;
 }
 
 double draw_buildings(Canvas& canvas, const Rect& area, const city::Mesh& mesh, const city::Box& extent) {

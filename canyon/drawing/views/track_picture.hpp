@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "canyon/city/fwd.hpp"
@@ -40,6 +41,10 @@ struct TrackDrawing {
 /// Buildings as filled roofs, higher ones on top; `area` of the canvas shows `extent`. Buildings that
 /// reach beyond it are not cut off. Returns the highest roof seen [m]; 0 where there is none.
 double draw_buildings(Canvas& canvas, const Rect& area, const city::Mesh& mesh, const city::Box& extent);
+
+/// Edges of roofs as seen from above, steps of roofs included, those of buildings in the extent [m, ENU].
+using Outlines = std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>>;
+[[nodiscard]] Outlines building_outlines(const city::Mesh& mesh, const city::Box& extent);
 
 /// The point of `area` at which a point of the plane lies; `area` shows `extent`, north up. Both axes have
 /// one scale when area and extent have the same shape.

@@ -20,8 +20,6 @@ namespace fs = std::filesystem;
 
 /// A middle dot, with spaces.
 constexpr const char* kDot = "  \u00b7  ";
-/// Text is 11 units high.
-constexpr double kPixelsPerUnit = 2;
 /// Values to draw stay in memory up to this; the others are read from the source a second time.
 constexpr std::size_t kMostKeptBytes = std::size_t{256} << 20;
 
@@ -51,11 +49,11 @@ class Writer {
         source_(source),
         request_(*source.request),
         city_(city),
-        layout_(request_.grid, sheet_layers(0), kPixelsPerUnit),
+        layout_(request_.grid, sheet_layers(0)),
         decimals_(second_decimals(request_.times)) {
-    const Outlines outlines = building_outlines(city.mesh, layout_.extent());
+    const drawing::Outlines outlines = drawing::building_outlines(city.mesh, layout_.extent());
     has_outlines_ = !outlines.empty();
-    outlines_ = outline_coverage(outlines, layout_, kPixelsPerUnit);
+    outlines_ = outline_coverage(outlines, layout_);
   }
 
   std::vector<std::string> write() {
@@ -65,7 +63,7 @@ class Writer {
       const Rasters rasters = this->rasters(time, false);
       for (std::size_t altitude = 0; altitude < request_.altitudes_m.size(); ++altitude) {
         for (std::size_t sheet = 0; sheet < sheets(); ++sheet) {
-          names.push_back(name(sheet, altitude, "_t" + compact_utc(request_.times[time], decimals_)));
+          names.push_back(name(sheet, altitude, time));
           draw(names.back(), sheet, altitude, time, rasters[altitude]);
         }
       }
@@ -86,12 +84,11 @@ class Writer {
     return {first, first + static_cast<std::ptrdiff_t>(std::min(left, kMostPanels))};
   }
 
-  /// @param moment part of the name that says the time, left out where there is one alone
-  [[nodiscard]] std::string name(std::size_t sheet, std::size_t altitude, const std::string& moment) const {
+  [[nodiscard]] std::string name(std::size_t sheet, std::size_t altitude, std::size_t time) const {
     std::string text = "map";
     if (sheets() > 1) text += fmt::format("_{}", sheet + 1);
     if (request_.altitudes_m.size() > 1) text += fmt::format("_a{}m", request_.altitudes_m[altitude]);
-    if (request_.times.size() > 1) text += moment;
+    if (request_.times.size() > 1) text += "_t" + compact_utc(request_.times[time], decimals_);
     return text + ".png";
   }
 
@@ -189,14 +186,13 @@ class Writer {
       const std::size_t layer = number * kMostPanels + i;
       sheet.panels.push_back({layers[i], &rasters[layer], &scales_[layer]});
     }
-    const auto images = map_images(sheet, layout_);
     const auto pixels = [](double units) {
       return static_cast<int>(std::ceil(kPixelsPerUnit * units - 1e-9));
     };
     write_file(
         folder_ / file,
         drawing::render_png(pixels(layout_.width()), pixels(layout_.height(layers.size())), kPixelsPerUnit,
-                            [&](drawing::Canvas& canvas) { draw_sheet(canvas, sheet, layout_, images); }));
+                            [&](drawing::Canvas& canvas) { draw_sheet(canvas, sheet, layout_); }));
   }
 
   fs::path folder_;

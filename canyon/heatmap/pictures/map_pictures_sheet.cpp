@@ -9,8 +9,6 @@
 #include <cmath>
 #include <limits>
 
-#include "canyon/drawing/views/track_picture.hpp"
-
 namespace canyon::heatmap {
 namespace {
 
@@ -163,17 +161,9 @@ void draw_bar(Canvas& canvas, const Rect& place, const ColourScale& scale) {
   draw_labels(canvas, place, bar, scale);
 }
 
-/// Edges with their direction forgotten, so that both triangles of an edge spell it alike.
-using Edge = std::array<double, 6>;
-
-Edge edge_between(const Eigen::Vector3d& p, const Eigen::Vector3d& q) {
-  return std::min(Edge{p.x(), p.y(), p.z(), q.x(), q.y(), q.z()},
-                  Edge{q.x(), q.y(), q.z(), p.x(), p.y(), p.z()});
-}
-
 }  // namespace
 
-SheetLayout::SheetLayout(const Grid& grid, const std::vector<Layer>& layers, double pixels_per_unit) {
+SheetLayout::SheetLayout(const Grid& grid, const std::vector<Layer>& layers) {
   assert(!layers.empty() && layers.size() <= kMostPanels);
   columns_ = layers.size() <= 3 ? layers.size() : layers.size() == 4 ? 2 : 3;
   map_width_ = map_width_for(columns_);
@@ -184,10 +174,12 @@ SheetLayout::SheetLayout(const Grid& grid, const std::vector<Layer>& layers, dou
   const Eigen::Vector3d half(0.5 * metres * map_width_, 0.5 * metres * map_height_, 0);
   extent_ = {centre - half, centre + half};
 
-  const auto pixels = [](double x) { return std::max(1U, static_cast<std::uint32_t>(std::lround(x))); };
-  map_pixels_ = {pixels(pixels_per_unit * map_width_), pixels(pixels_per_unit * map_height_)};
-  grid_pixels_ = {std::min(pixels(pixels_per_unit * east / metres), map_pixels_.columns),
-                  std::min(pixels(pixels_per_unit * north / metres), map_pixels_.rows)};
+  const auto pixels = [](double units) {
+    return std::max(1U, static_cast<std::uint32_t>(std::lround(kPixelsPerUnit * units)));
+  };
+  map_pixels_ = {pixels(map_width_), pixels(map_height_)};
+  grid_pixels_ = {std::min(pixels(east / metres), map_pixels_.columns),
+                  std::min(pixels(north / metres), map_pixels_.rows)};
   grid_corner_ = {(map_pixels_.columns - grid_pixels_.columns) / 2,
                   (map_pixels_.rows - grid_pixels_.rows) / 2};
   raster_size_ = {std::min(grid.columns, grid_pixels_.columns), std::min(grid.rows, grid_pixels_.rows)};
@@ -218,37 +210,9 @@ double SheetLayout::height(std::size_t panels) const {
   return legend_top(panels) + kLegendHeight;
 }
 
-Outlines building_outlines(const city::Mesh& mesh, const city::Box& extent) {
-  Outlines outlines;
-  std::vector<Edge> edges;
-  for (const city::Object& object : mesh.objects) {
-    if (object.surface != city::Surface::Building) continue;
-    edges.clear();
-    for (std::uint32_t k = 0; k < object.triangle_count; ++k) {
-      const auto& t = mesh.triangles[object.first_triangle + k];
-      const Eigen::Vector3d &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
-      if ((b - a).cross(c - a).z() <= 0) continue;  // a wall, or seen from below
-      for (const Edge& edge : {edge_between(a, b), edge_between(b, c), edge_between(c, a)})
-        edges.push_back(edge);
-    }
-    // An edge of one triangle alone is an eave or a step, one of two a ridge or a diagonal.
-    std::sort(edges.begin(), edges.end());
-    for (std::size_t i = 0, next = 0; i < edges.size(); i = next) {
-      while (next < edges.size() && edges[next] == edges[i]) ++next;
-      const Edge& e = edges[i];
-      const bool in_sight = std::min(e[0], e[3]) <= extent.max.x() &&
-                            std::max(e[0], e[3]) >= extent.min.x() &&
-                            std::min(e[1], e[4]) <= extent.max.y() && std::max(e[1], e[4]) >= extent.min.y();
-      if (next == i + 1 && in_sight) outlines.push_back({{e[0], e[1]}, {e[3], e[4]}});
-    }
-  }
-  return outlines;
-}
-
-std::vector<std::uint8_t> outline_coverage(const Outlines& outlines, const SheetLayout& layout,
-                                           double pixels_per_unit) {
+std::vector<std::uint8_t> outline_coverage(const drawing::Outlines& outlines, const SheetLayout& layout) {
   const RasterSize& size = layout.map_pixels();
-  const Rect map{0, 0, size.columns / pixels_per_unit, size.rows / pixels_per_unit};
+  const Rect map{0, 0, size.columns / kPixelsPerUnit, size.rows / kPixelsPerUnit};
   std::vector<std::pair<Point, Point>> lines;
   lines.reserve(outlines.size());
   for (const auto& [from, to] : outlines) {
@@ -256,7 +220,7 @@ std::vector<std::uint8_t> outline_coverage(const Outlines& outlines, const Sheet
                        drawing::map_point(map, layout.extent(), to));
   }
   const drawing::RgbImage drawn = drawing::render_pixels(
-      static_cast<int>(size.columns), static_cast<int>(size.rows), pixels_per_unit, [&](Canvas& canvas) {
+      static_cast<int>(size.columns), static_cast<int>(size.rows), kPixelsPerUnit, [&](Canvas& canvas) {
         // One stroke draws all lines, so that they are not darker where they cross.
         canvas.segments(lines, {drawing::kBlack, 0.55});
       });
@@ -266,30 +230,28 @@ std::vector<std::uint8_t> outline_coverage(const Outlines& outlines, const Sheet
   return coverage;
 }
 
-std::vector<std::vector<std::uint32_t>> map_images(const Sheet& sheet, const SheetLayout& layout) {
+namespace {
+
+/// A panel's map, with outlines over it.
+std::vector<std::uint32_t> map_image(const Sheet::Panel& panel, const std::vector<std::uint8_t>& outlines,
+                                     const SheetLayout& layout) {
   const RasterSize map = layout.map_pixels(), grid = layout.grid_pixels(), raster = layout.raster_size();
   const auto [left, top] = layout.grid_corner();
-  std::vector<std::vector<std::uint32_t>> images;
-  for (const Sheet::Panel& panel : sheet.panels) {
-    std::vector<std::uint32_t> pixels(map.pixels(), packed(kPaper));
-    for (std::uint32_t y = 0; y < grid.rows; ++y) {
-      const std::size_t row = std::uint64_t{y} * raster.rows / grid.rows * raster.columns;
-      for (std::uint32_t x = 0; x < grid.columns; ++x) {
-        const std::size_t cell = row + std::uint64_t{x} * raster.columns / grid.columns;
-        const Shade shade = panel.raster->shades[cell];
-        double value = panel.raster->values[cell];
-        if (panel.scale->classes > 0) value = std::round(value);
-        pixels[(top + y) * std::size_t{map.columns} + left + x] =
-            shade == Shade::Value ? packed(panel.scale->colour(value)) : pixel_of(shade, x, y);
-      }
+  std::vector<std::uint32_t> pixels(map.pixels(), packed(kPaper));
+  for (std::uint32_t y = 0; y < grid.rows; ++y) {
+    const std::size_t row = std::uint64_t{y} * raster.rows / grid.rows * raster.columns;
+    for (std::uint32_t x = 0; x < grid.columns; ++x) {
+      const std::size_t cell = row + std::uint64_t{x} * raster.columns / grid.columns;
+      const Shade shade = panel.raster->shades[cell];
+      double value = panel.raster->values[cell];
+      if (panel.scale->classes > 0) value = std::round(value);
+      pixels[(top + y) * std::size_t{map.columns} + left + x] =
+          shade == Shade::Value ? packed(panel.scale->colour(value)) : pixel_of(shade, x, y);
     }
-    for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = darkened(pixels[i], (*sheet.outlines)[i]);
-    images.push_back(std::move(pixels));
   }
-  return images;
+  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = darkened(pixels[i], outlines[i]);
+  return pixels;
 }
-
-namespace {
 
 void draw_legend(Canvas& canvas, const Sheet& sheet, const SheetLayout& layout, double top) {
   const Rect first = layout.map(0);
@@ -328,8 +290,7 @@ void draw_legend(Canvas& canvas, const Sheet& sheet, const SheetLayout& layout, 
 
 }  // namespace
 
-void draw_sheet(Canvas& canvas, const Sheet& sheet, const SheetLayout& layout,
-                const std::vector<std::vector<std::uint32_t>>& images) {
+void draw_sheet(Canvas& canvas, const Sheet& sheet, const SheetLayout& layout) {
   drawing::draw_title(canvas, kMargin, sheet.title, sheet.subtitles[0]);
   draw_fitting(canvas, {kMargin, 76}, sheet.subtitles[1], {.size = 12.5, .colour = kFaintInk},
                canvas.width() - 2 * kMargin);
@@ -337,7 +298,8 @@ void draw_sheet(Canvas& canvas, const Sheet& sheet, const SheetLayout& layout,
     const Rect map = layout.map(i);
     draw_heading(canvas, map, heading(sheet.panels[i].layer, *sheet.panels[i].scale));
     canvas.image(map, static_cast<int>(layout.map_pixels().columns),
-                 static_cast<int>(layout.map_pixels().rows), images[i]);
+                 static_cast<int>(layout.map_pixels().rows),
+                 map_image(sheet.panels[i], *sheet.outlines, layout));
     canvas.rectangle(map, {}, Stroke{kFaintInk, 0.8});
     draw_bar(canvas, {map.x, map.bottom() + kBarGap, map.width, kBarHeight}, *sheet.panels[i].scale);
   }

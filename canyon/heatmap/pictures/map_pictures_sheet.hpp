@@ -9,6 +9,7 @@
 
 #include "canyon/city/city.hpp"
 #include "canyon/drawing/canvas.hpp"
+#include "canyon/drawing/views/track_picture.hpp"
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/heatmap/kernels/grid.hpp"
 #include "canyon/heatmap/kernels/layers.hpp"
@@ -47,13 +48,15 @@ struct RasterSize {
                                                            const RasterSize& size);
 
 inline constexpr std::size_t kMostPanels = 6;
+/// Text is 11 units high.
+inline constexpr double kPixelsPerUnit = 2;
 
 /// Places of the parts of a sheet. A sheet has up to six panels of one size: up to three in one row, more in
-/// two rows. Lengths are in units of the canvas, pixels are those of the stills.
+/// two rows. Lengths are in units of the canvas.
 class SheetLayout {
  public:
   /// @param layers of the fullest sheet, [1, kMostPanels]
-  SheetLayout(const Grid& grid, const std::vector<Layer>& layers, double pixels_per_unit);
+  SheetLayout(const Grid& grid, const std::vector<Layer>& layers);
 
   [[nodiscard]] double width() const;
   /// @param panels of a sheet
@@ -80,13 +83,9 @@ class SheetLayout {
   std::array<std::uint32_t, 2> grid_corner_{};
 };
 
-/// Edges of roofs as seen from above, steps of roofs included, those of buildings in the extent [m, ENU].
-using Outlines = std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>>;
-[[nodiscard]] Outlines building_outlines(const city::Mesh& mesh, const city::Box& extent);
-
 /// The part of each pixel of a map that outlines cover, 0 to 255.
-[[nodiscard]] std::vector<std::uint8_t> outline_coverage(const Outlines& outlines, const SheetLayout& layout,
-                                                         double pixels_per_unit);
+[[nodiscard]] std::vector<std::uint8_t> outline_coverage(const drawing::Outlines& outlines,
+                                                         const SheetLayout& layout);
 
 /// Which shades a sheet's legend explains.
 using ShadesSeen = std::array<bool, kShades>;
@@ -108,10 +107,6 @@ struct Sheet {
   bool has_outlines = false;
 };
 
-/// The panels' maps as pixels, the same for every size of the picture.
-[[nodiscard]] std::vector<std::vector<std::uint32_t>> map_images(const Sheet& sheet,
-                                                                 const SheetLayout& layout);
-void draw_sheet(drawing::Canvas& canvas, const Sheet& sheet, const SheetLayout& layout,
-                const std::vector<std::vector<std::uint32_t>>& images);
+void draw_sheet(drawing::Canvas& canvas, const Sheet& sheet, const SheetLayout& layout);
 
 }  // namespace canyon::heatmap

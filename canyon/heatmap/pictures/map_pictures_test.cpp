@@ -149,8 +149,8 @@ TEST(MapRaster, EveryStateHasItsShade) {
 TEST(MapOutlines, RoofEdgesWithoutDiagonals) {
   const city::City city = block_city();
   const city::Box all{{-1000, -1000, 0}, {1000, 1000, 0}};
-  EXPECT_EQ(building_outlines(city.mesh, all).size(), 4U);
-  EXPECT_TRUE(building_outlines(city.mesh, {{0, 10, 0}, {50, 50, 0}}).empty());
+  EXPECT_EQ(drawing::building_outlines(city.mesh, all).size(), 4U);
+  EXPECT_TRUE(drawing::building_outlines(city.mesh, {{0, 10, 0}, {50, 50, 0}}).empty());
 }
 
 TEST(MapPictures, OnePictureOfThePapersPanels) {
@@ -168,7 +168,7 @@ TEST(MapPictures, OnePictureOfThePapersPanels) {
   for (const auto& [pair, times] : map.asked) EXPECT_EQ(times, 1);
 
   const PngPixels png(test::read_bytes(folder / "new" / "map.png"));
-  const SheetLayout layout(map.request.grid, map.request.layers, 2);
+  const SheetLayout layout(map.request.grid, map.request.layers);
   EXPECT_EQ(png.width(), 2 * static_cast<int>(layout.width()));
   EXPECT_EQ(png.height(), 2 * static_cast<int>(layout.height(3)));
   ValueCounts values;
@@ -227,7 +227,7 @@ TEST(MapPictures, ValuesHaveTheSameColoursAtAllTimes) {
                                  "map_t20190428T044500Z.png"));
   EXPECT_THAT(steps, ElementsAre(1, 2, 3, 4, 5, 6));
   // 10 m has one colour at both times.
-  const SheetLayout layout(map.request.grid, map.request.layers, 2);
+  const SheetLayout layout(map.request.grid, map.request.layers);
   const drawing::Rect area = layout.map(0);
   const auto at = [&](std::size_t time) {
     const PngPixels still(test::read_bytes(folder / names[time]));
@@ -287,7 +287,7 @@ TEST(MapPictures, OddShapes) {
     EXPECT_GE(png.height(), 2 * (94 + 215));  // of a map at least half as high as wide
     EXPECT_LE(png.height(), 2 * 920);
     // The middle of the map has the value's colour: the grid lies there, however slim.
-    const SheetLayout layout(map.request.grid, map.request.layers, 2);
+    const SheetLayout layout(map.request.grid, map.request.layers);
     const drawing::Point middle = layout.map(1).centre();
     std::set<std::uint32_t> colours;
     for (int i = -3; i <= 3; ++i) {
@@ -343,11 +343,11 @@ TEST(MapPictures, RealCityWithItsOutlines) {
   map.request.grid = Grid::covering(bounds.min.x(), bounds.min.y(), bounds.max.x(), bounds.max.y(), 4);
   const TemporaryFolder folder;
   write_map_pictures(folder.path(), map.source(), city);
-  const SheetLayout layout(map.request.grid, map.request.layers, 2);
-  const Outlines outlines = building_outlines(city.mesh, layout.extent());
+  const SheetLayout layout(map.request.grid, map.request.layers);
+  const drawing::Outlines outlines = drawing::building_outlines(city.mesh, layout.extent());
   EXPECT_GT(outlines.size(), 2000U);
   // Lines are seen and leave the map readable.
-  const auto coverage = outline_coverage(outlines, layout, 2);
+  const auto coverage = outline_coverage(outlines, layout);
   std::size_t covered = 0;
   for (const std::uint8_t c : coverage) covered += c > 127 ? 1U : 0U;
   EXPECT_GT(covered, coverage.size() / 50);
