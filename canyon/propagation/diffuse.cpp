@@ -169,6 +169,11 @@ double even(std::size_t index, double step) {
   return x - std::floor(x);
 }
 
+/// Heads of 64 tossed coins: normal within 0.03 of its quantiles out to 2.5 deviations.
+double normal_of(std::uint64_t bits) {
+  return (std::popcount(mix64(bits)) - 32) / 4.0;
+}
+
 }  // namespace
 
 double reflectance(city::Material material) {
@@ -365,18 +370,23 @@ struct DiffuseScattering::Impl {
               [](const DiffusePath& a, const DiffusePath& b) { return a.bin < b.bin; });
   }
 
+  /// Number of a piece of facade: of what comes over it, and the cube in which the point lies.
+  [[nodiscard]] std::uint64_t piece(std::uint64_t of, raytrace::InstanceId instance,
+                                    const Vector3d& point) const {
+    std::uint64_t bits = mix64(root + kGolden64 * of + mix64(instance));
+    if (instance == 0) {
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto cube = static_cast<std::int64_t>(std::floor(point[axis] / options.strength_piece_m));
+        bits = mix64(bits + kGolden64 * static_cast<std::uint64_t>(cube));
+      }
+    }
+    return bits;
+  }
+
   /// By which the class's power is multiplied.
   [[nodiscard]] double strength(const DiffusePath& path) const {
     if (options.strength_sigma_db == 0 && options.strength_median_db == 0) return 1;
-    std::uint64_t bits = mix64(root + kGolden64 * path.bin + mix64(path.instance));
-    if (path.instance == 0) {
-      for (int axis = 0; axis < 3; ++axis) {
-        const auto piece = static_cast<std::int64_t>(std::floor(path.point[axis] / options.strength_piece_m));
-        bits = mix64(bits + kGolden64 * static_cast<std::uint64_t>(piece));
-      }
-    }
-    // Heads of 64 tossed coins: normal within 0.03 of its quantiles out to 2.5 deviations.
-    const double normal = (std::popcount(mix64(bits)) - 32) / 4.0;
+    const double normal = normal_of(piece(path.bin, path.instance, path.point));
     constexpr double kNepersPerDb = 0.23025850929940457;  // ln(10) / 10, of powers
     return std::exp(kNepersPerDb * (options.strength_median_db + options.strength_sigma_db * normal));
   }
@@ -417,6 +427,15 @@ DiffuseScattering::DiffuseScattering(const city::Mesh& city, const raytrace::Ray
                                      DiffuseOptions options, std::uint64_t seed) {
   options.validate();
   impl_ = std::make_shared<const Impl>(city, scene, options, seed);
+}
+
+Vector3d DiffuseScattering::glint(const Path& path) const {
+  constexpr double kOfEdges = 0.4;
+  const double sigma = impl_->options.glint_sigma * (path.kind == PathKind::Diffracted ? kOfEdges : 1);
+  if (sigma == 0) return Vector3d::Zero();
+  const std::uint64_t bits = impl_->piece(path.reflector, path.instance, path.point);
+  const Vector3d sideways = path.arrival.unitOrthogonal();
+  return sigma * (normal_of(bits) * sideways + normal_of(mix64(bits)) * path.arrival.cross(sideways));
 }
 
 const DiffuseOptions& DiffuseScattering::options() const {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "canyon/city/fwd.hpp"
+#include "canyon/propagation/paths.hpp"
 #include "canyon/propagation/propagation_options.hpp"
 #include "canyon/raytrace/ray_scene.hpp"
 
@@ -79,6 +80,9 @@ class DiffuseScattering {
   /// passes.
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
              std::span<const bool> wanted, std::span<std::vector<DiffusePath>> result) const;
+
+  /// Path::glint of a Reflected or Diffracted path over a building or a vehicle.
+  [[nodiscard]] Eigen::Vector3d glint(const Path& path) const;
 
  private:
   struct Impl;

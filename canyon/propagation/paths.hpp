@@ -91,6 +91,10 @@ struct Path : PathGeometry {
   /// Stays the same while the signal comes over the same surfaces or edge: what random phases depend on
   /// (tracking::PathPhases). 0 for Direct.
   std::uint64_t reflector = 0;
+  /// From `arrival` to the direction of what leads on a rough facade or edge: a pane, a frame, a balcony,
+  /// which stands still while the antenna passes. The rate of the carrier shows it (tracking::path_rate_mps).
+  /// 0 for ideal planes and edges.
+  Eigen::Vector3d glint = Eigen::Vector3d::Zero();
   /// Mean power [1] over the unobstructed line of sight's at isotropic antennas (Diffuse only); the
   /// instantaneous one is Rayleigh fading about it.
   double scattered_power = 0;

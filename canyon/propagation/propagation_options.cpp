@@ -59,6 +59,10 @@ void visit(options::Visitor& v, DiffuseOptions& o) {
            o.strength_sigma_db, {0, 30});
   v.number({"strength_median_db", "dB", "median of these strengths"}, o.strength_median_db, {-30, 30});
   v.number({"strength_piece_m", "m", "length of such a piece"}, o.strength_piece_m, {0, 1000, true});
+  v.number(
+      {"glint_sigma", "rad",
+       "angle between a mirror's point and what leads on a piece of facade, which Dopplers show; 0: mirrors"},
+      o.glint_sigma, {0, 1});
 }
 
 void PropagationOptions::validate() const {

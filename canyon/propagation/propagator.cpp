@@ -293,6 +293,14 @@ struct Propagator::Impl {
     return blocked;
   }
 
+  /// The ground and, without scattering, all surfaces and edges are ideal.
+  void add_glint(Path& path) const {
+    const bool ground =
+        path.incidence_count > 0 &&
+        path.incidences[static_cast<std::size_t>(path.incidence_count) - 1].specular_factor == 1;
+    if (diffuse && !ground) path.glint = diffuse->glint(path);
+  }
+
   void add_reflections(const Vector3d& antenna, std::span<const Vector3d> directions, int order,
                        PropagationScratch& s, std::span<SatellitePaths> result, TracedPlace* place) const {
     s.placed.clear();
@@ -310,6 +318,7 @@ struct Propagator::Impl {
       Path& path = result[found.satellite].paths.emplace_back(found.path);
       path.arrival_elevation_rad = elevation_rad(path.arrival);
       add_material(s, path.instance, path.triangle, path.incidences[0]);
+      add_glint(path);
     }
     if (order < 2) return;
     for (const auto& found : s.second_order.trace(
@@ -321,6 +330,7 @@ struct Propagator::Impl {
       add_material(s, path.instance, path.triangle, path.incidences[1]);
       path.incidences[1].plane_turn_rad =
           plane_turn_rad((path.point - path.far_point).normalized(), found.far_normal, found.normal);
+      add_glint(path);
       if (place != nullptr) place->far.push_back({found.satellite, path, found.normal, found.far_normal});
     }
   }
@@ -349,6 +359,7 @@ struct Propagator::Impl {
         path.edge_bending_rad = around.bending_rad;
         path.edge_leg_m = around.leg_m;
         path.arrival_elevation_rad = elevation_rad(around.arrival);
+        add_glint(path);
         if (place != nullptr && around.instance == 0) {
           place->edges.push_back({static_cast<std::uint32_t>(i), around.edge});
         }

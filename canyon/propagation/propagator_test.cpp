@@ -409,6 +409,48 @@ TEST(OneWall, IsReciprocal) {
   EXPECT_GT(paths_seen, 300);
 }
 
+// Along a wall what leads stands still for a piece, and is elsewhere on the next. Ideal walls have none.
+TEST(RoughWall, HasSomethingThatLeadsBesideTheMirrorsPoint) {
+  Mesh mesh;
+  append(mesh, {-5'000, 31, 0}, {5'000, 41, 300});
+  append_sheet(mesh, {-5'000, -100, 0}, {10'000, 0, 0}, {0, 130, 0}, Surface::Terrain);
+  PropagationOptions options;
+  options.ground_reflection = true;
+  options.diffuse = true;
+  options.scattering.rays = 8;
+  const World rough(mesh, options);
+  options.scattering.glint_sigma = 0;
+  const World flat(mesh, options);
+  const Vector3d s = direction(170, 30);
+  double squares = 0;
+  int pieces = 0, stayed = 0;
+  for (double x = -4'000; x < 4'000; x += 8) {
+    const Path* before = nullptr;
+    const SatellitePaths here = rough.trace({x, 11, 2}, s), next = rough.trace({x + 0.1, 11, 2}, s);
+    for (const SatellitePaths* paths : {&here, &next}) {
+      for (const Path& path : paths->paths) {
+        if (path.kind != PathKind::Reflected || path.order != 1) continue;
+        if (path.arrival.z() < 0) {
+          EXPECT_EQ(path.glint, Vector3d::Zero()) << "the ground";
+          continue;
+        }
+        EXPECT_NEAR(path.glint.dot(path.arrival), 0, 1e-12);
+        if (before != nullptr) {
+          stayed += (path.glint - before->glint).norm() < 1e-3 ? 1 : 0;
+        } else {
+          squares += path.glint.squaredNorm() / 2;
+          ++pieces;
+        }
+        before = &path;
+      }
+    }
+    for (const Path& path : flat.trace({x, 11, 2}, s).paths) EXPECT_EQ(path.glint, Vector3d::Zero());
+  }
+  ASSERT_GE(pieces, 1'000);
+  EXPECT_NEAR(std::sqrt(squares / pieces), 0.25, 0.02);
+  EXPECT_GT(stayed, 0.95 * pieces);
+}
+
 TEST(Ground, ReflectsOnlyWhenAsked) {
   Mesh mesh;
   append_sheet(mesh, {-100, -100, 1}, {200, 0, 0}, {0, 200, 0}, Surface::Terrain);

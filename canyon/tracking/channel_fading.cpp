@@ -109,7 +109,7 @@ double path_rate_mps(const orbit::LineOfSight& line, const Eigen::Vector3d& ante
     rate -= e.dot(antenna_velocity_ecef);
   } else {
     const Eigen::Vector3d arrival = ecef_from_enu * path.arrival;
-    rate -= arrival.dot(antenna_velocity_ecef);
+    rate -= (arrival + ecef_from_enu * path.glint).dot(antenna_velocity_ecef);
     const Eigen::Vector3d relative = satellite - antenna_velocity_ecef;
     const Eigen::Vector3d turning = (relative - e * e.dot(relative)) / line.range_m;
     const Eigen::Vector3d normal = e - arrival;

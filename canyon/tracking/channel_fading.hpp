@@ -110,7 +110,7 @@ class PathFades {
 /// (propagation::antenna_image()). A transmitter's path has its own, of its carrier. Within 1 mm/s of
 /// differences of ranges (receiver_test.cpp).
 /// @param antenna_velocity_ecef [m/s], in the rotating frame; @param path in the frame that `ecef_from_enu`
-/// turns
+/// turns. What leads on a rough facade (Path::glint) sees the antenna's velocity from its own direction.
 [[nodiscard]] double path_rate_mps(const orbit::LineOfSight& line,
                                    const Eigen::Vector3d& antenna_velocity_ecef,
                                    const propagation::Path& path, const Eigen::Matrix3d& ecef_from_enu);

@@ -59,5 +59,21 @@ TEST(PathRate, OfAPointAtRestIsTheRateOfItsRange) {
   std::printf("rate over a point at rest: within %.1e m/s of differences\n", worst);
 }
 
+TEST(PathRate, ShowsWhatLeadsOnARoughFacade) {
+  const Eigen::Vector3d velocity(12, -7, 0), glint(0.1, 0.2, -0.05);
+  const orbit::LineOfSight line =
+      open_sky(four_systems(), kTime, kFrame.ecef_from_local({3, 4, 2})).front().line;
+  Path path;
+  path.kind = PathKind::Reflected;
+  path.arrival = Eigen::Vector3d(1, 2, 1).normalized();
+  const auto rate = [&](const Eigen::Vector3d& v) {
+    return path_rate_mps(line, kEcefFromEnu * v, path, kEcefFromEnu);
+  };
+  const double ideal = rate(velocity), at_rest = rate(Eigen::Vector3d::Zero());
+  path.glint = glint;
+  EXPECT_NEAR(rate(velocity) - ideal, -velocity.dot(glint), 1e-4);
+  EXPECT_EQ(rate(Eigen::Vector3d::Zero()), at_rest);
+}
+
 }  // namespace
 }  // namespace canyon::tracking

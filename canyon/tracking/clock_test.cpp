@@ -23,6 +23,26 @@ TEST(ReceiverClock, WithoutWalkTheBiasGrowsWithTheDrift) {
   EXPECT_EQ(clock.drift(), -2e-7);
 }
 
+// The pseudoranges' clock is about the bias at each epoch, while Dopplers have the drift.
+TEST(ReceiverClock, TagsAreSetAnewAtEachEpoch) {
+  ClockOptions options;
+  options.bias_s = 5e-4;
+  options.drift = -1e-7;
+  options.tag_sigma_s = 3e-8;
+  ReceiverClock clock(options, RandomStream(3, "clock"));
+  constexpr int kEpochs = 10'000;
+  double mean = 0, square = 0;
+  for (int i = 0; i < kEpochs; ++i) {
+    clock.advance(1);
+    EXPECT_EQ(clock.drift(), -1e-7);
+    const double off = clock.bias_s() - 5e-4;
+    mean += off / kEpochs;
+    square += off * off / kEpochs;
+  }
+  EXPECT_NEAR(mean, 0, 5 * 3e-8 / std::sqrt(kEpochs));
+  EXPECT_NEAR(square, 9e-16, 5 * 9e-16 * std::sqrt(2.0 / kEpochs));
+}
+
 /// Random walk of the drift over T = 10 s in the given number of steps, over many clocks.
 class ClockSteps : public testing::TestWithParam<int> {};
 

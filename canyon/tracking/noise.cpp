@@ -48,9 +48,10 @@ void visit(options::Visitor& v, OuOptions& o) {
 }
 
 ReceiverClock::ReceiverClock(const ClockOptions& options, RandomStream stream)
-    : walk_(options.drift_walk), stream_(stream), bias_s_(options.bias_s), drift_(options.drift) {
-  options.validate();
-}
+    : options_((options.validate(), options)),
+      stream_(stream),
+      bias_s_(options.bias_s),
+      drift_(options.drift) {}
 
 void ReceiverClock::advance(double dt_s) {
   if (!(dt_s >= 0) || !std::isfinite(dt_s)) {
@@ -58,11 +59,14 @@ void ReceiverClock::advance(double dt_s) {
                      "give epochs in order of time");
   }
   bias_s_ += drift_ * dt_s;
-  if (walk_ == 0 || dt_s == 0) return;
-  // Bias given the drift's gain g: mean g dt / 2, variance q dt^3 / 12; together q dt^3 / 3 and q dt^2 / 2.
-  const double gain = walk_ * std::sqrt(dt_s) * stream_.normal();
-  bias_s_ += gain * dt_s / 2 + walk_ * dt_s * std::sqrt(dt_s / 12) * stream_.normal();
-  drift_ += gain;
+  if (dt_s == 0) return;
+  if (const double walk = options_.drift_walk; walk > 0) {
+    // Bias given the drift's gain g: mean g dt / 2, variance q dt^3 / 12; together q dt^3 / 3 and q dt^2 / 2.
+    const double gain = walk * std::sqrt(dt_s) * stream_.normal();
+    bias_s_ += gain * dt_s / 2 + walk * dt_s * std::sqrt(dt_s / 12) * stream_.normal();
+    drift_ += gain;
+  }
+  if (options_.tag_sigma_s > 0) bias_s_ = options_.bias_s + options_.tag_sigma_s * stream_.normal();
 }
 
 void ClockOptions::validate() const {
@@ -73,6 +77,8 @@ void visit(options::Visitor& v, ClockOptions& o) {
   v.number({"bias_s", "s", "receiver clock minus GPST at the first epoch"}, o.bias_s, {-0.1, 0.1});
   v.number({"drift", "s/s", "clock drift at the first epoch"}, o.drift, {-1e-4, 1e-4});
   v.number({"drift_walk", "s/s/sqrt(s)", "random walk of the drift"}, o.drift_walk, {0, 1e-4});
+  v.number({"tag_sigma_s", "s", "spread of time tags that are set anew at each epoch"}, o.tag_sigma_s,
+           {0, 1e-3});
 }
 
 }  // namespace canyon::tracking

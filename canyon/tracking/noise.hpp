@@ -42,6 +42,10 @@ struct ClockOptions {
   double bias_s = 0;      ///< at the first epoch; |bias| <= 0.1 s
   double drift = 0;       ///< at the first epoch [s/s]; |drift| <= 1e-4
   double drift_walk = 0;  ///< [s/s/sqrt(s)], 0 to 1e-4
+  /// Standard deviation of time tags that are set anew at each epoch, about `bias_s` [s], 0 to 1e-3: phones
+  /// give pseudoranges by the time of each epoch's own fix, and Dopplers by the oscillator. 0: the
+  /// oscillator's.
+  double tag_sigma_s = 0;
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
@@ -61,7 +65,7 @@ class ReceiverClock {
   [[nodiscard]] double drift() const { return drift_; }
 
  private:
-  double walk_ = 0;
+  ClockOptions options_;
   RandomStream stream_;
   double bias_s_ = 0;
   double drift_ = 0;
