@@ -140,8 +140,8 @@ void visit(options::Visitor& v, RecordingList& list) {
 }
 
 bool is_recording_list(const std::filesystem::path& path) {
+  const TextFile file(path, kMaxBytes);
   try {
-    const TextFile file(path, kMaxBytes);
     const options::Node root = options::parse_yaml(std::string(file.text()), {}, "");
     return root.kind == options::Node::Kind::Mapping && root.find("recordings") != nullptr;
   } catch (const InputError&) {

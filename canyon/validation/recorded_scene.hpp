@@ -41,7 +41,7 @@ struct RecordingList {
 void visit(options::Visitor& v, RecordingList& list);
 
 /// Whether a YAML file is such a list and no scenario: it has the key `recordings`. False for what is no
-/// YAML.
+/// YAML. Throws InputError for a file that cannot be read.
 [[nodiscard]] bool is_recording_list(const std::filesystem::path& path);
 /// Reads a list; its files lie where it says, from its own folder. Throws InputError with file and line for
 /// syntax, unknown keys (with the closest known one), values out of range, missing files, and two recordings

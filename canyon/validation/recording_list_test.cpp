@@ -6,6 +6,7 @@
 #include "canyon/options/describe.hpp"
 #include "canyon/validation/recorded_scene.hpp"
 #include "tests/support/documented.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/simulation_support.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -83,7 +84,8 @@ TEST_F(RecordingListTest, IsNoScenario) {
   EXPECT_TRUE(is_recording_list(folder.write("list.yaml", "recordings: 3\n")));
   EXPECT_FALSE(is_recording_list(folder.write("scenario.yaml", "city: {open: true}\n")));
   EXPECT_FALSE(is_recording_list(folder.write("broken.yaml", "a: [\n")));
-  EXPECT_FALSE(is_recording_list(folder.path() / "none.yaml"));
+  EXPECT_THAT(canyon::test::refusal([&] { (void)is_recording_list(folder.path() / "none.yaml"); }),
+              AllOf(HasSubstr("none.yaml"), HasSubstr("no such file")));
 }
 
 TEST(RecordingList, DocumentationHasTheSameTable) {
