@@ -61,7 +61,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "true, rays: 64, scattering_coefficient: 0.3, wall_reflectance: 0.2, bounces: 2, lobe_exponent: 3, "
       "lowest_elevation_deg: -5, "
       "max_range_m: 200, min_power_db: -30, class_m: 5, max_paths: 4, strength_sigma_db: 5, "
-      "strength_median_db: -2, strength_piece_m: 6}, through_foliage: true, retrace_interval_s: 2, "
+      "strength_median_db: -2, strength_piece_m: 6, glint_sigma: 0.2}, through_foliage: true, "
+      "retrace_interval_s: 2, "
       "retrace_distance_m: 0.5}";
   const std::string noise =
       "{enabled: true, theta_per_s: 0.02, mu_m: 0, sigma_m_per_sqrt_s: 0.2, doppler_sigma_hz: 0.1, "
@@ -172,7 +173,7 @@ std::vector<std::string> scenarios_with_every_key() {
           "orbit_errors: true, "
           "correct_ionosphere: true, "
           "correct_troposphere: true, lever_arm: {forward_m: 1, left_m: 2, up_m: 3}, "
-          "clock: {bias_s: 1e-3, drift: 1e-7, drift_walk: 1e-9}, propagation: " +
+          "clock: {bias_s: 1e-3, drift: 1e-7, drift_walk: 1e-9, tag_sigma_s: 1e-8}, propagation: " +
           propagation +
           ", fix_noise: {horizontal_m: 1, vertical_m: 2, horizontal_mps: 0.1, vertical_mps: 0.2}, noise: " +
           noise +
