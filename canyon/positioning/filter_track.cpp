@@ -1,6 +1,7 @@
 #include "canyon/positioning/filter_track.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
@@ -207,13 +208,11 @@ void widen_clocks(Track& track, double variance_m2) {
 /// Learns how far the pseudoranges' clock went in `dt` seconds beside the drift. Gives the mean square of
 /// that, or 0 for a clock that goes as the drift says.
 double own_clock_m2(OwnClock& own, const Track& track, double step_m, double dt) {
-  const auto known = std::find(track.known.begin(), track.known.end(), true) - track.known.begin();
-  const double clock_m = track.x(clock_of(kConstellations[static_cast<std::size_t>(known)])) + step_m;
-  const std::optional<double> last_m = own.of == known ? own.clock_m : std::nullopt;
-  own.of = known;
-  own.clock_m = clock_m;
-  if (!last_m || dt <= 0) return 0;
-  const double beside_m = clock_m - *last_m - dt * track.x(kDrift);
+  const System of = *std::find_if(kConstellations.begin(), kConstellations.end(),
+                                  [&track](System system) { return track.knows(system); });
+  const double clock_m = track.x(clock_of(of)) + step_m;
+  const double beside_m = clock_m - std::exchange(own.clock_m, clock_m) - dt * track.x(kDrift);
+  if (std::exchange(own.of, of) != of || dt <= 0) return 0;
   const double weight = -std::expm1(-dt / kOwnClock_s);
   own.rate_mps += weight * (beside_m / dt - own.rate_mps);
   own.mean_square_m2 += weight * (beside_m * beside_m - own.mean_square_m2);
@@ -244,7 +243,7 @@ void mind_clocks(Track& track, OwnClock& own, const Epoch& epoch, double dt) {
         if (track.knows(a)) track.x(clock_of(a)) += whole ? milliseconds * kMillisecond_m : step;
       }
       if (!whole) widen_clocks(track, kUnknown_m * kUnknown_m);
-      own.clock_m.reset();
+      own.of.reset();
       // The time since the last epoch is by the clock, and was wrong by its step.
       if (whole) track.x.segment<3>(kPosition) -= track.velocity() * milliseconds * 1e-3;
     } else {

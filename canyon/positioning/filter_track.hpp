@@ -61,8 +61,8 @@ struct Lasting {
 
 /// How the clock of the pseudoranges goes beside the drift of the Dopplers. Phones set it anew at each epoch.
 struct OwnClock {
-  std::ptrdiff_t of = 0;          ///< place of the constellation whose clock it is
-  std::optional<double> clock_m;  ///< at the last epoch, by the median of the pseudoranges
+  std::optional<gnss::System> of;  ///< whose clock it is; empty: none is known
+  double clock_m = 0;              ///< at the last epoch, by the median of the pseudoranges
   double rate_mps = 0;
   double mean_square_m2 = 0;
 };

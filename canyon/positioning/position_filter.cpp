@@ -363,7 +363,7 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Mea
     const std::optional<Track> anew = begin(fresh, fix, state_->fix, options, klobuchar);
     if (anew && accurate(*anew, options)) {
       state_->track = anew;
-      state_->own_clock.clock_m.reset();
+      state_->own_clock.of.reset();
       Fix answer = describe(*anew, fresh, fix, state_->fix);
       answer.excluded = fix.excluded;
       return answer;

@@ -432,7 +432,6 @@ DiffuseScattering::DiffuseScattering(const city::Mesh& city, const raytrace::Ray
 Vector3d DiffuseScattering::glint(const Path& path) const {
   constexpr double kOfEdges = 0.4;
   const double sigma = impl_->options.glint_sigma * (path.kind == PathKind::Diffracted ? kOfEdges : 1);
-  if (sigma == 0) return Vector3d::Zero();
   const std::uint64_t bits = impl_->piece(path.reflector, path.instance, path.point);
   const Vector3d sideways = path.arrival.unitOrthogonal();
   return sigma * (normal_of(bits) * sideways + normal_of(mix64(bits)) * path.arrival.cross(sideways));

@@ -134,6 +134,19 @@ double elevation_rad(const Vector3d& direction) {
   return std::asin(std::clamp(direction.z(), -1.0, 1.0));
 }
 
+/// A path over what was `found`: what DiffractedPath and DiffusePath have in common.
+template <typename Found>
+Path& append(SatellitePaths& paths, PathKind kind, const Found& found) {
+  Path& path = paths.paths.emplace_back();
+  path.kind = kind;
+  path.excess_m = found.excess_m;
+  path.point = found.point;
+  path.arrival = found.arrival;
+  path.instance = found.instance;
+  path.arrival_elevation_rad = elevation_rad(found.arrival);
+  return path;
+}
+
 Path direct_path(const Vector3d& direction, double foliage_depth_m = 0) {
   Path path;
   path.arrival = direction;
@@ -347,18 +360,12 @@ struct Propagator::Impl {
     }
     for (std::size_t i = 0; i < directions.size(); ++i) {
       for (const DiffractedPath& around : found[i]) {
-        Path& path = result[i].paths.emplace_back();
-        path.kind = PathKind::Diffracted;
-        path.excess_m = around.excess_m;
-        path.point = around.point;
-        path.arrival = around.arrival;
-        path.instance = around.instance;
+        Path& path = append(result[i], PathKind::Diffracted, around);
         path.reflector = reflector_id(PathKind::Diffracted, {around.instance, around.edge});
         path.edge_nu = around.nu;
         if (blocked[i]) path.edge_radius_m = options.edges.edge_radius_m;
         path.edge_bending_rad = around.bending_rad;
         path.edge_leg_m = around.leg_m;
-        path.arrival_elevation_rad = elevation_rad(around.arrival);
         add_glint(path);
         if (place != nullptr && around.instance == 0) {
           place->edges.push_back({static_cast<std::uint32_t>(i), around.edge});
@@ -375,16 +382,10 @@ struct Propagator::Impl {
     diffuse->trace(antenna, directions, wanted, found);
     for (std::size_t i = 0; i < directions.size(); ++i) {
       for (const DiffusePath& scattered : found[i]) {
-        Path& path = result[i].paths.emplace_back();
-        path.kind = PathKind::Diffuse;
-        path.excess_m = scattered.excess_m;
-        path.point = scattered.point;
-        path.arrival = scattered.arrival;
+        Path& path = append(result[i], PathKind::Diffuse, scattered);
         path.triangle = scattered.triangle;
-        path.instance = scattered.instance;
         path.scattered_power = scattered.power;
         path.reflector = reflector_id(PathKind::Diffuse, {scattered.instance, scattered.bin});
-        path.arrival_elevation_rad = elevation_rad(scattered.arrival);
         if (place != nullptr)
           place->far.push_back({static_cast<std::uint32_t>(i), path, Vector3d::Zero(), Vector3d::Zero()});
       }
