@@ -448,7 +448,10 @@ class Builder {
     ReadReport& notes = result_.city.notes;
     const std::string text = format_report(report());
     for (const std::string_view line : split(trim(text), '\n')) notes.say(Level::Remark, line);
-    add_guesses(notes, report(), map_, options_.heights, terrain_ == nullptr);
+    const BuildReport& r = report();
+    const std::size_t stated = r.heights_tagged + r.surveyed;
+    result_.city.states_heights = stated > r.heights_from_levels + r.heights_default;
+    add_guesses(notes, r, map_, options_.heights, terrain_ == nullptr);
     if (terrain_ != nullptr) notes.append(terrain_->notes());
     notes.append(map_.notes);
     notes.append(notes_);

@@ -74,8 +74,8 @@ Axes axes_of(const simulation::ReceiverConfig& receiver, const std::vector<doubl
                   0, 1, 0.05),
           axis_of("signal.link.above_minimum_db", "dB", level_db, 5,
                   {level_db - 8, level_db - 4, level_db, level_db + 4, level_db + 8}, -10, 20, 1),
-          axis_of(kSkylineShare, "", disturbance::skyline_numbers(signal.shadowing).share, 0.2, {0, 0.4, 0.8},
-                  0, 1, 0.05)};
+          axis_of(kSkylineShare, "", *disturbance::skyline_numbers(signal.shadowing).share, 0.2,
+                  {0, 0.4, 0.8}, 0, 1, 0.05)};
 }
 
 /// Points of the product of lists, the last one fastest.

@@ -24,9 +24,8 @@ Shadowing::Shadowing(const ShadowingOptions& options, std::uint64_t seed, const 
 
 void Shadowing::go_to(double way_m, double height_m) {
   assert(way_m >= way_m_);
-  share_above_ = options_.environment == ShadowingEnvironment::Custom
-                     ? 1
-                     : skyline_numbers(options_).share_above(height_m);
+  share_above_ =
+      options_.environment == ShadowingEnvironment::Custom ? 1 : options_.skyline.share_above(height_m);
   if (way_m <= way_m_) return;
   const double steps = (way_m - way_m_) / options_.correlation_m;
   const double kept = std::exp(-steps), fresh = std::sqrt(-std::expm1(-2 * steps));
@@ -83,11 +82,11 @@ void DirectShadowing::apply(const propagation::Antenna& antenna, propagation::Ar
   skyline_.go_to(arrival.antenna_enu.head<2>(), arrival.height_above_ground_m, antenna.time);
   for (propagation::SatelliteView& view : arrival.views) {
     for (propagation::Path& path : view.paths.paths) {
-      const bool from_surface =
-          path.kind != propagation::PathKind::Direct && path.kind != propagation::PathKind::Transmitted;
-      double level_db = from_surface
-                            ? skyline_.level_db(path.arrival, (path.point - arrival.antenna_enu).norm())
-                            : skyline_.level_db(path.arrival);
+      double level_db = 0;
+      if (meets_obstacles(path) && skyline_.top_rad(std::atan2(path.arrival.x(), path.arrival.y())) > 0) {
+        level_db = skyline_.level_db(path.arrival,
+                                     above_skyline_rad(arrival.scene, arrival.antenna_enu, path.arrival));
+      }
       if (path.kind == propagation::PathKind::Direct) {
         level_db +=
             shadowing_.of(geodesy::enu_from_azimuth_elevation(view.line.azimuth_rad, view.line.elevation_rad))

@@ -71,7 +71,7 @@ class Shadowing {
 
   /// @param way_m driven since some origin, not less than at the last call
   /// @param height_m of the antenna above the ground
-  void go_to(double way_m, double height_m = SkylineNumbers::kBase_m);
+  void go_to(double way_m, double height_m = SkylineOptions::kBase_m);
   /// Shadow on a satellite at the last go_to(). @param direction unit, ENU, not below the horizon
   [[nodiscard]] Shadow of(const Eigen::Vector3d& direction);
 
@@ -94,12 +94,12 @@ class Shadowing {
   Eigen::Vector3d axis_;        // along which shadows move as satellites do
   double origin_m_ = 0;         // of frames
   double way_m_ = 0;
-  double share_above_ = 1;  // of obstacles, SkylineNumbers::share_above()
+  double share_above_ = 1;  // of obstacles, SkylineOptions::share_above()
   std::vector<SkyNodes::Share> shares_;
 };
 
 /// Obstacles that the map lacks, at one antenna: shadows on every satellite's direct path (Shadowing), and
-/// obstacles on all paths by their direction of arrival (Skyline). The obstacles move, too
+/// obstacles on those and on paths around edges (Skyline). The obstacles move, too
 /// (ShadowingOptions::obstacle_speed_mps). Antennas of one seed and name that drive the same way meet the
 /// same shadows; all of one seed meet the same skyline.
 class DirectShadowing : public Disturbance {

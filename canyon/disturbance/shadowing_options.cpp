@@ -30,20 +30,6 @@ constexpr std::array<Row, 3> kSuburban{{{40, -1.0, 0.5, -3.7, 0.98, 0.8177, 0.17
                                         {60, -0.3, 0.91, -2.0, 0.5, 0.8177, 0.1715, 0.1544, 0.7997},
                                         {80, -0.4, 0.58, -2.5, 0.2, 0.8177, 0.1715, 0.1544, 0.7997}}};
 
-/// Obstacles of dense surroundings (docs/shadowing.md). Others have none, but with these numbers if a share
-/// is given.
-constexpr SkylineNumbers kDense{.share = 0.45,
-                                .height_m = 18,
-                                .distance_m = 8,
-                                .distance_sigma = 0.4,
-                                .foliage_share = 0.2,
-                                .crown_m = 5,
-                                .edge_radius_m = 1,
-                                .length_m = 25,
-                                .width_rad = 0.5235987755982988,  // 30 deg
-                                .moving_share = 0.15,
-                                .moving_s = 20};
-
 ShadowingParameters of_row(const Row& row) {
   return {row.mean1_db,
           row.sigma1_db,
@@ -102,49 +88,39 @@ void SkylineOptions::validate() const {
   options::check(*this, "skyline");
 }
 
-double SkylineNumbers::share_above(double above_m) const {
+double SkylineOptions::share_above(double above_m) const {
   const double x = 2 * std::max(0.0, above_m - kBase_m) / height_m;
   return (1 + x) * std::exp(-x);
 }
 
-SkylineNumbers skyline_numbers(const ShadowingOptions& options) {
-  const SkylineOptions& o = options.skyline;
-  SkylineNumbers n = kDense;
-  n.share = o.share.value_or(options.environment == ShadowingEnvironment::Dense ? n.share : 0);
-  n.height_m = o.height_m.value_or(n.height_m);
-  n.distance_m = o.distance_m.value_or(n.distance_m);
-  n.distance_sigma = o.distance_sigma.value_or(n.distance_sigma);
-  n.foliage_share = o.foliage_share.value_or(n.foliage_share);
-  n.crown_m = o.crown_m.value_or(n.crown_m);
-  n.edge_radius_m = o.edge_radius_m.value_or(n.edge_radius_m);
-  n.length_m = o.length_m.value_or(n.length_m);
-  n.width_rad = o.width_deg ? geodesy::radians(*o.width_deg) : n.width_rad;
-  n.moving_share = o.moving_share.value_or(n.moving_share);
-  n.moving_s = o.moving_s.value_or(n.moving_s);
-  return n;
+SkylineOptions skyline_numbers(const ShadowingOptions& options) {
+  SkylineOptions o = options.skyline;
+  if (!o.share) o.share = options.environment == ShadowingEnvironment::Dense ? 0.45 : 0;
+  if (!o.foliage_share) o.foliage_share = 0.2;
+  if (!o.moving_share) o.moving_share = 0.15;
+  return o;
 }
 
 void visit(options::Visitor& v, SkylineOptions& o) {
   v.number(
-      {"share", "",
-       "share of azimuths with an obstacle that the map lacks; left out: 0.45 in dense surroundings, else 0"},
+      {"share", "", "share of azimuths with an obstacle that the map lacks5 in dense surroundings, else 0"},
       o.share, {0, 1});
-  v.number({"height_m", "m", "mean height of obstacles above 2 m; left out: 18"}, o.height_m, {0, 100, true});
-  v.number({"distance_m", "m", "median distance of obstacles; left out: 8"}, o.distance_m, {1, 100});
-  v.number({"distance_sigma", "", "standard deviation of the logarithm of distances; left out: 0.4"},
-           o.distance_sigma, {0, 2});
+  v.number({"height_m", "m", "mean height of obstacles above 2 m"}, o.height_m, {0, 100, true});
+  v.number({"distance_m", "m", "median distance of obstacles"}, o.distance_m, {1, 100});
+  v.number({"distance_sigma", "", "standard deviation of the logarithm of distances"}, o.distance_sigma,
+           {0, 2});
   v.number({"foliage_share", "", "share of obstacles that are vegetation; left out: 0.2"}, o.foliage_share,
            {0, 1});
-  v.number({"crown_m", "m", "width of a crown; left out: 5"}, o.crown_m, {0, 100, true});
-  v.number({"edge_radius_m", "m", "radius that the edges of obstacles are rounded with; left out: 1"},
-           o.edge_radius_m, {0, 10});
-  v.number({"length_m", "m", "way after which other obstacles are met; left out: 25"}, o.length_m, {1, 1000});
-  v.number({"width_deg", "deg", "angle of azimuth after which other obstacles are seen; left out: 30"},
-           o.width_deg, {5, 90});
+  v.number({"crown_m", "m", "width of a crown"}, o.crown_m, {0, 100, true});
+  v.number({"edge_radius_m", "m", "radius that the edges of obstacles are rounded with"}, o.edge_radius_m,
+           {0, 10});
+  v.number({"length_m", "m", "way after which other obstacles are met"}, o.length_m, {1, 1000});
+  v.number({"width_deg", "deg", "angle of azimuth after which other obstacles are seen"}, o.width_deg,
+           {5, 90});
   v.number({"moving_share", "",
             "share of the variance of heights that changes with time, by traffic; left out: 0.15"},
            o.moving_share, {0, 1});
-  v.number({"moving_s", "s", "time in which that part changes; left out: 20"}, o.moving_s, {0.1, 1e4});
+  v.number({"moving_s", "s", "time in which that part changes"}, o.moving_s, {0.1, 1e4});
 }
 
 void visit_environment(options::Visitor& v, std::string_view key, ShadowingEnvironment& environment) {

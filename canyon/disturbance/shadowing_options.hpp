@@ -36,43 +36,26 @@ struct ShadowingParameters {
   [[nodiscard]] double shadowed_share() const { return enter / (enter + leave); }
 };
 
-/// Obstacles that a map lacks, in numbers (docs/shadowing.md has where they come from).
-struct SkylineNumbers {
-  double share;           ///< of azimuths with an obstacle
-  double height_m;        ///< mean of heights above kBase_m: a gamma distribution of shape 2
-  double distance_m;      ///< median of distances: log-normal
-  double distance_sigma;  ///< standard deviation of the distances' logarithm
-  double foliage_share;   ///< of obstacles that are vegetation; the others have an edge
-  double crown_m;         ///< width of a crown
-  double edge_radius_m;   ///< that edges are rounded with; 0: knife edges
-  double length_m;        ///< way after which other obstacles are met
-  double width_rad;       ///< azimuth after which other obstacles are seen
-  double moving_share;    ///< of the variance of heights: changes with time, by traffic
-  double moving_s;        ///< time in which that part changes
+/// Obstacles that a map lacks, on its skyline: parts of roofs, trees, awnings, signs, footbridges, buses,
+/// people. They rise at a distance to a height in a share of the azimuths, and are fixed in the world. An
+/// antenna above their tops sees over them. What is left out, skyline_numbers() says.
+struct SkylineOptions {
+  std::optional<double> share;          ///< of azimuths with an obstacle, [0, 1]
+  double height_m = 8;                  ///< mean of heights above kBase_m: gamma, shape 2; (0, 100]
+  double distance_m = 8;                ///< median of distances: log-normal; [1, 100]
+  double distance_sigma = 0.4;          ///< standard deviation of the distances' logarithm, [0, 2]
+  std::optional<double> foliage_share;  ///< of obstacles that are vegetation, [0, 1]; others have an edge
+  double crown_m = 5;                   ///< width of a crown, (0, 100]
+  double edge_radius_m = 1;             ///< that edges are rounded with, [0, 10]; 0: knife edges
+  double length_m = 25;                 ///< way after which other obstacles are met, [1, 1000]
+  double width_deg = 30;                ///< azimuth after which other obstacles are seen, [5, 90]
+  std::optional<double> moving_share;   ///< of the variance of heights: changes by traffic, [0, 1]
+  double moving_s = 20;                 ///< time in which that part changes, [0.1, 1e4]
 
   /// Height above the ground at which obstacles begin [m]: the roof of a car.
   static constexpr double kBase_m = 2;
   /// Share of the obstacles whose tops are higher than this above the ground [m]; 1 up to kBase_m.
   [[nodiscard]] double share_above(double above_m) const;
-};
-
-/// Obstacles that a map lacks: trees, awnings, signs, footbridges, buses, podiums, people. They stand about
-/// the antenna at a distance, up to a height, in a share of the azimuths, and are fixed in the world. An
-/// antenna above their tops sees over them. Whatever is left out is that of the environment
-/// (skyline_numbers()).
-struct SkylineOptions {
-  std::optional<double> share;           ///< [0, 1]
-  std::optional<double> height_m;        ///< (0, 100] [m]
-  std::optional<double> distance_m;      ///< [1, 100] [m]
-  std::optional<double> distance_sigma;  ///< [0, 2]
-  std::optional<double> foliage_share;   ///< [0, 1]
-  std::optional<double> crown_m;         ///< (0, 100] [m]
-  std::optional<double> edge_radius_m;   ///< [0, 10] [m]
-  std::optional<double> length_m;        ///< [1, 1000] [m]
-  std::optional<double> width_deg;       ///< [5, 90] [deg]
-  std::optional<double> moving_share;    ///< [0, 1]
-  std::optional<double> moving_s;        ///< [0.1, 1e4] [s]
-
   void validate() const;
 };
 
@@ -83,8 +66,8 @@ struct SkylineOptions {
 /// Broadcast. 44(1), 1998) without its deep shadow, which is that of buildings: those are in the map. Steps
 /// between the other two have their probabilities on condition that the third is not entered: enter = P12 /
 /// (P11 + P12), leave = P21 / (P21 + P22). docs/shadowing.md has the tables and where they come from. They
-/// are those of a vehicle: for an antenna above SkylineNumbers::kBase_m the share of shadow is times
-/// SkylineNumbers::share_above(), but not that of custom numbers.
+/// are those of a vehicle: for an antenna above SkylineOptions::kBase_m the share of shadow is times
+/// SkylineOptions::share_above(), but not that of custom numbers.
 struct ShadowingOptions {
   bool enabled = false;
   ShadowingEnvironment environment = ShadowingEnvironment::Urban;
@@ -113,13 +96,13 @@ struct ShadowingOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// SkylineOptions, completed by the numbers of the environment.
-[[nodiscard]] SkylineNumbers skyline_numbers(const ShadowingOptions& options);
+/// The obstacles, with nothing left out: as the environment has it.
+[[nodiscard]] SkylineOptions skyline_numbers(const ShadowingOptions& options);
 
 /// ShadowingEnvironment::Auto made definite.
 /// @param closed_sky share of directions from 15 to 60 deg that the city hides, [0, 1]: below 0.02 open,
 /// below 0.07 suburban, else urban; from 0.15 on dense (docs/shadowing.md)
-/// @param outlines whether the map has outlines of buildings with flat roofs, and nothing else
+/// @param outlines whether the map has flat roofs at heights that it does not state, and nothing else
 [[nodiscard]] ShadowingEnvironment of_surroundings(double closed_sky, bool outlines);
 /// Visits their fields. The environment is also a field of a scenario, by the key `surroundings`.
 void visit_environment(options::Visitor& v, std::string_view key, ShadowingEnvironment& environment);

@@ -6,6 +6,7 @@
 
 #include "canyon/base/random.hpp"
 #include "canyon/geodesy/constants.hpp"
+#include "canyon/geodesy/frames.hpp"
 #include "canyon/propagation/index/knife_edge.hpp"
 #include "canyon/signal/radio_materials.hpp"
 
@@ -36,7 +37,7 @@ double eased(double share) {
 Skyline::Skyline(const ShadowingOptions& options, std::uint64_t seed)
     : numbers_((options.skyline.validate(), skyline_numbers(options))),
       root_(RandomStream(seed, "/skyline").next()),
-      nodes_(static_cast<std::size_t>(std::round(2 * geodesy::kPi / numbers_.width_rad))) {}
+      nodes_(static_cast<std::size_t>(std::round(2 * geodesy::kPi / geodesy::radians(numbers_.width_deg)))) {}
 
 double Skyline::number(std::uint64_t field, std::size_t node, std::int64_t slot) const {
   const std::uint64_t of_node =
@@ -67,7 +68,7 @@ void Skyline::go_to(const Eigen::Vector2d& place, double height_m, geodesy::GpsT
   const double slots = static_cast<double>(time.nanoseconds()) * 1e-9 / numbers_.moving_s;
   const auto slot = static_cast<std::int64_t>(std::floor(slots));
   const double later = geodesy::kPi / 2 * (slots - std::floor(slots));
-  const double moving = std::sqrt(numbers_.moving_share), fixed = std::sqrt(1 - numbers_.moving_share);
+  const double moving = std::sqrt(*numbers_.moving_share), fixed = std::sqrt(1 - *numbers_.moving_share);
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     nodes_[k].height = fixed * number(kHeight, k, 0);
     if (moving > 0) {
@@ -88,33 +89,31 @@ Skyline::Obstacle Skyline::obstacle(double azimuth_rad) const {
   const double w0 = std::cos(between), w1 = std::sin(between);
   const Node &a = nodes_[before], &b = nodes_[after];
   const double tail = upper_tail(w0 * a.height + w1 * b.height);
-  if (tail >= numbers_.share) return {0, numbers_.distance_m, false};
+  if (tail >= *numbers_.share) return {0, numbers_.distance_m, false};
   const double distance_m =
       numbers_.distance_m * std::exp(numbers_.distance_sigma * (w0 * a.distance + w1 * b.distance));
   const double top_m =
-      SkylineNumbers::kBase_m + 0.5 * numbers_.height_m * gamma2_upper_quantile(tail / numbers_.share);
+      SkylineOptions::kBase_m + 0.5 * numbers_.height_m * gamma2_upper_quantile(tail / *numbers_.share);
   return {(top_m - height_m_) / distance_m, distance_m,
-          upper_tail(w0 * a.kind + w1 * b.kind) < numbers_.foliage_share};
+          upper_tail(w0 * a.kind + w1 * b.kind) < *numbers_.foliage_share};
 }
 
 double Skyline::top_rad(double azimuth_rad) const {
   return empty() ? 0 : std::max(0.0, std::atan(obstacle(azimuth_rad).slope));
 }
 
-double Skyline::level_db(const Eigen::Vector3d& arrival, double leg_m) const {
+double Skyline::level_db(const Eigen::Vector3d& arrival, double above_rad) const {
   if (empty()) return 0;
   const double level = arrival.head<2>().norm(), up = std::abs(arrival.z());
   if (level < 1e-6) return 0;
   const Obstacle o = obstacle(std::atan2(arrival.x(), arrival.y()));
-  // The ground reflects behind its obstacle.
-  const bool from_surface = arrival.z() > 0;
-  if (o.slope <= 0 || (from_surface && o.distance_m > leg_m * level)) return 0;
-  const double elevation = std::atan2(up, level), below = std::atan(o.slope) - elevation;
+  if (o.slope <= 0) return 0;
+  const double elevation = std::atan2(up, level), below = std::atan(o.slope) - above_rad;
   if (o.foliage) {
     if (below <= 0) return 0;
     // The way through the crown: in at its top, out on its far side.
-    const double depth_m =
-        std::min(o.distance_m * (o.slope - up / level) / std::max(up, 0.1), numbers_.crown_m / level);
+    const double depth_m = std::min(o.distance_m * (o.slope - std::tan(above_rad)) / std::max(up, 0.1),
+                                    numbers_.crown_m / level);
     return -signal::foliage_loss_db(signal::FoliageModel::SlantPath, depth_m, kL1_hz, elevation);
   }
   const double nu = std::copysign(std::sqrt(2 * o.distance_m / kL1Wavelength_m), below) * std::abs(below);
@@ -123,6 +122,26 @@ double Skyline::level_db(const Eigen::Vector3d& arrival, double leg_m) const {
           ? propagation::rounded_edge_loss_db(numbers_.edge_radius_m, o.distance_m, below, kL1Wavelength_m)
           : 0;
   return -propagation::approximate_knife_edge_loss_db(nu) - of_round_edge_db;
+}
+
+bool meets_obstacles(const propagation::Path& path) {
+  const bool of_surface =
+      path.kind == propagation::PathKind::Reflected || path.kind == propagation::PathKind::Diffuse;
+  return !of_surface || path.arrival.z() < 0;  // the ground is in front of them
+}
+
+double above_skyline_rad(const raytrace::RayScene* scene, const Eigen::Vector3d& antenna_enu,
+                         const Eigen::Vector3d& direction) {
+  const double elevation = std::asin(std::min(std::abs(direction.z()), 1.0));
+  if (scene == nullptr) return elevation;
+  const double azimuth = std::atan2(direction.x(), direction.y());
+  double low = 0, high = elevation;
+  for (int halving = 0; halving < 6; ++halving) {
+    const double middle = (low + high) / 2;
+    const Eigen::Vector3d between = geodesy::enu_from_azimuth_elevation(azimuth, middle);
+    (scene->occluded({antenna_enu, between}) ? low : high) = middle;
+  }
+  return low > 0 ? elevation - high : elevation;
 }
 
 namespace {

@@ -5,19 +5,20 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
 #include "canyon/base/random.hpp"
 #include "canyon/disturbance/shadowing_options.hpp"
 #include "canyon/geodesy/gps_time.hpp"
+#include "canyon/propagation/paths.hpp"
 
 namespace canyon::disturbance {
 
-/// Skyline of the obstacles that a map lacks, about one antenna: in each azimuth one obstacle or none, with
-/// a height, a distance and a kind. It is a field over places, fixed in the world: a second pass and other
-/// receivers meet the same obstacles. SkylineNumbers has the distributions.
+/// Obstacles that a map lacks, about one antenna: in each azimuth one or none, with a height, a distance and
+/// a kind, standing on the map's skyline: parts of roofs, buildings that the map has too low, in the open
+/// what stands on the ground. It is a field over places, fixed in the world: a second pass and other
+/// receivers meet the same obstacles. SkylineOptions has the distributions.
 ///
 /// Normal numbers stand at nodes of azimuth, each with a square lattice of places. A place blends the four
 /// nodes about it, an azimuth the two beside it, with weights of unit norm, so that every number is normal
@@ -28,17 +29,16 @@ class Skyline {
   Skyline(const ShadowingOptions& options, std::uint64_t seed);
 
   /// Whether there are no obstacles.
-  [[nodiscard]] bool empty() const { return numbers_.share == 0; }
+  [[nodiscard]] bool empty() const { return *numbers_.share == 0; }
   /// Moves the antenna. Calls may come in any order of time and place.
   /// @param place east, north in the city's frame [m]; @param height_m of the antenna above the ground [m]
   void go_to(const Eigen::Vector2d& place, double height_m, geodesy::GpsTime time);
   /// The level that the obstacles leave of a path at the place of the last go_to() [dB], at most 0.
   /// @param arrival direction that the path comes from: unit, ENU; below the horizon as above it
-  /// @param leg_m from the antenna to the surface that the path comes from: obstacles behind it do not count,
-  /// but for the ground's reflection, which comes from below the horizon. Infinite for direct paths
-  [[nodiscard]] double level_db(const Eigen::Vector3d& arrival,
-                                double leg_m = std::numeric_limits<double>::infinity()) const;
-  /// Elevation of the obstacle's top in an azimuth (clockwise from north) [rad], [0, pi/2); 0 without one.
+  /// @param above_rad its angle over the map's skyline: above_skyline_rad()
+  [[nodiscard]] double level_db(const Eigen::Vector3d& arrival, double above_rad) const;
+  /// Angle of the obstacle's top over the map's skyline in an azimuth (clockwise from north) [rad], [0,
+  /// pi/2); 0 without one.
   [[nodiscard]] double top_rad(double azimuth_rad) const;
 
  private:
@@ -51,7 +51,7 @@ class Skyline {
   /// A number of unit variance at the antenna's place, in an azimuth node. @param slot of time
   [[nodiscard]] double number(std::uint64_t field, std::size_t node, std::int64_t slot) const;
 
-  SkylineNumbers numbers_;
+  SkylineOptions numbers_;
   std::uint64_t root_;
   Eigen::Vector2d place_ = Eigen::Vector2d::Zero();
   double height_m_ = 0;
@@ -61,6 +61,13 @@ class Skyline {
   };
   std::vector<Node> nodes_;
 };
+
+/// Whether obstacles on the skyline can be in the path's way: a facade is below them.
+[[nodiscard]] bool meets_obstacles(const propagation::Path& path);
+/// Angle of a direction (unit, ENU; below the horizon as above it) over the city's skyline in its azimuth
+/// [rad], within 1.5 deg; 0 where the city hides it. @param scene null: an open field
+[[nodiscard]] double above_skyline_rad(const raytrace::RayScene* scene, const Eigen::Vector3d& antenna_enu,
+                                       const Eigen::Vector3d& direction);
 
 /// Normal numbers over the sky that are alike in directions close to each other: those of nodes all over it,
 /// blended. A direction has the same number, whatever other directions are requested.

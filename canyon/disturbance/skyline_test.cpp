@@ -9,6 +9,7 @@
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/propagation/index/knife_edge.hpp"
+#include "canyon/raytrace/ray_scene.hpp"
 #include "canyon/signal/radio_materials.hpp"
 #include "tests/support/spoiled_options.hpp"
 
@@ -52,13 +53,13 @@ double share_above(const std::vector<double>& values, double limit) {
 }
 /// For obstacles whose heights have a gamma distribution of shape 2: p (1 + x) e^-x.
 double expected_above(double slope, double height_m) {
-  const double x = 2 * (slope * kDistance_m + height_m - SkylineNumbers::kBase_m) / kHeight_m;
+  const double x = 2 * (slope * kDistance_m + height_m - SkylineOptions::kBase_m) / kHeight_m;
   return kShare * (1 + x) * std::exp(-x);
 }
 
 TEST(Skyline, HasTheDistributionOfHeightsThatItIsGiven) {
   Skyline skyline(still(), 1);
-  const std::vector<double> at_roof = slopes(skyline, SkylineNumbers::kBase_m);
+  const std::vector<double> at_roof = slopes(skyline, SkylineOptions::kBase_m);
   for (const double slope : {0.0, 0.4, 1.0, 2.0}) {
     EXPECT_NEAR(share_above(at_roof, slope), expected_above(slope, 2), 0.02) << slope;
   }
@@ -151,8 +152,9 @@ TEST(Skyline, EdgesWeakenAsTheDiffractionOverThem) {
     skyline.go_to({45.0 * i, 0}, 2, kBegin);
     round.go_to({45.0 * i, 0}, 2, kBegin);
     const Eigen::Vector3d from = geodesy::enu_from_azimuth_elevation(2, radians(25));
-    const double below = skyline.top_rad(2) - radians(25), level_db = skyline.level_db(from);
-    EXPECT_EQ(skyline.level_db({from.x(), from.y(), -from.z()}), level_db);  // by way of the ground
+    const double above = radians(15), below = skyline.top_rad(2) - above;
+    const double level_db = skyline.level_db(from, above);
+    EXPECT_EQ(skyline.level_db({from.x(), from.y(), -from.z()}, above), level_db);  // by way of the ground
     if (skyline.top_rad(2) == 0) {
       EXPECT_EQ(level_db, 0);
       continue;
@@ -161,11 +163,9 @@ TEST(Skyline, EdgesWeakenAsTheDiffractionOverThem) {
     // lambda).
     const double nu = below * std::sqrt(2 * kDistance_m / kWavelength_m);
     EXPECT_NEAR(level_db, -propagation::approximate_knife_edge_loss_db(nu), 1e-9);
-    EXPECT_EQ(skyline.level_db(from, kDistance_m / 2), 0);  // from a surface in front of the obstacle
-    EXPECT_EQ(skyline.level_db(from, kDistance_m * 2), level_db);
     if (below <= 0) continue;
     ++behind;
-    EXPECT_NEAR(round.level_db(from),
+    EXPECT_NEAR(round.level_db(from, above),
                 level_db - propagation::rounded_edge_loss_db(1, kDistance_m, below, kWavelength_m), 1e-9);
   }
   EXPECT_GT(behind, 60);
@@ -180,8 +180,9 @@ TEST(Skyline, CrownsWeakenByTheirDepth) {
   int behind = 0;
   for (int i = 0; i < 300; ++i) {
     skyline.go_to({45.0 * i, 0}, 2, kBegin);
-    const double level_db = skyline.level_db(geodesy::enu_from_azimuth_elevation(2, elevation));
-    const double below_m = kDistance_m * (std::tan(skyline.top_rad(2)) - std::tan(elevation));
+    const double above = radians(12);
+    const double level_db = skyline.level_db(geodesy::enu_from_azimuth_elevation(2, elevation), above);
+    const double below_m = kDistance_m * (std::tan(skyline.top_rad(2)) - std::tan(above));
     if (below_m <= 0) {
       EXPECT_EQ(level_db, 0);
       continue;
@@ -204,7 +205,43 @@ TEST(Skyline, IsEmptyWhereTheSurroundingsHaveNone) {
   Skyline none(options, 1);
   none.go_to({1, 2}, 3, kBegin);
   EXPECT_EQ(none.top_rad(1), 0);
-  EXPECT_EQ(none.level_db({0, 1, 0}), 0);
+  EXPECT_EQ(none.level_db({0, 1, 0}, 0), 0);
+}
+
+// A wall 20 m high, 20 m to the north: its top is at 45 deg seen from the ground.
+TEST(Skyline, StandsOnThatOfTheMap) {
+  city::Mesh mesh;
+  city::append_box(mesh, "wall", city::Surface::Building, city::Material::Concrete, {-200, 20, 0},
+                   {200, 25, 20});
+  const raytrace::RayScene scene(mesh);
+  const Eigen::Vector3d antenna(0, 0, 0.01);
+  const auto above_deg = [&](double azimuth_deg, double elevation_deg) {
+    const Eigen::Vector3d from =
+        geodesy::enu_from_azimuth_elevation(radians(azimuth_deg), radians(elevation_deg));
+    return geodesy::degrees(above_skyline_rad(&scene, antenna, from));
+  };
+  EXPECT_NEAR(above_deg(0, 60), 15, 1);
+  EXPECT_NEAR(above_deg(0, 46), 1, 0.8);
+  EXPECT_NEAR(above_deg(45, 60), 60 - geodesy::degrees(std::atan(std::sqrt(0.5))), 1);
+  EXPECT_NEAR(above_deg(0, 30), 0, 1e-9);  // hidden
+  EXPECT_NEAR(above_deg(180, 30), 30, 1e-9);
+  EXPECT_NEAR(above_deg(180, -30), 30, 1e-9);  // by way of the ground
+  EXPECT_NEAR(above_skyline_rad(nullptr, antenna, {0, 0.6, 0.8}), std::asin(0.8), 1e-12);
+}
+
+TEST(Skyline, IsInTheWayOfAllButFacades) {
+  const auto meets = [](propagation::PathKind kind, double up) {
+    propagation::Path path;
+    path.kind = kind;
+    path.arrival = {0, 0.6, up};
+    return meets_obstacles(path);
+  };
+  using propagation::PathKind;
+  EXPECT_TRUE(meets(PathKind::Direct, 0.8));
+  EXPECT_TRUE(meets(PathKind::Diffracted, 0.8));
+  EXPECT_TRUE(meets(PathKind::Reflected, -0.8));  // by the ground
+  EXPECT_FALSE(meets(PathKind::Reflected, 0.8));
+  EXPECT_FALSE(meets(PathKind::Diffuse, 0.8));
 }
 
 TEST(SkylineOptions, NameTheFieldThatIsOutOfRange) {

@@ -119,13 +119,13 @@ receiver::ReceiverOptions with_surroundings(const ReceiverConfig& receiver, cons
   if (!shadowing.enabled) return options;
   const bool streets = receiver.streets.enabled && !receiver.fixed, green = has_vegetation(city);
   if (shadowing.environment == disturbance::ShadowingEnvironment::Auto) {
-    shadowing.environment =
-        disturbance::of_surroundings(closed_sky_of(scene, city), !green && has_flat_roofs(city));
+    shadowing.environment = disturbance::of_surroundings(
+        closed_sky_of(scene, city), !city.states_heights && !green && has_flat_roofs(city));
   }
   disturbance::SkylineOptions& skyline = shadowing.skyline;
   if ((streets || green) && !skyline.foliage_share) {
-    const disturbance::SkylineNumbers all = disturbance::skyline_numbers(shadowing);
-    if (!skyline.share) skyline.share = all.share * (1 - all.foliage_share);
+    const disturbance::SkylineOptions all = disturbance::skyline_numbers(shadowing);
+    if (!skyline.share) skyline.share = *all.share * (1 - *all.foliage_share);
     skyline.foliage_share = 0;
   }
   if (streets && !skyline.moving_share) skyline.moving_share = 0;

@@ -29,8 +29,6 @@ bool is_far(const Path& path) {
 /// Steps of the directions for which obstacles are computed: 1.4 deg, since obstacles are alike within tens
 /// of degrees of azimuth.
 constexpr double kArrivalSteps = 40;
-/// Legs are rounded to steps of a fifth.
-constexpr double kLegSteps = 5;
 
 }  // namespace
 
@@ -80,7 +78,6 @@ PathNode SteadyCell::trace(const Vector3d& place) {
                                            options_.signal.antenna, options_.signal.strength);
     far.reflector = path.reflector;
     far.arrival = path.arrival.cast<float>();
-    far.leg_m = static_cast<float>((path.point - place).norm());
   }
   return node;
 }
@@ -111,22 +108,25 @@ const SteadyCell::Reflector& SteadyCell::reflector(std::size_t satellite, const 
   return r;
 }
 
-void SteadyCell::stand_at(const Vector3d& place, double height_above_ground_m) {
+void SteadyCell::stand_at(const Vector3d& place, const raytrace::RayScene& scene) {
   obstacles_.clear();
+  stand_ = place;
+  scene_ = &scene;
   for (disturbance::Skyline& skyline : skylines_) {
-    skyline.go_to(place.head<2>(), height_above_ground_m, sky_.time());
+    skyline.go_to(place.head<2>(), scene.height_above_ground(place), sky_.time());
   }
   for (std::size_t k = 0; k < direct_factors_.size(); ++k) {
     const SteadySatellite& satellite = sky_.satellites()[k];
+    const double above_rad = disturbance::above_skyline_rad(scene_, place, satellite.direction);
     for (std::size_t d = 0; d < skylines_.size(); ++d) {
-      const double level_db = skylines_[d].level_db(satellite.direction);
+      const double level_db = skylines_[d].level_db(satellite.direction, above_rad);
       direct_factors_[k][d + 1] =
           static_cast<float>(satellite.direct_factor[d + 1] * std::pow(10, level_db / 20));
     }
   }
 }
 
-const float* SteadyCell::obstacles(const Vector3d& arrival, double leg_m) {
+const float* SteadyCell::obstacles(const Vector3d& arrival) {
   if (skylines_.empty()) return nullptr;
   std::uint64_t key = 0;
   Vector3d rounded;
@@ -134,14 +134,13 @@ const float* SteadyCell::obstacles(const Vector3d& arrival, double leg_m) {
     rounded[axis] = std::round(arrival[axis] * kArrivalSteps);
     key = 128 * key + static_cast<std::uint64_t>(rounded[axis] + kArrivalSteps);
   }
-  const double steps = std::round(std::log(std::clamp(leg_m, 1.0, 1e3)) * kLegSteps);
-  key = 4096 * key + static_cast<std::uint64_t>(steps);
   const auto [found, made] = obstacles_.try_emplace(key);
   if (made) {
     found->second.resize(sky_.padded(), 1);
+    const double above_rad = disturbance::above_skyline_rad(scene_, stand_, rounded.normalized());
     for (std::size_t d = 0; d + 1 < static_cast<std::size_t>(sky_.lanes()); ++d) {
-      found->second[d + 1] = static_cast<float>(
-          std::pow(10, skylines_[d].level_db(rounded.normalized(), std::exp(steps / kLegSteps)) / 20));
+      found->second[d + 1] =
+          static_cast<float>(std::pow(10, skylines_[d].level_db(rounded.normalized(), above_rad) / 20));
     }
   }
   return found->second.data();
@@ -164,8 +163,9 @@ void SteadyCell::gather(std::size_t satellite, std::span<const NodePath> far, co
       p.amplitude = signal::path_amplitude(path, s.line.elevation_rad, s.carrier_hz, options_.signal.antenna,
                                            options_.signal.strength);
     }
-    p.factor = path.kind == PathKind::Direct ? direct_factors_[satellite].data()
-                                             : obstacles(path.arrival, (path.point - place_).norm());
+    p.factor = path.kind == PathKind::Direct        ? direct_factors_[satellite].data()
+               : disturbance::meets_obstacles(path) ? obstacles(path.arrival)
+                                                    : nullptr;
   }
   std::size_t bundles = 0;
   for (const NodePath& path : far) {
@@ -177,7 +177,7 @@ void SteadyCell::gather(std::size_t satellite, std::span<const NodePath> far, co
     p.rate_mps = path.rate_mps;
     p.amplitude = path.amplitude * phasor(longer_m / s.wavelength_m);
     p.diffuse = path.diffuse;
-    p.factor = obstacles(arrival, path.leg_m);
+    if (arrival.z() < 0) p.factor = obstacles(arrival);
     if (path.diffuse) {
       const std::size_t at = bundles++ * sky_.padded();
       assert(at < s.fade_re.size());

@@ -24,7 +24,6 @@ struct NodePath {
   std::complex<double> amplitude;  ///< signal::path_amplitude()
   std::uint64_t reflector = 0;
   Eigen::Vector3f arrival;
-  float leg_m = 0;  ///< to the surface that it comes from
 };
 
 /// Paths and edges that were found at one cell.
@@ -44,7 +43,7 @@ class SteadyCell {
              const Eigen::Matrix3d& ecef_from_enu, bool moves = false);
 
   /// Unmapped obstacles of the next cells are those about this place: a cell, or one within a few metres.
-  void stand_at(const Eigen::Vector3d& place, double height_above_ground_m);
+  void stand_at(const Eigen::Vector3d& place, const raytrace::RayScene& scene);
   [[nodiscard]] PathNode trace(const Eigen::Vector3d& place);
   /// @param edges that may bend signals here, ascending; @param node next to the place
   /// @param statistics whether layers over draws are wanted
@@ -81,9 +80,8 @@ class SteadyCell {
   /// One with that key, without an amplitude.
   std::pair<Reflector&, bool> reflector(std::uint64_t key, std::size_t satellite, std::uint64_t name);
   /// Factors of amplitudes behind obstacles at the present stand, for paths that arrive from a direction, in
-  /// each lane. Null: everything. @param arrival unit, ENU; @param leg_m as Skyline::level_db(), in steps of
-  /// a fifth
-  const float* obstacles(const Eigen::Vector3d& arrival, double leg_m);
+  /// each lane. Null: everything. @param arrival unit, ENU
+  const float* obstacles(const Eigen::Vector3d& arrival);
   void follow_strongest();
   [[nodiscard]] Against against(const SteadySatellite& satellite, const CellPath& path,
                                 const CellPath& tracked) const;
@@ -101,6 +99,8 @@ class SteadyCell {
   bool moves_;
   CellFix fix_;
   std::vector<disturbance::Skyline> skylines_;  // [draw]
+  const raytrace::RayScene* scene_ = nullptr;   // of stand_at()
+  Eigen::Vector3d stand_ = Eigen::Vector3d::Zero();
   std::unordered_map<std::uint64_t, Reflector> reflectors_;
   std::unordered_map<std::uint64_t, std::vector<float>>
       obstacles_;                                   // by rounded arrival, of the present stand

@@ -130,7 +130,7 @@ bool SteadyReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::
 
   const auto stand = [&](SteadyCell& solver, const Vector3d& place) {
     if (sky.skylines().empty()) return;
-    solver.stand_at(place, environment_->scene().height_above_ground(place));
+    solver.stand_at(place, environment_->scene());
   };
 
   Blocks blocks(cells, path_nodes_m_);
