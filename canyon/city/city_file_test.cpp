@@ -187,9 +187,9 @@ TEST(CityFile, RefusesANewerVersionWithTheCure) {
   const TemporaryFolder folder;
   write_city_file(folder / "c.canyon", small_city());
   std::string bytes = read_bytes(folder / "c.canyon");
-  bytes[8] = 3;
+  bytes[8] = 4;
   EXPECT_THAT(error_of(folder / "n.canyon", bytes),
-              HasSubstr("version 3, this Canyon reads up to 2; update"));
+              HasSubstr("version 4, this Canyon reads up to 3; update"));
   bytes[8] = 0;
   EXPECT_THAT(error_of(folder / "n.canyon", bytes), HasSubstr("version 0"));
 }

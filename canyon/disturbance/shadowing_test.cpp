@@ -115,8 +115,8 @@ std::vector<Stretch> stretches(One& shadowing, double way_m, double step_m) {
   return result;
 }
 
-// Obstacles of a mean height of 18 m above 2 m, a gamma distribution of shape 2: of those above the roof of a
-// car (1 + x) e^-x are above an antenna at the height 2 m + 9 m x.
+// Obstacles of a mean height of 8 m above 2 m, a gamma distribution of shape 2: of those above the roof of a
+// car (1 + x) e^-x are above an antenna at the height 2 m + 4 m x.
 TEST(Shadowing, EndsAboveTheObstacles) {
   ShadowingOptions options;
   options.enabled = true;
@@ -132,8 +132,8 @@ TEST(Shadowing, EndsAboveTheObstacles) {
   };
   const double of_cars = shadowing_parameters(options, radians(40)).shadowed_share();
   EXPECT_NEAR(share(1.5), of_cars, 0.015);
-  EXPECT_NEAR(share(11), of_cars * 2 * std::exp(-1), 0.015);
-  EXPECT_NEAR(share(29), of_cars * 4 * std::exp(-3), 0.01);
+  EXPECT_NEAR(share(6), of_cars * 2 * std::exp(-1), 0.015);
+  EXPECT_NEAR(share(14), of_cars * 4 * std::exp(-3), 0.01);
   EXPECT_EQ(share(200), 0);
   options.environment = ShadowingEnvironment::Custom;  // numbers of one's own hold at every height
   EXPECT_NEAR(share(200), options.custom.shadowed_share(), 0.015);

@@ -61,19 +61,19 @@ ReceiverOptions walled_in() {
   return options;
 }
 
-TEST(ReceiverShadowing, ObstaclesTakeWhateverArrivesFromBehindThem) {
+TEST(ReceiverShadowing, ObstaclesOnTheSkylineLetEchoesOfFacadesPass) {
   Receiver with(walled_in(), 3), without(plain(), 3);
-  const auto lost_db = [&](double leg_m) {
-    const auto mirror = [leg_m](const orbit::LineOfSight& line) {
+  const auto lost_db = [&](PathKind kind) {
+    const auto echo = [kind](const orbit::LineOfSight&) {
       Path path = mirror_path(Eigen::Vector3d(1, 0, 1).normalized(), 60, 0.5);
-      path.point = leg_m * path.arrival;
-      return std::vector<Path>{direct_path(line), path};
+      path.kind = kind;
+      path.edge_nu = 0;
+      return std::vector<Path>{path};
     };
-    const auto none = [&](const orbit::LineOfSight& line) { return std::vector<Path>{mirror(line).back()}; };
-    return *observe_one(without, 0, none).cn0_dbhz - *observe_one(with, 0, none).cn0_dbhz;
+    return *observe_one(without, 0, echo).cn0_dbhz - *observe_one(with, 0, echo).cn0_dbhz;
   };
-  EXPECT_GT(lost_db(50), 15);
-  EXPECT_NEAR(lost_db(0.5), 0, 1e-9);  // the mirror stands in front of the obstacles
+  EXPECT_GT(lost_db(PathKind::Diffracted), 15);
+  EXPECT_NEAR(lost_db(PathKind::Reflected), 0, 1e-9);
 }
 
 // A label says what happened: who is behind an obstacle is not in line of sight.
@@ -104,6 +104,7 @@ TEST(ReceiverShadowing, LabelsSayWhatIsTracked) {
 TEST(ReceiverShadowing, VehiclesWithDrawsOfTheirOwnMeetTheSameObstacles) {
   ReceiverOptions options = shadowed(0, 0, 0, 1);
   options.signal.shadowing.skyline.share = 0.5;
+  options.signal.shadowing.skyline.height_m = 18;
   options.own_draws = true;
   options.name = "first";
   Receiver one(options, 3);

@@ -141,7 +141,7 @@ TEST(MovingReceivers, HaveTheErrorsOfReceiversThatDriveThrough) {
   EXPECT_GT(ratio(driving), 0.7);
   EXPECT_LT(ratio(driving), 1.4);
   EXPECT_GT(ratio(standing), 1.5 * ratio(driving));
-  EXPECT_GT(rank_correlation(driving, drives), rank_correlation(standing, drives) + 0.15);
+  EXPECT_GT(rank_correlation(driving, drives), rank_correlation(standing, drives) + 0.1);
 }
 
 TEST(MovingReceivers, AreThoseWithAFilterWhosePlaceIsNotFixed) {

@@ -117,8 +117,9 @@ TEST(SteadyReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
   }
 }
 
-// With nodes 6 m apart: medians of errors over places within 5 %, their 95th percentiles within 15 %: pieces
-// of facades that scatter differently are hardly longer than nodes are apart. Availability within 1 %.
+// With nodes 6 m apart: medians of errors over places within 5 %, their 95th percentiles within 20 %: pieces
+// of facades that scatter differently are hardly longer than nodes are apart, and obstacles stand on the
+// skyline as the node sees it. Availability within 1.5 %.
 // docs/heatmap.md has the same over larger samples, and for Hong Kong.
 TEST(SteadyReceivers, HoldTheirBoundsBetweenNodes) {
   const std::vector<Layer> layers{Layer::HorizontalErrorP50, Layer::HorizontalErrorP95,
@@ -129,7 +130,7 @@ TEST(SteadyReceivers, HoldTheirBoundsBetweenNodes) {
   for (std::size_t l = 0; l < layers.size(); ++l) {
     const std::vector<double> a = finite(run[l]), b = finite(steady[l]);
     if (layers[l] == Layer::Availability) {
-      EXPECT_NEAR(mean(b), mean(a), 0.01);
+      EXPECT_NEAR(mean(b), mean(a), 0.015);
       continue;
     }
     for (const double p : {0.5, 0.95}) {
@@ -137,7 +138,7 @@ TEST(SteadyReceivers, HoldTheirBoundsBetweenNodes) {
       std::cout << info(layers[l]).name << ", " << p << " of " << a.size() << " cells: " << expected
                 << " m run, " << found << " m in steady state\n";
       // The most distant tail hangs on single obstacles, which are those about the middle of a block.
-      const double within = p == 0.5 ? 0.05 : 0.15;
+      const double within = p == 0.5 ? 0.05 : 0.2;
       EXPECT_NEAR(found, expected, within * expected) << info(layers[l]).name << " " << p;
     }
   }
