@@ -28,8 +28,7 @@
 // INFO  u64 vertices, u64 triangles, f64 latitude, longitude [rad], height [m], heading [rad],
 //       from version 2 on f64 geoid undulation [m], from 3 on u8 heights are stated, name, u32 notes and each
 //       note, u32 objects and of each: name, u8 surface, u32 triangles; from version 2 on u8 facades of each
-//       object. A text is u32 bytes and its bytes; notes of a loss or a guess begin with "loss: " or "guess:
-//       ".
+//       object. A text is u32 bytes and its bytes; notes of a loss or a guess begin with its name and ": ".
 // VERT  f64 x y z of each vertex [m]; byte planes: all first bytes of the 3 n numbers, all second bytes, ...
 // TRIS  u32 a b c of each triangle, each number less the one before it (modulo 2^32); byte planes
 // MATS  u8 material of each triangle

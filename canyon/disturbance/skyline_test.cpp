@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "canyon/city/city.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/propagation/index/knife_edge.hpp"
