@@ -41,7 +41,7 @@ constexpr std::string_view kMagic{
     "\x89"
     "CANYON\n",
     8};
-/// Cities without an undulation and without facades are written as version 1, which older programs read.
+/// A city is written as the first version that has what it has: older programs read that.
 constexpr std::uint32_t kVersion = 3;
 constexpr std::size_t kBlockHeader = 24;
 /// A zlib stream unpacks to at most this many bytes for each byte (zlib's documentation: 1032).

@@ -112,9 +112,8 @@ void SteadyCell::stand_at(const Vector3d& place, const raytrace::RayScene& scene
   obstacles_.clear();
   stand_ = place;
   scene_ = &scene;
-  for (disturbance::Skyline& skyline : skylines_) {
-    skyline.go_to(place.head<2>(), scene.height_above_ground(place), sky_.time());
-  }
+  const double height_m = scene.height_above_ground(place);
+  for (disturbance::Skyline& each : skylines_) each.go_to(place.head<2>(), height_m, sky_.time());
   for (std::size_t k = 0; k < direct_factors_.size(); ++k) {
     const SteadySatellite& satellite = sky_.satellites()[k];
     const double above_rad = disturbance::above_skyline_rad(scene_, place, satellite.direction);
