@@ -52,10 +52,11 @@ class Fields {
   void array(std::string_view name, std::array<Value, N>& values) {
     add({name, wire_of(values[0]), N, true, extension_, 1, std::nullopt, values.data()});
   }
-  /// Counts, flags, words: on the wire as in the struct.
-  template <typename Whole>
-  void whole(std::string_view name, Whole& value) {
+  /// Counts, flags, words: on the wire as in the struct. Names and values, one after the other.
+  template <typename Whole, typename... Rest>
+  void whole(std::string_view name, Whole& value, Rest&&... rest) {
     add({name, wire_of(value), 1, false, extension_, 1, std::nullopt, &value});
+    if constexpr (sizeof...(rest) > 0) whole(rest...);
   }
   void place(double& latitude_deg, double& longitude_deg) {
     number(Wire::I32, "lat", latitude_deg, kDegE7);

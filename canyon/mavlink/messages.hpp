@@ -9,11 +9,11 @@
 
 #include "canyon/mavlink/fields.hpp"
 
-// The messages of MAVLink's minimal.xml and common.xml that Canyon sends or reads, in SI units and degrees;
-// NaN: not known. Frames are named: NED (north, east, down), FRD (forward, right, down of the body).
-// Quaternions are w, x, y, z and turn FRD into NED (or into the frame that the message names). Angular rates
-// are about the body's axes. `time_us` is since 1970 (UTC), or since the sender began; `boot_s` since it
-// began.
+// The messages of MAVLink's minimal.xml, common.xml and development.xml that Canyon sends or reads, in SI
+// units and degrees; NaN: not known. Frames are named: NED (north, east, down), FRD (forward, right, down of
+// the body). Quaternions are w, x, y, z and turn FRD into NED (or into the frame that the message names).
+// Angular rates are about the body's axes. `time_us` is since 1970 (UTC), or since the sender began; `boot_s`
+// since it began.
 
 namespace canyon::mavlink {
 
@@ -34,12 +34,8 @@ struct Heartbeat {
   std::uint8_t system_status = 4;  ///< MAV_STATE; 4: active
   std::uint8_t mavlink_version = 3;
   void visit(Fields& f) {
-    f.whole("type", type);
-    f.whole("autopilot", autopilot);
-    f.whole("base_mode", base_mode);
-    f.whole("custom_mode", custom_mode);
-    f.whole("system_status", system_status);
-    f.whole("mavlink_version", mavlink_version);
+    f.whole("type", type, "autopilot", autopilot, "base_mode", base_mode, "custom_mode", custom_mode);
+    f.whole("system_status", system_status, "mavlink_version", mavlink_version);
   }
 };
 
@@ -70,8 +66,7 @@ struct GpsRawInt {
   double horizontal_accuracy_m = 0, vertical_accuracy_m = 0, speed_accuracy_mps = 0, course_accuracy_deg = 0;
   double yaw_deg = kUnknown;  ///< (0, 360]
   void visit(Fields& f) {
-    f.whole("time_usec", time_us);
-    f.whole("fix_type", fix_type);
+    f.whole("time_usec", time_us, "fix_type", fix_type);
     f.place(latitude_deg, longitude_deg);
     f.number(Wire::I32, "alt", altitude_m, kMilli);
     f.number(Wire::U16, "eph", hdop, kCenti, kNo16);
@@ -278,8 +273,7 @@ struct HilGps {
   std::uint8_t gps_id = 0;
   double yaw_deg = kUnknown;  ///< (0, 360]
   void visit(Fields& f) {
-    f.whole("time_usec", time_us);
-    f.whole("fix_type", fix_type);
+    f.whole("time_usec", time_us, "fix_type", fix_type);
     f.place(latitude_deg, longitude_deg);
     f.number(Wire::I32, "alt", altitude_m, kMilli);
     f.number(Wire::U16, "eph", horizontal_accuracy_m, kCenti, kNo16);
@@ -311,12 +305,9 @@ struct GpsRtk {
   double hypotheses_count = 0;  ///< of whole ambiguities; 1: fixed
   void visit(Fields& f) {
     f.number(Wire::U32, "time_last_baseline_ms", boot_s, kMilli);
-    f.whole("rtk_receiver_id", receiver_id);
-    f.whole("wn", week);
+    f.whole("rtk_receiver_id", receiver_id, "wn", week);
     f.number(Wire::U32, "tow", time_of_week_s, kMilli);
-    f.whole("rtk_health", health);
-    f.whole("rtk_rate", rate_hz);
-    f.whole("nsats", satellites);
+    f.whole("rtk_health", health, "rtk_rate", rate_hz, "nsats", satellites);
     f.whole("baseline_coords_type", frame);
     f.vector(Wire::I32, {"baseline_a_mm", "baseline_b_mm", "baseline_c_mm"}, baseline_m, kMilli);
     f.number(Wire::U32, "accuracy", accuracy_m, kMilli);
@@ -392,12 +383,9 @@ struct GpsInput {
   std::uint8_t satellites = 0;
   double yaw_deg = kUnknown;  ///< (0, 360]
   void visit(Fields& f) {
-    f.whole("time_usec", time_us);
-    f.whole("gps_id", gps_id);
-    f.whole("ignore_flags", ignore);
+    f.whole("time_usec", time_us, "gps_id", gps_id, "ignore_flags", ignore);
     f.number(Wire::U32, "time_week_ms", time_of_week_s, kMilli);
-    f.whole("time_week", week);
-    f.whole("fix_type", fix_type);
+    f.whole("time_week", week, "fix_type", fix_type);
     f.place(latitude_deg, longitude_deg);
     f.number(Wire::F32, "alt", altitude_m);
     f.number(Wire::F32, "hdop", hdop, 1, kNo16);
@@ -420,8 +408,7 @@ struct GpsRtcmData {
   std::uint8_t length = 0;
   std::array<std::uint8_t, 180> data{};
   void visit(Fields& f) {
-    f.whole("flags", flags);
-    f.whole("len", length);
+    f.whole("flags", flags, "len", length);
     f.array("data", data);
   }
 };
@@ -441,9 +428,7 @@ struct Odometry {
   std::uint8_t estimator_type = 0;
   std::int8_t quality = 0;  ///< [%]; 0: not known, -1: failed
   void visit(Fields& f) {
-    f.whole("time_usec", time_us);
-    f.whole("frame_id", frame);
-    f.whole("child_frame_id", child_frame);
+    f.whole("time_usec", time_us, "frame_id", frame, "child_frame_id", child_frame);
     f.vector(Wire::F32, {"x", "y", "z"}, position_m);
     f.array("q", frame_from_body);
     f.vector(Wire::F32, {"vx", "vy", "vz"}, velocity_mps);
@@ -451,9 +436,7 @@ struct Odometry {
     f.array("pose_covariance", pose_covariance);
     f.array("velocity_covariance", velocity_covariance);
     f.extensions();
-    f.whole("reset_counter", reset_counter);
-    f.whole("estimator_type", estimator_type);
-    f.whole("quality", quality);
+    f.whole("reset_counter", reset_counter, "estimator_type", estimator_type, "quality", quality);
   }
 };
 
@@ -465,9 +448,7 @@ struct CommandLong {
   std::uint8_t target_system = 0, target_component = 0;  ///< 0: everybody
   std::uint8_t confirmation = 0;
   void visit(Fields& f) {
-    f.whole("target_system", target_system);
-    f.whole("target_component", target_component);
-    f.whole("command", command);
+    f.whole("target_system", target_system, "target_component", target_component, "command", command);
     f.whole("confirmation", confirmation);
     static constexpr std::array<std::string_view, 7> kNames{"param1", "param2", "param3", "param4",
                                                             "param5", "param6", "param7"};
@@ -475,9 +456,30 @@ struct CommandLong {
   }
 };
 
-using Message =
-    std::variant<Heartbeat, SystemTime, GpsRawInt, GpsStatus, Attitude, AttitudeQuaternion, LocalPositionNed,
-                 GlobalPositionInt, HighresImu, VisionPositionEstimate, SimState, HilGps, GpsRtk,
-                 HilStateQuaternion, AttPosMocap, GpsInput, GpsRtcmData, Odometry, CommandLong>;
+/// Of development.xml. States: 0 not known; jamming and spoofing 1 none, 2 mitigated, 3 detected.
+struct GnssIntegrity {
+  static constexpr std::uint32_t kId = 441;
+  static constexpr std::string_view kName = "GNSS_INTEGRITY";
+  std::uint8_t receiver_id = 0;
+  std::uint32_t system_errors = 0;  ///< GPS_SYSTEM_ERROR_FLAGS
+  std::uint8_t authentication_state = 0, jamming_state = 0, spoofing_state = 0, raim_state = 0;
+  double raim_horizontal_m = kUnknown, raim_vertical_m = kUnknown;  ///< expected accuracies
+  /// Of corrections, receiver, signals, postprocessing: 0 to 10, 255 not known.
+  std::array<std::uint8_t, 4> quality{255, 255, 255, 255};
+  void visit(Fields& f) {
+    f.whole("id", receiver_id, "system_errors", system_errors);
+    f.whole("authentication_state", authentication_state, "jamming_state", jamming_state);
+    f.whole("spoofing_state", spoofing_state, "raim_state", raim_state);
+    f.number(Wire::U16, "raim_hfom", raim_horizontal_m, kCenti, kNo16);
+    f.number(Wire::U16, "raim_vfom", raim_vertical_m, kCenti, kNo16);
+    f.whole("corrections_quality", quality[0], "system_status_summary", quality[1]);
+    f.whole("gnss_signal_quality", quality[2], "post_processing_quality", quality[3]);
+  }
+};
+
+using Message = std::variant<Heartbeat, SystemTime, GpsRawInt, GpsStatus, Attitude, AttitudeQuaternion,
+                             LocalPositionNed, GlobalPositionInt, HighresImu, VisionPositionEstimate,
+                             SimState, HilGps, GpsRtk, HilStateQuaternion, AttPosMocap, GpsInput, GpsRtcmData,
+                             Odometry, CommandLong, GnssIntegrity>;
 
 }  // namespace canyon::mavlink

@@ -240,6 +240,19 @@ mavlink::GpsStatus gps_status(const simulation::Epoch& epoch) {
   return m;
 }
 
+mavlink::GnssIntegrity gnss_integrity(const simulation::Epoch& epoch) {
+  const receiver::ReceiverEpoch& seen = epoch.observed;
+  mavlink::GnssIntegrity m;
+  for (const receiver::BandState& band : seen.bands) {
+    const int state = band.interference_ratio < 1 ? 1 : seen.fix.measured() ? 2 : 3;
+    m.jamming_state = std::max(m.jamming_state, static_cast<std::uint8_t>(state));
+  }
+  if (seen.spoofing != receiver::SpoofingState::Unknown) {
+    m.spoofing_state = seen.spoofing == receiver::SpoofingState::None ? 1 : 3;
+  }
+  return m;
+}
+
 std::vector<mavlink::HighresImu> highres_imu(const simulation::SensorBatch& batch,
                                              mavlink::HighresImu& last) {
   using mavlink::HighresImu;
@@ -304,7 +317,7 @@ std::unique_ptr<Encoder> encode_gps_raw_int(const ReceiverDescription& receiver)
         return messages;
       },
       [begin = receiver.begin](const simulation::Epoch& epoch) -> MavlinkStream::Messages {
-        return {system_time(epoch, begin), gps_status(epoch)};
+        return {system_time(epoch, begin), gps_status(epoch), gnss_integrity(epoch)};
       });
 }
 std::unique_ptr<Encoder> encode_highres_imu(const ReceiverDescription& receiver) {

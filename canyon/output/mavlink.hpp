@@ -35,6 +35,11 @@ namespace canyon::output {
 /// are left out.
 [[nodiscard]] mavlink::GpsStatus gps_status(const simulation::Epoch& epoch);
 
+/// What the receiver notices of jamming (interference as strong as its own noise: mitigated with a fix,
+/// detected without) and spoofing (its checks: detected); not known without signals' strengths, and without
+/// checks.
+[[nodiscard]] mavlink::GnssIntegrity gnss_integrity(const simulation::Epoch& epoch);
+
 /// The samples of sensors, a message for each instant that has one. Times are those that the inertial sensor
 /// states, UTC since 1970 [us]; the differential pressure is 0. @param last values, which stay until they are
 /// updated

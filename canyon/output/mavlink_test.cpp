@@ -286,6 +286,23 @@ TEST(Mavlink, StreamsCountTheirFramesAndBeatOnceASecond) {
   EXPECT_EQ(counts[mavlink::Message(mavlink::GpsRawInt()).index()], 25);
 }
 
+TEST(Mavlink, GnssIntegritySaysWhatTheReceiverNotices) {
+  simulation::Epoch now = epoch();
+  EXPECT_EQ(gnss_integrity(now).jamming_state, 0);
+  EXPECT_EQ(gnss_integrity(now).spoofing_state, 0);
+  now.observed.bands = {{1575.42e6, 0.5, 0}, {1176.45e6, 0.25, 0}};
+  now.observed.spoofing = receiver::SpoofingState::None;
+  EXPECT_EQ(gnss_integrity(now).jamming_state, 1);
+  EXPECT_EQ(gnss_integrity(now).spoofing_state, 1);
+  now.observed.bands[1].interference_ratio = 2;
+  now.observed.spoofing = receiver::SpoofingState::Indicated;
+  EXPECT_EQ(gnss_integrity(now).jamming_state, 2);
+  EXPECT_EQ(gnss_integrity(now).spoofing_state, 3);
+  now = epoch(false);
+  now.observed.bands = {{1575.42e6, 100, 0}};
+  EXPECT_EQ(gnss_integrity(now).jamming_state, 3);
+}
+
 TEST(Mavlink, AnotherDecoderReadsTheStreams) {
   CANYON_NEEDS_NODE_MAVLINK();
   std::string bytes;
@@ -304,7 +321,7 @@ TEST(Mavlink, AnotherDecoderReadsTheStreams) {
   }
   EXPECT_EQ(names, (std::vector<std::string>{"HEARTBEAT", "GPS_INPUT", "GPS_INPUT", "HEARTBEAT", "HIL_GPS",
                                              "HIL_GPS", "HEARTBEAT", "SYSTEM_TIME", "GPS_STATUS",
-                                             "GPS_RAW_INT", "GPS_RAW_INT"}));
+                                             "GNSS_INTEGRITY", "GPS_RAW_INT", "GPS_RAW_INT"}));
   const auto& beat = by_name["HEARTBEAT"][0];
   EXPECT_EQ(beat.system, 1);
   EXPECT_EQ(beat.component, 220);

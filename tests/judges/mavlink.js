@@ -2,9 +2,9 @@
 //   PROTOCOL SYSTEM COMPONENT SEQUENCE MESSAGE FIELD=COUNT[,COUNT...] ...
 // With a file named it also writes there each message as its own encoder frames it, in the same version.
 const fs = require('fs')
-const { MavLinkPacketSplitter, MavLinkPacketParser, MavLinkProtocolV1, MavLinkProtocolV2, minimal, common } = require('node-mavlink')
+const { MavLinkPacketSplitter, MavLinkPacketParser, MavLinkProtocolV1, MavLinkProtocolV2, minimal, common, development } = require('node-mavlink')
 
-const known = { ...minimal.REGISTRY, ...common.REGISTRY }
+const known = { ...minimal.REGISTRY, ...common.REGISTRY, ...development.REGISTRY }
 const again = []
 const packets = process.stdin.pipe(new MavLinkPacketSplitter()).pipe(new MavLinkPacketParser())
 packets.on('data', packet => {
