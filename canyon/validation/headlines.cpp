@@ -70,28 +70,27 @@ constexpr Range kTenth{Of::Difference, 0, 0.1};
 constexpr Range kRatio{Of::Ratio, 0.7, 1.4};
 
 constexpr Kind kModel = Kind::OfModel, kBoth = Kind::Both, kPair = Kind::Pair, kOwn = Kind::OwnFixes;
-constexpr std::array kFigures{
-    FigureInfo{"auc_cn0", "AUC C/N0", 3, kModel, auc<&Figures::by_cn0>},
-    FigureInfo{"auc_error", "AUC error", 3, kModel, auc<&Figures::by_error>},
-    FigureInfo{"nlos_explained", "NLOS explained [%]", 1, kModel, explained_share},
-    FigureInfo{"horizontal_p50_m", "horizontal p50 [m]", 1, kPair, horizontal<kMedian>, kRatio},
-    FigureInfo{"horizontal_p95_m", "p95 [m]", 1, kPair, horizontal<kP95>, kRatio},
-    FigureInfo{"tracked_los", "tracked LOS", 2, kPair, tracked<&Figures::tracked_los>, kTenth},
-    FigureInfo{"tracked_nlos", "tracked NLOS", 2, kPair, tracked<&Figures::tracked_nlos>, kTenth},
-    FigureInfo{"cn0_los_dbhz", "C/N0 LOS [dB-Hz]", 1, kPair, middle<&Figures::cn0_los_dbhz>},
-    FigureInfo{"cn0_nlos_dbhz", "C/N0 NLOS [dB-Hz]", 1, kPair, middle<&Figures::cn0_nlos_dbhz>},
-    FigureInfo{"cn0_los_less_nlos_db", "LOS less NLOS [dB]", 1, kPair, los_less_nlos, {Of::Difference, 0, 2}},
-    FigureInfo{"ks_cn0_los", "KS C/N0 LOS", 2, kBoth, distance<&Figures::cn0_los_dbhz>, kDistance},
-    FigureInfo{"ks_cn0_nlos", "KS C/N0 NLOS", 2, kBoth, distance<&Figures::cn0_nlos_dbhz>, kDistance},
-    FigureInfo{"ks_error_los", "KS error LOS", 2, kBoth, distance<&Figures::error_los_m>, kDistance},
-    FigureInfo{"ks_error_nlos", "KS error NLOS", 2, kBoth, distance<&Figures::error_nlos_m>, kDistance},
-    FigureInfo{"satellites_used", "satellites used", 1, kPair, satellites_used, {Of::Difference, 0, 1}},
-    FigureInfo{"tracked_over_time", "tracked over time", 2, kBoth, tracked_over_time, {Of::Value, 1, 0.5}},
-    FigureInfo{"spearman", "Spearman", 2, kBoth, spearman_of, {Of::Value, 1, 0.6}},
-    FigureInfo{
-        "median_difference_m", "median difference [m]", 1, kBoth, median_difference, {Of::Value, 0, 10}},
-    FigureInfo{"own_fix_p50_m", "filter p50 (own fixes) [m]", 1, kOwn, own_horizontal<kMedian>},
-    FigureInfo{"own_fix_p95_m", "filter p95 (own fixes) [m]", 1, kOwn, own_horizontal<kP95>}};
+constexpr FigureInfo kFigures[]{
+    {"auc_cn0", "AUC C/N0", 3, kModel, auc<&Figures::by_cn0>},
+    {"auc_error", "AUC error", 3, kModel, auc<&Figures::by_error>},
+    {"nlos_explained", "NLOS explained [%]", 1, kModel, explained_share},
+    {"horizontal_p50_m", "horizontal p50 [m]", 1, kPair, horizontal<kMedian>, kRatio},
+    {"horizontal_p95_m", "p95 [m]", 1, kPair, horizontal<kP95>, kRatio},
+    {"tracked_los", "tracked LOS", 2, kPair, tracked<&Figures::tracked_los>, kTenth},
+    {"tracked_nlos", "tracked NLOS", 2, kPair, tracked<&Figures::tracked_nlos>, kTenth},
+    {"cn0_los_dbhz", "C/N0 LOS [dB-Hz]", 1, kPair, middle<&Figures::cn0_los_dbhz>},
+    {"cn0_nlos_dbhz", "C/N0 NLOS [dB-Hz]", 1, kPair, middle<&Figures::cn0_nlos_dbhz>},
+    {"cn0_los_less_nlos_db", "LOS less NLOS [dB]", 1, kPair, los_less_nlos, {Of::Difference, 0, 2}},
+    {"ks_cn0_los", "KS C/N0 LOS", 2, kBoth, distance<&Figures::cn0_los_dbhz>, kDistance},
+    {"ks_cn0_nlos", "KS C/N0 NLOS", 2, kBoth, distance<&Figures::cn0_nlos_dbhz>, kDistance},
+    {"ks_error_los", "KS error LOS", 2, kBoth, distance<&Figures::error_los_m>, kDistance},
+    {"ks_error_nlos", "KS error NLOS", 2, kBoth, distance<&Figures::error_nlos_m>, kDistance},
+    {"satellites_used", "satellites used", 1, kPair, satellites_used, {Of::Difference, 0, 1}},
+    {"tracked_over_time", "tracked over time", 2, kBoth, tracked_over_time, {Of::Value, 1, 0.5}},
+    {"spearman", "Spearman", 2, kBoth, spearman_of, {Of::Value, 1, 0.6}},
+    {"median_difference_m", "median difference [m]", 1, kBoth, median_difference, {Of::Value, 0, 10}},
+    {"own_fix_p50_m", "filter p50 (own fixes) [m]", 1, kOwn, own_horizontal<kMedian>},
+    {"own_fix_p95_m", "filter p95 (own fixes) [m]", 1, kOwn, own_horizontal<kP95>}};
 
 /// Both numbers of a headline as `show` writes one.
 template <typename Value, typename Show>
@@ -138,8 +137,8 @@ std::span<const FigureInfo> figure_infos() {
 
 const FigureInfo* figure_info(std::string_view key) {
   const auto at =
-      std::find_if(kFigures.begin(), kFigures.end(), [key](const auto& i) { return i.key == key; });
-  return at != kFigures.end() ? &*at : nullptr;
+      std::find_if(std::begin(kFigures), std::end(kFigures), [key](const auto& i) { return i.key == key; });
+  return at != std::end(kFigures) ? &*at : nullptr;
 }
 
 Headline headline(const FigureInfo& info, const Figures& f) {

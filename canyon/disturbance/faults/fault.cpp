@@ -128,35 +128,34 @@ class SettingsOf final : public FaultSettings {
   Options options_;
 };
 
-constexpr std::array kKinds{
-    FaultKind{"jamming", "a transmitter that drowns the bands in noise, chirps or tones",
-              "{from_s: 10, jamming: {position: {east_m: 100, north_m: 0, up_m: 2}, preset: privacy_l1}}",
-              &SettingsOf<JammingOptions, Jamming>::fresh},
-    FaultKind{
-        "spoofing", "a transmitter that sends what satellites would: another place or time, or a delay",
-        "{from_s: 10, spoofing: {position: {east_m: 100, north_m: 0, up_m: 30}, pull_off: {east_m: 200}}}",
-        &SettingsOf<SpoofingOptions, Spoofing>::fresh},
-    FaultKind{"outage", "satellites that send nothing, or are flagged as unusable",
-              "{from_s: 10, until_s: 40, outage: {satellites: [G05, Galileo], mode: silent}}",
-              &SettingsOf<OutageOptions, Outage>::fresh},
-    FaultKind{"ephemeris", "satellites whose messages have the wrong orbit or clock",
-              "{from_s: 10, ephemeris: {satellites: G05, radial_m: 100}}",
-              &SettingsOf<EphemerisOptions, EphemerisFault>::fresh},
-    FaultKind{"clock", "the receiver's oscillator jumps, or runs at another rate",
-              "{from_s: 10, duration_s: 20, clock: {jump_s: 1e-3, drift: 1e-7}}",
-              &SettingsOf<OscillatorOptions, OscillatorFault>::fresh},
-    FaultKind{"time", "a firmware that misreads the date: week rollover, leap second",
-              "{from_s: 10, time: {weeks: -1024}}", &SettingsOf<DateOptions, DateFault>::fresh},
-    FaultKind{"antenna", "a shaded sector of the antenna, a cable that loses, a loose contact",
-              "{from_s: 10, antenna: {azimuth_from_deg: 315, azimuth_to_deg: 45, loss_db: 15}}",
-              &SettingsOf<AntennaFaultOptions, AntennaFault>::fresh},
-    FaultKind{"restart", "the receiver restarts: hot, warm or cold", "{from_s: 10, restart: {kind: cold}}",
-              &SettingsOf<RestartOptions, RestartFault>::fresh},
-    FaultKind{"force", "the receiver states a fix of the kind that a test asks for",
-              "{from_s: 10, until_s: 20, force: {fix: float}}", &SettingsOf<ForceOptions, ForceFault>::fresh},
-    FaultKind{"scintillation", "a stormy ionosphere: amplitude and phase scintillate",
-              "{from_s: 10, scintillation: {s4: 0.8, sigma_phi_rad: 0.5}}",
-              &SettingsOf<ScintillationOptions, Scintillation>::fresh},
+constexpr FaultKind kKinds[]{
+    {"jamming", "a transmitter that drowns the bands in noise, chirps or tones",
+     "{from_s: 10, jamming: {position: {east_m: 100, north_m: 0, up_m: 2}, preset: privacy_l1}}",
+     &SettingsOf<JammingOptions, Jamming>::fresh},
+    {"spoofing", "a transmitter that sends what satellites would: another place or time, or a delay",
+     "{from_s: 10, spoofing: {position: {east_m: 100, north_m: 0, up_m: 30}, pull_off: {east_m: 200}}}",
+     &SettingsOf<SpoofingOptions, Spoofing>::fresh},
+    {"outage", "satellites that send nothing, or are flagged as unusable",
+     "{from_s: 10, until_s: 40, outage: {satellites: [G05, Galileo], mode: silent}}",
+     &SettingsOf<OutageOptions, Outage>::fresh},
+    {"ephemeris", "satellites whose messages have the wrong orbit or clock",
+     "{from_s: 10, ephemeris: {satellites: G05, radial_m: 100}}",
+     &SettingsOf<EphemerisOptions, EphemerisFault>::fresh},
+    {"clock", "the receiver's oscillator jumps, or runs at another rate",
+     "{from_s: 10, duration_s: 20, clock: {jump_s: 1e-3, drift: 1e-7}}",
+     &SettingsOf<OscillatorOptions, OscillatorFault>::fresh},
+    {"time", "a firmware that misreads the date: week rollover, leap second",
+     "{from_s: 10, time: {weeks: -1024}}", &SettingsOf<DateOptions, DateFault>::fresh},
+    {"antenna", "a shaded sector of the antenna, a cable that loses, a loose contact",
+     "{from_s: 10, antenna: {azimuth_from_deg: 315, azimuth_to_deg: 45, loss_db: 15}}",
+     &SettingsOf<AntennaFaultOptions, AntennaFault>::fresh},
+    {"restart", "the receiver restarts: hot, warm or cold", "{from_s: 10, restart: {kind: cold}}",
+     &SettingsOf<RestartOptions, RestartFault>::fresh},
+    {"force", "the receiver states a fix of the kind that a test asks for",
+     "{from_s: 10, until_s: 20, force: {fix: float}}", &SettingsOf<ForceOptions, ForceFault>::fresh},
+    {"scintillation", "a stormy ionosphere: amplitude and phase scintillate",
+     "{from_s: 10, scintillation: {s4: 0.8, sigma_phi_rad: 0.5}}",
+     &SettingsOf<ScintillationOptions, Scintillation>::fresh},
 };
 
 template <std::size_t... I>
@@ -191,7 +190,7 @@ void visit_times(options::Visitor& v, Fault& fault) {
 }
 
 void visit_kind(options::Visitor& v, Fault& fault) {
-  one_kind(v, std::make_index_sequence<kKinds.size()>());
+  one_kind(v, std::make_index_sequence<std::size(kKinds)>());
   for (const FaultKind& kind : kKinds) {
     if (v.reads() && v.has(kind.name)) {
       fault.kind = &kind;

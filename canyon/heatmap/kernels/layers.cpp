@@ -15,63 +15,53 @@ namespace {
 
 constexpr bool kFix = true, kDraws = true, kLineOfSight = false;
 
-constexpr std::array kLayers{
-    LayerInfo{Layer::HorizontalError, "horizontal_error",
-              "horizontal position error without noise and errors from space", "m", kFix},
-    LayerInfo{Layer::VerticalError, "vertical_error",
-              "vertical position error without noise and errors from space, up positive", "m", kFix},
-    LayerInfo{Layer::HorizontalErrorMean, "horizontal_error_mean", "mean horizontal position error", "m",
-              kFix, kDraws},
-    LayerInfo{Layer::HorizontalErrorRms, "horizontal_error_rms", "RMS horizontal position error", "m", kFix,
-              kDraws},
-    LayerInfo{Layer::HorizontalErrorP50, "horizontal_error_p50", "median horizontal position error", "m",
-              kFix, kDraws},
-    LayerInfo{Layer::HorizontalErrorP95, "horizontal_error_p95",
-              "95th percentile of the horizontal position error", "m", kFix, kDraws},
-    LayerInfo{Layer::VerticalErrorMean, "vertical_error_mean", "mean absolute vertical position error", "m",
-              kFix, kDraws},
-    LayerInfo{Layer::VerticalErrorRms, "vertical_error_rms", "RMS vertical position error", "m", kFix,
-              kDraws},
-    LayerInfo{Layer::VerticalErrorP50, "vertical_error_p50", "median absolute vertical position error", "m",
-              kFix, kDraws},
-    LayerInfo{Layer::VerticalErrorP95, "vertical_error_p95",
-              "95th percentile of the absolute vertical position error", "m", kFix, kDraws},
-    LayerInfo{Layer::Availability, "availability", "availability of a position fix", "1", kFix},
-    LayerInfo{Layer::Hdop, "hdop", "horizontal dilution of precision", "1", kFix},
-    LayerInfo{Layer::Pdop, "pdop", "position dilution of precision", "1", kFix},
-    LayerInfo{Layer::Vdop, "vdop", "vertical dilution of precision", "1", kFix},
-    LayerInfo{Layer::SatellitesLos, "satellites_los", "satellites in line of sight", "1", false, false,
-              kLineOfSight},
-    LayerInfo{Layer::SatellitesVisible, "satellites_visible", "satellites received", "1"},
-    LayerInfo{Layer::SatellitesUsed, "satellites_used", "satellites used in the position fix", "1", kFix},
-    LayerInfo{Layer::SatellitesBlocked, "satellites_blocked", "satellites above the mask not received", "1"},
-    LayerInfo{Layer::NlosShare, "nlos_share", "share of non-line-of-sight satellites among those received",
-              "1"},
-    LayerInfo{Layer::LargestExcess, "largest_excess", "largest excess path of a received satellite", "m"},
-    LayerInfo{Layer::SkyView, "sky_view", "sky view factor: share of the hemisphere that is clear", "1",
-              false, false, kLineOfSight},
-    LayerInfo{Layer::HorizontalErrorExceedance, "horizontal_error_exceedance",
-              "probability of a horizontal error above the limit", "1", kFix, kDraws},
-    LayerInfo{Layer::ProtectionLevel, "protection_level", "horizontal protection level", "m", kFix},
-    LayerInfo{Layer::ProtectedAvailability, "protected_availability",
-              "availability of a fix whose protection level is below the alert limit", "1", kFix, kDraws},
-    LayerInfo{Layer::MisleadingShare, "misleading_share",
-              "probability of an error above the protection level", "1", kFix, kDraws},
-    LayerInfo{Layer::TimeToFirstFix, "time_to_first_fix", "median time to the first position fix", "s", kFix,
-              kDraws},
-    LayerInfo{Layer::RtkFixedShare, "rtk_fixed_share", "share of epochs with a fixed RTK solution", "1", kFix,
-              kDraws},
-    LayerInfo{Layer::RtkTimeToFix, "rtk_time_to_fix", "median time to the first fixed RTK solution", "s",
-              kFix, kDraws},
-    LayerInfo{Layer::RtkFixedErrorP95, "rtk_fixed_error_p95",
-              "95th percentile of the horizontal position error while RTK is fixed", "m", kFix, kDraws},
+using L = Layer;
+constexpr LayerInfo kLayers[]{
+    {L::HorizontalError, "horizontal_error", "horizontal position error without noise and errors from space",
+     "m", kFix},
+    {L::VerticalError, "vertical_error",
+     "vertical position error without noise and errors from space, up positive", "m", kFix},
+    {L::HorizontalErrorMean, "horizontal_error_mean", "mean horizontal position error", "m", kFix, kDraws},
+    {L::HorizontalErrorRms, "horizontal_error_rms", "RMS horizontal position error", "m", kFix, kDraws},
+    {L::HorizontalErrorP50, "horizontal_error_p50", "median horizontal position error", "m", kFix, kDraws},
+    {L::HorizontalErrorP95, "horizontal_error_p95", "95th percentile of the horizontal position error", "m",
+     kFix, kDraws},
+    {L::VerticalErrorMean, "vertical_error_mean", "mean absolute vertical position error", "m", kFix, kDraws},
+    {L::VerticalErrorRms, "vertical_error_rms", "RMS vertical position error", "m", kFix, kDraws},
+    {L::VerticalErrorP50, "vertical_error_p50", "median absolute vertical position error", "m", kFix, kDraws},
+    {L::VerticalErrorP95, "vertical_error_p95", "95th percentile of the absolute vertical position error",
+     "m", kFix, kDraws},
+    {L::Availability, "availability", "availability of a position fix", "1", kFix},
+    {L::Hdop, "hdop", "horizontal dilution of precision", "1", kFix},
+    {L::Pdop, "pdop", "position dilution of precision", "1", kFix},
+    {L::Vdop, "vdop", "vertical dilution of precision", "1", kFix},
+    {L::SatellitesLos, "satellites_los", "satellites in line of sight", "1", false, false, kLineOfSight},
+    {L::SatellitesVisible, "satellites_visible", "satellites received", "1"},
+    {L::SatellitesUsed, "satellites_used", "satellites used in the position fix", "1", kFix},
+    {L::SatellitesBlocked, "satellites_blocked", "satellites above the mask not received", "1"},
+    {L::NlosShare, "nlos_share", "share of non-line-of-sight satellites among those received", "1"},
+    {L::LargestExcess, "largest_excess", "largest excess path of a received satellite", "m"},
+    {L::SkyView, "sky_view", "sky view factor: share of the hemisphere that is clear", "1", false, false,
+     kLineOfSight},
+    {L::HorizontalErrorExceedance, "horizontal_error_exceedance",
+     "probability of a horizontal error above the limit", "1", kFix, kDraws},
+    {L::ProtectionLevel, "protection_level", "horizontal protection level", "m", kFix},
+    {L::ProtectedAvailability, "protected_availability",
+     "availability of a fix whose protection level is below the alert limit", "1", kFix, kDraws},
+    {L::MisleadingShare, "misleading_share", "probability of an error above the protection level", "1", kFix,
+     kDraws},
+    {L::TimeToFirstFix, "time_to_first_fix", "median time to the first position fix", "s", kFix, kDraws},
+    {L::RtkFixedShare, "rtk_fixed_share", "share of epochs with a fixed RTK solution", "1", kFix, kDraws},
+    {L::RtkTimeToFix, "rtk_time_to_fix", "median time to the first fixed RTK solution", "s", kFix, kDraws},
+    {L::RtkFixedErrorP95, "rtk_fixed_error_p95",
+     "95th percentile of the horizontal position error while RTK is fixed", "m", kFix, kDraws},
 };
 
 constexpr bool in_order() {
-  for (std::size_t i = 0; i < kLayers.size(); ++i) {
+  for (std::size_t i = 0; i < std::size(kLayers); ++i) {
     if (kLayers[i].layer != static_cast<Layer>(i)) return false;
   }
-  return kLayers.size() == kLayerCount;
+  return std::size(kLayers) == kLayerCount;
 }
 static_assert(in_order());
 
@@ -82,7 +72,7 @@ std::span<const LayerInfo> all_layers() {
 }
 
 const LayerInfo& info(Layer layer) {
-  assert(static_cast<std::size_t>(layer) < kLayers.size());
+  assert(static_cast<std::size_t>(layer) < std::size(kLayers));
   return kLayers[static_cast<std::size_t>(layer)];
 }
 

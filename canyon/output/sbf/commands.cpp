@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <utility>
 
@@ -15,37 +14,15 @@ namespace {
 
 constexpr std::string_view kPort = "COM1";
 
-/// A command by its full name behind "set" or "exe", and its short one.
-struct CommandName {
-  std::string_view full, brief;
-};
-constexpr std::array kKnown{CommandName{"setsbfoutput", "sso"},
-                            CommandName{"setnmeaoutput", "sno"},
-                            CommandName{"setdatainout", "sdio"},
-                            CommandName{"setcomsettings", "scs"},
-                            CommandName{"setipserversettings", "siss"},
-                            CommandName{"setpvtmode", "spm"},
-                            CommandName{"setreceiverdynamics", "srd"},
-                            CommandName{"setattitudeoffset", "sto"},
-                            CommandName{"setantennaoffset", "sao"},
-                            CommandName{"setgnssattitude", "sga"},
-                            CommandName{"setobserverparameters", "sop"},
-                            CommandName{"setnmeatalkerid", "snti"},
-                            CommandName{"setntpserver", "sntp"},
-                            CommandName{"setptpserver", "sptp"},
-                            CommandName{"setelevationmask", "sem"},
-                            CommandName{"setsatellitetracking", "sst"},
-                            CommandName{"setsignaltracking", "snt"},
-                            CommandName{"setstaticposgeodetic", "sspg"},
-                            CommandName{"setantennatype", "sat"},
-                            CommandName{"setgeodeticdatum", "sgd"},
-                            CommandName{"setntripsettings", "snts"},
-                            CommandName{"setntriptlssettings", "sntt"},
-                            CommandName{"exeresetreceiver", "err"},
-                            CommandName{"execopyconfigfile", "eccf"},
-                            CommandName{"getreceivercapabilities", "grc"},
-                            CommandName{"login", "login"},
-                            CommandName{"logout", "logout"}};
+/// Commands: the full name behind "set" or "exe", then the short one.
+constexpr std::string_view kKnown =
+    "setsbfoutput, sso, setnmeaoutput, sno, setdatainout, sdio, setcomsettings, scs, "
+    "setipserversettings, siss, setpvtmode, spm, setreceiverdynamics, srd, setattitudeoffset, sto, "
+    "setantennaoffset, sao, setgnssattitude, sga, setobserverparameters, sop, setnmeatalkerid, snti, "
+    "setntpserver, sntp, setptpserver, sptp, setelevationmask, sem, setsatellitetracking, sst, "
+    "setsignaltracking, snt, setstaticposgeodetic, sspg, setantennatype, sat, setgeodeticdatum, sgd, "
+    "setntripsettings, snts, setntriptlssettings, sntt, exeresetreceiver, err, "
+    "execopyconfigfile, eccf, getreceivercapabilities, grc, login, login, logout, logout";
 
 std::string prompt() {
   return fmt::format("{}>", kPort);
@@ -147,20 +124,20 @@ std::string Commands::execute(std::string_view line) {
   if (!text || line.size() < 3) return {};
   const std::vector<std::string> words = words_of(line);
   const std::string& name = words.front();
-  const auto* const known = std::find_if(kKnown.begin(), kKnown.end(), [&](const CommandName& each) {
-    return each.full == name || each.brief == name;
-  });
-  if (known == kKnown.end()) return fmt::format("$R? {}: Invalid command!\r\n{}", name, prompt());
+  static const std::vector<std::string> known = words_of(kKnown);
+  const auto at = std::find(known.begin(), known.end(), name);
+  if (at == known.end()) return fmt::format("$R? {}: Invalid command!\r\n{}", name, prompt());
+  const std::string& brief = known[static_cast<std::size_t>(at - known.begin()) | 1];
   configured_ = true;
   quiet_until_ms_ = now_ms_ + kQuiet_ms;
-  if (known->brief == "login") return accepted("login");  // without the name and the password
+  if (brief == "login") return accepted("login");  // without the name and the password
   std::string settings;
-  if (known->brief == "sso") settings = sbf_output(words);
-  if (known->brief == "sno" && !is_none(word(words, 3)))
+  if (brief == "sso") settings = sbf_output(words);
+  if (brief == "sno" && !is_none(word(words, 3)))
     settings = "$R? setNMEAOutput: Argument 'Messages' is invalid!";  // NMEA is another format
-  if (known->brief == "scs") settings = com_settings(words);
-  if (known->brief == "err") settings = reset_receiver(words);
-  if (known->brief == "grc") settings = "ReceiverCapabilities, Main";
+  if (brief == "scs") settings = com_settings(words);
+  if (brief == "err") settings = reset_receiver(words);
+  if (brief == "grc") settings = "ReceiverCapabilities, Main";
   if (settings.rfind("$R?", 0) == 0) return settings + "\r\n" + prompt();
   return accepted(line, settings);
 }
