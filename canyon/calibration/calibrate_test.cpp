@@ -31,6 +31,7 @@ void plain_receiver(simulation::ReceiverConfig& receiver) {
   receiver.options.signal.shadowing.enabled = false;
   receiver.propagation.diffuse = false;  // whose fading looks like short shadows
   receiver.options.signal.offset_db.clear();
+  receiver.options.signal.cn0_averaging_s = 0;  // a mean does not show the threshold
   receiver.options.own_draws = false;
 }
 

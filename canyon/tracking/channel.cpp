@@ -93,8 +93,7 @@ ChannelModel::Kind& ChannelModel::mutable_kind(const gnss::Signal& signal) {
 
 double ChannelModel::offset_db(gnss::SatelliteId id, const gnss::Signal& signal,
                                geodesy::GpsTime time) const {
-  double offset_db =
-      gnss::sum_of(options_.offset_db, id, signal, time) + installation_db(options_.installation);
+  double offset_db = gnss::sum_of(options_.offset_db, id, signal, time) + level_db(options_);
   if (options_.installation_sigma_db > 0) {
     offset_db += options_.installation_sigma_db * RandomStream(seed_, receiver_ + "/installation").normal();
   }
@@ -409,10 +408,10 @@ Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
 LoopErrors Channel::sample(ChannelModel& model, geodesy::GpsTime time, double cn0_dbhz) {
   const SignalOptions& options = model.options();
   LoopErrors errors;
+  const double elapsed = sampled_ ? time - *sampled_ : 0, ratio = cn0_hz(cn0_dbhz);
   if (options.loop_noise) {
-    const double elapsed = sampled_ ? time - *sampled_ : 0;
     const ChannelModel::Kind& kind = model.kind(*signal_);
-    const double ratio = cn0_hz(cn0_dbhz), share = kind.noise.bandwidth_share(ratio);
+    const double share = kind.noise.bandwidth_share(ratio);
     errors.code_sigma_m = kind.noise.sigma_m(ratio);
     errors.code_rate_per_s = 4 * kind.tracker->options().loop_bandwidth_hz * share;
     errors.doppler_sigma_hz = fll_jitter_hz(kind.fll, cn0_dbhz);
@@ -421,9 +420,14 @@ LoopErrors Channel::sample(ChannelModel& model, geodesy::GpsTime time, double cn
     errors.code_m = code_noise_.advance(elapsed * share, errors.code_sigma_m);
     errors.doppler_hz = doppler_noise_.advance(elapsed, errors.doppler_sigma_hz);
     errors.phase_cycles = phase_noise_.advance(elapsed, errors.phase_sigma_cycles);
-    sampled_ = time;
   }
   errors.stated_cn0_dbhz = cn0_dbhz;
+  if (options.cn0_averaging_s > 0) {  // after a gap the mean has forgotten what was before
+    const double share = sampled_ ? -std::expm1(-elapsed / options.cn0_averaging_s) : 1;
+    mean_cn0_hz_ += share * (ratio - mean_cn0_hz_);
+    errors.stated_cn0_dbhz = 10 * std::log10(mean_cn0_hz_);
+  }
+  sampled_ = time;
   if (options.cn0_sigma_db > 0) errors.stated_cn0_dbhz += options.cn0_sigma_db * cn0_noise_.normal();
   if (options.cn0_step_db > 0) {
     errors.stated_cn0_dbhz = options.cn0_step_db * std::round(errors.stated_cn0_dbhz / options.cn0_step_db);

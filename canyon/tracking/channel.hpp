@@ -195,6 +195,7 @@ class Channel {
   RandomStream cn0_noise_;
   LoopNoise code_noise_, doppler_noise_, phase_noise_;
   std::optional<geodesy::GpsTime> sampled_;
+  double mean_cn0_hz_ = 0;  // as stated
   // Values of the epoch in hand; members for their memory alone.
   std::vector<std::complex<double>> amplitudes_;
   std::vector<SignalPath> paths_;

@@ -61,10 +61,10 @@ CorrelationOptions correlation_of(const gnss::Signal& signal, const SignalOption
       signal.chip_rate_hz > kWide_hz ? options.wide_front_end_bandwidth_hz : options.front_end_bandwidth_hz};
 }
 
-double installation_db(Installation installation) {
+double level_db(const SignalOptions& options) {
   // Nominal, Roof, RoofWithSplitter, Dashboard, Handheld, Drone.
   static constexpr double kDb[]{0, -1, -9, -9, -3, 0};
-  return kDb[static_cast<std::size_t>(installation)];
+  return options.installation_db.value_or(kDb[static_cast<std::size_t>(options.installation)]);
 }
 
 void SignalOptions::validate() const {
@@ -102,6 +102,9 @@ void visit(options::Visitor& v, SignalOptions& o) {
             "dashboard -9, handheld "
             "-3 dB; nominal and drone 0"},
            o.installation, kInstallations);
+  v.number({"installation_db", "dB",
+            "level of the installation where it is measured, instead of that of its kind"},
+           o.installation_db, {-30, 30});
   v.number(
       {"installation_sigma_db", "dB",
        "standard deviation between installations of that kind, drawn by the seed; recorded: 4 on a roof"},
@@ -130,6 +133,9 @@ void visit(options::Visitor& v, SignalOptions& o) {
            o.phase_threshold_dbhz, {0, 100});
   v.number({"cn0_sigma_db", "dB", "standard deviation of the receiver's C/N0 estimate"}, o.cn0_sigma_db,
            {0, 10});
+  v.number(
+      {"cn0_averaging_s", "s", "time constant of the mean that the receiver states as C/N0; 0: the epoch's"},
+      o.cn0_averaging_s, {0, 100});
   v.number({"cn0_step_db", "dB", "step of the stated C/N0; 0: not rounded"}, o.cn0_step_db, {0, 10});
   v.boolean({"loop_noise", "", "thermal noise of code, phase and Doppler from C/N0"}, o.loop_noise);
 }

@@ -16,8 +16,6 @@ namespace canyon::tracking {
 /// Where the antenna is mounted: the loss by its surroundings in the link budget [dB], by calibrations of
 /// recordings (docs/profiles.md).
 enum class Installation { Nominal, Roof, RoofWithSplitter, Dashboard, Handheld, Drone };
-/// Added to the C/N0 of all signals [dB].
-[[nodiscard]] double installation_db(Installation installation);
 
 /// Strength and tracking of signals. Off: whatever arrives is tracked at once, at the shortest path's excess,
 /// and has no C/N0 (the paper's receiver).
@@ -26,7 +24,8 @@ struct SignalOptions {
   signal::AntennaPattern antenna = signal::patch_antenna();
   signal::LinkBudgetOptions link;
   Installation installation = Installation::Nominal;
-  /// Standard deviation [dB] of one installation about installation_db(), drawn by seed and receiver; [0,
+  std::optional<double> installation_db;  ///< measured: instead of that of its kind [dB], [-30, 30]
+  /// Standard deviation [dB] of one installation about level_db(), drawn by seed and receiver; [0,
   /// 20].
   double installation_sigma_db = 0;
   /// Added to the link budget's C/N0 of groups of signals [dB], [-30, 30]: satellites differ from the minimum
@@ -57,6 +56,10 @@ struct SignalOptions {
   /// Standard deviation of the receiver's own C/N0 estimate [dB], white, [0, 10]. Lock and noise follow the
   /// true C/N0.
   double cn0_sigma_db = 0;
+  /// Receivers state a mean of C/N0: time constant [s], [0, 100], of powers that are averaged with weights
+  /// that fall exponentially (A. J. Van Dierendonck, in Parkinson & Spilker 1996, chapter 8, averages over 1
+  /// s).
+  double cn0_averaging_s = 0;
   /// C/N0 is stated in steps of this [dB], [0, 10]; u-blox: 1. 0: as it is.
   double cn0_step_db = 0;
   /// Thermal noise of code, phase and Doppler from C/N0 (loop_noise.hpp).
@@ -66,6 +69,9 @@ struct SignalOptions {
   void validate() const;
 };
 void visit(options::Visitor& v, SignalOptions& o);
+
+/// Level of the installation: added to the C/N0 of all signals [dB].
+[[nodiscard]] double level_db(const SignalOptions& options);
 
 /// A signal through the front end of these options.
 [[nodiscard]] CorrelationOptions correlation_of(const gnss::Signal& signal, const SignalOptions& options);

@@ -24,8 +24,10 @@ constexpr std::array<std::string_view, 4> kNames{"level", "skyline", "facades", 
 
 // Priors; docs/results.md compares them with recordings.
 constexpr double kLowestLevel_db = -10, kHighestLevel_db = 6;
-constexpr double kSaidLevelSigma_db = 4;  // between installations of one kind
-constexpr double kMostCoated = 0.7;       // of thermally_efficient buildings
+// Between installations of one kind; of a measured level (canyon calibrate's intervals are 2 dB to both
+// sides).
+constexpr double kSaidLevelSigma_db = 4, kMeasuredLevelSigma_db = 1;
+constexpr double kMostCoated = 0.7;  // of thermally_efficient buildings
 constexpr double kMapSigma_m = 3;
 constexpr double kMostOfPower_db = 20, kLeastOfPower_db = -10;  // of link.above_minimum_db
 
@@ -44,10 +46,11 @@ Distribution uniform(double low, double high, const char* unit) {
 std::optional<Distribution> level_of(const ReceiverConfig& receiver) {
   const tracking::SignalOptions& signal = receiver.options.signal;
   if (!signal.enabled) return std::nullopt;
-  const bool said = signal.installation != tracking::Installation::Nominal;
+  const bool said = signal.installation != tracking::Installation::Nominal || signal.installation_db;
   if (!said && signal.installation_sigma_db == 0) return uniform(kLowestLevel_db, kHighestLevel_db, " dB");
-  const double sigma_db =
-      signal.installation_sigma_db > 0 ? signal.installation_sigma_db : kSaidLevelSigma_db;
+  const double sigma_db = signal.installation_sigma_db > 0 ? signal.installation_sigma_db
+                          : signal.installation_db         ? kMeasuredLevelSigma_db
+                                                           : kSaidLevelSigma_db;
   return Distribution{fmt::format("normal, {:g} dB about the installation's", sigma_db), [=](double share) {
                         return sigma_db * normal_quantile(std::clamp(share, 1e-9, 1 - 1e-9));
                       }};
@@ -210,6 +213,7 @@ void forget(Scenario& scenario) {
   for (ReceiverConfig& receiver : scenario.receivers) {
     tracking::SignalOptions& signal = receiver.options.signal;
     signal.installation = tracking::Installation::Nominal;
+    signal.installation_db.reset();
     signal.installation_sigma_db = 0;
     if (signal.shadowing.enabled) signal.shadowing.environment = ShadowingEnvironment::Auto;
     signal.shadowing.skyline = {};

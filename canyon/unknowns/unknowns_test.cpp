@@ -77,6 +77,8 @@ TEST(Unknowns, StatedDeviationsAreUsed) {
   scenario.city.source = simulation::MeshCity{};
   EXPECT_THAT(priors_of(scenario),
               ::testing::Contains(std::string("level: normal, 1.5 dB about the installation's")));
+  EXPECT_THAT(priors_of(scenario_of("ublox-m8t, signal: {installation_db: -3.8}")),
+              ::testing::Contains(std::string("level: normal, 1 dB about the installation's")));
   (void)Draws(1, 5).apply(0, scenario);
   EXPECT_EQ(scenario.receivers.front().options.signal.installation_sigma_db, 0);
   EXPECT_EQ(scenario.city.georeference.sigma_m, 3);
@@ -87,7 +89,7 @@ TEST(Unknowns, StatedDeviationsAreUsed) {
 
 TEST(Unknowns, ForgottenScenariosSayNothing) {
   simulation::Scenario scenario =
-      scenario_of("ublox-m8t, signal: {installation: roof}", "surroundings: dense\n",
+      scenario_of("ublox-m8t, signal: {installation: roof, installation_db: 4}", "surroundings: dense\n",
                   "synthetic: {seed: 2}, facades: {mix: urban_stock}");
   forget(scenario);
   EXPECT_EQ(priors_of(scenario), priors_of(scenario_of("ublox-m8t")));

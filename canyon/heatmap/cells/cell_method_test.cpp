@@ -72,7 +72,8 @@ constexpr std::string_view kLater =
     "position_filter. max_iterations convergence_m ionosphere_sigma_m smoothing. raim.false_alarm "
     "raim.max_exclusions raim.sigma_scale clock. spoofing_check. noise.doppler_sigma_hz biases.drift_time_s "
     "signal.front_end_compression_dbm signal.dll.peak_check_s signal.pll. signal.fll. "
-    "signal.phase_threshold_dbhz signal.lock.cold_acquisition_s signal.lock.reacquisition_s "
+    "signal.phase_threshold_dbhz signal.cn0_averaging_s signal.lock.cold_acquisition_s "
+    "signal.lock.reacquisition_s "
     "signal.lock.hold_s signal.lock.memory_s signal.lock.warm_start";
 /// Fields of parts that make the receiver run where they are switched on.
 constexpr std::string_view kOfRuns = "corrections. rtk. dead_reckoning.";

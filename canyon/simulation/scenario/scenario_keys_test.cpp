@@ -153,7 +153,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "link: "
       "{above_minimum_db: 2, "
       "antenna_temperature_k: 200, noise_figure_db: 3, implementation_loss_db: 2}, offset_db: "
-      "[GPS=1, BeiDou-2&BeiDou-GEO=-4], installation: roof, installation_sigma_db: 2, satellite_sigma_db: 1, "
+      "[GPS=1, BeiDou-2&BeiDou-GEO=-4], installation: roof, installation_db: 3, installation_sigma_db: 2, "
+      "satellite_sigma_db: 1, "
       "strength: {slabs: false, "
       "roughness_m: 0.1, foliage: slant_path}, shadowing: " +
           shadowing +
@@ -169,7 +170,8 @@ std::vector<std::string> scenarios_with_every_key() {
           "0.01, noise_factor: 2}, lock: "
           "{acquisition_threshold_dbhz: 20, tracking_threshold_dbhz: 15, cold_acquisition_s: 10, "
           "reacquisition_s: 2, hold_s: 3, memory_s: 100, warm_start: true}, phase_threshold_dbhz: 27, "
-          "cn0_sigma_db: 0.5, cn0_step_db: 1, loop_noise: false}, ionosphere: true, troposphere: true, "
+          "cn0_sigma_db: 0.5, cn0_averaging_s: 1, cn0_step_db: 1, loop_noise: false}, ionosphere: true, "
+          "troposphere: true, "
           "orbit_errors: true, "
           "correct_ionosphere: true, "
           "correct_troposphere: true, lever_arm: {forward_m: 1, left_m: 2, up_m: 3}, "
