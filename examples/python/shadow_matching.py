@@ -39,9 +39,10 @@ for number, time in enumerate(epochs["time"]):
     # In sight signals are strong, behind walls weak or none: a logistic about 33 dB-Hz, not too sure of itself.
     p_clear = 0.1 + 0.8 / (1 + np.exp(-(cn0 - 33) / 3))
     matching = np.where(clear, np.log(p_clear), np.log(1 - p_clear)).sum(1)
-    # The fix still says along which stretch of the street it is, within its usual tens of metres.
+    # The fix still says along which stretch of the street it is, within its usual ten metres. Shadows last for seconds,
+    # and stated C/N0 are means: what an epoch says is mostly what the one before said, and counts a fifth.
     apart = np.linalg.norm(particles - fix[number, :2], axis=1)
-    likelihood = matching - 0.5 * (apart / 20) ** 2
+    likelihood = 0.2 * matching - 0.5 * (apart / 10) ** 2
     likelihood[rows["placement"][:, 0] != canyon.PLACEMENTS.index("free")] = -np.inf  # no car drives through houses
     likelihood -= likelihood.max()
     weights = weights * np.exp(likelihood)
