@@ -195,15 +195,15 @@ TEST(Mavlink, AnotherDecoderReadsRtcmAndTheBaseline) {
 
   simulation::Epoch now = test::with_baseline(epoch(), positioning::FixKind::Fixed, true);
   const auto messages = test::judge_mavlink(format_named("gps_raw_int").make(rover())->encode(now)).messages;
-  ASSERT_EQ(messages.size(), 5U);
-  EXPECT_EQ(messages[3].name, "GPS_RAW_INT");
-  EXPECT_EQ(messages[4].name, "GPS_RTK");
-  EXPECT_EQ(messages[4].count("baseline_a_mm"), 805);
-  EXPECT_EQ(messages[4].count("baseline_b_mm"), -601);
-  EXPECT_EQ(messages[4].count("baseline_c_mm"), 123);
-  EXPECT_EQ(messages[4].count("baseline_coords_type"), 1);
-  EXPECT_EQ(messages[4].count("accuracy"), 6);
-  EXPECT_EQ(messages[4].count("tow"), 46701250);
+  ASSERT_EQ(messages.size(), 6U);
+  EXPECT_EQ(messages[4].name, "GPS_RAW_INT");
+  EXPECT_EQ(messages[5].name, "GPS_RTK");
+  EXPECT_EQ(messages[5].count("baseline_a_mm"), 805);
+  EXPECT_EQ(messages[5].count("baseline_b_mm"), -601);
+  EXPECT_EQ(messages[5].count("baseline_c_mm"), 123);
+  EXPECT_EQ(messages[5].count("baseline_coords_type"), 1);
+  EXPECT_EQ(messages[5].count("accuracy"), 6);
+  EXPECT_EQ(messages[5].count("tow"), 46701250);
 }
 
 /// An inertial sample 10 ms before the epoch and one at it, with the magnetometer's; a pressure between them.
