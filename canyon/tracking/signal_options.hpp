@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 
 #include "canyon/disturbance/shadowing_options.hpp"
 #include "canyon/gnss/signal_groups.hpp"
