@@ -244,8 +244,7 @@ mavlink::GnssIntegrity gnss_integrity(const simulation::Epoch& epoch) {
   const receiver::ReceiverEpoch& seen = epoch.observed;
   mavlink::GnssIntegrity m;
   for (const receiver::BandState& band : seen.bands) {
-    const int state = band.interference_ratio < 1 ? 1 : seen.fix.measured() ? 2 : 3;
-    m.jamming_state = std::max(m.jamming_state, static_cast<std::uint8_t>(state));
+    m.jamming_state = std::max(m.jamming_state, jamming_state(band.interference_ratio, seen.fix));
   }
   if (seen.spoofing != receiver::SpoofingState::Unknown) {
     m.spoofing_state = seen.spoofing == receiver::SpoofingState::None ? 1 : 3;

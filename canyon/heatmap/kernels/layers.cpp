@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cassert>
+#include <iterator>
 
 #include "canyon/base/named.hpp"
 #include "canyon/base/text.hpp"

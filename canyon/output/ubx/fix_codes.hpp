@@ -48,4 +48,11 @@ inline constexpr std::uint8_t kUbxFixOk = 1, kUbxDifferential = 2, kUbxFloat = 0
   return codes_of(kind).ubx_type;
 }
 
+/// UBX's jammingState and MAVLink's GPS_JAMMING_STATE of a band: 1 none, 2 seen, the fix goes on, 3 seen, no
+/// fix. Seen: as strong as the front end's own noise.
+[[nodiscard]] inline std::uint8_t jamming_state(double interference_ratio, const positioning::Fix& fix) {
+  if (interference_ratio < 1) return 1;
+  return fix.measured() ? 2 : 3;
+}
+
 }  // namespace canyon::output

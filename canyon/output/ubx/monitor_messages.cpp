@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "canyon/output/ubx/fix_codes.hpp"
 #include "canyon/output/ubx/messages.hpp"
 
 // u-blox gives these fields a range and no unit; docs/outputs.md states how Canyon fills them.
@@ -30,11 +31,10 @@ Band band(const Epoch& epoch, int block) {
   return worst;
 }
 
-/// 0 unknown, 1 none, 2 seen, the fix goes on, 3 seen, no fix. Seen: as strong as the front end's own noise.
+/// 0 unknown, else as output::jamming_state().
 std::uint64_t jamming_state(const Epoch& epoch, const Band& band) {
   if (!epoch.jamming_monitor || !band.known) return 0;
-  if (band.interference < 1) return 1;
-  return epoch.seen.fix.measured() ? 2 : 3;
+  return output::jamming_state(band.interference, epoch.seen.fix);
 }
 
 std::uint64_t noise_per_ms(const Band& band) {
