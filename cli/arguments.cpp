@@ -68,6 +68,9 @@ class Parser {
     };
     CLI::Option* added = std::visit(add_to, option.target);
     if (is_whole(option.target)) added->transform(CLI::Validator(plain_decimal, ""));
+    const bool count = std::holds_alternative<std::size_t*>(option.target) ||
+                       std::holds_alternative<std::optional<std::size_t>*>(option.target);
+    if (count) added->check(CLI::NonNegativeNumber);
     if (!option.value.empty()) added->type_name(option.value);
     if (option.takes_one) added->expected(1);
     if (option.one_at_a_time) added->allow_extra_args(false);

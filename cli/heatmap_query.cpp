@@ -108,7 +108,7 @@ int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
     throw InputError(fmt::format("--at '{}' is not a place on a map", arguments.place),
                      "give LATITUDE,LONGITUDE in degrees, and --altitude where the map has several");
   }
-  geodesy::Geodetic place = parse_place(arguments.place, "--at");
+  geodesy::Geodetic place = parse_place(arguments.place + ",0", "--at");
   place.height_m = map.frame().origin().height_m;
   const Vector2d enu = map.frame().local_from_geodetic(place).head<2>();
   const GpsTime time = arguments.time.empty() ? map.times().front() : parse_instant(arguments.time);
@@ -150,17 +150,22 @@ int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
 }
 
 RouteReport report_of(const HeatmapQueryArguments& arguments, const StoredMap& map) {
-  // Relative times count from the map's first one.
-  const simulation::TrajectoryFile route =
-      simulation::read_trajectory_file(arguments.path, arguments.format, map.times().front());
-  print_report(route.report, "canyon check " + arguments.path);
   heatmap::RouteOptions options = arguments.route;
+  // A map above terrain has no heights above the ellipsoid, which a route has.
+  const bool flat = options.altitude_m || map.altitude_kind() == heatmap::AltitudeKind::AboveTerrain;
+  // Relative times count from the map's first one.
+  const GpsTime first = map.times().front();
+  simulation::RecordedPath path =
+      simulation::read_recorded_path(arguments.path, arguments.format, first, {!flat, 0});
+  if (!path.timed && !options.speed_mps)
+    throw InputError(arguments.path, 0, "the path has no times", "give --speed");
+  for (std::size_t i = 0; !path.timed && i < path.points.size(); ++i)  // --speed replaces these
+    path.points[i].time = first + static_cast<double>(i);
+  const simulation::TrajectoryFile route = simulation::recorded_trajectory(std::move(path));
+  print_report(route.report, "canyon check " + arguments.path);
   if (options.step_m == 0) options.step_m = 0.5 * map.grid().spacing_m;
   if (!arguments.time.empty()) options.start = parse_instant(arguments.time);
-  // A map above terrain has no heights above the ellipsoid, which a route has.
-  if (options.altitude_m || map.altitude_kind() == heatmap::AltitudeKind::AboveTerrain) {
-    options.altitude_m = altitude_of(arguments, map);
-  }
+  if (flat) options.altitude_m = altitude_of(arguments, map);
   return heatmap::report_route(
       [&map](const Vector2d& enu, double altitude_m, GpsTime time) { return map.at(enu, altitude_m, time); },
       map.frame(), map.layers(), route.trajectory, options);
@@ -174,13 +179,15 @@ std::string stretch_text(const heatmap::RouteStretch& stretch, const RouteReport
                      geodesy::degrees(place.latitude_rad), geodesy::degrees(place.longitude_rad));
 }
 
-/// "1234 m in 3 min 5 s: 7.4 m expected, a fix on 97.2 % of it, worst 31.0 m at 410 to 460 m".
+/// "1234 m in 3 min 5 s: 7.4 m of horizontal_error_mean in the mean, a fix on 97.2 % of it, worst 31.0 m at
+/// 410 to 460 m".
 std::string one_line(const RouteReport& report) {
   std::string text = fmt::format("{:.0f} m in {}:", report.length_m, duration_text(report.duration_s));
   if (report.known == 0) return text + " nothing is known of it";
   const char* comma = " ";
   if (report.error && report.layers[*report.error].values > 0) {
-    text += fmt::format("{}{} m expected", comma, figure(report.layers[*report.error].mean));
+    text += fmt::format("{}{} m of {} in the mean", comma, figure(report.layers[*report.error].mean),
+                        heatmap::info(report.layers[*report.error].layer).name);
     comma = ", ";
   }
   if (report.availability) {
@@ -313,7 +320,9 @@ void add_heatmap_query(Command& heatmap) {
   HeatmapQueryArguments& arguments = command.run_with(run_heatmap_query);
   command.add_option("map", arguments.map, "MAP.nc", "the map's NetCDF file").required();
   command.add_option("--at", arguments.place, "LAT,LON", "a place [deg]");
-  command.add_option("--path", arguments.path, "FILE", "a route with times and positions").excludes("--at");
+  command
+      .add_option("--path", arguments.path, "FILE", "a route: positions, and times where --speed gives none")
+      .excludes("--at");
   command
       .add_option("--format", arguments.format, "FORMAT",
                   fmt::format("format of the route: {} (by its content, else csv)",

@@ -9,11 +9,13 @@
 #include <memory>
 #include <numeric>
 #include <queue>
+#include <set>
 #include <tuple>
 
 #include "canyon/base/file_kind.hpp"
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/output_file.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/model_kind.hpp"
 #include "canyon/buildings/sources/osm_reader.hpp"
 #include "canyon/geodesy/constants.hpp"
@@ -61,8 +63,9 @@ struct SortedFiles {
 
  private:
   std::vector<fs::path>& list_of(const fs::path& path) {
-    if (simulation::source_of_file(path)) return cities;
-    check_input_file(path);
+    const bool city = simulation::source_of_file(path).has_value();
+    if (!tiles::is_web_address(path.string()) && !(city && fs::is_directory(path))) check_input_file(path);
+    if (city) return cities;
     const FileKind kind = is_scenario(path) ? FileKind::Other : file_kind(path);
     if (kind == FileKind::RinexNavigation) return navigation;
     if (kind == FileKind::Sp3) return precise;
@@ -194,7 +197,13 @@ class DriveFinder {
 
 /// What a user types to run a scenario.
 std::string run_command(const fs::path& scenario) {
-  return fmt::format("canyon simulate {} --out out/{} --view", scenario.string(), scenario.stem().string());
+  const auto quoted = [](const std::string& name) {
+    return name.find_first_of(" '\"$&;()|<>*?`\\") == std::string::npos
+               ? name
+               : fmt::format("'{}'", fmt::join(split(name, '\''), R"('\'')"));
+  };
+  return fmt::format("canyon simulate {} --out {} --view", quoted(scenario.string()),
+                     quoted("out/" + scenario.stem().string()));
 }
 
 /// Writes a scenario, part by part.
@@ -220,9 +229,11 @@ class ScenarioWriter {
     else
       write_drive(*scene, summary.terrain_triangles > 0);
     say("receiver", "ublox-m10, a common module");
-    out_.yaml = "# Written by canyon new. To run it: " + run_command(name_) + "\n" + out_.yaml + receivers +
-                "# Next: outputs: {nmea: true, rinex: true}; faults: [...] (`canyon faults list`); all keys: "
-                "`canyon scenario keys`.\n";
+    out_.yaml =
+        "# Written by canyon new. To run it: " + run_command(name_) + "\n" + out_.yaml + receivers +
+        "# Next, without the #; all keys: `canyon scenario keys`, kinds of faults: `canyon faults list`.\n"
+        "# outputs: {nmea: true, rinex_observation: true}\n"
+        "# faults: [{from_s: 5, until_s: 15, outage: {satellites: Galileo}}]\n";
     out_.report = simulation::Simulation(simulation::parse_scenario(out_.yaml, name_), scene).report();
     return std::move(out_);
   }
@@ -236,7 +247,8 @@ class ScenarioWriter {
     std::string names;
     for (const fs::path& path : paths) {
       const bool far = tiles::is_web_address(path.string());
-      const fs::path name = far ? path : fs::proximate(path, fs::absolute(name_).parent_path());
+      fs::path name = far ? path : fs::proximate(path, fs::absolute(name_).parent_path());
+      if (!far && fs::is_directory(path)) name /= "";
       names += (names.empty() ? "" : ", ") + Json(name.string()).dump();
     }
     return paths.size() == 1 ? names : "[" + names + "]";
@@ -261,7 +273,16 @@ class ScenarioWriter {
 
   void write_sky() {
     if (!files_.navigation.empty()) {
-      start_ = middle_time(rinex::read_rinex_navigation(files_.navigation));
+      const gnss::NavigationData data = rinex::read_rinex_navigation(files_.navigation);
+      start_ = middle_time(data);
+      std::set<int> gps;
+      for (const auto& e : data.kepler)
+        if (e.id.system == gnss::System::GPS) gps.insert(e.id.number);
+      if (!gps.empty() && gps.size() < 24)
+        say("sky",
+            fmt::format(
+                "{} of some 31 GPS satellites, as one station saw them; a day's merged file (BRDC) has all",
+                gps.size()));
       out_.yaml += "sky:\n  navigation: " + list(files_.navigation);
     } else if (!files_.precise.empty()) {
       const auto [first, last] = orbit::PreciseSky(files_.precise.front()).span();
@@ -286,7 +307,7 @@ class ScenarioWriter {
   void write_track(const simulation::Scenario& draft, const simulation::CityScene& scene, bool on_terrain) {
     const fs::path& file = files_.tracks.front();
     simulation::RecordedPath path =
-        simulation::read_recorded_path(file, draft.trajectory.format, start_, {false, 0});
+        simulation::read_recorded_path(file, draft.trajectory.format, start_, {!on_terrain, 0});
     if (path.timed) simulation::keep_rising(path);
     // The longest stretch on the city's ground.
     const auto& points = path.points;
@@ -297,11 +318,17 @@ class ScenarioWriter {
       if (run > count) count = run, first = i + 1 - run;
     }
     const bool dated = path.timed && path.has_own_dates;
+    if (points.size() < 2) throw InputError(file, 0, "has one place", "give a path");
     if (count < 2 || (!dated && count < points.size()))
-      throw InputError(file, 0,
-                       count < 2 ? "lies beside the city" : "leads out of the city, and has no dates",
-                       "give a map of all of it");
+      throw InputError(
+          file, 0,
+          count < 2 ? fmt::format("lies beside the city: it begins {:.1f} km from there",
+                                  scene.city.frame.local_from_geodetic(points.front().place).norm() / 1e3)
+                    : "leads out of the city, and has no dates",
+          "give a map of all of it, and angles in degrees in the order of the format");
     if (!dated) {
+      if (path.timed && (start_ < points.front().time || start_ > points.back().time))
+        start_ = points.front().time;  // times of a day
       out_.yaml += fmt::format("start: {}\n", text(start_));
       say("start", text(start_) + ", since the path has no dates");
     } else if (count < points.size()) {
@@ -364,6 +391,8 @@ int run_new(const NewArguments& arguments) {
   if (!is_scenario(out))
     throw InputError(out, 0, "is no name of a scenario", "give a name that ends in .yaml");
   std::error_code ignored;
+  if (!fs::is_directory(fs::absolute(out).parent_path(), ignored))
+    throw InputError(out, 0, "cannot be written", "choose a folder that exists");
   if (fs::symlink_status(out, ignored).type() != fs::file_type::not_found)
     throw InputError(out, 0, "is there already", "give another name by -o, or remove it");
   const NewScenario made = new_scenario(arguments.files, arguments.out, arguments.origin);

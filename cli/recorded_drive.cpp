@@ -242,7 +242,7 @@ void RecordedDrive::read() {
   report.say(ReadReport::Level::Guess, scenario_.warnings);
   report.append(sky_.report);
   report.say(ReadReport::Level::Guess, recording_.warnings);
-  print_report(report, "canyon check of the scenario and of the recording's files", prefix_);
+  print_report(report, "the report of --json", prefix_);
   const validation::PseudorangeResiduals& residuals = recording_.residuals;
   note(fmt::format("recording   {} epochs, {} pseudoranges", residuals.epochs.size(),
                    residuals.observations.size() + residuals.further.size()));

@@ -138,7 +138,13 @@ int run_simulate(const SimulateArguments& given) {
   for (const auto& sink : sinks) all.push_back(sink.get());
   for (const auto& stream : streams) all.push_back(stream.get());
 
-  const simulation::RunResult result = run(simulation, all, arguments, "simulating", {}, report_file);
+  simulation::RunResult result;
+  try {
+    result = run(simulation, all, arguments, "simulating", {}, report_file);
+  } catch (const OutputError& e) {
+    throw OutputError(fmt::format("{}; the other files in {} hold at most {} epochs", e.what(), arguments.out,
+                                  figures.summaries().front().epochs));
+  }
   for (std::size_t i = 0; i < streams.size(); ++i) tell_notes(i);
   ReadReport report = simulation.report();
   report.say(ReadReport::Level::Guess, result.warnings);

@@ -79,6 +79,16 @@ void refuse_results(const fs::path& folder) {
 /// NetCDF, table and pictures of a folder whose runs are all there.
 void write_results(const StudyArguments& arguments, const study::Manifest& manifest, const fs::path& folder,
                    std::vector<std::optional<study::RunRecord>>& records) {
+  std::vector<std::size_t> failed;
+  for (const auto& record : records) {
+    if (!record->problem.empty()) failed.push_back(record->number);
+  }
+  std::string failure;
+  if (!failed.empty()) {
+    failure = fmt::format("{} of {} runs have no figures (runs {}); the first: {}", failed.size(),
+                          records.size(), list_of(failed), records[failed.front()]->problem);
+    if (failed.size() == records.size()) throw InputError(failure);
+  }
   study::write_study_netcdf(folder / "study.nc", manifest, records, folder);
   const study::Comparison comparison = study::compare(manifest, records);
   write_file(folder / "table.csv", study::comparison_csv(comparison));
@@ -91,14 +101,7 @@ void write_results(const StudyArguments& arguments, const study::Manifest& manif
       pictures += study::write_along_pictures(folder, manifest, comparison, along).size();
   }
   if (!arguments.quiet) fmt::print("\n{}\n", study::comparison_text(manifest, comparison));
-  std::vector<std::size_t> failed;
-  for (const auto& record : records) {
-    if (!record->problem.empty()) failed.push_back(record->number);
-  }
-  if (!failed.empty()) {
-    print_warnings({fmt::format("{} of {} runs have no figures (runs {}); the first: {}", failed.size(),
-                                records.size(), list_of(failed), records[failed.front()]->problem)});
-  }
+  if (!failed.empty()) print_warnings({failure});
   note(arguments.quiet,
        fmt::format("study.nc, table.csv{}{} in {}", manifest.along_m ? ", along.csv" : "",
                    pictures > 0 ? fmt::format(" and {} pictures", pictures) : "", folder.string()));

@@ -4,6 +4,7 @@
 
 #include "canyon/base/secrets.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/base/utf8.hpp"
 
 namespace canyon {
 namespace {
@@ -23,6 +24,15 @@ std::string message(const std::string& file, int line, std::string_view problem,
   return text;
 }
 
+/// UTF-8 for a terminal, with '?' for control characters.
+std::string printable(std::string_view bytes) {
+  std::string text = valid_utf8(bytes);
+  std::replace_if(
+      text.begin(), text.end(),
+      [](char c) { return (c >= 0 && c < ' ' && c != '\n' && c != '\t') || c == 0x7f; }, '?');
+  return text;
+}
+
 }  // namespace
 
 InputError::InputError(std::string_view problem, std::string_view cure)
@@ -30,7 +40,7 @@ InputError::InputError(std::string_view problem, std::string_view cure)
 
 InputError::InputError(const std::filesystem::path& file, int line, std::string_view problem,
                        std::string_view cure)
-    : std::runtime_error(hide_passwords(message(file.string(), line, problem, cure))),
+    : std::runtime_error(printable(hide_passwords(message(file.string(), line, problem, cure)))),
       file_(file.string()),
       line_(line),
       problem_(hide_passwords(problem)),
@@ -80,7 +90,7 @@ std::string hide_without_scheme(std::string_view word) {
   const std::size_t host = word.rfind('@'), colon = word.find(':');
   if (host == std::string_view::npos || colon >= host) return hide_keys(word, false);
   // "serial:/dev/ttyS0@9600" has a rate there.
-  const bool rate = word.find_first_not_of("0123456789", host + 1) == std::string_view::npos;
+  const bool rate = word.find_first_not_of("0123456789,", host + 1) == std::string_view::npos;
   if (rate) return std::string(word);
   return std::string(user_of(word.substr(0, host))) + "..." + hide_keys(word.substr(host), false);
 }

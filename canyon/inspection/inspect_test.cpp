@@ -205,7 +205,7 @@ TEST_F(Inspect, HeatMapsAndStudies) {
 TEST_F(Inspect, RefusesWhatNoReaderTakes) {
   EXPECT_THAT(fault("a.ubx", "\xB5\x62\x01\x07"), HasSubstr("convbin -r ubx makes RINEX"));
   EXPECT_THAT(fault("a", "what is this"), HasSubstr("a: is not a kind of file that is known; known are"));
-  EXPECT_THAT(fault("a", "what, is this"), HasSubstr("no column 'time'"));
+  EXPECT_THAT(fault("a", "what, is this"), HasSubstr("no column 'latitude'"));
   EXPECT_THAT(fault("a", ""), HasSubstr("a: is empty"));
   EXPECT_THAT(fault("a.n", "version https://git-lfs.github.com/spec/v1\noid sha256:4d\n"),
               HasSubstr("is a pointer of Git LFS, not the data"));

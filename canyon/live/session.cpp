@@ -328,7 +328,7 @@ struct Session::Impl {
         streams.push_back(output::open_stream(request, r, description, link_of(request.address)));
       } catch (const InputError& e) {
         if (!e.file().empty()) throw;
-        throw error(fmt::format("live.streams[{}]: {}", i, e.problem()), e.cure());
+        throw InputError(fmt::format("stream {}: {}", i + 1, e.problem()), e.cure());
       }
     }
     if (options.control.empty()) return;

@@ -47,7 +47,7 @@ CorrelationRecord::CorrelationRecord(const simulation::Simulation& simulation, O
   const auto satellites = simulation.environment().sky().satellites();
   if (std::find(satellites.begin(), satellites.end(), options_.satellite) == satellites.end()) {
     throw InputError(fmt::format("the sky has no satellite {}", gnss::to_string(options_.satellite)),
-                     "canyon sky SCENARIO lists those that it has");
+                     "satellites.csv of canyon simulate lists those that it has");
   }
   series_.satellite = options_.satellite;
   series_.signal = signal_->name;

@@ -219,8 +219,9 @@ std::string comparison_text(const Manifest& manifest, const Comparison& comparis
   TextRow head = comparison.axes;
   head.insert(head.end(), {"receiver", "runs"});
   const std::size_t words = head.size();
-  head.insert(head.end(),
-              {"available [%]", "error, median [m]", "error, 95 % [m]", "95 %, to the first [m]"});
+  head.insert(head.end(), {manifest.available_m ? fmt::format("within {:g} m [%]", *manifest.available_m)
+                                                : "with fix [%]",
+                           "error, median [m]", "error, 95 % [m]", "95 %, to the first [m]"});
   std::vector<TextRow> rows;
   const auto interval = [](const std::optional<Estimate>& e, int decimals) {
     if (!e) return std::string("-");

@@ -265,7 +265,7 @@ std::optional<RunRecord> RunMaker::make(std::size_t number, int threads,
   } catch (const OutputError&) {
     throw;
   } catch (const InputError& error) {
-    record.problem = error.problem();
+    record.problem = error.problem() + (error.cure().empty() ? "" : "; " + error.cure());
   }
   return record;
 }

@@ -35,8 +35,8 @@ HostPort host_and_port(std::string_view rest, std::string_view address) {
   const std::size_t colon = rest.rfind(':');
   const auto port = colon == std::string_view::npos ? std::nullopt : parse_integer(rest.substr(colon + 1));
   if (!port || *port < 1 || *port > 65535 || colon == 0) {
-    throw InputError(fmt::format("'{}' has no host and port", address),
-                     "write HOST:PORT, such as 127.0.0.1:10110, with a port of 1 to 65535");
+    throw InputError(fmt::format("'{}' has no host and port of 1 to 65535", address),
+                     "write HOST:PORT, such as 127.0.0.1:10110");
   }
   return {std::string(rest.substr(0, colon)), static_cast<int>(*port)};
 }
@@ -51,7 +51,7 @@ bool is_input_address(std::string_view address) {
 
 const char* address_forms() {
   return "tcp://127.0.0.1:PORT (a server), tcp-connect://HOST:PORT, udp://HOST:PORT, "
-         "udp-listen://127.0.0.1:PORT, pty:, pty:LINK[@BAUD], serial:DEVICE@BAUD, "
+         "udp-listen://127.0.0.1:PORT, pty:, pty:LINK, pty:LINK@9600, serial:/dev/ttyUSB0@115200, "
          "ntrip-caster://[USER:PASSWORD@]127.0.0.1:PORT/MOUNT, ntrip-source://USER:PASSWORD@HOST:PORT/MOUNT, "
          "file:PATH";
 }
@@ -88,7 +88,7 @@ std::unique_ptr<Transport> open_transport(std::string_view address) {
     const auto baud = baud_behind(*rest, at);
     if (!baud || at == 0) {
       throw InputError(fmt::format("'{}' has no device and baud rate", address),
-                       "write serial:DEVICE@BAUD, such as serial:/dev/ttyUSB0@115200");
+                       "write such as serial:/dev/ttyUSB0@115200");
     }
     return make_serial(std::string(rest->substr(0, at)), *baud);
   }

@@ -85,7 +85,9 @@ InputError nothing_left(const std::filesystem::path& obs, const std::filesystem:
             fmt::format("none of its epochs ({} to {}) is in the truth {} ({} to {})", format_gpst(first, 0),
                         format_gpst(last, 0), truth.filename().string(), format_gpst(path.begin(), 0),
                         format_gpst(path.end(), 0)),
-            "give the truth of the same drive; times of CSV files are UTC unless they say GPST"};
+            recorded.report.warnings().empty()
+                ? "give the truth of the same drive; times of CSV files are UTC unless they say GPST"
+                : recorded.report.warnings().front()};
   }
   if (!residuals.without_ephemeris.empty()) {
     return {obs, 0,

@@ -438,7 +438,19 @@ new)
   runs 0 "$canyon" simulate timed.yaml --out res; says err '3 epochs every 1'
   runs 2 "$canyon" new 'my map.osm' track.gpx timed.csv -o two.yaml; one_line; says err 'timed.csv: is one file too many'
   runs 2 "$canyon" new track.gpx -o two.yaml; one_line; says err 'no file is a city'
-  runs 2 "$canyon" new absent.osm -o two.yaml; one_line; says err 'absent.osm'; [ ! -e two.yaml ] || fail "written although refused"
+  runs 2 "$canyon" new absent.osm -o two.yaml; one_line; says err 'canyon: absent.osm: no such file'; [ ! -e two.yaml ] || fail "written although refused"
+  runs 2 "$canyon" new bare.osm -o nowhere/two.yaml; one_line; says err 'two.yaml: cannot be written; choose a folder'
+  # Heights are those of the ground, so a path needs none; nor times; times of a day begin the run.
+  cut -d, -f1-3 timed.csv | sed 's/stamp/time/' >flat.csv; runs 0 "$canyon" new 'my map.osm' flat.csv -o flat.yaml; says out '3 of 6 places'
+  printf 'latitude,longitude\n47.999,11.00075\n48.001,11.00075\n' >bare.csv
+  runs 0 "$canyon" new 'my map.osm' bare.csv -o timeless.yaml; says out 'since it has no times'; runs 0 "$canyon" simulate timeless.yaml --out timeless --quiet
+  printf '$GPGGA,11300%d.00,4759.94,N,01100.045,E,1,8,1,500,M,0,M,,\n' 0 >gga.nmea; for s in 1 2 3; do printf '$GPGGA,11300%d.00,4759.9%d,N,01100.045,E,1,8,1,500,M,0,M,,\n' $s $((4 + s)); done >>gga.nmea
+  runs 0 "$canyon" new 'my map.osm' gga.nmea -o gga.yaml; says out 'since the path has no dates'; runs 0 "$canyon" simulate gga.yaml --out gga; says err '4 epochs'
+  head -2 bare.csv >one.csv; runs 2 "$canyon" new 'my map.osm' one.csv -o two.yaml; one_line; says err 'one.csv: has one place'
+  printf 'latitude,longitude\n11,48\n11,48.001\n' >far.csv; runs 2 "$canyon" new 'my map.osm' far.csv -o two.yaml; one_line; says err 'it begins 5' 'km from there'
+  # A name with a blank; the keys that the file names next.
+  runs 0 "$canyon" new bare.osm -o 'my drive.yaml'; says out "canyon simulate 'my drive.yaml' --out 'out/my drive' --view"
+  sed -i 's/^# \(outputs\|faults\):/\1:/' 'my drive.yaml'; runs 0 "$canyon" simulate 'my drive.yaml' --out res --quiet; [ -s res/receiver.obs ] || fail "no RINEX"
   echo 'o box' >box.obj; runs 2 "$canyon" new box.obj -o two.yaml; one_line; says err 'box.obj: is a mesh' '--origin'
   # A corner in a building is refused with the nearest free place, which is taken then.
   sed 's/waypoints.*/waypoints: [{east_m: -38, north_m: 0, up_m: 2}, {east_m: -20, north_m: 30, up_m: 2}]/' small.yaml >inside.yaml
@@ -609,6 +621,7 @@ sky_real)
 trace)
   runs 0 "$canyon" trace small.yaml --enu 0,0,2; says out azimuth visibility direct
   runs 0 "$canyon" trace small.yaml --json; says out '"paths"' '"excess_path_m"'
+  runs 2 "$canyon" trace small.yaml --at 48,11; one_line; says err "'48,11' is not a place" 'LATITUDE,LONGITUDE,HEIGHT'
   { cat small.yaml; echo 'propagation: {reflection_order: 2}'; } >twice.yaml
   runs 0 "$canyon" trace twice.yaml --enu 0,0,2; says out 'reflected twice' 'before that'
   runs 0 "$canyon" trace twice.yaml --enu 0,0,2 --json; says out '"order": 2' '"far_point_enu_m"' '"far_incidence_deg"'
@@ -1433,7 +1446,11 @@ F
   runs 2 "$canyon" study bad.yaml --dry-run; one_line; says err "bad.yaml:3"
   printf '%s\n' 'keep: epochs' >>bad.yaml; sed -i 's/seed: 3/seeds: 1000000/; s/values: .*/values: [5]}/' bad.yaml
   printf '%s\n' 'max_output_gb: 0.1' >>bad.yaml
-  runs 2 "$canyon" study bad.yaml --dry-run; one_line; says err "would write about" "max_output_gb" ;;
+  runs 2 "$canyon" study bad.yaml --dry-run; one_line; says err "would write about" "max_output_gb"
+  # Runs that all fail are no result.
+  sed '/^start/d' small.yaml >startless.yaml; sed 's/small/startless/' study.yaml >fails.yaml
+  runs 2 "$canyon" study fails.yaml --out fails --quiet; one_line; says err "6 of 6 runs have no figures" "'start' is missing" "add start:"
+  [ ! -e fails/study.nc ] || fail "results of nothing" ;;
 heatmap_query)
   runs 0 "$canyon" heatmap query --help; says out --at --path --format --speed --altitude --time --stretch --json
   runs 0 "$canyon" heatmap small.yaml --out map --enu-box=-70,-8,70,8 --spacing 2 --altitude 2,15 --times 0/600/300 \
@@ -1441,7 +1458,10 @@ heatmap_query)
   runs 0 "$canyon" simulate small.yaml --out drive --quiet
   awk -F, 'NR > 1 {print $1 "," $2 "," $3 "," $4 "," $5}' drive/epochs.csv >truth.csv
   runs 0 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav
-  says out "along the way" horizontal_error_mean "worst stretch" "m expected" "a fix on" "120 m in 20 s" "receiver standing"
+  says out "along the way" horizontal_error_mean "worst stretch" "m of horizontal_error_mean in the mean" "a fix on" "120 m in 20 s" "receiver standing"
+  # Places alone, at a speed.
+  { echo latitude,longitude; cut -d, -f3,4 truth.csv; } >places.csv; runs 0 "$canyon" heatmap query map/map.nc --path places.csv --speed 6; says out "120 m in 20 s"
+  runs 2 "$canyon" heatmap query map/map.nc --path places.csv; one_line; says err 'has no times; give --speed'
   runs 0 "$canyon" heatmap query map/map.nc --path drive/receiver.nmea; says out "along the way" "in 20 s"  # by its content
   runs 0 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav --speed 2 --altitude 15 --stretch 20 --json
   python3 - <<'P' || fail "the route's JSON is not what was asked for"

@@ -153,7 +153,8 @@ class Timeline {
   }
   void draw_values(Canvas& canvas, const Rect& area, const std::string& label,
                    const std::vector<Series>& series) const {
-    draw_values(canvas, area, label, series, make_scale(values_of(series), 0));
+    const Scale scale = make_scale(values_of(series), 0);
+    draw_values(canvas, area, scale.logarithmic ? label + ", logarithmic" : label, series, scale);
   }
   void draw_values(Canvas& canvas, const Rect& area, const std::string& label,
                    const std::vector<Series>& series, const Scale& scale) const {
@@ -179,7 +180,7 @@ class Timeline {
     for (double tick = scale.low; tick <= scale.high; tick += kStep_db) scale.ticks.push_back(tick);
     draw_values(canvas, area, "C/N0 [dB-Hz]", series, scale);
     draw_swatch(canvas, area, 12, los_colour, "LOS, mean");
-    draw_swatch(canvas, area, 36, nlos_colour, "NLOS, mean");
+    if (!values_of({{series.front()}}).empty()) draw_swatch(canvas, area, 36, nlos_colour, "NLOS, mean");
   }
 
   void draw_series(Canvas& canvas, const Rect& area, const Scale& scale, const Series& series) const {

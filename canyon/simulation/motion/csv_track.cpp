@@ -94,6 +94,9 @@ std::pair<std::string, const Unit*> parted(std::string_view text, std::span<cons
   return unit == nullptr ? std::pair(name, unit) : std::pair(std::string(trim(name.substr(0, at))), unit);
 }
 
+/// What other programs call the column of the time.
+constexpr std::string_view kTimeNames = "time timestamp stamp datetime date utc utctime gpstime t";
+
 bool has_word(std::string_view words, std::string_view word) {
   const auto all = split_blanks(words);
   return std::find(all.begin(), all.end(), word) != all.end();
@@ -298,16 +301,22 @@ class CsvReader {
       throw file_.error(fmt::format("no column '{}'; there are '{}'", what, fmt::join(header, "', '")),
                         cure_of(header));
     };
-    require(weeks_ || columns_[UnixTime] || columns_[Time], "time");
+    path_.timed = weeks_ || columns_[UnixTime] || columns_[Time];
+    // A file of places alone; one whose times have another name is none.
+    require(path_.timed || std::none_of(header.begin(), header.end(),
+                                        [](auto name) {
+                                          return has_word(kTimeNames, plain(parted(name, kTimes).first));
+                                        }),
+            "time");
     require(ecef_ || columns_[Latitude].has_value(), "latitude");
     require(ecef_ || columns_[Longitude].has_value(), "longitude");
-    require(ecef_ || columns_[Height] || columns_[HeightMsl], "height");
+    require(ecef_ || columns_[Height] || columns_[HeightMsl] || !heights_.needed, "height");
   }
 
   /// trajectory.columns of this file, by the names that other programs give to columns.
   [[nodiscard]] std::string cure_of(const Fields& header) {
     constexpr std::pair<Quantity, std::string_view> kOthers[] = {
-        {Time, "time timestamp stamp datetime date utc utctime gpstime t"},
+        {Time, kTimeNames},
         {Latitude, "latitude lat phi"},
         {Longitude, "longitude lon long lng lambda"},
         {Height, "height altitude alt hgt ele elevation ellipsoidalheight heightellipsoid h"}};
@@ -364,7 +373,7 @@ class CsvReader {
     }
     const Quantity height = columns_[Height] ? Height : HeightMsl;
     const auto missing = [&](Quantity q) { return columns_[q] && is_missing(field(fields, q)); };
-    const bool flat = !ecef_ && missing(height);
+    const bool flat = !ecef_ && (!columns_[height] || missing(height));
     if (missing(weeks_               ? Tow
                 : columns_[UnixTime] ? UnixTime
                                      : Time) ||
@@ -373,7 +382,7 @@ class CsvReader {
       if (without_++ == 0) first_without_ = file_.line();
       return;
     }
-    const GpsTime time = time_of(fields);
+    const GpsTime time = path_.timed ? time_of(fields) : GpsTime();
     Geodetic place;
     if (ecef_) {
       const Eigen::Vector3d ecef(value(fields, X), value(fields, Y), value(fields, Z));

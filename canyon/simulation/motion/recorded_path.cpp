@@ -44,7 +44,13 @@ void keep_rising(RecordedPath& path) {
     if (kept.empty() || point.time > kept.back().time) {
       kept.push_back(point);
     } else if (point.time == kept.back().time) {
-      path.report.remark(point.line, "point that repeats the time of the one before", "left out");
+      // Times cut to seconds would lose most of a log.
+      const Eigen::Vector3d step =
+          geodesy::ecef_from_geodetic(point.place) - geodesy::ecef_from_geodetic(kept.back().place);
+      if (step.norm() > 1)
+        path.report.loss(point.line, "point with the time of the one before, at another place");
+      else
+        path.report.remark(point.line, "point that repeats the time of the one before", "left out");
     } else {
       if (back++ == 0) first_back = point.line;
       path.report.loss(point.line, "point whose time is before that of the one above");

@@ -210,7 +210,8 @@ TEST(TrajectoryCsv, OneWrongRecordCostsOneRecord) {
                                                            {"seven,48.0017,11,5", true},
                                                            {"7,48.0017", true},
                                                            {"5,48.0017,11,5", true},
-                                                           {"6,48.0017,11,5", false}}) {
+                                                           {"6,48.0017,11,5", true},
+                                                           {"6,48.0016,11,5", false}}) {
     SCOPED_TRACE(wrong);
     std::string text = kHeader;
     for (int i = 0; i < 20; ++i)

@@ -54,8 +54,10 @@ FixedPlace place_of(Visitor& v, const PlaceKeys& keys, const std::optional<geode
   };
   FixedPlace place;
   if (keys.east_m || keys.north_m || keys.up_m) {
-    v.require("east_m");
-    v.require("north_m");
+    constexpr std::string_view kCure =
+        "east_m, north_m and up_m are one place, latitude_deg, longitude_deg and height_m another";
+    v.require("east_m", kCure);
+    v.require("north_m", kCure);
     place.local_m = Eigen::Vector3d(*keys.east_m, *keys.north_m, height("up_m", keys.up_m));
     if (frame) place.place = frame->geodetic_from_local(*place.local_m);
   } else {
@@ -138,14 +140,14 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
   v.file({"file", "", "recorded positions (one of file, waypoints, position)"}, config.file);
   if (v.wants(config.file.has_value())) {
     const std::vector<std::string_view> formats(trajectory_formats().begin(), trajectory_formats().end());
-    v.word({"format", "",
-            "csv: columns by their names; urbannav: GPS week, time of week, latitude, longitude, height; "
-            "rtklib: "
-            "a .pos file; nmea: GGA with RMC or ZDA; gpx, kml: with times, or driven as waypoints are; "
-            "gnsslogger: "
-            "the fixes in a log of Android's app",
-            "told by the file's content"},
-           config.format, formats);
+    v.word(
+        {"format", "",
+         "csv: columns by their names; urbannav: GPS week, time of week, latitude, longitude, height; "
+         "rtklib: "
+         "a .pos file; nmea: GGA with RMC or ZDA; gnsslogger: the fixes in a log of Android's app; csv, gpx, "
+         "kml: with times, or driven as waypoints are",
+         "told by the file's content"},
+        config.format, formats);
     visit_columns(v, config);
     if (v.reads() && config.file && config.format.empty())
       config.format = config.columns.empty() ? trajectory_format_of(*config.file) : "csv";
@@ -176,7 +178,8 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
       })) {
     config.legs.clear();
   }
-  const bool track = config.file && (config.format == "gpx" || config.format == "kml");
+  const bool track =
+      config.file && (config.format == "gpx" || config.format == "kml" || config.format == "csv");
   if (v.wants(track || (v.reads() ? v.has("waypoints") : !places.empty()))) {
     v.number({"speed_mps", "m/s", "speed between waypoints"}, config.speed_mps, {0, 1e4, true});
     v.number({"hold_s", "s", "time at rest at each waypoint"}, config.hold_s, {0, 1e6});
