@@ -12,7 +12,7 @@
 #include "canyon/heatmap/engine/map_source.hpp"
 #include "canyon/heatmap/engine/map_summary.hpp"
 #include "canyon/heatmap/engine/route_report.hpp"
-#include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/motion/recorded_path.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
 #include "cli/progress.hpp"

@@ -355,7 +355,7 @@ class Driver {
     const Vector3d middle = 0.5 * (box_.min + box_.max), half = 0.5 * kShareOfBounds * (box_.max - box_.min);
     const double x = middle.x() + (2 * random_.uniform() - 1) * half.x();
     const double y = middle.y() + (2 * random_.uniform() - 1) * half.y();
-    const auto at = on_terrain(x, y);
+    auto at = on_terrain(x, y);
     if (!at || scene_.scene.placement(*at) != raytrace::Placement::Free) return std::nullopt;
     return at;
   }
