@@ -104,12 +104,13 @@ double altitude_of(const HeatmapQueryArguments& arguments, const StoredMap& map)
 }
 
 int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
-  if (split(arguments.place, ',').size() != 2) {
+  const std::vector<double> at = parse_numbers(arguments.place);
+  if (at.size() != 2) {
     throw InputError(fmt::format("--at '{}' is not a place on a map", arguments.place),
                      "give LATITUDE,LONGITUDE in degrees, and --altitude where the map has several");
   }
-  geodesy::Geodetic place = parse_place(arguments.place + ",0", "--at");
-  place.height_m = map.frame().origin().height_m;
+  const auto place = geodesy::Geodetic::from_degrees(at[0], at[1], map.frame().origin().height_m);
+  geodesy::check_geodetic(place, "--at");
   const Vector2d enu = map.frame().local_from_geodetic(place).head<2>();
   const GpsTime time = arguments.time.empty() ? map.times().front() : parse_instant(arguments.time);
   const std::optional<StoredMap::Answer> answer = map.at(enu, altitude_of(arguments, map), time);

@@ -40,6 +40,11 @@ constexpr double kDrive_m = 500, kAntenna_m = 1.5;
 /// How often a way is looked at, and how far to each side [m].
 constexpr double kStep_m = 2, kBeside_m = 1.2;
 
+bool is_folder(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored);
+}
+
 /// Files by what a scenario takes them for.
 struct SortedFiles {
   std::vector<fs::path> cities, navigation, precise, tracks;
@@ -64,7 +69,7 @@ struct SortedFiles {
  private:
   std::vector<fs::path>& list_of(const fs::path& path) {
     const bool city = simulation::source_of_file(path).has_value();
-    if (!tiles::is_web_address(path.string()) && !(city && fs::is_directory(path))) check_input_file(path);
+    if (!tiles::is_web_address(path.string()) && !(city && is_folder(path))) check_input_file(path);
     if (city) return cities;
     const FileKind kind = is_scenario(path) ? FileKind::Other : file_kind(path);
     if (kind == FileKind::RinexNavigation) return navigation;
@@ -248,7 +253,7 @@ class ScenarioWriter {
     for (const fs::path& path : paths) {
       const bool far = tiles::is_web_address(path.string());
       fs::path name = far ? path : fs::proximate(path, fs::absolute(name_).parent_path());
-      if (!far && fs::is_directory(path)) name /= "";
+      if (is_folder(path)) name /= "";
       names += (names.empty() ? "" : ", ") + Json(name.string()).dump();
     }
     return paths.size() == 1 ? names : "[" + names + "]";
@@ -391,10 +396,9 @@ int run_new(const NewArguments& arguments) {
   if (!is_scenario(out))
     throw InputError(out, 0, "is no name of a scenario", "give a name that ends in .yaml");
   std::error_code ignored;
-  if (!fs::is_directory(fs::absolute(out).parent_path(), ignored))
-    throw InputError(out, 0, "cannot be written", "choose a folder that exists");
   if (fs::symlink_status(out, ignored).type() != fs::file_type::not_found)
     throw InputError(out, 0, "is there already", "give another name by -o, or remove it");
+  { const OutputFile probe(out); }  // a folder that cannot be written to is found before the city is loaded
   const NewScenario made = new_scenario(arguments.files, arguments.out, arguments.origin);
   print_report(made.report, "canyon check " + arguments.out);
   write_file(out, made.yaml);

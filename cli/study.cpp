@@ -83,12 +83,11 @@ void write_results(const StudyArguments& arguments, const study::Manifest& manif
   for (const auto& record : records) {
     if (!record->problem.empty()) failed.push_back(record->number);
   }
-  std::string failure;
-  if (!failed.empty()) {
-    failure = fmt::format("{} of {} runs have no figures (runs {}); the first: {}", failed.size(),
-                          records.size(), list_of(failed), records[failed.front()]->problem);
-    if (failed.size() == records.size()) throw InputError(failure);
-  }
+  const std::string failure =
+      failed.empty() ? ""
+                     : fmt::format("{} of {} runs have no figures (runs {}); the first: {}", failed.size(),
+                                   records.size(), list_of(failed), records[failed.front()]->problem);
+  if (!failed.empty() && failed.size() == records.size()) throw InputError(failure);
   study::write_study_netcdf(folder / "study.nc", manifest, records, folder);
   const study::Comparison comparison = study::compare(manifest, records);
   write_file(folder / "table.csv", study::comparison_csv(comparison));

@@ -229,8 +229,9 @@ std::optional<InputError> of_other_kind(std::string_view head, const std::filesy
 InputError explained(const InputError& fault, const std::filesystem::path& path, std::string_view wanted) {
   try {
     return of_other_kind(head_of(path), path, wanted).value_or(fault);
-  } catch (const InputError&) {
-    return fault;
+  } catch (const InputError& unread) {
+    std::error_code ignored;
+    return std::filesystem::exists(path, ignored) ? fault : unread;
   }
 }
 

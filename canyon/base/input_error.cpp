@@ -90,7 +90,7 @@ std::string hide_without_scheme(std::string_view word) {
   const std::size_t host = word.rfind('@'), colon = word.find(':');
   if (host == std::string_view::npos || colon >= host) return hide_keys(word, false);
   // "serial:/dev/ttyS0@9600" has a rate there.
-  const bool rate = word.find_first_not_of("0123456789,", host + 1) == std::string_view::npos;
+  const bool rate = word.find_first_not_of("0123456789", host + 1) == std::string_view::npos;
   if (rate) return std::string(word);
   return std::string(user_of(word.substr(0, host))) + "..." + hide_keys(word.substr(host), false);
 }

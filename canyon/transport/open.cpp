@@ -51,7 +51,7 @@ bool is_input_address(std::string_view address) {
 
 const char* address_forms() {
   return "tcp://127.0.0.1:PORT (a server), tcp-connect://HOST:PORT, udp://HOST:PORT, "
-         "udp-listen://127.0.0.1:PORT, pty:, pty:LINK, pty:LINK@9600, serial:/dev/ttyUSB0@115200, "
+         "udp-listen://127.0.0.1:PORT, pty:, pty:LINK, 'pty:LINK@9600', 'serial:/dev/ttyUSB0@115200', "
          "ntrip-caster://[USER:PASSWORD@]127.0.0.1:PORT/MOUNT, ntrip-source://USER:PASSWORD@HOST:PORT/MOUNT, "
          "file:PATH";
 }

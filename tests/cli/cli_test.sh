@@ -439,7 +439,7 @@ new)
   runs 2 "$canyon" new 'my map.osm' track.gpx timed.csv -o two.yaml; one_line; says err 'timed.csv: is one file too many'
   runs 2 "$canyon" new track.gpx -o two.yaml; one_line; says err 'no file is a city'
   runs 2 "$canyon" new absent.osm -o two.yaml; one_line; says err 'canyon: absent.osm: no such file'; [ ! -e two.yaml ] || fail "written although refused"
-  runs 2 "$canyon" new bare.osm -o nowhere/two.yaml; one_line; says err 'two.yaml: cannot be written; choose a folder'
+  runs 2 "$canyon" new bare.osm -o nowhere/two.yaml; one_line; says err 'two.yaml: cannot be written: No such file or directory; choose a folder that exists'
   # Heights are those of the ground, so a path needs none; nor times; times of a day begin the run.
   cut -d, -f1-3 timed.csv | sed 's/stamp/time/' >flat.csv; runs 0 "$canyon" new 'my map.osm' flat.csv -o flat.yaml; says out '3 of 6 places'
   printf 'latitude,longitude\n47.999,11.00075\n48.001,11.00075\n' >bare.csv

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "canyon/base/file_kind.hpp"
-#include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/model_kind.hpp"
@@ -61,7 +60,6 @@ const char* city_file_endings() {
 CityConfig city_config(const std::filesystem::path& file, const std::optional<geodesy::Geodetic>& origin) {
   std::optional<CitySource> source = source_of_file(file);
   if (!source) {
-    if (std::error_code ignored; !std::filesystem::exists(file, ignored)) check_input_file(file);
     throw explained(InputError(file, 0, "its ending is not one of a city", city_file_endings()), file,
                     "a city");
   }
