@@ -6,7 +6,7 @@ copy=$(mktemp -d)
 trap 'rm -rf "$copy"' EXIT
 cp -r "$root/canyon" "$root/CMakeLists.txt" "$copy"
 mkdir -p "$copy/adapters" && cp -r "$root/adapters/common" "$copy/adapters"
-mkdir "$copy/tests" && grep -E '^(#|total |adapters/common |canyon[ /])' "$root/tests/lines_budget.txt" >"$copy/tests/lines_budget.txt"
+mkdir "$copy/tests" && cp "$root/tests/lines_budget.txt" "$copy/tests"
 "$root/tests/lint.sh" "$copy" || { echo "the tree itself has breaches"; exit 1; }
 
 # All are planted at once, each in a file of its own, which the lint must name.
@@ -47,8 +47,8 @@ plant adapters/common/planted.hpp '#include <sdf/sdf.hh>'
 plant adapters/common/planted.cpp '#include "adapters/common/sdf/plugin_settings.hpp"'
 echo 'int undeclared;' >"$copy/canyon/city/undeclared.cpp" && wanted+=(canyon/city/undeclared.cpp)
 echo '// Declared in canyon/city/absent.hpp.' >"$copy/canyon/city/misdeclared.cpp" && wanted+=(canyon/city/misdeclared.cpp)
-{ echo '#pragma once'; yes '// one more line' | head -5000; } >"$copy/canyon/gnss/budget.hpp"
-wanted+=("canyon/gnss has")
+{ echo '#pragma once'; yes '// one more line' | head -150000; } >"$copy/canyon/gnss/budget.hpp"
+wanted+=("the tree has")
 plant canyon/planted.md '[a page](absent.md)'
 plant canyon/planted.md '[a heading](#absent)'
 # add FILE TEXT NAMED: a line more in a file that is there; the lint must name NAMED.
