@@ -451,7 +451,7 @@ void add_heatmap(Command& app) {
                      "START/END/STEP; day/STEP: a sidereal day from the start. STEP in s, or 15min, 1h "
                      "(the scenario's start)");
   command.add_option("--layers", arguments.layers, "LIST",
-                     "names, see below, or all but time_to_first_fix and rtk_...: all "
+                     "names, see below, or all but rtk_...: all "
                      "(horizontal_error,satellites_visible,hdop)");
   command.add_option("--format", arguments.formats, "LIST", "netcdf,geotiff,png or all (all)");
   command.add_option(
@@ -465,8 +465,6 @@ void add_heatmap(Command& app) {
   add_field(command, "--error-limit", arguments.limits, "error_m");
   add_field(command, "--alert-limit", arguments.limits, "alert_m");
   add_field(command, "--protection-factor", arguments.limits, "protection_factor");
-  add_field(command, "--start", arguments.limits, "start");
-  add_field(command, "--first-fix-limit", arguments.limits, "first_fix_s");
   add_field(command, "--rtk-time", arguments.limits, "rtk_s");
   command.add_option("--seed", arguments.seed, "N", "instead of the scenario's seed");
   command.add_option("--runs", arguments.runs, "N",

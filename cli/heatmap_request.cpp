@@ -115,7 +115,7 @@ void choose_area(const HeatmapArguments& arguments, const city::City& city, heat
       heatmap::Grid::covering(box.min.x(), box.min.y(), box.max.x(), box.max.y(), arguments.grid.spacing_m);
   std::uint32_t size = arguments.grid.tile_size;
   // Such cells are slow, tens a second, and Ctrl-C loses a tile.
-  if (size == 0 && std::any_of(request.layers.begin(), request.layers.end(), heatmap::runs_on)) size = 16;
+  if (size == 0 && std::any_of(request.layers.begin(), request.layers.end(), heatmap::of_rtk)) size = 16;
   if (size > 0) {
     if (size > 16 && size * arguments.grid.spacing_m > heatmap::kWidestTile_m) {
       throw InputError(
@@ -229,10 +229,6 @@ std::string command_of(const HeatmapArguments& arguments, const heatmap::Request
   if (has(Layer::ProtectedAvailability)) add("--alert-limit", fmt::format("{:g}", limits.alert_m));
   if (has(Layer::ProtectionLevel) || has(Layer::ProtectedAvailability) || has(Layer::MisleadingShare)) {
     add("--protection-factor", fmt::format("{:g}", limits.protection_factor));
-  }
-  if (has(Layer::TimeToFirstFix)) {
-    add("--start", limits.start == heatmap::StartKind::Hot ? "hot" : "cold");
-    add("--first-fix-limit", std::to_string(limits.first_fix_s));
   }
   if (std::any_of(request.layers.begin(), request.layers.end(), heatmap::of_rtk)) {
     add("--rtk-time", std::to_string(limits.rtk_s));

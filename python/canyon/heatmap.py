@@ -143,7 +143,7 @@ def heatmap(
     times : optional
         One or several instants, or text as for ``canyon heatmap --times``; else the scenario's start.
     layers : sequence of str
-        Of :func:`map_layers`, or "all" but time_to_first_fix and rtk_...; else error without noise, satellites in sight, HDOP.
+        Of :func:`map_layers`, or "all" but rtk_...; else error without noise, satellites in sight, HDOP.
     model : str, optional
         Step of the ladder instead of the scenario's propagation: "mirror", "specular", ...
     draws : int
@@ -154,8 +154,8 @@ def heatmap(
     path_nodes_m : float
         With "steady_state" receivers take far paths from places so far apart; 0: searched at every cell.
     limits : mapping, optional
-        Limits of layers for planners: "error_m", "alert_m", "protection_factor", "start", "first_fix_s",
-        "rtk_s" (docs/heatmap.md).
+        Limits of layers for planners: "error_m", "alert_m", "protection_factor", "rtk_s"
+        (docs/heatmap.md).
     folder : path, optional
         Keeps finished tiles: the same call goes on from there.
 

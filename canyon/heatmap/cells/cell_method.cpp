@@ -72,10 +72,6 @@ std::vector<std::unique_ptr<const CellSolver>> cell_solvers(const simulation::En
                                                         receiver.draws, receiver.limits));
     }
   }
-  if (wants([](Layer layer) { return layer == Layer::TimeToFirstFix; })) {
-    solvers.push_back(std::make_unique<CellStarts>(environment, tracer.propagator(), config, receiver.draws,
-                                                   receiver.limits));
-  }
   if (wants(of_rtk)) {
     solvers.push_back(std::make_unique<CellRtk>(environment, tracer.propagator(), config, *receiver.base,
                                                 receiver.draws, receiver.limits));

@@ -50,10 +50,6 @@ simulation::ReceiverConfig with_used_signals(simulation::ReceiverConfig receiver
   return receiver;
 }
 
-bool of_first_fix(Layer layer) {
-  return layer == Layer::TimeToFirstFix;
-}
-
 /// East, north, up [m].
 Vector3d error_of(const positioning::Fix& fix, const Vector3d& truth_ecef) {
   return geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(truth_ecef)) *
@@ -147,48 +143,6 @@ bool CellReceivers::solve(const TileCells& cells, geodesy::GpsTime time, std::sp
     solve_without_noise(scene, values);
     if (draws) draw(scene, space, statistics, values);
   });
-}
-
-CellStarts::CellStarts(const simulation::Environment& environment, const propagation::Propagator& propagator,
-                       const simulation::ReceiverConfig& receiver, const DrawOptions& draws,
-                       const LimitOptions& limits)
-    : receivers_(environment, propagator, with_used_signals(receiver), draws),
-      starting_(receivers_.options()),
-      limits_(limits) {
-  limits_.validate();
-  tracking::SignalLockOptions& lock = starting_.signal.lock;
-  lock.warm_start = false;
-  if (limits_.start == StartKind::Hot) lock.cold_acquisition_s = lock.reacquisition_s;
-}
-
-double CellStarts::first_fix_s(geodesy::GpsTime time, const Vector3d& place,
-                               std::span<const errors::SpaceErrors> space) const {
-  auto starting = receivers_.receivers_at(time, place, starting_);
-  const Vector3d place_ecef = receivers_.environment().city().frame.ecef_from_local(place);
-  // The median is known as soon as more than half of them have a fix.
-  const std::size_t half = starting.size() / 2;
-  std::vector<double> times_s;
-  for (int second = 0; second <= limits_.first_fix_s && times_s.size() <= half; ++second) {
-    const ReceiverDraws::Scene scene = receivers_.look(time + static_cast<double>(second), place, place_ecef);
-    for (std::size_t d = 0; d < starting.size(); ++d) {
-      if (!starting[d] || !receivers_.observe(*starting[d], scene, space, d).fix.solved()) continue;
-      times_s.push_back(second);
-      starting[d].reset();
-    }
-  }
-  if (times_s.size() <= half) return std::numeric_limits<double>::quiet_NaN();
-  // Receivers without a fix so far find theirs after the others.
-  times_s.resize(starting.size(), times_s.back());
-  return *median(times_s);
-}
-
-bool CellStarts::solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
-                       std::span<const std::span<float>> layers, const std::function<bool()>& stop) const {
-  const auto space = receivers_.space(time, receivers_.count());
-  return solve_rows<of_first_fix>(cells, wanted, layers, stop,
-                                  [&](const Vector3d& place, CellValues& values) {
-                                    values.set(Layer::TimeToFirstFix, first_fix_s(time, place, space));
-                                  });
 }
 
 std::uint64_t seed_of(const DrawOptions& draws, geodesy::GpsTime time, int draw) {

@@ -106,28 +106,6 @@ class CellReceivers final : public CellSolver {
   LimitOptions limits_;
 };
 
-/// TimeToFirstFix: the receiver of each draw begins at the map's time and observes once a second until it has
-/// a fix, satellites, paths and streets going on meanwhile. Its knowledge is LimitOptions::start; signals
-/// without strength are measured at once. Some hundred times slower than one look: 30 epochs, each traced.
-class CellStarts final : public CellSolver {
- public:
-  CellStarts(const simulation::Environment& environment, const propagation::Propagator& propagator,
-             const simulation::ReceiverConfig& receiver, const DrawOptions& draws,
-             const LimitOptions& limits);
-
-  [[nodiscard]] bool solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
-                           std::span<const std::span<float>> layers,
-                           const std::function<bool()>& stop) const override;
-
- private:
-  [[nodiscard]] double first_fix_s(geodesy::GpsTime time, const Eigen::Vector3d& place,
-                                   std::span<const errors::SpaceErrors> space) const;
-
-  ReceiverDraws receivers_;
-  receiver::ReceiverOptions starting_;
-  LimitOptions limits_;
-};
-
 /// Layers of RTK: in each cell the receiver of each draw stands still, has tracked for long
 /// (SignalLockOptions::warm_start) and knows all ephemerides. From the time of the map on it measures once a
 /// second, with the corrections of a base, for LimitOptions::rtk_s. Satellites and paths move meanwhile. The

@@ -82,7 +82,7 @@ struct DrawnFixes {
     protection_m.push_back(
         positioning::horizontal_protection_level_m(covariance_enu, limits.protection_factor));
   }
-  /// Sets all layers over draws but TimeToFirstFix; reorders the errors. @param draws those without a fix too
+  /// Sets all layers over draws; reorders the errors. @param draws those without a fix too
   void describe(const LimitOptions& limits, int draws, CellValues& values, bool horizontal_quantiles = true,
                 bool vertical_quantiles = true) {
     const auto fixes = static_cast<double>(horizontal_m.size());
@@ -105,7 +105,7 @@ struct DrawnFixes {
 [[nodiscard]] inline bool needs_signals(Layer layer) {
   return info(layer).received && of_solver(layer);
 }
-/// The layers over draws but TimeToFirstFix.
+/// The layers over draws.
 [[nodiscard]] inline bool over_draws(Layer layer) {
   return info(layer).draws && of_solver(layer);
 }

@@ -410,34 +410,6 @@ TEST(Heatmap, ReceiversOfTheirOwnForEachCellAgree) {
   EXPECT_EQ(worst.size(), request.layers.size());
 }
 
-// In the open: what the lock's options say of a cold and a hot start; nothing to acquire where signals have
-// no strength; with three satellites never.
-TEST(Heatmap, TimesToFirstFixAreThoseOfAcquisition) {
-  const simulation::Environment open(
-      city::City(), std::make_shared<CircularSky>(std::vector{gnss::System::GPS, gnss::System::Galileo}));
-  Request request;
-  request.grid = Grid::covering(0, 0, 4, 2, 2);
-  request.times = {kTime};
-  request.draws.draws = 4;
-  request.layers = {Layer::TimeToFirstFix, Layer::SatellitesLos};
-  request.limits.first_fix_s = 40;
-  ReceiverConfig receiver = receiver_of(Model::Specular);
-  const auto seconds = [&] { return Heatmap(open, receiver, request, "").compute(0).values[0]; };
-  EXPECT_EQ(seconds(), 0);
-  receiver.options.signal.enabled = true;
-  receiver.options.signal.lock.cold_acquisition_s = 23;
-  receiver.options.signal.lock.reacquisition_s = 2;
-  EXPECT_EQ(seconds(), 23);
-  request.limits.start = StartKind::Hot;
-  EXPECT_EQ(seconds(), 2);
-  receiver.options.signal.lock.reacquisition_s = 41;
-  EXPECT_TRUE(std::isnan(seconds()));
-  receiver.options.signal.lock.reacquisition_s = 2;
-  receiver.disturbances = {
-      test::always("three are left", [](propagation::Arrival& arrival) { arrival.views.resize(3); })};
-  EXPECT_TRUE(std::isnan(seconds()));
-}
-
 // In the open RTK is fixed at once, within centimetres; without a correction never; and without a base the
 // layers are refused.
 TEST(Heatmap, RtkLayersAreThoseOfAReceiverBesideItsBase) {

@@ -32,7 +32,7 @@ double value_of(std::size_t bin) {
 
 bool nan_without_fix(Layer layer) {
   return info(layer).error && layer != Layer::Availability && layer != Layer::SatellitesUsed &&
-         layer != Layer::ProtectedAvailability && !runs_on(layer);
+         layer != Layer::ProtectedAvailability && !of_rtk(layer);
 }
 
 }  // namespace

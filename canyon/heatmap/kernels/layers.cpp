@@ -50,7 +50,6 @@ constexpr LayerInfo kLayers[]{
      "availability of a fix whose protection level is below the alert limit", "1", kFix, kDraws},
     {L::MisleadingShare, "misleading_share", "probability of an error above the protection level", "1", kFix,
      kDraws},
-    {L::TimeToFirstFix, "time_to_first_fix", "median time to the first position fix", "s", kFix, kDraws},
     {L::RtkFixedShare, "rtk_fixed_share", "share of epochs with a fixed RTK solution", "1", kFix, kDraws},
     {L::RtkTimeToFix, "rtk_time_to_fix", "median time to the first fixed RTK solution", "s", kFix, kDraws},
     {L::RtkFixedErrorP95, "rtk_fixed_error_p95",
@@ -97,7 +96,6 @@ void LimitOptions::validate() const {
 }
 
 void visit(options::Visitor& v, LimitOptions& o) {
-  static constexpr std::string_view kStarts[]{"cold", "hot"};
   v.number({"error_m", "m", "horizontal_error_exceedance: probability of a larger horizontal error"},
            o.error_m, {0, 1e6, true});
   v.number({"alert_m", "m", "protected_availability: largest horizontal protection level"}, o.alert_m,
@@ -105,9 +103,6 @@ void visit(options::Visitor& v, LimitOptions& o) {
   v.number({"protection_factor", "",
             "protection level over the larger half axis of the stated standard deviations"},
            o.protection_factor, {0, 100, true});
-  v.choice({"start", "", "time_to_first_fix: the receiver knows nothing (cold) or everything (hot)"}, o.start,
-           kStarts);
-  v.integer({"first_fix_s", "s", "time_to_first_fix: longest time of a start"}, o.first_fix_s, 1, 3600);
   v.integer({"rtk_s", "s", "rtk_...: time for which the receiver has corrections"}, o.rtk_s, 1, 3600);
 }
 
@@ -124,9 +119,6 @@ std::string limits_text(Layer layer, const LimitOptions& limits) {
       return fmt::format("level {}, limit {:g} m", level, limits.alert_m);
     case Layer::MisleadingShare:
       return fmt::format("level {}, of the draws with a fix", level);
-    case Layer::TimeToFirstFix:
-      return fmt::format("{} start, median over the draws, given up after {} s",
-                         limits.start == StartKind::Hot ? "hot" : "cold", limits.first_fix_s);
     case Layer::RtkFixedShare:
     case Layer::RtkTimeToFix:
     case Layer::RtkFixedErrorP95:
@@ -139,7 +131,7 @@ std::string limits_text(Layer layer, const LimitOptions& limits) {
 std::vector<Layer> layers_of_one_look() {
   std::vector<Layer> layers;
   for (const LayerInfo& each : kLayers) {
-    if (!runs_on(each.layer)) layers.push_back(each.layer);
+    if (!of_rtk(each.layer)) layers.push_back(each.layer);
   }
   return layers;
 }

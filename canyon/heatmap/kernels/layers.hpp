@@ -38,9 +38,6 @@ enum class Layer : std::uint8_t {
   /// Share of the draws that have a fix with a protection level up to LimitOptions::alert_m [1].
   ProtectedAvailability,
   MisleadingShare,  ///< share of the draws with a fix whose horizontal error is above the protection level
-  /// Time from a start without knowledge to the first fix, median over the draws [s]; NaN where half or more
-  /// have none within LimitOptions::first_fix_s.
-  TimeToFirstFix,
   // Layers of a receiver with RTK that is at rest and takes its base's corrections for LimitOptions::rtk_s:
   RtkFixedShare,     ///< share of the epochs of all draws whose solution is fixed [1]
   RtkTimeToFix,      ///< median over the draws [s]; NaN where half of them or more have no fixed solution
@@ -58,11 +55,6 @@ struct LayerInfo {
   /// Needs to know what arrives beyond the line of sight: all but SatellitesLos and SkyView.
   bool received = true;
 };
-/// How a receiver is started for TimeToFirstFix.
-enum class StartKind : std::uint8_t {
-  Cold,  ///< signals are measured after SignalLockOptions::cold_acquisition_s
-  Hot,   ///< after SignalLockOptions::reacquisition_s
-};
 /// Limits with which layers for planners compare.
 struct LimitOptions {
   double error_m = 10;  ///< of HorizontalErrorExceedance; (0, 1e6]
@@ -71,9 +63,7 @@ struct LimitOptions {
   double alert_m = 40;
   /// K of protection levels, (0, 100]. Default: K_H,PA of RTCA DO-229D appendix J.2.1; K_H,NPA is 6.18.
   double protection_factor = 6.0;
-  StartKind start = StartKind::Cold;
-  int first_fix_s = 120;  ///< a start is given up after so long [s]; [1, 3600]
-  int rtk_s = 60;         ///< corrections are taken for so long [s]; [1, 3600]
+  int rtk_s = 60;  ///< corrections are taken for so long [s]; [1, 3600]
   [[nodiscard]] bool operator==(const LimitOptions&) const = default;
   /// Throws InputError naming the field and its bound.
   void validate() const;
@@ -83,16 +73,13 @@ void visit(options::Visitor& v, LimitOptions& o);
 /// All layers, in the order of Layer.
 [[nodiscard]] std::span<const LayerInfo> all_layers();
 [[nodiscard]] const LayerInfo& info(Layer layer);
+/// Whether receivers are run for it second by second.
 [[nodiscard]] constexpr bool of_rtk(Layer layer) {
   return layer >= Layer::RtkFixedShare;
 }
-/// Whether receivers are run for it second by second.
-[[nodiscard]] constexpr bool runs_on(Layer layer) {
-  return layer == Layer::TimeToFirstFix || of_rtk(layer);
-}
-/// Whether the solver of cells gives it: all but SkyView, which needs none, and those that run on.
+/// Whether the solver of cells gives it: all but SkyView, which needs none, and those of RTK.
 [[nodiscard]] constexpr bool of_solver(Layer layer) {
-  return layer != Layer::SkyView && !runs_on(layer);
+  return layer != Layer::SkyView && !of_rtk(layer);
 }
 /// Whether large values are good. False for VerticalError, whose large values of both signs are bad.
 [[nodiscard]] constexpr bool more_is_better(Layer layer) {

@@ -30,7 +30,7 @@ TEST(Layers, SayWhatTheyNeed) {
   for (const LayerInfo& each : all_layers()) {
     const bool statistics = each.name.find("error_") != std::string_view::npos ||
                             each.layer == Layer::ProtectedAvailability ||
-                            each.layer == Layer::MisleadingShare || runs_on(each.layer);
+                            each.layer == Layer::MisleadingShare || of_rtk(each.layer);
     EXPECT_EQ(each.draws, statistics) << each.name;
     EXPECT_EQ(each.received, each.layer != Layer::SatellitesLos && each.layer != Layer::SkyView) << each.name;
     if (each.draws) {
@@ -57,8 +57,8 @@ TEST(Layers, AnotherNameIsAnErrorThatNamesTheClosest) {
 // "all" must not cost a hundred times what it did: what is run through time is asked for by name.
 TEST(Layers, OneLookGivesAllThatDoNotRunOn) {
   const std::vector<Layer> layers = layers_of_one_look();
-  EXPECT_EQ(layers.size(), all_layers().size() - 4);
-  EXPECT_EQ(std::count_if(layers.begin(), layers.end(), runs_on), 0);
+  EXPECT_EQ(layers.size(), all_layers().size() - 3);
+  EXPECT_EQ(std::count_if(layers.begin(), layers.end(), of_rtk), 0);
 }
 
 TEST(Layers, LimitsHaveBounds) {
@@ -67,7 +67,7 @@ TEST(Layers, LimitsHaveBounds) {
   limits.error_m = 0;
   EXPECT_THROW(limits.validate(), InputError);
   limits = {};
-  limits.first_fix_s = 3601;
+  limits.rtk_s = 3601;
   EXPECT_THROW(limits.validate(), InputError);
 }
 

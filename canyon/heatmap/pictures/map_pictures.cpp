@@ -166,7 +166,6 @@ class Writer {
       if (layer == Layer::HorizontalErrorExceedance)
         text = fmt::format("error limit: {:g} m", limits.error_m);
       if (layer == Layer::ProtectedAvailability) text = fmt::format("alert limit: {:g} m", limits.alert_m);
-      if (layer == Layer::TimeToFirstFix) text = limits.start == StartKind::Hot ? "hot start" : "cold start";
       if (!text.empty()) lines[1] += (lines[1].empty() ? "" : kDot) + text;
     }
     return lines;

@@ -193,7 +193,7 @@ void visit(options::Visitor& v, LiveConfig& config) {
   visit_seed(v, config.seed);
   v.number(
       {"geoid_undulation_m", "m",
-       "height of mean sea level above the ellipsoid in the world, subtracted in NMEA, UBX, MAVLink and GPX",
+       "height of mean sea level above the ellipsoid in the world, subtracted in NMEA, UBX and MAVLink",
        "the city's, else 0"},
       config.city.sea_level.geoid_undulation_m, {-150, 150});
   ReceiverConfig& receiver = config.receiver();
