@@ -1,5 +1,7 @@
 #include "canyon/errors/space_errors.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -284,6 +286,31 @@ double RandomWaves::at(geodesy::GpsTime time, const Eigen::Vector3d& place) cons
   std::array<double, 4> sums{};
   for (std::size_t k = 0; k < cosines.size(); ++k) sums[k % sums.size()] += cosines[k];
   return ((sums[0] + sums[1]) + (sums[2] + sums[3])) * std::sqrt(2.0 / static_cast<double>(cosines.size()));
+}
+
+const SystemKlobuchar& klobuchar_of(const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
+                                    gnss::System system) {
+  auto found = klobuchar.find(system);
+  if (found == klobuchar.end()) found = klobuchar.find(gnss::System::GPS);
+  if (found == klobuchar.end()) {
+    throw InputError(
+        fmt::format("no Klobuchar coefficients for {}, nor GPS's, are known", gnss::name(system)),
+        "give a navigation file whose header has them (GPSA and GPSB), or switch the ionosphere off");
+  }
+  return *found;
+}
+
+double atmosphere_m(bool ionosphere, bool troposphere,
+                    const std::map<gnss::System, gnss::Klobuchar>& klobuchar, gnss::System system,
+                    double carrier_frequency_hz, geodesy::GpsTime time, const geodesy::Geodetic& place,
+                    const geodesy::AzimuthElevation& look) {
+  double delay_m = 0;
+  if (ionosphere) {
+    delay_m += klobuchar_delay_m(klobuchar_of(klobuchar, system), time, place, look.azimuth_rad,
+                                 look.elevation_rad, carrier_frequency_hz);
+  }
+  if (troposphere) delay_m += saastamoinen_delay_m(place, look.elevation_rad);
+  return delay_m;
 }
 
 }  // namespace canyon::errors

@@ -44,6 +44,19 @@ using SystemKlobuchar = std::map<gnss::System, gnss::Klobuchar>::value_type;
 /// horizon.
 [[nodiscard]] double slant_delay_m(double zenith_m, double elevation_rad);
 
+/// Klobuchar coefficients for a system: its own, else GPS's, and whose they are. Throws InputError where
+/// there are neither.
+[[nodiscard]] const SystemKlobuchar& klobuchar_of(const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
+                                                  gnss::System system);
+
+/// Delay by the models of ionosphere (klobuchar_of()) and troposphere (saastamoinen_delay_m()) [m], of those
+/// that are asked for. Throws InputError where the
+/// ionosphere finds no coefficients.
+[[nodiscard]] double atmosphere_m(bool ionosphere, bool troposphere,
+                                  const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
+                                  gnss::System system, double carrier_frequency_hz, geodesy::GpsTime time,
+                                  const geodesy::Geodetic& place, const geodesy::AzimuthElevation& look);
+
 // Errors from space in a ranging signal that no receiver knows: of broadcast orbits and clocks, and
 // what the atmosphere delays beside the models that receivers correct by. docs/errors.md has the budget.
 /// A random function of time and place with mean 0 and variance 1 over its realizations: a sum of waves of

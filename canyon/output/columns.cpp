@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "canyon/base/text.hpp"
 #include "canyon/city/mesh_marks.hpp"
@@ -124,6 +125,10 @@ const gnss::Signal& signal_of(const Row& row) {
 template <double receiver::SignalObservation::*value>
 double if_measured(const Row& row) {
   return row.signal->measurement ? row.signal->*value : kNone;
+}
+template <std::size_t term>
+double range_term(const Row& row) {
+  return row.signal->measurement ? row.signal->terms_m[term] : kNone;
 }
 template <double positioning::Measurement::*value>
 double measured(const Row& row) {
@@ -470,6 +475,7 @@ constexpr std::array kSatelliteColumns{
          [](const Row& r) { return r.satellite->tracked_path; }),
 };
 
+/// Without those of the range's terms, which stand behind sigma_m.
 constexpr std::array kSignalColumns{
     kWeek,
     kTow,
@@ -491,9 +497,6 @@ constexpr std::array kSignalColumns{
     kPseudorangeError,
     kNoise,
     kSigma,
-    number("ionosphere_m", "m", 4,
-           "delay in the pseudorange, advance in the phase; 0 where `ionosphere` is off", "nothing measured",
-           &if_measured<&receiver::SignalObservation::ionosphere_m>),
     number("estimated_ionosphere_m", "m", 4, "the receiver's estimate of it from the satellite's codes",
            "not `combination: uncombined`, or one signal alone",
            [](const Row& r) {
@@ -501,14 +504,6 @@ constexpr std::array kSignalColumns{
              const auto& l1_m = r.satellite->estimated_ionosphere_m;
              return m && l1_m ? *l1_m * std::pow(gnss::kL1_hz / m->carrier_frequency_hz, 2) : kNone;
            }),
-    number("troposphere_m", "m", 4, "delay in both; 0 where `troposphere` is off", "nothing measured",
-           &if_measured<&receiver::SignalObservation::troposphere_m>),
-    number("orbit_error_m", "m", 4,
-           "error of the broadcast orbit and clock (`sky.errors`), in code and phase", "nothing measured",
-           &if_measured<&receiver::SignalObservation::orbit_error_m>),
-    number("bias_m", "m", 4,
-           "delay of the receiver's own, in the pseudorange and not in its error (`biases`)",
-           "nothing measured", &if_measured<&receiver::SignalObservation::bias_m>),
     kDoppler,
     kPhase,
     kPhaseLock,
@@ -593,15 +588,35 @@ constexpr std::array kPathColumns{
         .not_in_csv(),
 };
 
-constexpr std::array kTables{Table{TableKind::Epochs, "epochs", kEpochColumns},
-                             Table{TableKind::Satellites, "satellites", kSatelliteColumns},
-                             Table{TableKind::Signals, "signals", kSignalColumns},
-                             Table{TableKind::Paths, "paths", kPathColumns}};
+template <std::size_t... term>
+constexpr std::array<Number, sizeof...(term)> range_term_values(std::index_sequence<term...>) {
+  return {&range_term<term>...};
+}
+
+/// kSignalColumns with the columns of receiver::range_terms() behind sigma_m.
+std::vector<Column> signal_columns() {
+  static constexpr auto kValues = range_term_values(std::make_index_sequence<receiver::kMostRangeTerms>());
+  std::vector<Column> columns(kSignalColumns.begin(), kSignalColumns.end());
+  auto at = std::find_if(columns.begin(), columns.end(),
+                         [](const Column& c) { return std::string_view(c.name) == "sigma_m"; });
+  const std::span<const receiver::RangeTerm> terms = receiver::range_terms();
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    if (terms[i].column == nullptr) continue;
+    at = columns.insert(at + 1,
+                        number(terms[i].column, "m", 4, terms[i].help, "nothing measured", kValues[i]));
+  }
+  return columns;
+}
 
 }  // namespace
 
 std::span<const Table> tables() {
-  return kTables;
+  static const std::vector<Column> signals = signal_columns();
+  static const std::array tables{Table{TableKind::Epochs, "epochs", kEpochColumns},
+                                 Table{TableKind::Satellites, "satellites", kSatelliteColumns},
+                                 Table{TableKind::Signals, "signals", signals},
+                                 Table{TableKind::Paths, "paths", kPathColumns}};
+  return tables;
 }
 
 double Column::value(const Row& row) const {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "canyon/base/named.hpp"
-#include "canyon/receiver/signal_range.hpp"
+#include "canyon/receiver/own_draws.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 

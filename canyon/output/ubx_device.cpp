@@ -37,6 +37,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     last_->arrival = nullptr;
     last_->navigation = nullptr;
     last_->environment = nullptr;
+    last_->options = nullptr;
     last_->sensors = nullptr;
     told_.emplace(epochs_.next(*last_));
     security_log_.take({*told_, receiver_.ubx_generation, jamming_monitor(), nullptr});

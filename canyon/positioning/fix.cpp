@@ -395,18 +395,6 @@ double Baseline::heading_sigma_rad() const {
   return length_m > 0 ? std::sqrt(variance) / length_m : std::numeric_limits<double>::infinity();
 }
 
-const errors::SystemKlobuchar& klobuchar_of(const std::map<System, gnss::Klobuchar>& klobuchar,
-                                            System system) {
-  auto found = klobuchar.find(system);
-  if (found == klobuchar.end()) found = klobuchar.find(System::GPS);
-  if (found == klobuchar.end()) {
-    throw InputError(
-        fmt::format("no Klobuchar coefficients for {}, nor GPS's, are known", gnss::name(system)),
-        "give a navigation file whose header has them (GPSA and GPSB), or switch the ionosphere off");
-  }
-  return *found;
-}
-
 std::optional<double> residual_m(const Fix& fix, gnss::SatelliteId id) {
   const auto at = std::lower_bound(fix.used.begin(), fix.used.end(), id);
   const auto index = static_cast<std::size_t>(at - fix.used.begin());

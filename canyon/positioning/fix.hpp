@@ -210,9 +210,4 @@ struct [[nodiscard]] Fix {
                             const std::map<gnss::System, gnss::Klobuchar>& klobuchar = {},
                             const Eigen::Vector3d& start = Eigen::Vector3d::Zero());
 
-/// Klobuchar coefficients for a system: its own, else GPS's, and whose they are. Throws InputError where
-/// there are neither.
-[[nodiscard]] const errors::SystemKlobuchar& klobuchar_of(
-    const std::map<gnss::System, gnss::Klobuchar>& klobuchar, gnss::System system);
-
 }  // namespace canyon::positioning

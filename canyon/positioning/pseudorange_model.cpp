@@ -46,19 +46,6 @@ void check(const Measurement& m) {
 
 }  // namespace
 
-double atmosphere_m(bool ionosphere, bool troposphere,
-                    const std::map<gnss::System, gnss::Klobuchar>& klobuchar, gnss::System system,
-                    double carrier_frequency_hz, geodesy::GpsTime time, const geodesy::Geodetic& place,
-                    const geodesy::AzimuthElevation& look) {
-  double delay_m = 0;
-  if (ionosphere) {
-    delay_m += errors::klobuchar_delay_m(klobuchar_of(klobuchar, system), time, place, look.azimuth_rad,
-                                         look.elevation_rad, carrier_frequency_hz);
-  }
-  if (troposphere) delay_m += errors::saastamoinen_delay_m(place, look.elevation_rad);
-  return delay_m;
-}
-
 void carry(orbit::SatelliteState& state, double dt_s) {
   constexpr double kGravity = 3.986005e14;  // [m^3/s^2], IS-GPS-200 table 20-IV
   const Eigen::Vector3d omega(0, 0, geodesy::kEarthRotationRate);
@@ -164,7 +151,7 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
     const Measurement& m = *satellite.measured;
     if (weighs) satellite.sigma_m = options.weights.sigma_m(m, look.elevation_rad);
     const auto delay_m = [&](bool ionosphere, bool troposphere) {
-      return atmosphere_m(
+      return errors::atmosphere_m(
           ionosphere, troposphere, klobuchar, m.id.system,
           m.carrier_frequency_hz > 0 ? m.carrier_frequency_hz : satellite.state.carrier_frequency_hz,
           receiver_time, place, look);

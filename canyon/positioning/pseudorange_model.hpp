@@ -43,13 +43,6 @@ struct RangedSatellite {
                                                              const orbit::Sky& sky,
                                                              const FixOptions& options);
 
-/// Delay by ionosphere and troposphere [m], of those that are asked for. Throws InputError where the
-/// ionosphere finds no coefficients.
-[[nodiscard]] double atmosphere_m(bool ionosphere, bool troposphere,
-                                  const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
-                                  gnss::System system, double carrier_frequency_hz, geodesy::GpsTime time,
-                                  const geodesy::Geodetic& place, const geodesy::AzimuthElevation& look);
-
 /// The state `dt_s` later, |dt_s| <= 10 ms, by two-body acceleration in the rotating frame. The error (J2,
 /// 1e-4 of the acceleration) is below 1e-9 m and 1e-6 m/s over 1 ms, and grows with the step's square.
 void carry(orbit::SatelliteState& state, double dt_s);

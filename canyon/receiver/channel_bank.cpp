@@ -8,7 +8,6 @@
 #include "canyon/errors/space_errors.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
-#include "canyon/receiver/signal_range.hpp"
 
 namespace canyon::receiver {
 
@@ -184,7 +183,7 @@ void MeasurementModel::place(Instant& at, const Eigen::Vector3d& antenna_ecef) c
   at.place = geodesy::geodetic_from_ecef(antenna_ecef);
   if (!options_.ionosphere && !options_.troposphere) return;
   const auto beside = [&](double dt_s) {
-    Beside result;
+    AntennaBeside result;
     result.dt_s = dt_s;
     result.antenna_ecef = antenna_ecef + at.motion.velocity_ecef * dt_s;
     result.place = geodesy::geodetic_from_ecef(result.antenna_ecef);
@@ -253,34 +252,33 @@ positioning::Measurement MeasurementModel::measure(const Instant& at, const prop
   m.doppler_sigma_hz = std::hypot(noise_doppler_sigma_hz_, loops.doppler_sigma_hz);
   if (m.doppler_sigma_hz == 0) m.doppler_sigma_hz = 0.1;
 
-  RangeTerms terms;
-  terms.delays = delays_in_signal(options_, *at.klobuchar, view, m.carrier_frequency_hz, at.time, at.place);
-  terms.code_excess_m = observation.excess_m;
-  terms.code_noise_m = observation.noise_m;
-  terms.bias_m = observation.bias_m = bias_m(line.id, signal, m.carrier_frequency_hz, at.time);
+  assert(!view.paths.paths.empty());
+  const bool air = options_.ionosphere || options_.troposphere;
   const tracking::TrackedPhase* phase =
       reception != nullptr && reception->phase ? &*reception->phase : nullptr;
-  if (phase != nullptr) terms.carrier_excess_m = phase->excess_m;
-  const SignalRange range = signal_range(view, signal, m.carrier_frequency_hz, at.clock, terms);
-
-  observation.ionosphere_m = terms.delays.ionosphere_m;
-  observation.troposphere_m = terms.delays.troposphere_m;
-  observation.orbit_error_m = terms.delays.orbit_error_m;
-  const double atmosphere = observation.ionosphere_m + observation.troposphere_m;
-  const double corrected = atmosphere_m(at, options_.fix.correct_ionosphere, options_.fix.correct_troposphere,
-                                        line, m.carrier_frequency_hz);
-  observation.pseudorange_error_m =
-      observation.excess_m + observation.noise_m + observation.orbit_error_m + (atmosphere - corrected);
-  m.pseudorange_m = range.code_m;
-
-  assert(!view.paths.paths.empty());
-  const propagation::Path& path = view.paths.paths[reception != nullptr ? reception->tracked : 0];
+  RangeState state{&options_,
+                   at.klobuchar,
+                   &view,
+                   &signal,
+                   m.carrier_frequency_hz,
+                   at.time,
+                   at.place,
+                   at.clock,
+                   observation.excess_m,
+                   phase != nullptr ? phase->excess_m : 0,
+                   observation.noise_m,
+                   bias_m(line.id, signal, m.carrier_frequency_hz, at.time),
+                   &view.paths.paths[reception != nullptr ? reception->tracked : 0],
+                   &at.motion,
+                   air ? &at.before : nullptr,
+                   air ? &at.after : nullptr};
+  const CodeAndCarrier range = signal_range(state, observation.terms_m);
+  observation.pseudorange_error_m = observation.excess_m + observation.noise_m + uncorrected_m(state);
+  m.pseudorange_m = range.code;
   const double cycles_per_m = m.carrier_frequency_hz / geodesy::kSpeedOfLight;
-  const SignalRate rate = signal_rate(view, m.carrier_frequency_hz, path, at.motion, at.clock,
-                                      atmosphere_rate_mps(at, line, m.carrier_frequency_hz));
-  m.doppler_hz = -cycles_per_m * rate.carrier_mps + doppler_noise_hz;
+  m.doppler_hz = -cycles_per_m * signal_rate(state).carrier + doppler_noise_hz;
   if (phase != nullptr) {
-    m.carrier_phase_cycles = range.carrier_m * cycles_per_m + phase->ambiguity + loops.phase_cycles;
+    m.carrier_phase_cycles = range.carrier * cycles_per_m + phase->ambiguity + loops.phase_cycles;
     m.carrier_phase_sigma_cycles = loops.phase_sigma_cycles;
     m.phase_since = phase->since;
   }
@@ -289,24 +287,8 @@ positioning::Measurement MeasurementModel::measure(const Instant& at, const prop
 
 double MeasurementModel::atmosphere_m(const Instant& at, bool ionosphere, bool troposphere,
                                       const orbit::LineOfSight& line, double carrier_hz) {
-  return positioning::atmosphere_m(ionosphere, troposphere, *at.klobuchar, line.id.system, carrier_hz,
-                                   at.time, at.place, {line.azimuth_rad, line.elevation_rad});
-}
-
-/// Rate of the carrier's delay in the atmosphere [m/s], by central differences over a second: the
-/// ionosphere advances a carrier.
-double MeasurementModel::atmosphere_rate_mps(const Instant& at, const orbit::LineOfSight& line,
-                                             double carrier_hz) const {
-  if (!options_.ionosphere && !options_.troposphere) return 0;
-  const auto delay_m = [&](const Beside& there) {
-    const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(
-        there.enu_from_ecef *
-        (line.position_at_reception_m + line.velocity_at_reception_mps * there.dt_s - there.antenna_ecef));
-    return (options_.troposphere ? errors::slant_delay_m(there.zenith_m, look.elevation_rad) : 0) -
-           positioning::atmosphere_m(options_.ionosphere, false, *at.klobuchar, line.id.system, carrier_hz,
-                                     at.time + there.dt_s, there.place, look);
-  };
-  return delay_m(at.after) - delay_m(at.before);
+  return errors::atmosphere_m(ionosphere, troposphere, *at.klobuchar, line.id.system, carrier_hz, at.time,
+                              at.place, {line.azimuth_rad, line.elevation_rad});
 }
 
 }  // namespace canyon::receiver

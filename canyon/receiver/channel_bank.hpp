@@ -17,8 +17,9 @@
 #include "canyon/disturbance/disturbance.hpp"
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/gnss/signals.hpp"
+#include "canyon/receiver/own_draws.hpp"
+#include "canyon/receiver/range_terms.hpp"
 #include "canyon/receiver/receiver.hpp"
-#include "canyon/receiver/signal_range.hpp"
 #include "canyon/tracking/channel.hpp"
 #include "canyon/tracking/signal_lock.hpp"
 
@@ -161,15 +162,6 @@ class ChannelBank {
   std::vector<const gnss::Signal*> wanted_;
 };
 
-/// The antenna a time before or after an epoch.
-struct Beside {
-  double dt_s = 0;
-  Eigen::Vector3d antenna_ecef = Eigen::Vector3d::Zero();
-  geodesy::Geodetic place;
-  Eigen::Matrix3d enu_from_ecef = Eigen::Matrix3d::Identity();
-  double zenith_m = 0;  ///< delay in the troposphere
-};
-
 /// An epoch's values that all of its satellites share.
 struct Instant {
   geodesy::GpsTime time;
@@ -177,7 +169,7 @@ struct Instant {
   tracking::AntennaMotion motion;
   geodesy::Geodetic place;
   const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
-  Beside before, after;  ///< by half a second, where the signals have delays of the atmosphere
+  AntennaBeside before, after;  ///< by half a second, where the signals have delays of the atmosphere
 };
 
 /// Pseudoranges, Dopplers and carrier phases of tracked signals, with the receiver's own noise and delays;
@@ -217,8 +209,6 @@ class MeasurementModel {
   [[nodiscard]] SignalNoise& noise_of(gnss::SatelliteId id, const gnss::Signal& signal, geodesy::GpsTime now);
   [[nodiscard]] double bias_m(gnss::SatelliteId id, const gnss::Signal& signal, double carrier_hz,
                               geodesy::GpsTime now);
-  [[nodiscard]] double atmosphere_rate_mps(const Instant& at, const orbit::LineOfSight& line,
-                                           double carrier_hz) const;
 
   const ReceiverOptions& options_;
   std::uint64_t seed_;

@@ -7,6 +7,7 @@
 #include <array>
 #include <utility>
 
+#include "canyon/errors/space_errors.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
@@ -83,9 +84,9 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
     if (found == satellite_of.end()) continue;
     const positioning::RangedSatellite& satellite = *found->second;
     const double atmosphere_m =
-        positioning::atmosphere_m(fix.correct_ionosphere, fix.correct_troposphere, klobuchar, m.id.system,
-                                  m.carrier_frequency_hz, corrections.receiver_time, geodetic,
-                                  geodesy::azimuth_elevation_from_enu(enu_from_ecef * satellite.direction));
+        errors::atmosphere_m(fix.correct_ionosphere, fix.correct_troposphere, klobuchar, m.id.system,
+                             m.carrier_frequency_hz, corrections.receiver_time, geodetic,
+                             geodesy::azimuth_elevation_from_enu(enu_from_ecef * satellite.direction));
     const double clock_s = satellite.state.clock_bias_s - satellite.state.group_delay_of(*seen.signal);
     const double metres = satellite.range_m + atmosphere_m - kSpeedOfLight * clock_s - m.pseudorange_m;
     const double code_m =

@@ -11,8 +11,8 @@
 #include "canyon/gnss/signals.hpp"
 #include "canyon/positioning/fusion/dead_reckoning_options.hpp"
 #include "canyon/receiver/channel_bank.hpp"
+#include "canyon/receiver/own_draws.hpp"
 #include "canyon/receiver/position_solver.hpp"
-#include "canyon/receiver/signal_range.hpp"
 
 namespace canyon::receiver {
 

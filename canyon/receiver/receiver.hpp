@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -14,6 +15,7 @@
 #include "canyon/positioning/fusion/dead_reckoning_options.hpp"
 #include "canyon/positioning/position_filter.hpp"
 #include "canyon/propagation/paths.hpp"
+#include "canyon/receiver/range_terms.hpp"
 #include "canyon/receiver/receiver_options.hpp"
 #include "canyon/tracking/noise.hpp"
 #include "canyon/tracking/signal_lock.hpp"
@@ -46,12 +48,13 @@ struct SignalObservation {
   double noise_m = 0;  ///< OU value and code loop noise in the pseudorange; 0 without measurement
   /// Rate of the code loop's noise: its errors tau apart correlate by e^(-rate tau); 0 without it.
   double code_rate_per_s = 0;
-  /// Excess + noise + orbit_error_m + atmosphere left uncorrected (in the signal less what the fix takes off;
-  /// negative where it corrects what is not there); 0 without measurement.
+  /// Excess + noise + terms of space left uncorrected (in the signal less what the fix takes off; negative
+  /// where it corrects what is not there); 0 without measurement.
   double pseudorange_error_m = 0;
-  double ionosphere_m = 0, troposphere_m = 0;  ///< delays in the pseudorange; 0 without measurement
-  double orbit_error_m = 0;  ///< of the broadcast orbit and clock, in code and phase; 0 without measurement
-  double bias_m = 0;         ///< BiasOptions' in the pseudorange, not in its error; 0 without measurement
+  /// Each term of the pseudorange, in the order of range_terms(); 0 without measurement.
+  std::array<double, kMostRangeTerms> terms_m{};
+
+  [[nodiscard]] double term_m(RangeTermId id) const { return terms_m[static_cast<std::size_t>(id)]; }
 };
 
 /// One satellite at one epoch as the receiver saw it, with the truth behind it: its first tracked signal, and

@@ -433,9 +433,10 @@ TEST(Receiver, ErrorsOfSpaceAreSharedByBandsAndReceivers) {
     for (const SignalObservation& second : satellite.more) {
       if (!second.measurement) continue;
       ++bands;
-      EXPECT_EQ(second.orbit_error_m, satellite.orbit_error_m);
-      EXPECT_EQ(second.troposphere_m, satellite.troposphere_m);
-      EXPECT_NEAR(second.ionosphere_m / satellite.ionosphere_m, std::pow(154.0 / 115.0, 2), 1e-9);
+      EXPECT_EQ(second.term_m(RangeTermId::OrbitError), satellite.term_m(RangeTermId::OrbitError));
+      EXPECT_EQ(second.term_m(RangeTermId::Troposphere), satellite.term_m(RangeTermId::Troposphere));
+      EXPECT_NEAR(second.term_m(RangeTermId::Ionosphere) / satellite.term_m(RangeTermId::Ionosphere),
+                  std::pow(154.0 / 115.0, 2), 1e-9);
     }
   }
   EXPECT_GT(bands, 5);

@@ -10,7 +10,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/receiver/signal_range.hpp"
+#include "canyon/receiver/own_draws.hpp"
+#include "canyon/receiver/range_terms.hpp"
 #include "canyon/tracking/channel_fading.hpp"
 
 namespace canyon::samples {
@@ -49,7 +50,7 @@ struct PathAtEpoch {
   PathKind kind = PathKind::Direct;
   std::uint64_t reflector = 0;
   std::uint32_t signals = 0;
-  double code_m = 0, code_mps = 0, carrier_m = 0, carrier_mps = 0;
+  receiver::CodeAndCarrier range, rate;
   Complex amplitude;                     ///< over the noise; the phase of carrier_m is not in it
   double decay_per_s = 0, shift_hz = 0;  ///< Diffuse: of its fading
 
@@ -62,7 +63,7 @@ struct PathAtEpoch {
 struct SignalAtEpoch {
   Source* source = nullptr;
   double carrier_hz = 0;
-  double code_air_m = 0, carrier_air_m = 0;  ///< delays in space
+  receiver::CodeAndCarrier air;  ///< delays in space
   std::vector<PathAtEpoch> paths;
 };
 
@@ -80,33 +81,31 @@ Cubic hermite(double from, double from_slope, double to, double to_slope) {
 
 /// Between the same path at two epochs, or, where one is null, to or from nothing.
 InterpolatedPath interpolate(const PathAtEpoch* from, const PathAtEpoch* to,
-                             const std::array<double, 2>& code_air_m,
-                             const std::array<double, 2>& carrier_air_m, double length_s) {
+                             const std::array<receiver::CodeAndCarrier, 2>& air, double length_s) {
   InterpolatedPath path;
-  const auto cubic = [&](double PathAtEpoch::*value, double PathAtEpoch::*rate,
-                         const std::array<double, 2>& air) {
+  const auto cubic = [&](double receiver::CodeAndCarrier::*part) {
     Cubic c;
     if (from != nullptr && to != nullptr) {
-      c = hermite(from->*value, from->*rate * length_s, to->*value, to->*rate * length_s);
+      c = hermite(from->range.*part, from->rate.*part * length_s, to->range.*part, to->rate.*part * length_s);
     } else if (from != nullptr) {
-      c = {from->*value, from->*rate * length_s, 0, 0};
+      c = {from->range.*part, from->rate.*part * length_s, 0, 0};
     } else {
-      c = {to->*value - to->*rate * length_s, to->*rate * length_s, 0, 0};
+      c = {to->range.*part - to->rate.*part * length_s, to->rate.*part * length_s, 0, 0};
     }
-    c.a += air[0];
-    c.b += air[1] - air[0];
+    c.a += air[0].*part;
+    c.b += air[1].*part - air[0].*part;
     return c;
   };
-  path.code_m = cubic(&PathAtEpoch::code_m, &PathAtEpoch::code_mps, code_air_m);
-  path.carrier_m = cubic(&PathAtEpoch::carrier_m, &PathAtEpoch::carrier_mps, carrier_air_m);
+  path.code_m = cubic(&receiver::CodeAndCarrier::code);
+  path.carrier_m = cubic(&receiver::CodeAndCarrier::carrier);
   if (from != nullptr) path.from = from->amplitude;
   if (to != nullptr) path.to = to->amplitude;
   return path;
 }
 
 bool follows(const PathAtEpoch& from, const PathAtEpoch& to, double length_s) {
-  const double expected = from.code_m + (from.code_mps + to.code_mps) / 2 * length_s;
-  return from.is(to) && std::abs(to.code_m - expected) < kJump_m;
+  const double expected = from.range.code + (from.rate.code + to.rate.code) / 2 * length_s;
+  return from.is(to) && std::abs(to.range.code - expected) < kJump_m;
 }
 
 class Interpolator final : public PathInterpolator {
@@ -201,35 +200,39 @@ class Interpolator final : public PathInterpolator {
     Source* source = source_of(view, signal, epoch.truth.time);
     if (source == nullptr) return;
 
-    const receiver::DelaysInSignal delays = receiver::delays_in_signal(
-        options, klobuchar, view, carrier_hz, epoch.truth.time, epoch.truth.position);
     SignalAtEpoch sent;
     sent.source = source;
     sent.carrier_hz = carrier_hz;
-    sent.code_air_m = delays.ionosphere_m + delays.troposphere_m + delays.orbit_error_m;
-    sent.carrier_air_m = delays.of_carrier_m();
-
-    const receiver::ClockReading clock{epoch.observed.clock_bias_s - epoch.observed.events.clock_bias_s,
-                                       epoch.observed.clock_drift - epoch.observed.events.clock_drift};
     tracking::AntennaMotion motion;
     motion.velocity_ecef =
         geodesy::enu_from_ecef_rotation(epoch.truth.position).transpose() * epoch.truth.velocity_enu_mps;
     motion.ecef_from_enu = epoch.arrival->ecef_from_enu;
-    receiver::RangeTerms terms;  // the delays in space are interpolated apart from the paths
-    terms.bias_m = receiver::fixed_bias_m(options.biases, line.id, signal, carrier_hz, epoch.truth.time);
+    receiver::RangeState state{&options,
+                               &klobuchar,
+                               &view,
+                               &signal,
+                               carrier_hz,
+                               epoch.truth.time,
+                               epoch.truth.position,
+                               {epoch.observed.clock_bias_s - epoch.observed.events.clock_bias_s,
+                                epoch.observed.clock_drift - epoch.observed.events.clock_drift}};
+    state.bias_m = receiver::fixed_bias_m(options.biases, line.id, signal, carrier_hz, epoch.truth.time);
+    state.motion = &motion;
+    // The delays in space are interpolated apart from the paths.
+    sent.air = receiver::range_of(receiver::RangeTermOf::Space, state);
     const auto path_of = [&](const Path& path, double excess_m, double code_ahead_m) {
-      terms.code_excess_m = excess_m + code_ahead_m;
-      terms.carrier_excess_m = excess_m;
-      const receiver::SignalRange range = receiver::signal_range(view, signal, carrier_hz, clock, terms);
+      state.code_excess_m = excess_m + code_ahead_m;
+      state.carrier_excess_m = excess_m;
+      state.path = &path;
       PathAtEpoch at;
       at.kind = path.kind;
       at.reflector = path.reflector;
       at.signals = path.signals;
-      const receiver::SignalRate rate = receiver::signal_rate(view, carrier_hz, path, motion, clock);
-      at.code_m = range.code_m;
-      at.code_mps = rate.code_mps;
-      at.carrier_m = range.carrier_m;
-      at.carrier_mps = rate.carrier_mps;
+      for (const auto of : {receiver::RangeTermOf::Satellite, receiver::RangeTermOf::Receiver,
+                            receiver::RangeTermOf::Channel}) {
+        at.range += receiver::range_of(of, state);
+      }
+      at.rate = receiver::signal_rate(state);
       return at;
     };
 
@@ -277,7 +280,7 @@ class Interpolator final : public PathInterpolator {
       const double coherence_m = tracking::kCoherenceWavelengths * wavelength;
       at.kind = PathKind::Diffuse;
       at.reflector = static_cast<std::uint64_t>(bin);
-      at.code_mps += rate_mps;
+      at.rate.code += rate_mps;
       at.amplitude = std::sqrt(merged.power) * unit;
       at.shift_hz = tracking::fading_rate_hz(rate_mps, wavelength);
       at.decay_per_s =
@@ -316,14 +319,12 @@ class Interpolator final : public PathInterpolator {
       const SignalAtEpoch& to = found_to != now.signals.end() ? found_to->second : nothing;
       const SignalAtEpoch& any = from.source != nullptr ? from : to;
       const SignalAtEpoch& other = to.source != nullptr ? to : from;
-      const std::array code_air{any.code_air_m, other.code_air_m};
-      const std::array carrier_air{any.carrier_air_m, other.carrier_air_m};
+      const std::array air{any.air, other.air};
       Segment::Signal& signal =
           segment.signals.emplace_back(Segment::Signal{&any.source->waveform, any.carrier_hz, {}});
       std::vector<bool> met(to.paths.size());
       const auto add = [&](const PathAtEpoch* begin, const PathAtEpoch* end) {
-        InterpolatedPath& added =
-            signal.paths.emplace_back(interpolate(begin, end, code_air, carrier_air, segment.length_s));
+        InterpolatedPath& added = signal.paths.emplace_back(interpolate(begin, end, air, segment.length_s));
         const PathAtEpoch& path = end != nullptr ? *end : *begin;
         if (path.kind == PathKind::Diffuse) fade(*any.source, path, begin, segment.length_s, added);
       };

@@ -6,11 +6,9 @@
 
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
-#include "canyon/gnss/signals.hpp"
 #include "canyon/orbit/sky.hpp"
-#include "canyon/positioning/pseudorange_model.hpp"
 #include "canyon/receiver/corrections.hpp"
-#include "canyon/receiver/signal_range.hpp"
+#include "canyon/receiver/range_terms.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 
@@ -96,24 +94,16 @@ namespace {
 
 using geodesy::GpsTime;
 
-/// Parts of a code and a phase at one place [m].
-struct Carried {
-  double common_m = 0;      ///< range, clocks, orbit, troposphere
-  double ionosphere_m = 0;  ///< delay of a code at L1
-};
-
-std::optional<Carried> carried(gnss::SatelliteId id, GpsTime time, const Eigen::Vector3d& place,
-                               const Environment& environment) {
+/// A satellite as it stands over a place; empty: below the horizon, or not known.
+std::optional<propagation::SatelliteView> view_from(const Environment& environment, gnss::SatelliteId id,
+                                                    GpsTime time, const Eigen::Vector3d& place) {
   const auto line = orbit::line_of_sight(environment.sky(), id, time, place);
   if (!line) return std::nullopt;
-  Carried result{receiver::pseudorange_m(*line, 0, 0, 0, 0), 0};
-  if (environment.errors()) {
-    const errors::SpaceErrors& from = *environment.errors();
-    const errors::SpaceDelays space = from.at(*line, from.reception(time, place));
-    result.common_m += space.orbit_clock_m + space.troposphere_m;
-    result.ionosphere_m = space.ionosphere_m;
+  propagation::SatelliteView view{*line, {}};
+  if (const auto& errors = environment.errors()) {
+    view.space = errors->at(view.line, errors->reception(time, place));
   }
-  return result;
+  return view;
 }
 
 }  // namespace
@@ -130,8 +120,8 @@ std::optional<Epoch> VirtualStation::move(const Epoch& base,
   moved.truth_ecef = *place_;
   moved.truth.position = geodesy::geodetic_from_ecef(*place_);
   for (receiver::SatelliteObservation& satellite : moved.observed.satellites) {
-    const auto here = carried(satellite.id, time, base.truth_ecef, *base.environment);
-    const auto there = carried(satellite.id, time, *place_, *base.environment);
+    const auto here = view_from(*base.environment, satellite.id, time, base.truth_ecef);
+    const auto there = view_from(*base.environment, satellite.id, time, *place_);
     const auto move_signal = [&](receiver::SignalObservation& seen) {
       if (!seen.measurement) return;
       if (!here || !there) {
@@ -139,13 +129,19 @@ std::optional<Epoch> VirtualStation::move(const Epoch& base,
         return;
       }
       positioning::Measurement& m = *seen.measurement;
-      const double common_m = there->common_m - here->common_m;
-      const double ratio = gnss::kL1_hz / m.carrier_frequency_hz;
-      const double ionosphere_m = (there->ionosphere_m - here->ionosphere_m) * ratio * ratio;
-      m.pseudorange_m += common_m + ionosphere_m;
+      const auto range = [&](const propagation::SatelliteView& view, const geodesy::Geodetic& place) {
+        const receiver::RangeState state{base.options, &base.environment->klobuchar(), &view,
+                                         seen.signal,  m.carrier_frequency_hz,         time,
+                                         place};
+        receiver::CodeAndCarrier of_place = range_of(receiver::RangeTermOf::Satellite, state);
+        return of_place += range_of(receiver::RangeTermOf::Space, state);
+      };
+      const receiver::CodeAndCarrier from = range(*here, base.truth.position),
+                                     to = range(*there, moved.truth.position);
+      m.pseudorange_m += to.code - from.code;
       if (m.carrier_phase_cycles) {
         *m.carrier_phase_cycles +=
-            (common_m - ionosphere_m) * m.carrier_frequency_hz / geodesy::kSpeedOfLight;
+            (to.carrier - from.carrier) * m.carrier_frequency_hz / geodesy::kSpeedOfLight;
       }
       if (m.phase_since && *m.phase_since < since_) m.phase_since = since_;
     };

@@ -7,7 +7,6 @@
 
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/geodesy/constants.hpp"
-#include "canyon/receiver/signal_range.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -73,6 +72,11 @@ std::vector<Epoch> run_of(const std::string& text, std::size_t receiver, int thr
   return found;
 }
 
+/// A pseudorange of geometry and the satellite's clock alone.
+double clean_m(const orbit::LineOfSight& line) {
+  return line.range_m - geodesy::kSpeedOfLight * (line.state.clock_bias_s - line.state.group_delay_s);
+}
+
 double worst_m(const std::vector<Epoch>& epochs) {
   double worst = 0;
   for (const Epoch& epoch : epochs) worst = std::max(worst, epoch.error_enu_m.norm());
@@ -121,7 +125,7 @@ TEST(Corrections, LeaveTheNoiseOfBothCodes) {
         Measurement m;
         m.id = satellite.id;
         m.sigma_m = std::hypot(satellite.measurement->sigma_m, at_base.measurement->sigma_m);
-        m.pseudorange_m = receiver::pseudorange_m(*line, 0, 0, 0, satellite.noise_m - at_base.noise_m);
+        m.pseudorange_m = clean_m(*line) + satellite.noise_m - at_base.noise_m;
         measurements.push_back(m);
       }
     }
@@ -237,7 +241,7 @@ TEST(Corrections, EchoesAtTheBaseAreNotAWrongPlace) {
       Measurement m;
       m.id = id;
       m.sigma_m = 1;
-      m.pseudorange_m = receiver::pseudorange_m(*line, 0, 0, 0, echo_m);
+      m.pseudorange_m = clean_m(*line) + echo_m;
       m.carrier_frequency_hz = line->state.carrier_frequency_hz;
       epoch.observations.push_back({&gnss::signals_of(id.system).front(), m});
     }

@@ -32,8 +32,9 @@ struct Epoch {
   const gnss::NavigationData* navigation = nullptr;
   /// Samples of the vehicle's sensors since the epoch before; valid as long. Null: nobody asked for them.
   const SensorBatch* sensors = nullptr;
-  /// City and sky of the epoch; valid as long.
+  /// City and sky of the epoch, and the receiver's options; valid as long.
   const Environment* environment = nullptr;
+  const receiver::ReceiverOptions* options = nullptr;
   /// Fix minus truth in ENU at the truth [m]; NaN without fix.
   Eigen::Vector3d error_enu_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   /// Height of mean sea level above the ellipsoid as the receiver has it [m]; 0 where none is known.

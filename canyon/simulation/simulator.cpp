@@ -212,6 +212,7 @@ Epoch make_epoch(receiver::Receiver& receiver, const Pose& truth, propagation::A
   epoch.truth_ecef = geodesy::ecef_from_geodetic(truth.position);
   epoch.placement = arrival.placement;
   epoch.environment = &environment;
+  epoch.options = &receiver.options();
   epoch.geoid_undulation_m = environment.city().geoid_undulation_m;
   epoch.observed =
       receiver.observe({{truth.time, epoch.truth_ecef, enu_from_ecef.transpose() * truth.velocity_enu_mps},

@@ -45,8 +45,8 @@ ComparedPhase simulated_phase(const orbit::LineOfSight& line, const receiver::Si
   const positioning::Measurement& m = *o.measurement;
   if (!m.carrier_phase_cycles) return {};
   const double phase_m = *m.carrier_phase_cycles * (geodesy::kSpeedOfLight / m.carrier_frequency_hz);
-  return {(phase_m - line.range_m) + geodesy::kSpeedOfLight * line.state.clock_bias_s + o.ionosphere_m -
-              o.troposphere_m,
+  return {(phase_m - line.range_m) + geodesy::kSpeedOfLight * line.state.clock_bias_s +
+              o.term_m(receiver::RangeTermId::Ionosphere) - o.term_m(receiver::RangeTermId::Troposphere),
           false};
 }
 

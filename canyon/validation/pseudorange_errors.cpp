@@ -133,9 +133,9 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
         const double carrier_hz = gnss::carrier_hz(*s.signal, s.state.carrier_frequency_hz);
         double ionosphere = 0, troposphere = 0;
         if (options.ionosphere) {
-          ionosphere = errors::klobuchar_delay_m(positioning::klobuchar_of(klobuchar, o.id.system),
-                                                 recorded.receiver_time, epoch.antenna, o.azimuth_rad,
-                                                 o.elevation_rad, carrier_hz);
+          ionosphere =
+              errors::klobuchar_delay_m(errors::klobuchar_of(klobuchar, o.id.system), recorded.receiver_time,
+                                        epoch.antenna, o.azimuth_rad, o.elevation_rad, carrier_hz);
         }
         if (options.troposphere) {
           troposphere = errors::saastamoinen_delay_m(epoch.antenna, o.elevation_rad);

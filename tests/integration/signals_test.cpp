@@ -75,11 +75,12 @@ TEST(Signals, DifferByTheIonosphereAndTheirGroupDelaysAlone) {
         ++pairs;
         const double ratio =
             square(now.measurement->carrier_frequency_hz / far.measurement->carrier_frequency_hz);
-        EXPECT_NEAR(far.ionosphere_m, ratio * now.ionosphere_m, 1e-6);
+        EXPECT_NEAR(far.term_m(receiver::RangeTermId::Ionosphere),
+                    ratio * now.term_m(receiver::RangeTermId::Ionosphere), 1e-6);
         EXPECT_NEAR(far.measurement->pseudorange_m - now.measurement->pseudorange_m,
-                    (ratio - 1) * now.ionosphere_m, 1e-5)
+                    (ratio - 1) * now.term_m(receiver::RangeTermId::Ionosphere), 1e-5)
             << gnss::to_string(now.id) << ' ' << far.signal->name;  // nominal satellites have no group delays
-        largest_m = std::max(largest_m, far.ionosphere_m);
+        largest_m = std::max(largest_m, far.term_m(receiver::RangeTermId::Ionosphere));
         // Code minus carrier moves by twice the ionosphere's rate.
         if (before == nullptr || before->more.size() != now.more.size() || !before->more[i].measurement)
           continue;
@@ -88,7 +89,10 @@ TEST(Signals, DifferByTheIonosphereAndTheirGroupDelaysAlone) {
         const double wavelength = geodesy::kSpeedOfLight / b.carrier_frequency_hz;
         const double code_less_carrier_m = (b.pseudorange_m - a.pseudorange_m) -
                                            wavelength * (*b.carrier_phase_cycles - *a.carrier_phase_cycles);
-        EXPECT_NEAR(code_less_carrier_m, 2 * (far.ionosphere_m - before->more[i].ionosphere_m), 1e-5);
+        EXPECT_NEAR(code_less_carrier_m,
+                    2 * (far.term_m(receiver::RangeTermId::Ionosphere) -
+                         before->more[i].term_m(receiver::RangeTermId::Ionosphere)),
+                    1e-5);
       }
     }
   }

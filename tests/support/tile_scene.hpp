@@ -111,7 +111,7 @@ struct TileScene {
       if (options.noise.enabled) m.pseudorange_m += options.noise.ou.mu_m;
       if (options.ionosphere) {
         m.pseudorange_m +=
-            errors::klobuchar_delay_m(positioning::klobuchar_of(klobuchar, m.id.system), time, at,
+            errors::klobuchar_delay_m(errors::klobuchar_of(klobuchar, m.id.system), time, at,
                                       line->azimuth_rad, line->elevation_rad, m.carrier_frequency_hz);
       }
       if (options.troposphere) m.pseudorange_m += errors::saastamoinen_delay_m(at, line->elevation_rad);

@@ -6,7 +6,8 @@
 
 #include "canyon/positioning/least_squares.hpp"
 #include "canyon/positioning/pseudorange_model.hpp"
-#include "canyon/receiver/signal_range.hpp"
+#include "canyon/receiver/own_draws.hpp"
+#include "canyon/receiver/range_terms.hpp"
 
 namespace canyon::heatmap {
 
@@ -149,14 +150,9 @@ const gnss::Signal* TileErrors::signal_of(gnss::SatelliteId id) const {
 
 double TileErrors::error_m(const propagation::SatelliteView& view, const gnss::Signal& signal,
                            double carrier_hz) const {
-  const orbit::LineOfSight& line = view.line;
-  const receiver::DelaysInSignal delays =
-      receiver::delays_in_signal(options, klobuchar, view, carrier_hz, time, centre);
-  const double corrected_m = positioning::atmosphere_m(
-      options.fix.correct_ionosphere, options.fix.correct_troposphere, klobuchar, line.id.system, carrier_hz,
-      time, centre, {line.azimuth_rad, line.elevation_rad});
-  return delays.ionosphere_m + delays.troposphere_m - corrected_m + delays.orbit_error_m +
-         receiver::fixed_bias_m(options.biases, line.id, signal, carrier_hz, time);
+  const receiver::RangeState state{&options, &klobuchar, &view, &signal, carrier_hz, time, centre};
+  return receiver::uncorrected_m(state) +
+         receiver::fixed_bias_m(options.biases, view.line.id, signal, carrier_hz, time);
 }
 
 double TileErrors::sigma_factor(gnss::SatelliteId id, const gnss::Signal& signal) const {

@@ -16,7 +16,7 @@
 #include "canyon/heatmap/cells/cell_fix.hpp"
 #include "canyon/heatmap/cells/cell_receivers.hpp"
 #include "canyon/heatmap/cells/cell_values.hpp"
-#include "canyon/receiver/signal_range.hpp"
+#include "canyon/receiver/own_draws.hpp"
 
 namespace canyon::heatmap {
 namespace {

@@ -10,7 +10,7 @@
 #include "canyon/gnss/signals.hpp"
 #include "canyon/heatmap/cells/cell_receivers.hpp"
 #include "canyon/heatmap/cells/cell_values.hpp"
-#include "canyon/receiver/signal_range.hpp"
+#include "canyon/receiver/own_draws.hpp"
 
 namespace canyon::heatmap {
 namespace {

@@ -19,7 +19,7 @@
 #include "canyon/heatmap/cells/cell_method.hpp"
 #include "canyon/heatmap/kernels/tile_tasks.hpp"
 #include "canyon/options/values.hpp"
-#include "canyon/receiver/signal_range.hpp"
+#include "canyon/receiver/own_draws.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/run_receiver.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "canyon/gnss/signals.hpp"
+#include "canyon/receiver/receiver_options.hpp"
+#include "canyon/tracking/noise.hpp"
+
+// What a receiver draws by its options and seed alone: receivers and cells of maps have it from here.
+
+namespace canyon::receiver {
+
+/// Name of a receiver's random streams, by ReceiverOptions::own_draws: its own name, or none; kReceiver
+/// counts as none.
+[[nodiscard]] std::string draws_of(const ReceiverOptions& options);
+/// The same for its disturbances.
+[[nodiscard]] std::string disturbance_draws_of(const ReceiverOptions& options);
+/// Signals that it tracks of a satellite at a time, in the order of gnss::signals_of(). @param found replaced
+void signals_to_track(const ReceiverOptions& options, gnss::SatelliteId id, geodesy::GpsTime time,
+                      std::vector<const gnss::Signal*>& found);
+/// The receiver's delay of a satellite's signal [m] by BiasOptions, without the drift.
+[[nodiscard]] double fixed_bias_m(const BiasOptions& options, gnss::SatelliteId id,
+                                  const gnss::Signal& signal, double carrier_hz, geodesy::GpsTime time);
+/// The drift of that delay, where drift_sigma_m is above 0.
+[[nodiscard]] tracking::OuProcess bias_drift(const ReceiverOptions& options, std::uint64_t seed,
+                                             const gnss::Signal& signal);
+/// Key of a signal's own streams: "/code", "/doppler" and "/mean" behind it.
+[[nodiscard]] std::string noise_key(const ReceiverOptions& options, gnss::SatelliteId id,
+                                    const gnss::Signal& signal);
+/// The process of a signal's pseudorange noise (NoiseOptions::ou).
+[[nodiscard]] tracking::OuProcess pseudorange_noise(const ReceiverOptions& options, std::uint64_t seed,
+                                                    gnss::SatelliteId id, const gnss::Signal& signal);
+
+}  // namespace canyon::receiver

@@ -1,0 +1,164 @@
+#include "canyon/receiver/range_terms.hpp"
+
+#include <cassert>
+#include <cmath>
+
+#include "canyon/errors/space_errors.hpp"
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/positioning/pseudorange_model.hpp"
+#include "canyon/tracking/channel.hpp"
+#include "canyon/tracking/channel_fading.hpp"
+
+namespace canyon::receiver {
+
+namespace {
+
+using geodesy::kSpeedOfLight;
+
+CodeAndCarrier both(double value) {
+  return {value, value};
+}
+
+/// A turn of the carrier is given at L1, and is of one delay on every carrier's scale: metres of a radian.
+double metres_per_turned_rad(double carrier_hz) {
+  const double cycles_per_rad = gnss::kL1_hz / carrier_hz / (2 * geodesy::kPi);
+  return cycles_per_rad * kSpeedOfLight / carrier_hz;
+}
+
+/// Delays by the models that receivers correct by [m].
+double modelled_m(const RangeState& s, bool ionosphere, bool troposphere) {
+  const orbit::LineOfSight& line = s.view->line;
+  return errors::atmosphere_m(ionosphere, troposphere, *s.klobuchar, line.id.system, s.carrier_hz,
+                                   s.time, s.place, {line.azimuth_rad, line.elevation_rad});
+}
+
+double ionosphere_m(const RangeState& s) {
+  if (!s.options->ionosphere) return 0;
+  if (!s.view->space) return modelled_m(s, true, false);
+  return std::pow(gnss::kL1_hz / s.carrier_hz, 2) * s.view->space->ionosphere_m;
+}
+
+double troposphere_m(const RangeState& s) {
+  if (!s.options->troposphere) return 0;
+  return s.view->space ? s.view->space->troposphere_m : modelled_m(s, false, true);
+}
+
+/// Rate of a delay by the models, by central differences over a second. @param delay_m at a place beside
+template <typename Delay>
+double central_mps(const RangeState& s, const Delay& delay_m) {
+  const auto at = [&](const AntennaBeside& there) {
+    const orbit::LineOfSight& line = s.view->line;
+    return delay_m(there, geodesy::azimuth_elevation_from_enu(
+                              there.enu_from_ecef *
+                              (line.position_at_reception_m + line.velocity_at_reception_mps * there.dt_s -
+                               there.antenna_ecef)));
+  };
+  return at(*s.after) - at(*s.before);
+}
+
+double ionosphere_mps(const RangeState& s) {
+  if (!s.options->ionosphere || s.before == nullptr) return 0;
+  return central_mps(s, [&](const AntennaBeside& there, const geodesy::AzimuthElevation& look) {
+    return errors::atmosphere_m(true, false, *s.klobuchar, s.view->line.id.system, s.carrier_hz,
+                                     s.time + there.dt_s, there.place, look);
+  });
+}
+
+double troposphere_mps(const RangeState& s) {
+  if (!s.options->troposphere || s.before == nullptr) return 0;
+  return central_mps(s, [](const AntennaBeside& there, const geodesy::AzimuthElevation& look) {
+    return errors::slant_delay_m(there.zenith_m, look.elevation_rad);
+  });
+}
+
+}  // namespace
+
+std::vector<RangeTerm>& range_term_table() {
+  using S = const RangeState&;
+  using Of = RangeTermOf;
+  static std::vector<RangeTerm> table{
+      {"geometry", Of::Satellite, [](S s) { return both(s.view->line.range_m); }, nullptr,
+       [](S s) {
+         return both(tracking::path_rate_mps(s.view->line, s.motion->velocity_ecef, *s.path,
+                                             s.motion->ecef_from_enu));
+       }},
+      {"satellite clock", Of::Satellite,
+       [](S s) { return both(-kSpeedOfLight * s.view->line.state.clock_bias_s); }, nullptr,
+       [](S s) { return both(-kSpeedOfLight * s.view->line.state.clock_drift); }},
+      {"group delay", Of::Satellite,
+       [](S s) { return CodeAndCarrier{kSpeedOfLight * s.view->line.state.group_delay_of(*s.signal), 0}; }},
+      {"ionosphere", Of::Space,
+       [](S s) {
+         const double delay_m = ionosphere_m(s);
+         return CodeAndCarrier{delay_m, -delay_m};
+       },
+       [](S s) { return modelled_m(s, s.options->fix.correct_ionosphere, false); },
+       [](S s) { return CodeAndCarrier{0, -ionosphere_mps(s)}; }, "ionosphere_m",
+       "delay in the pseudorange, advance in the phase; 0 where `ionosphere` is off"},
+      {"troposphere", Of::Space, [](S s) { return both(troposphere_m(s)); },
+       [](S s) { return modelled_m(s, false, s.options->fix.correct_troposphere); },
+       [](S s) { return CodeAndCarrier{0, troposphere_mps(s)}; }, "troposphere_m",
+       "delay in both; 0 where `troposphere` is off"},
+      {"orbit error", Of::Space,
+       [](S s) {
+         return both(s.view->space && s.options->orbit_errors ? s.view->space->orbit_clock_m : 0);
+       },
+       nullptr, nullptr, "orbit_error_m",
+       "error of the broadcast orbit and clock (`sky.errors`), in code and phase"},
+      {"receiver clock", Of::Receiver, [](S s) { return both(kSpeedOfLight * s.clock.bias_s); }, nullptr,
+       [](S s) { return both(kSpeedOfLight * s.clock.drift); }},
+      {"bias", Of::Receiver, [](S s) { return CodeAndCarrier{s.bias_m, 0}; }, nullptr, nullptr, "bias_m",
+       "delay of the receiver's own, in the pseudorange and not in its error (`biases`)"},
+      {"multipath", Of::Channel, [](S s) { return CodeAndCarrier{s.code_excess_m, s.carrier_excess_m}; }},
+      {"noise", Of::Channel, [](S s) { return CodeAndCarrier{s.code_noise_m, 0}; }},
+      {"turn of the carrier", Of::Channel,
+       [](S s) { return CodeAndCarrier{0, s.view->carrier_turn_rad * metres_per_turned_rad(s.carrier_hz)}; },
+       nullptr,
+       [](S s) {  // given per second of the receiver's clock
+         return CodeAndCarrier{0, s.view->carrier_turn_radps * metres_per_turned_rad(s.carrier_hz) *
+                                      (1 + s.clock.drift)};
+       }},
+  };
+  return table;
+}
+
+CodeAndCarrier signal_range(const RangeState& state, std::span<double> code_terms_m) {
+  const std::span<const RangeTerm> terms = range_terms();
+  assert(code_terms_m.empty() || code_terms_m.size() >= terms.size());
+  CodeAndCarrier range;
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    const CodeAndCarrier part = terms[i].truth_m(state);
+    range += part;
+    if (!code_terms_m.empty()) code_terms_m[i] = part.code;
+  }
+  return range;
+}
+
+CodeAndCarrier range_of(RangeTermOf of, const RangeState& state) {
+  CodeAndCarrier range;
+  for (const RangeTerm& term : range_terms()) {
+    if (term.of == of) range += term.truth_m(state);
+  }
+  return range;
+}
+
+double uncorrected_m(const RangeState& state) {
+  double left_m = 0;
+  for (const RangeTerm& term : range_terms()) {
+    if (term.of != RangeTermOf::Space) continue;
+    left_m += term.truth_m(state).code;
+    if (term.model_m != nullptr) left_m -= term.model_m(state);
+  }
+  return left_m;
+}
+
+CodeAndCarrier signal_rate(const RangeState& state) {
+  CodeAndCarrier rate;
+  for (const RangeTerm& term : range_terms()) {
+    if (term.rate_mps != nullptr) rate += term.rate_mps(state);
+  }
+  const double clock = 1 + state.clock.drift;
+  return {rate.code / clock + state.path->code_ahead_mps, rate.carrier / clock};
+}
+
+}  // namespace canyon::receiver

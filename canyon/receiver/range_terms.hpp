@@ -1,0 +1,127 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "canyon/geodesy/frames.hpp"
+#include "canyon/gnss/navigation_data.hpp"
+#include "canyon/gnss/signals.hpp"
+#include "canyon/propagation/paths.hpp"
+#include "canyon/receiver/receiver_options.hpp"
+
+// The range of a signal is a sum of terms. This is their one list: receivers, solvers of map cells, virtual
+// stations, samples and columns iterate over it. docs/extending.md says how to add a term.
+
+namespace canyon::tracking {
+struct AntennaMotion;
+}
+
+namespace canyon::receiver {
+
+/// A receiver's clock against GPST.
+struct ClockReading {
+  double bias_s = 0;
+  double drift = 0;  ///< [s/s]
+};
+
+/// The antenna a time before or after an epoch.
+struct AntennaBeside {
+  double dt_s = 0;
+  Eigen::Vector3d antenna_ecef = Eigen::Vector3d::Zero();
+  geodesy::Geodetic place;
+  Eigen::Matrix3d enu_from_ecef = Eigen::Matrix3d::Identity();
+  double zenith_m = 0;  ///< delay in the troposphere
+};
+
+/// What the terms of a signal's range at an epoch follow from. The pointers must not be null, but where said.
+struct RangeState {
+  const ReceiverOptions* options = nullptr;
+  const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
+  const propagation::SatelliteView* view = nullptr;
+  const gnss::Signal* signal = nullptr;
+  double carrier_hz = 0;  ///< of the satellite's signal
+  geodesy::GpsTime time;
+  geodesy::Geodetic place;  ///< of the antenna
+  ClockReading clock{};
+  double code_excess_m = 0, carrier_excess_m = 0;  ///< by paths, over the geometric range
+  double code_noise_m = 0;
+  double bias_m = 0;  ///< the receiver's own delay of the code
+  // For rates alone:
+  const propagation::Path* path = nullptr;
+  const tracking::AntennaMotion* motion = nullptr;
+  /// The antenna half a second before and after; null: rates leave the atmosphere out.
+  const AntennaBeside *before = nullptr, *after = nullptr;
+};
+
+/// Parts of a code and of a carrier: [m], or [m/s].
+struct CodeAndCarrier {
+  double code = 0, carrier = 0;
+
+  CodeAndCarrier& operator+=(const CodeAndCarrier& other) {
+    code += other.code;
+    carrier += other.carrier;
+    return *this;
+  }
+};
+
+/// Whose a term is.
+enum class RangeTermOf : std::uint8_t {
+  Satellite,  ///< geometry and the satellite's clock: the broadcast messages tell them
+  Space,      ///< errors of these and the atmosphere: they depend on the antenna's place, and corrections
+              ///< take them away
+  Receiver,   ///< its clock and delays: the same for all of its paths
+  Channel     ///< paths and noise of one signal
+};
+
+/// One term of a range.
+struct RangeTerm {
+  const char* name;  ///< "ionosphere"
+  RangeTermOf of;
+  /// Its truth [m]; 0 where the receiver's options switch it off.
+  CodeAndCarrier (*truth_m)(const RangeState&);
+  /// What the receiver's fix takes off the code for it [m]; null: nothing, or what messages say exactly.
+  double (*model_m)(const RangeState&) = nullptr;
+  /// Its rate [m/s] per second of GPST; null: none, or too slow for a Doppler.
+  CodeAndCarrier (*rate_mps)(const RangeState&) = nullptr;
+  const char* column = nullptr;  ///< of signals.csv, for its part of the code [m]; null: none
+  const char* help = "";         ///< of the column
+};
+
+/// Numbers of terms that are asked for one by one, in the order of range_terms().
+enum class RangeTermId : std::uint8_t {
+  Geometry,
+  SatelliteClock,
+  GroupDelay,
+  Ionosphere,
+  Troposphere,
+  OrbitError,
+  ReceiverClock,
+  Bias,
+  Multipath,
+  Noise,
+  CarrierTurn
+};
+
+inline constexpr std::size_t kMostRangeTerms = 16;
+/// All terms, kMostRangeTerms at most. Cycles of a carrier phase are none: whole numbers are not counted in
+/// metres. To add one for an experiment, append it before the first run.
+[[nodiscard]] std::vector<RangeTerm>& range_term_table();
+[[nodiscard]] inline std::span<const RangeTerm> range_terms() {
+  return range_term_table();
+}
+
+/// A signal's range by its code (the pseudorange) and by its carrier (carrier phase times wavelength, without
+/// an ambiguity) [m]: the sum of all terms.
+/// @param code_terms_m each term's part of the code, in the order of range_terms(); empty: not wanted
+[[nodiscard]] CodeAndCarrier signal_range(const RangeState& state, std::span<double> code_terms_m = {});
+/// The terms of some alone [m].
+[[nodiscard]] CodeAndCarrier range_of(RangeTermOf of, const RangeState& state);
+/// What the fix leaves of the terms of space in a code [m]: truth less model.
+[[nodiscard]] double uncorrected_m(const RangeState& state);
+/// d/dt of a range over RangeState::path per second of the receiver's clock [m/s]. -f / c of the carrier's is
+/// the Doppler shift; the code's has Path::code_ahead_mps.
+[[nodiscard]] CodeAndCarrier signal_rate(const RangeState& state);
+
+}  // namespace canyon::receiver

@@ -1,0 +1,183 @@
+// A new term of a range is one row: this one, 5 cm by elevation, which no code but this file knows, comes to
+// tables, virtual stations, maps and samples. A program of its own, since the list of columns is made once.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "canyon/geodesy/constants.hpp"
+#include "canyon/heatmap/engine/engine.hpp"
+#include "canyon/output/columns.hpp"
+#include "canyon/receiver/range_terms.hpp"
+#include "canyon/samples/generator.hpp"
+#include "canyon/samples/path_interpolator.hpp"
+#include "canyon/simulation/correction_links.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "tests/integration/run_scenario.hpp"
+#include "tests/support/circular_sky.hpp"
+
+namespace canyon {
+namespace {
+
+using receiver::CodeAndCarrier;
+using receiver::RangeState;
+using simulation::Epoch;
+
+double size_m = 0;
+const bool added = [] {
+  receiver::range_term_table().push_back({"made up", receiver::RangeTermOf::Space,
+                                          [](const RangeState& state) {
+                                            const double metres =
+                                                size_m * std::sin(state.view->line.elevation_rad);
+                                            return CodeAndCarrier{metres, metres};
+                                          },
+                                          nullptr, nullptr, "made_up_m", "5 cm by elevation"});
+  return true;
+}();
+
+constexpr const char* kScenario = R"(
+city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}
+sky: {nominal: true, errors: {enabled: true}}
+start: 2026-06-01T06:00:00Z
+duration_s: 1
+trajectory: {waypoints: [{east_m: 0, north_m: 0, up_m: 2}]}
+receivers: [{name: car, profile: ublox-f9p}]
+)";
+
+/// All that one run tells.
+struct Told {
+  std::map<std::string, double> of_signals, of_satellites;  ///< pseudoranges by satellite and signal
+  std::map<std::string, double> column;                     ///< made_up_m
+  std::map<std::string, double> sine;                       ///< of the elevation
+  std::map<std::string, CodeAndCarrier> at_virtual_station;
+  std::map<std::string, double> sine_there;
+  std::vector<double> sample_codes_m, sample_carriers_m;
+};
+
+class Teller final : public simulation::EpochSink {
+ public:
+  Teller(const simulation::Simulation& simulation, Told& told)
+      : told_(told),
+        options_(simulation.scenario().receivers[0].options),
+        interpolator_(samples::make_path_interpolator(options_, 1, simulation.environment().klobuchar(),
+                                                      samples::FrontEnd(), 4e6)) {}
+
+  void write(const Epoch& epoch) override {
+    read(output::TableKind::Signals, epoch);
+    read(output::TableKind::Satellites, epoch);
+    // 100 km to the north.
+    geodesy::Geodetic place = epoch.truth.position;
+    place.latitude_rad += geodesy::radians(0.9);
+    const auto moved = simulation::VirtualStation().move(epoch, geodesy::ecef_from_geodetic(place));
+    ASSERT_TRUE(moved);
+    for (const receiver::SatelliteObservation& satellite : moved->observed.satellites) {
+      if (!satellite.measurement || !satellite.measurement->carrier_phase_cycles) continue;
+      const positioning::Measurement& m = *satellite.measurement;
+      const std::string name = gnss::to_string(satellite.id);
+      told_.at_virtual_station[name] = {
+          m.pseudorange_m, *m.carrier_phase_cycles * geodesy::kSpeedOfLight / m.carrier_frequency_hz};
+      const auto line = orbit::line_of_sight(epoch.environment->sky(), satellite.id, epoch.truth.time,
+                                             geodesy::ecef_from_geodetic(place));
+      told_.sine_there[name] = std::sin(line->elevation_rad);
+    }
+    if (const auto segment = interpolator_->next(epoch)) {
+      for (const auto& signal : segment->signals) {
+        for (const auto& path : signal.paths) {
+          told_.sample_codes_m.push_back(path.code_m.at(0));
+          told_.sample_carriers_m.push_back(path.carrier_m.at(0));
+        }
+      }
+    }
+  }
+  void finish() override {}
+
+ private:
+  void read(output::TableKind kind, const Epoch& epoch) {
+    const auto columns = output::table(kind).columns;
+    output::TableRows rows(kind, options_.signal);
+    rows.each(epoch, [&](const output::Row& row) {
+      if (!row.signal->measurement) return;
+      std::string name = gnss::to_string(row.satellite->id);
+      const bool of_signals = kind == output::TableKind::Signals;
+      if (of_signals) name += std::string(" ") + std::string(row.signal->signal->name);
+      told_.sine[name] = std::sin(row.satellite->elevation_rad);
+      for (const output::Column& column : columns) {
+        const std::string_view is(column.name);
+        if (is == "pseudorange_m")
+          (of_signals ? told_.of_signals : told_.of_satellites)[name] = column.value(row);
+        if (is == "made_up_m") told_.column[name] = column.value(row);
+      }
+    });
+  }
+
+  Told& told_;
+  receiver::ReceiverOptions options_;
+  std::unique_ptr<samples::PathInterpolator> interpolator_;
+};
+
+Told run(double metres) {
+  size_m = metres;
+  const test::TemporaryFolder folder;
+  const simulation::Simulation simulation = test::prepare(kScenario, folder.path());
+  Told told;
+  Teller teller(simulation, told);
+  simulation.run({&teller}, {});
+  size_m = 0;
+  return told;
+}
+
+TEST(RangeTerm, ComesToTablesVirtualStationsAndSamples) {
+  ASSERT_TRUE(added);
+  const Told without = run(0), with = run(0.05);
+  ASSERT_GT(with.of_signals.size(), 40U);
+  ASSERT_GT(with.of_satellites.size(), 20U);
+  for (const auto of : {&Told::of_signals, &Told::of_satellites}) {
+    for (const auto& [name, metres] : with.*of) {
+      // A pseudorange is a double of 4e-9 m.
+      EXPECT_NEAR(metres - (without.*of).at(name), 0.05 * with.sine.at(name), 1e-7) << name;
+    }
+  }
+  for (const auto& [name, metres] : with.column)
+    EXPECT_NEAR(metres, 0.05 * with.sine.at(name), 1e-12) << name;
+  for (const auto& [name, metres] : without.column) EXPECT_EQ(metres, 0) << name;
+  // The base has the term of its place; the station has that of its own.
+  ASSERT_GT(with.at_virtual_station.size(), 20U);
+  double apart_m = 0;
+  for (const auto& [name, range] : with.at_virtual_station) {
+    const double expected_m = 0.05 * with.sine_there.at(name);
+    EXPECT_NEAR(range.code - without.at_virtual_station.at(name).code, expected_m, 1e-7) << name;
+    EXPECT_NEAR(range.carrier - without.at_virtual_station.at(name).carrier, expected_m, 1e-6) << name;
+    apart_m = std::max(apart_m, std::abs(with.sine_there.at(name) - with.sine.at(name)) * 0.05);
+  }
+  EXPECT_GT(apart_m, 1e-4);
+  ASSERT_EQ(with.sample_codes_m.size(), without.sample_codes_m.size());
+  ASSERT_FALSE(with.sample_codes_m.empty());
+  for (std::size_t i = 0; i < with.sample_codes_m.size(); ++i) {
+    const double code_m = with.sample_codes_m[i] - without.sample_codes_m[i];
+    EXPECT_GT(code_m, 0);
+    EXPECT_LT(code_m, 0.05);
+    EXPECT_NEAR(with.sample_carriers_m[i] - without.sample_carriers_m[i], code_m, 1e-7);
+  }
+}
+
+TEST(RangeTerm, ComesToMaps) {
+  const simulation::Environment open(city::City(),
+                                     std::make_shared<test::CircularSky>(std::vector{gnss::System::GPS}));
+  heatmap::Request request;
+  request.grid = heatmap::Grid::covering(0, 0, 4, 2, 2);
+  request.times = {test::CircularSky::kEpoch + std::chrono::hours(5)};
+  request.layers = {heatmap::Layer::VerticalError};
+  const auto up_m = [&](double metres) {
+    size_m = metres;
+    const float result =
+        heatmap::Heatmap(open, simulation::ReceiverConfig(), request, "").compute(0).values[0];
+    size_m = 0;
+    return result;
+  };
+  // A delay of d sin(elevation) is a place d below.
+  EXPECT_NEAR(up_m(0.05) - up_m(0), -0.05, 1e-5);
+}
+
+}  // namespace
+}  // namespace canyon
