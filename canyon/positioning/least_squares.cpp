@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 namespace canyon::positioning {
 
@@ -86,176 +85,38 @@ std::optional<Eigen::Index> largest_normalised_residual(const Design& design,
   return worst;
 }
 
-namespace {
-
-using Eigen::Index;
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-/// Eigen solves triangles of several right sides in blocks of so many unknowns.
-constexpr Index kPanel = 4;
-
-/// a . b in Eigen's order: that of a sum with `alone`, else that of a product of a matrix and a vector.
-double dot(const double* a, const double* b, Index n, bool alone) {
-  double even = 0, odd = 0, next_even = 0, next_odd = 0;
-  Index i = 0;
-  if (alone) {
-    for (; i + 4 <= n; i += 4) {
-      even += a[i] * b[i];
-      odd += a[i + 1] * b[i + 1];
-      next_even += a[i + 2] * b[i + 2];
-      next_odd += a[i + 3] * b[i + 3];
-    }
-    even += next_even;
-    odd += next_odd;
-  }
-  for (; i + 2 <= n; i += 2) {
-    even += a[i] * b[i];
-    odd += a[i + 1] * b[i + 1];
-  }
-  double sum = even + odd;
-  if (i < n) sum += a[i] * b[i];
-  return sum;
-}
-
-double norm(const double* a, Index n) {
-  return std::sqrt(dot(a, a, n, true));
-}
-
-/// Applies the reflection by `tau` and v = (1, below) to the n numbers at x.
-void reflect(double tau, const double* below, double* x, Index n, bool alone) {
-  if (tau == 0) return;
-  const double along = dot(below, x + 1, n - 1, alone) + x[0];
-  x[0] -= tau * along;
-  for (Index i = 1; i < n; ++i) x[i] -= tau * below[i - 1] * along;
-}
-
-/// Makes v = (1, below) and tau of the n numbers x = (x[0], below) in place, and x[0] what is reflected
-/// there.
-double make_reflection(double* x, Index n) {
-  const double rest = dot(x + 1, x + 1, n - 1, true);
-  if (rest <= std::numeric_limits<double>::min()) {
-    std::fill(x + 1, x + n, 0.0);
-    return 0;
-  }
-  const double first = x[0];
-  x[0] = std::sqrt(first * first + rest);
-  if (first >= 0) x[0] = -x[0];
-  for (Index i = 1; i < n; ++i) x[i] /= first - x[0];
-  return (x[0] - first) / x[0];
-}
-
-}  // namespace
-
-void LeastSquares::compute(const Design& a) {
-  qr_ = a;
-  const Index rows = a.rows(), columns = a.cols(), size = std::min(rows, columns);
-  std::array<double, Design::MaxColsAtCompileTime> norms{}, exact_norms{};
-  double largest = 0;
-  for (Index k = 0; k < columns; ++k) {
-    column_[k] = k;
-    norms[k] = exact_norms[k] = norm(&qr_(0, k), rows);
-    largest = std::max(largest, norms[k]);
-  }
-  const double rounding = largest * kEpsilon * (largest * kEpsilon) / static_cast<double>(rows);
-  pivots_ = size;
-  largest_pivot_ = 0;
-  for (Index k = 0; k < size; ++k) {
-    const Index pivot = std::max_element(norms.begin() + k, norms.begin() + columns) - norms.begin();
-    if (pivots_ == size && norms[pivot] * norms[pivot] < rounding * static_cast<double>(rows - k))
-      pivots_ = k;
-    if (pivot != k) {
-      std::swap_ranges(&qr_(0, k), &qr_(0, k) + rows, &qr_(0, pivot));
-      std::swap(norms[k], norms[pivot]);
-      std::swap(exact_norms[k], exact_norms[pivot]);
-      std::swap(column_[k], column_[pivot]);
-    }
-    double* diagonal = &qr_(k, k);
-    tau_[k] = make_reflection(diagonal, rows - k);
-    largest_pivot_ = std::max(largest_pivot_, std::abs(*diagonal));
-    for (Index j = k + 1; j < columns; ++j) {
-      reflect(tau_[k], diagonal + 1, &qr_(k, j), rows - k, k + 2 == columns);
-      if (norms[j] == 0) continue;
-      const double ratio = std::abs(qr_(k, j)) / norms[j];
-      const double left = std::max((1 + ratio) * (1 - ratio), 0.0);
-      const double since_exact = norms[j] / exact_norms[j];
-      if (left * (since_exact * since_exact) <= std::sqrt(kEpsilon)) {
-        norms[j] = exact_norms[j] = norm(&qr_(k, j) + 1, rows - k - 1);
-      } else {
-        norms[j] *= std::sqrt(left);
-      }
-    }
-  }
-}
-
 Eigen::Index LeastSquares::rank(double threshold) const {
-  Index rank = 0;
-  for (Index k = 0; k < pivots_; ++k) rank += std::abs(qr_(k, k)) > largest_pivot_ * threshold ? 1 : 0;
-  return rank;
-}
-
-Eigen::VectorXd LeastSquares::transposed_q_times(Eigen::VectorXd b) const {
-  const Index rows = qr_.rows();
-  for (Index k = 0; k < pivots_; ++k) reflect(tau_[k], &qr_(k, k) + 1, &b(k), rows - k, true);
-  return b;
+  const auto pivots = qr_.matrixQR().diagonal().head(qr_.nonzeroPivots()).array().abs();
+  return (pivots > qr_.maxPivot() * threshold).count();
 }
 
 LeastSquares::Unknowns LeastSquares::solve(const Eigen::VectorXd& b) const {
-  Eigen::VectorXd c = transposed_q_times(b);
-  Unknowns x = Unknowns::Zero(qr_.cols());
-  for (Index k = pivots_ - 1; k >= 0; --k) {
-    c(k) /= qr_(k, k);
-    for (Index i = 0; i < k; ++i) c(i) -= c(k) * qr_(i, k);
-    x(column_[k]) = c(k);
-  }
-  return x;
+  return qr_.solve(b);
 }
 
 Cofactor LeastSquares::cofactor() const {
-  const Index n = qr_.cols();
-  Cofactor inverse = Cofactor::Identity(n, n);
-  for (Index end = n; end > 0; end -= kPanel) {
-    const Index begin = std::max<Index>(0, end - kPanel);
-    for (Index j = 0; j < n; ++j) {
-      for (Index k = end - 1; k >= begin; --k) {
-        inverse(k, j) *= 1 / qr_(k, k);
-        for (Index i = begin; i < k; ++i) inverse(i, j) -= inverse(k, j) * qr_(i, k);
-      }
-      for (Index i = 0; i < begin; ++i) {
-        double sum = 0;
-        for (Index k = begin; k < end; ++k) sum += qr_(i, k) * inverse(k, j);
-        inverse(i, j) -= sum;
-      }
-    }
-  }
-  Cofactor result(n, n);
-  for (Index i = 0; i < n; ++i) {
-    for (Index j = 0; j < n; ++j) {
-      double sum = 0;
-      for (Index k = 0; k < n; ++k) sum += inverse(i, k) * inverse(j, k);
-      result(column_[i], column_[j]) = sum;
-    }
-  }
-  return result;
+  const Eigen::Index n = qr_.cols();
+  const Cofactor r = qr_.matrixQR().topRows(n);
+  const Cofactor inverse =
+      qr_.colsPermutation() * Cofactor(r.triangularView<Eigen::Upper>().solve(Cofactor::Identity(n, n)));
+  return inverse * inverse.transpose();
 }
 
 Cofactor LeastSquares::covariance(const Eigen::VectorXd& sigma) const {
   Cofactor result = Cofactor::Zero(qr_.cols(), qr_.cols());
-  for (Index i = 0; i < sigma.size(); ++i) {
+  for (Eigen::Index i = 0; i < sigma.size(); ++i) {
     const Unknowns x = solve(sigma(i) * Eigen::VectorXd::Unit(sigma.size(), i));
-    for (Index j = 0; j < x.size(); ++j) result.col(j) += x(j) * x;
+    result += x * x.transpose();
   }
   return result;
 }
 
 Eigen::VectorXd LeastSquares::leverages() const {
-  const Index rows = qr_.rows();
-  const Index in_image = rank(kEpsilon * static_cast<double>(std::min(rows, qr_.cols())));
-  Eigen::VectorXd result(rows);
-  for (Index i = 0; i < rows; ++i) {
-    const Eigen::VectorXd along = transposed_q_times(Eigen::VectorXd::Unit(rows, i));
-    result(i) = dot(along.data(), along.data(), in_image, true);
-  }
-  return result;
+  const Eigen::Index rows = qr_.rows();
+  const double rounding = std::numeric_limits<double>::epsilon();
+  const Eigen::Index in_image = rank(rounding * static_cast<double>(std::min(rows, qr_.cols())));
+  const Eigen::MatrixXd image = qr_.householderQ() * Eigen::MatrixXd::Identity(rows, in_image);
+  return image.rowwise().squaredNorm();
 }
 
 }  // namespace canyon::positioning
