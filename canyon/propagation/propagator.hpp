@@ -76,7 +76,7 @@ class Propagator {
   /// Paths of satellites in the given directions (unit, ENU, antenna to satellite) at one antenna.
   /// result[i] belongs to directions[i]. The antenna must be finite (InputError).
   ///
-  /// Specular: image method on planar facets (DESIGN 4): for facet normal n, satellite direction s and
+  /// Specular: image method on planar facets: for facet normal n, satellite direction s and
   /// antenna height h over the facet's plane, the reflected direction is r = s - 2 (s.n) n, excess path 2 h
   /// (n.s); kept when r hits that facet's plane first, from its front, and the reflection point sees the
   /// satellite. A facet is a maximal group of adjacent triangles in one plane (to 0.5 mm); buildings and
