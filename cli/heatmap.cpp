@@ -419,7 +419,7 @@ Examples:
   canyon heatmap city.yaml --out out/landing --altitude 5 --error-limit 3 --alert-limit 25 \
       --layers horizontal_error_exceedance,protected_availability
   canyon heatmap query out/risk/map.nc --path route.csv --altitude 60
-  mpirun -n 8 canyon heatmap city.yaml --out out/large --spacing 1   (a build with CANYON_BUILD_MPI)
+  mpirun --bind-to none -n 8 canyon heatmap city.yaml --out out/large --spacing 1
 
 docs/heatmap.md explains layers, files and clusters.)";
 

@@ -133,6 +133,10 @@ int compute(const StudyArguments& arguments, heatmap::MpiProcesses& ranks) {
     return kOk;
   }
   if (arguments.out.empty()) throw InputError("--out is missing", "give the folder for the results");
+  if (ranks.sum(shard.index) != shard.index * static_cast<std::size_t>(ranks.ranks())) {
+    throw InputError("the ranks of a job have different --shard",
+                     "start shards without MPI: srun --mpi=none, or an array of jobs");
+  }
   const study::Manifest manifest = study::manifest_of(plan);
   const ResultFiles files(arguments.out, "runs");
   refuse_results(arguments.out);
@@ -247,7 +251,7 @@ Examples:
   canyon study big.yaml --out out/part3 --shard 3/8        (one of eight machines)
   canyon study merge out/part1 out/part2 ... --out out/big
   canyon study big.yaml --print-run 17 > run17.yaml        (for canyon simulate)
-  mpirun -n 8 canyon study big.yaml --out /shared/big      (a build with CANYON_BUILD_MPI)
+  mpirun --bind-to none -n 8 canyon study big.yaml --out /shared/big
 
 docs/study.md explains them. Keys of a study:
 

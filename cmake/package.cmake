@@ -34,6 +34,7 @@ set(about "It reads a city from maps or meshes and broadcast ephemerides, traces
 set(CPACK_DEBIAN_COMMAND_PACKAGE_NAME canyon)
 set(CPACK_DEBIAN_COMMAND_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_COMMAND_PACKAGE_RECOMMENDS fonts-dejavu-core)
+set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS openmpi-bin)    # loaded late, where mpirun is
 set(CPACK_COMPONENT_COMMAND_DESCRIPTION "simulator of GNSS receivers in cities\n${about}")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libcanyon-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)

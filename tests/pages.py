@@ -114,7 +114,7 @@ def commands_of(text):
                 words = shlex.split(part, comments=True)
             except ValueError:
                 continue
-            while words and ("=" in words[0] or words[0] in ("sudo", "time", "nohup", "exec", "mpirun", "srun", "-n", "8", "N", "--mpi=pmix")):
+            while words and ("=" in words[0] or words[0] in ("sudo", "time", "nohup", "exec", "mpirun", "srun", "-n", "4", "8", "N", "--mpi=pmix", "--bind-to", "none")):
                 words.pop(0)
             if words:
                 yield words

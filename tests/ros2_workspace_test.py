@@ -22,7 +22,8 @@ KEYS = {"cmake": "cmake", "pkg-config": "pkg-config", "libeigen3-dev": "eigen", 
         "nlohmann-json3-dev": "nlohmann-json-dev", "zlib1g-dev": "zlib", "libcairo2-dev": "libcairo2-dev", "libpng-dev": "libpng-dev",
         "libosmium2-dev": "osmium", "libboost-dev": "libboost-dev", "libexpat1-dev": "libexpat1-dev", "libbz2-dev": "bzip2",
         "libgeos-dev": "geos", "libgdal-dev": "libgdal-dev", "libnetcdf-dev": "netcdf", "libcurl4-openssl-dev": "libcurl-dev",
-        "libtinyxml2-dev": "tinyxml2", "libzmq3-dev": "libzmq3-dev", "libdraco-dev": "libdraco-dev"}
+        "libtinyxml2-dev": "tinyxml2", "libzmq3-dev": "libzmq3-dev", "libdraco-dev": "libdraco-dev",
+        "libopenmpi-dev": "libopenmpi-dev"}
 # Compilers come with ROS's own packages; libosmium2-dev brings protozero.
 OTHERWISE = {"g++", "ninja-build", "ccache", "libprotozero-dev"}
 

@@ -76,26 +76,24 @@ block_osm() {
 X
 }
 
-# needs_ranks COMMAND...: skips the case where this build has no MPI: as one of two processes, it
-# must refuse then, for each would compute the whole. Sets ranks.
+# needs_ranks COMMAND...: skips the case where there is no mpirun, and checks that one of two processes without MPI's
+# library refuses, for each would compute the whole, and that one alone, in a job of Slurm too, needs none. Sets ranks.
 needs_ranks() {
-  local status
-  OMPI_COMM_WORLD_SIZE=2 timeout 60 "$@" >out 2>err; status=$?
-  if [ "$status" -ne 0 ]; then
-    [ "$status" -eq 2 ] || fail "exit status $status instead of 2"
-    one_line; says err CANYON_BUILD_MPI; [ "$failed" -eq 0 ] || exit 1
-    echo "SKIPPED: this build has no MPI (CANYON_BUILD_MPI)"; exit 77
-  fi
   command -v mpirun >/dev/null || { echo "SKIPPED: mpirun is not installed"; exit 77; }
-  # As root (containers) and on machines of one core as well.
+  mkdir absent
+  for library in libmpi.so.40 libmpi.so.12; do echo none >absent/$library; done
+  runs 2 env LD_LIBRARY_PATH=absent OMPI_COMM_WORLD_RANK=0 OMPI_COMM_WORLD_SIZE=2 "$@"
+  one_line; says err "libmpi.so" "cannot be loaded" openmpi-bin "--shard K/N"
+  runs 0 env LD_LIBRARY_PATH=absent OMPI_COMM_WORLD_RANK=0 OMPI_COMM_WORLD_SIZE=1 SLURM_PROCID=0 SLURM_NTASKS=8 "$@"
+  # As root (containers), on machines of one core, and beside other tests, as well.
   export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1
   export PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe
-  ranks=(mpirun -n 2)
+  ranks=(mpirun --bind-to none -n)
 }
 # lose_a_rank N OF COMMAND...: kills one of two ranks once OF, a function, counts N. The job must fail.
 lose_a_rank() {
   local many=$1 count=$2 program victim; shift 2
-  "${ranks[@]}" "$@" >out 2>err &
+  "${ranks[@]}" 2 "$@" >out 2>err &
   program=$!
   for _ in $(seq 3000); do
     [ "$($count)" -ge "$many" ] && break
@@ -1411,6 +1409,20 @@ P
   runs 2 "$canyon" study merge a --out c; says err "3 of 6 runs are missing"
   runs 0 "$canyon" study merge a b --out c --quiet
   for f in study.nc table.csv errors.png; do cmp whole/$f c/$f || fail "other bytes of $f from shards"; done
+  # A scheduler's array of three jobs, at once, in folders of their own and in one.
+  for folder in 'part$SLURM_ARRAY_TASK_ID' shared; do
+    pids=()
+    for k in 1 2 3; do
+      SLURM_ARRAY_TASK_ID=$k SLURM_ARRAY_TASK_COUNT=3 SLURM_PROCID=0 bash -c \
+        "$canyon study study.yaml --out $folder --quiet --threads 1 --shard \$SLURM_ARRAY_TASK_ID/\$SLURM_ARRAY_TASK_COUNT" & pids+=($!)
+    done
+    for pid in "${pids[@]}"; do wait "$pid" || fail "a job of the array failed"; done
+  done
+  runs 0 "$canyon" study merge part1 part2 part3 --out joined --quiet
+  runs 0 "$canyon" study study.yaml --out shared; says err "0 runs"
+  for f in study.nc table.csv errors.png; do
+    cmp whole/$f joined/$f && cmp whole/$f shared/$f || fail "other bytes of $f from an array"
+  done
   runs 0 "$canyon" study study.yaml --out whole; says err "0 runs"
   # A disk that fills up in the middle: what is finished is kept, and the same command goes on.
   sed 's/seeds: 3/seeds: 10/' study.yaml >many.yaml
@@ -1652,10 +1664,14 @@ study_ranks)
   study=(study study.yaml --threads 1 --no-pictures)
   needs_ranks "$canyon" "${study[@]}" --out none --quiet
   runs 0 "$canyon" "${study[@]}" --out one --quiet
-  runs 0 "${ranks[@]}" "$canyon" "${study[@]}" --out two; says err "40 runs in"
-  for f in study.nc table.csv; do cmp one/$f two/$f || fail "other bytes of $f on two ranks"; done
-  [ "$(cat two/runs/*.jsonl | wc -l)" -eq 40 ] || fail "runs were computed twice"
-  # Tiles that are finished when a rank is lost are kept; the next run computes the rest.
+  for n in 2 4; do
+    runs 0 "${ranks[@]}" $n "$canyon" "${study[@]}" --out on$n; says err "40 runs in"
+    for f in study.nc table.csv; do cmp one/$f on$n/$f || fail "other bytes of $f on $n ranks"; done
+    [ "$(cat on$n/runs/*.jsonl | wc -l)" -eq 40 ] || fail "runs were computed twice on $n ranks"
+  done
+  runs 2 "${ranks[@]}" 2 bash -c '"$0" "$@" --shard $((OMPI_COMM_WORLD_RANK + 1))/2' "$canyon" "${study[@]}" --out shards
+  says err "the ranks of a job have different --shard"
+  # Runs that are finished when a rank is lost are kept; the next run computes the rest.
   finished() { cat lost/runs/*.jsonl 2>/dev/null | wc -l; }
   lose_a_rank 5 finished "$canyon" "${study[@]}" --out lost
   [ ! -e lost/study.nc ] || fail "the study was over before a rank was lost"
@@ -1666,9 +1682,11 @@ heatmap_ranks)
   map=(heatmap small.yaml --spacing 2 --tile 16 --format netcdf,geotiff --threads 1 --quiet)
   needs_ranks "$canyon" "${map[@]}" --out none
   runs 0 "$canyon" "${map[@]}" --out one
-  runs 0 "${ranks[@]}" "$canyon" "${map[@]}" --out two
-  [ ! -s out ] || { fail "--quiet printed something"; cat out; }
-  diff -rq one two || fail "other bytes on two ranks"
+  for n in 2 4; do
+    runs 0 "${ranks[@]}" $n "$canyon" "${map[@]}" --out on$n
+    [ ! -s out ] || { fail "--quiet printed something"; cat out; }
+    diff -rq one on$n || fail "other bytes on $n ranks"
+  done
   # A rank that is lost ends the others; its tiles are computed by the next run, on any number of ranks.
   map=(heatmap small.yaml --enu-box=-110,-110,110,110 --spacing 0.5 --tile 16 --format netcdf --layers horizontal_error_p95 --draws 32 --threads 1)
   runs 0 "$canyon" "${map[@]}" --out whole --quiet
@@ -1679,7 +1697,7 @@ heatmap_ranks)
   runs 0 "$canyon" "${map[@]}" --out lost; says err "resumed     $n of "
   diff -rq whole lost || fail "other bytes after a lost rank"
   # Bad input ends all of them, with one cause.
-  runs 2 "${ranks[@]}" "$canyon" heatmap small.yaml --out bad --layers hdpo; says err "canyon: --layers" "mean 'hdop'" ;;
+  runs 2 "${ranks[@]}" 2 "$canyon" heatmap small.yaml --out bad --layers hdpo; says err "canyon: --layers" "mean 'hdop'" ;;
 view)
   # The page is the viewer's matter (viewer/test/); here a stand-in takes the data.
   echo '<html><body><!--canyon:data--></body></html>' >page.html; export CANYON_VIEWER=$PWD/page.html

@@ -2,22 +2,65 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <exception>
+#include <string>
 
-#ifdef CANYON_WITH_MPI
-// The C++ bindings of old are not used.
+#ifdef CANYON_MPI_LIBRARY
+#include <dlfcn.h>
+// The C++ bindings of old are not used; Open MPI's constants are addresses in its library.
 #define OMPI_SKIP_MPICXX 1
 #define MPICH_SKIP_MPICXX 1
 #include <mpi.h>
+#undef OMPI_PREDEFINED_GLOBAL
+#define OMPI_PREDEFINED_GLOBAL(type, global) static_cast<type>(mpi_symbol(#global))
+#define CANYON_MPI(name) reinterpret_cast<decltype(&::MPI_##name)>(mpi_symbol("MPI_" #name))
 #endif
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 
 namespace canyon::heatmap {
+namespace {
 
-#ifdef CANYON_WITH_MPI
+/// Whether a launcher says so: Open MPI's, one of PMIx or of PMI (MPICH, Intel, Slurm). A process alone
+/// leaves MPI: starting it takes a second, and fails where there is no network.
+bool is_one_of_several() {
+  const auto value = [](const char* name) { return std::getenv(name); };
+  const std::array ranks{"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"};
+  if (std::none_of(ranks.begin(), ranks.end(), value)) return false;
+  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"}) {
+    const char* const size = value(name);
+    if (size != nullptr) return parse_integer(size) != 1;
+  }
+  return true;
+}
+
+[[noreturn]] void refuse(const std::string& reason) {
+  throw InputError("mpirun started several processes, and " + reason,
+                   "install Open MPI (Debian, Ubuntu: openmpi-bin), start one process, or compute a study in "
+                   "parts, --shard K/N");
+}
+
+#ifdef CANYON_MPI_LIBRARY
+/// A function or constant of the library, which is loaded at the first call.
+void* mpi_symbol(const char* name) {
+  // Open MPI's plugins look for its functions in the whole process.
+  static void* const library = dlopen(CANYON_MPI_LIBRARY, RTLD_LAZY | RTLD_GLOBAL);
+  void* const symbol = library != nullptr ? dlsym(library, name) : nullptr;
+  if (symbol == nullptr) refuse(fmt::format("{} cannot be loaded ({})", CANYON_MPI_LIBRARY, dlerror()));
+  return symbol;
+}
+#else
+#define CANYON_MPI(name) [](auto&&...) { refuse("this canyon was built without MPI"); }
+using MPI_Win = int;
+constexpr int MPI_WIN_NULL = 0, MPI_INFO_NULL = 0, MPI_COMM_WORLD = 0, MPI_UINT64_T = 0, MPI_SUM = 0,
+              MPI_THREAD_SINGLE = 0, MPI_THREAD_SERIALIZED = 0;
+#endif
+
+}  // namespace
 
 /// A number at rank 0 that every rank can reach.
 struct MpiProcesses::Counter {
@@ -25,58 +68,42 @@ struct MpiProcesses::Counter {
   std::uint64_t* value = nullptr;
 
   explicit Counter(int rank) {
-    MPI_Win_allocate(rank == 0 ? sizeof(std::uint64_t) : 0, sizeof(std::uint64_t), MPI_INFO_NULL,
-                     MPI_COMM_WORLD, &value, &window);
+    CANYON_MPI(Win_allocate)
+    (rank == 0 ? sizeof(std::uint64_t) : 0, sizeof(std::uint64_t), MPI_INFO_NULL, MPI_COMM_WORLD, &value,
+     &window);
     if (rank == 0) *value = 0;
-    MPI_Barrier(MPI_COMM_WORLD);
-    MPI_Win_lock_all(0, window);
+    CANYON_MPI(Barrier)(MPI_COMM_WORLD);
+    CANYON_MPI(Win_lock_all)(0, window);
   }
   void free() {
-    MPI_Win_unlock_all(window);
-    MPI_Win_free(&window);
+    CANYON_MPI(Win_unlock_all)(window);
+    CANYON_MPI(Win_free)(&window);
   }
 };
 
-namespace {
-
-/// Launchers give processes their number in these variables: Open MPI, PMIx, PMI (MPICH, Intel), Slurm.
-/// Without them MPI is left alone: starting it takes a second, and fails where there is no network.
-bool is_launched() {
-  for (const char* name : {"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK", "SLURM_PROCID"}) {
-    if (std::getenv(name) != nullptr) return true;
-  }
-  return false;
-}
-
-}  // namespace
-
-bool MpiProcesses::built_in() {
-  return true;
-}
-
 MpiProcesses::MpiProcesses() : exceptions_(std::uncaught_exceptions()) {
-  if (!is_launched()) return;
+  if (!is_one_of_several()) return;
   // The library's own error handler stays: it ends the job and says why.
   int provided = MPI_THREAD_SINGLE;
-  MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
+  CANYON_MPI(Init_thread)(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
   if (provided < MPI_THREAD_SERIALIZED) {
-    MPI_Finalize();
+    CANYON_MPI(Finalize)();
     throw InputError("the MPI library does not support threads", "use one that was built with threads");
   }
   joined_ = true;
-  MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
-  MPI_Comm_size(MPI_COMM_WORLD, &ranks_);
+  CANYON_MPI(Comm_rank)(MPI_COMM_WORLD, &rank_);
+  CANYON_MPI(Comm_size)(MPI_COMM_WORLD, &ranks_);
 }
 
 MpiProcesses::~MpiProcesses() {
   if (!joined_) return;
-  if (std::uncaught_exceptions() > exceptions_ && ranks_ > 1) MPI_Abort(MPI_COMM_WORLD, 1);
+  if (std::uncaught_exceptions() > exceptions_ && ranks_ > 1) CANYON_MPI(Abort)(MPI_COMM_WORLD, 1);
   if (counter_) counter_->free();
-  MPI_Finalize();
+  CANYON_MPI(Finalize)();
 }
 
 void MpiProcesses::barrier() const {
-  if (joined_) MPI_Barrier(MPI_COMM_WORLD);
+  if (joined_) CANYON_MPI(Barrier)(MPI_COMM_WORLD);
 }
 
 void MpiProcesses::begin_queue() {
@@ -90,56 +117,20 @@ std::size_t MpiProcesses::next() {
   if (!counter_) return next_++;
   const std::uint64_t one = 1;
   std::uint64_t mine = 0;
-  MPI_Fetch_and_op(&one, &mine, MPI_UINT64_T, 0, 0, MPI_SUM, counter_->window);
-  MPI_Win_flush(0, counter_->window);
+  CANYON_MPI(Fetch_and_op)(&one, &mine, MPI_UINT64_T, 0, 0, MPI_SUM, counter_->window);
+  CANYON_MPI(Win_flush)(0, counter_->window);
   return mine;
 }
 
 std::uint64_t MpiProcesses::sum(std::uint64_t value) const {
   std::uint64_t total = value;
-  if (joined_) MPI_Allreduce(&value, &total, 1, MPI_UINT64_T, MPI_SUM, MPI_COMM_WORLD);
+  if (joined_) CANYON_MPI(Allreduce)(&value, &total, 1, MPI_UINT64_T, MPI_SUM, MPI_COMM_WORLD);
   return total;
 }
 
 void MpiProcesses::abort(int status) const {
-  if (joined_) MPI_Abort(MPI_COMM_WORLD, status);
+  if (joined_) CANYON_MPI(Abort)(MPI_COMM_WORLD, status);
   std::_Exit(status);
 }
-
-#else
-
-struct MpiProcesses::Counter {};
-
-bool MpiProcesses::built_in() {
-  return false;
-}
-MpiProcesses::MpiProcesses() {
-  // The number of processes, by Open MPI and by the PMI of MPICH and Slurm.
-  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}) {
-    const char* text = std::getenv(name);
-    const auto size = text != nullptr ? parse_integer(text) : std::nullopt;
-    if (!size) continue;
-    if (*size <= 1) return;
-    throw InputError(
-        fmt::format("mpirun started {} processes, and this canyon cannot share work among them", *size),
-        "build it with -DCANYON_BUILD_MPI=ON, or start one process");
-  }
-}
-MpiProcesses::~MpiProcesses() = default;
-void MpiProcesses::barrier() const {}
-std::uint64_t MpiProcesses::sum(std::uint64_t value) const {
-  return value;
-}
-void MpiProcesses::begin_queue() {
-  next_ = 0;
-}
-std::size_t MpiProcesses::next() {
-  return next_++;
-}
-void MpiProcesses::abort(int status) const {
-  std::_Exit(status);
-}
-
-#endif
 
 }  // namespace canyon::heatmap

@@ -7,8 +7,8 @@
 namespace canyon::heatmap {
 
 /// The processes that compute one map together, started by mpirun or a scheduler: a thin wrapper of MPI, so
-/// that no other code calls MPI. Without CANYON_BUILD_MPI, or where nothing started the process as one of
-/// several, it is alone: rank 0 of 1.
+/// that no other code calls MPI. Where nothing started the process as one of several it is alone, rank 0 of 1,
+/// and MPI's library is not loaded.
 ///
 /// Ranks share nothing but a folder of results (rank 0 opens it, then a barrier, then the others) and the
 /// numbers that next() gives. All calls are collective: every rank makes the same
@@ -16,11 +16,8 @@ namespace canyon::heatmap {
 /// (MPI_THREAD_SERIALIZED).
 class MpiProcesses {
  public:
-  /// Whether this build knows MPI.
-  [[nodiscard]] static bool built_in();
-
   /// Joins the other processes. A process may make one object in its life. Throws InputError where the MPI
-  /// library does not support threads, and under mpirun with several processes where this build knows no MPI.
+  /// library does not support threads, and in one of several processes where it is not there.
   MpiProcesses();
   /// Leaves when all ranks do. During an exception the other ranks would wait for this one for ever, so the
   /// whole job ends, as by abort(1); a caller that reports the reason catches the exception before.
