@@ -249,6 +249,7 @@ Examples:
   canyon study examples/studies/receivers.yaml --dry-run
   canyon study examples/studies/receivers.yaml --out out/receivers
   canyon study big.yaml --out out/part3 --shard 3/8        (one of eight machines)
+  canyon study big.yaml --out /shared/big --shard "$SLURM_ARRAY_TASK_ID/8"     (a job of an array 1-8)
   canyon study merge out/part1 out/part2 ... --out out/big
   canyon study big.yaml --print-run 17 > run17.yaml        (for canyon simulate)
   mpirun --bind-to none -n 8 canyon study big.yaml --out /shared/big

@@ -1381,7 +1381,7 @@ axes:
   - {key: "receivers[0].elevation_mask_deg", values: [5, 25]}
 Y
   sed -i '$a receivers: [{name: car}]\nduration_s: 3' small.yaml
-  runs 0 "$canyon" study --help; says out --shard --dry-run merge axes[].seeds
+  runs 0 "$canyon" study --help; says out --shard SLURM_ARRAY_TASK_ID --dry-run merge axes[].seeds
   runs 0 "$canyon" study study.yaml --dry-run; says out "6 runs of 1 receivers (car)" elevation_mask_deg realization
   runs 0 "$canyon" study study.yaml --out whole --threads 1; says out "receiver" "runs" "intervals"
   for f in study.nc table.csv errors.png boxes.svg availability.png; do [ -s whole/$f ] || fail "no $f"; done
@@ -1676,7 +1676,7 @@ study_ranks)
   lose_a_rank 5 finished "$canyon" "${study[@]}" --out lost
   [ ! -e lost/study.nc ] || fail "the study was over before a rank was lost"
   n=$(finished); [ "$n" -ge 5 ] || fail "$n runs are kept"
-  runs 0 "$canyon" "${study[@]}" --out lost; says err "$((40 - n)) runs in"
+  runs 0 "${ranks[@]}" 4 "$canyon" "${study[@]}" --out lost; says err "$((40 - n)) runs in"
   for f in study.nc table.csv; do cmp one/$f lost/$f || fail "other bytes of $f after a lost rank"; done ;;
 heatmap_ranks)
   map=(heatmap small.yaml --spacing 2 --tile 16 --format netcdf,geotiff --threads 1 --quiet)
