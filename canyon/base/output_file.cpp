@@ -61,6 +61,7 @@ void remove_left(const fs::path& folder, bool with_folders) {
         remove_left(entry.path(), false);
       continue;
     }
+    if (entry.path().filename().string().find(".live.part-") != std::string::npos) continue;  // a log's
     const int handle = ::open(entry.path().c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     if (handle < 0) continue;
     if (::flock(handle, LOCK_EX | LOCK_NB) == 0) fs::remove_all(entry.path(), error);

@@ -207,7 +207,7 @@ class TcpServer final : public Transport {
   [[nodiscard]] std::vector<std::string> take_notes() override { return std::exchange(notes_, {}); }
   [[nodiscard]] std::size_t clients() const { return clients_.size(); }
   /// The connected clients, without those that close() was called for.
-  [[nodiscard]] std::vector<std::uint64_t> readers() const;
+  [[nodiscard]] std::vector<std::uint64_t> readers() const override;
   /// Ends one client's stream behind the bytes sent so far; its further bytes are thrown away.
   void close(std::uint64_t reader);
 
@@ -217,6 +217,7 @@ class TcpServer final : public Transport {
     std::uint64_t number;
     std::string backlog;
     std::optional<std::string> first = {};  ///< that it said; empty: enough to know that it is not HTTP
+    std::optional<std::chrono::steady_clock::time_point> answered = {};  ///< the last time; empty: never
     /// It closed its side but may still read (`nc` whose input has ended); a send finds out. It is the first
     /// to be dropped for a new client.
     bool silent = false;
@@ -225,6 +226,9 @@ class TcpServer final : public Transport {
   bool push(Client& client, std::string_view bytes);
   Line hear(Client& client);
   void accept_clients();
+  /// Drops a client for a new one: one that ended, else the first that was never answered, else the one whose
+  /// answer is the longest ago. Clients of HTTP that were answered are at work and stay.
+  bool make_room();
 
   asio::io_context io_;
   asio::ip::tcp::acceptor acceptor_;

@@ -249,6 +249,7 @@ struct NtripClient::Impl {
       const auto fields = split(trim(*line), ';');
       if (fields.front() == "ENDSOURCETABLE") complete = true;
       if (fields.front() == "STR" && fields.size() > 1 && table.size() < kMostMounts) {
+        has_mount = has_mount || fields[1] == to.mount;
         table.emplace_back(printable(fields[1]));
       }
     });
@@ -258,8 +259,7 @@ struct NtripClient::Impl {
   void end_table() {
     status.mounts = std::exchange(table, {});
     asks_table = false;
-    const auto& mounts = status.mounts;
-    if (std::find(mounts.begin(), mounts.end(), to.mount) != mounts.end()) {
+    if (std::exchange(has_mount, false)) {
       end(State::Refused, fmt::format("the mount point {} has no stream now", to.mount));
     } else {
       end(State::Refused, no_such_mount());
@@ -304,13 +304,18 @@ struct NtripClient::Impl {
     phase = Phase::Over;
     parser.reset();
     table.clear();
-    is_table = false;
+    is_table = has_mount = false;
     if (!tcp.away()) tcp.leave();
   }
 
-  /// A caster's words, for messages.
-  [[nodiscard]] static std::string printable(std::string_view text) {
-    std::string shown(text.substr(0, 100));
+  /// A caster's words, for messages: without this side's secrets, which it may say back.
+  [[nodiscard]] std::string printable(std::string_view text) const {
+    std::string shown(text);
+    for (const std::string& secret : {to.credentials(), to.password}) {
+      for (std::size_t at = 0; !secret.empty() && (at = shown.find(secret, at)) != std::string::npos; at += 3)
+        shown.replace(at, secret.size(), "...");
+    }
+    shown.resize(std::min<std::size_t>(shown.size(), 100));
     std::replace_if(
         shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
     return shown;
@@ -325,6 +330,7 @@ struct NtripClient::Impl {
   int revision = 2;
   bool asks_table = false;  ///< instead of the mount point, after a 404
   bool is_table = false;    ///< what HTTP brings
+  bool has_mount = false;   ///< it names the mount point
   Phase phase = Phase::Over;
   std::string answer;  ///< that is not read yet
   std::optional<http::response_parser<http::buffer_body>> parser;

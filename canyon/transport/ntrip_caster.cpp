@@ -93,6 +93,14 @@ class NtripCaster {
     }
   }
 
+  [[nodiscard]] std::vector<std::uint64_t> readers(const Mount& mount) {
+    const std::lock_guard lock(mutex_);
+    std::vector<std::uint64_t> numbers;
+    for (const auto& [reader, visitor] : visitors_) {
+      if (visitor.mount == &mount) numbers.push_back(reader);
+    }
+    return numbers;
+  }
   [[nodiscard]] std::vector<Received> take_received(Mount& mount) {
     const std::lock_guard lock(mutex_);
     return mount.received.take();
@@ -181,7 +189,9 @@ class NtripCaster {
     }
     Mount& mount = *found->second;
     const std::string wanted = mount.address.credentials();
-    if (!wanted.empty() && text_of(request[http::field::authorization]) != "Basic " + wanted) {
+    // The scheme's case does not count (RFC 7235, section 2.1).
+    const auto given = split_blanks(text_of(request[http::field::authorization]));
+    if (!wanted.empty() && (given.size() != 2 || lower_case(given[0]) != "basic" || given[1] != wanted)) {
       const std::string more =
           fmt::format("WWW-Authenticate: Basic realm=\"/{}\"\r\nContent-Length: 0\r\n", mount.address.mount);
       dismiss(reader, visitor,
@@ -243,6 +253,7 @@ class NtripMount final : public Transport {
     caster_->change([&] { mount_.first = bytes; });
   }
   void send(std::string_view bytes) override { caster_->send(mount_, bytes, {}); }
+  [[nodiscard]] std::vector<std::uint64_t> readers() const override { return caster_->readers(mount_); }
   void answer(std::uint64_t reader, std::string_view bytes) override { caster_->send(mount_, bytes, reader); }
   void serve() override { caster_->serve(); }
   [[nodiscard]] std::vector<Received> take_received() override { return caster_->take_received(mount_); }

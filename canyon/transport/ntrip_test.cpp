@@ -143,6 +143,20 @@ TEST(NtripCaster, TakesLinesThatEndWithLfAlone) {
   EXPECT_THAT(refusal(*caster, port, lf(second_revision("ELSE", "rover:pw"))), StartsWith("HTTP/1.1 404 "));
 }
 
+// RFC 7235, section 2.1: the case of the scheme does not count.
+TEST(NtripCaster, TakesTheSchemeInAnyCase) {
+  const int port = free_port();
+  const auto caster = open_transport(address("ntrip-caster", port, kBase));
+  for (const char* scheme : {"basic", "BASIC  "}) {
+    std::string request = first_revision(kBase, "rover:pw");
+    request.replace(request.find("Basic"), 5, scheme);
+    (void)connected(*caster, port, request, kFirstGrants);
+  }
+  std::string other = first_revision(kBase, "rover:pw");
+  other.replace(other.find("Basic"), 5, "Bearer");
+  EXPECT_EQ(refusal(*caster, port, other), "ERROR - Bad Password\r\n");
+}
+
 TEST(NtripCaster, RefusesAsEachRevisionDoes) {
   const int port = free_port();
   const auto caster = open_transport(address("ntrip-caster", port, kBase));
@@ -397,6 +411,26 @@ TEST(NtripClient, AsksForTheTableOfACasterThatHasNoSuchMountPoint) {
   }));
   EXPECT_EQ(client.status().state, State::Refused);
   EXPECT_EQ(client.status().reason, "no mount point ROOF; the caster has BASE");
+}
+
+// What a caster says back of a request has the password in it, plain or encoded.
+TEST(NtripClient, TellsNoSecretThatACasterSaysBack) {
+  const std::string encoded = base64("rover:S3CRET!");
+  for (const std::string& answer :
+       {"HTTP/1.1 500 no " + encoded + "\r\n\r\n", "ERROR - " + encoded + " is not known\r\n",
+        std::string("HTTP/1.1 403x rover:S3CRET!\r\n\r\n"),
+        "HTTP/1.1 500 " + std::string(80, '.') + "S3CRET!\r\n\r\n",
+        std::string("SOURCETABLE 200 OK\r\n\r\nSTR;ROOF-S3CRET!;;\r\nENDSOURCETABLE\r\n")}) {
+    ScriptedCaster caster;
+    NtripClient client(address("ntrip", caster.port, kBase, "rover:S3CRET!"), kQuick);
+    (void)caster.request(client);
+    caster.say(answer);
+    EXPECT_TRUE(becomes(client, State::Refused)) << answer;
+    std::string told = client.status().reason;
+    for (const std::string& line : client.take_notes()) told += line;
+    for (const std::string& mount : client.status().mounts) told += mount;
+    EXPECT_THAT(told, AllOf(Not(HasSubstr("S3C")), Not(HasSubstr(encoded.substr(0, 12)))));
+  }
 }
 
 TEST(NtripClient, TakesChunksHoweverTheyAreCut) {

@@ -50,7 +50,7 @@ tcp::acceptor listen_on(asio::io_context& io, const HostPort& at) {
   // A world that is loaded again finds its port although the last one's connections still end.
   acceptor.set_option(asio::socket_base::reuse_address(true), error);
   if (!error) acceptor.bind({listening_address(at), static_cast<unsigned short>(at.port)}, error);
-  if (!error) acceptor.listen(static_cast<int>(kMaxClients), error);
+  if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
   if (error) refuse_port(at, error);
   make_our_own(acceptor);
   return acceptor;
@@ -112,6 +112,28 @@ Line TcpServer::hear(Client& client) {
   return line;
 }
 
+bool TcpServer::make_room() {
+  const auto gone = std::find_if(clients_.begin(), clients_.end(), [](const Client& client) {
+    return client.silent || (client.leaving && client.backlog.empty());
+  });
+  if (gone != clients_.end()) {
+    clients_.erase(gone);
+    return true;
+  }
+  auto idle = clients_.end();
+  for (auto each = clients_.begin(); each != clients_.end(); ++each) {
+    error_code error;
+    const bool at_work = (http_ && each->answered) || each->socket.available(error) > 0;
+    if (!at_work && (idle == clients_.end() || each->answered < idle->answered)) idle = each;
+  }
+  if (!std::exchange(full_, true))
+    notes_.push_back(
+        fmt::format("more than {} clients: idle ones make room, the rest are turned away", most_));
+  if (idle == clients_.end()) return false;
+  clients_.erase(idle);
+  return true;
+}
+
 void TcpServer::accept_clients() {
   // Bounded, so that a client that connects in a loop cannot hold the caller.
   for (std::size_t i = 0; i < most_; ++i) {
@@ -119,18 +141,7 @@ void TcpServer::accept_clients() {
     error_code error;
     acceptor_.accept(socket, error);
     if (error) return;
-    if (clients_.size() == most_) {
-      const auto gone = std::find_if(clients_.begin(), clients_.end(), [](const Client& client) {
-        return client.silent || (client.leaving && client.backlog.empty());
-      });
-      if (gone != clients_.end()) clients_.erase(gone);
-    }
-    if (clients_.size() == most_) {
-      if (!full_) notes_.push_back(fmt::format("more than {} clients: the rest are turned away", most_));
-      full_ = true;
-      continue;
-    }
-    full_ = false;
+    if (clients_.size() == most_ && !make_room()) continue;
     make_our_own(socket);
     set_up(socket);
     Client client{std::move(socket), ++accepted_, first_};
@@ -170,7 +181,11 @@ void TcpServer::send(std::string_view bytes) {
 }
 
 void TcpServer::answer(std::uint64_t reader, std::string_view bytes) {
-  std::erase_if(clients_, [&](Client& client) { return client.number == reader && !push(client, bytes); });
+  std::erase_if(clients_, [&](Client& client) {
+    if (client.number != reader) return false;
+    client.answered = std::chrono::steady_clock::now();
+    return !push(client, bytes);
+  });
 }
 
 void TcpServer::add_handles(std::vector<int>& handles) const {

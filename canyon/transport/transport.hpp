@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,7 +20,7 @@ struct Correction {
 
 /// Bytes from somebody at the other end.
 struct Received {
-  std::uint64_t reader = 0;  ///< tells those at the other end apart
+  std::uint64_t reader = 0;  ///< tells those at the other end apart; 0: there is one
   std::string bytes;         ///< cut anywhere, but datagrams are whole
   bool whole = false;        ///< a datagram: what it says ends with it
 };
@@ -54,6 +55,8 @@ class Transport {
   virtual void describe(const StreamDescription& /*stream*/) {}
   /// The bytes of one epoch, to all. Files throw InputError where the disk does not take them.
   virtual void send(std::string_view bytes) = 0;
+  /// Those at the other end now: 0, or where there may be several, numbers from 1.
+  [[nodiscard]] virtual std::vector<std::uint64_t> readers() const { return {0}; }
   /// Sends to one that sent something; ignored where it is gone.
   virtual void answer(std::uint64_t /*reader*/, std::string_view bytes) { send(bytes); }
   /// Works between two epochs: takes new readers, sends kept bytes, listens.
@@ -76,10 +79,13 @@ class Transport {
 };
 
 /// Opens an address:
-///   file:PATH                      a file that appears whole at finish(), or not at all
-///   tcp://HOST:PORT                a server for up to kMaxClients clients; HOST is 127.0.0.1, or an address
-///                                  of this machine (0.0.0.0: all of them), which take_notes() then says; a
-///                                  client that begins as HTTP does, such as a page of a browser, is dropped
+///   file:PATH                      a file that appears whole at finish(); what a killed process had sent
+///                                  stays under another name, which the next to open the file says
+///   tcp://HOST:PORT                a server for up to kMaxClients clients; one more takes the place of the
+///                                  one that waits longest for an answer or since one; HOST is 127.0.0.1, or
+///                                  an address of this machine (0.0.0.0: all of them), which take_notes()
+///                                  then says; a client that begins as HTTP does, such as a page of a
+///                                  browser, is dropped
 ///   tcp-connect://HOST:PORT        a client that connects, and again every second where the server is gone
 ///   udp://HOST:PORT                datagrams of up to kLargestDatagram bytes that end with a line
 ///   udp-listen://HOST:PORT         a port that waits for datagrams, and sends to those who sent some within
@@ -97,6 +103,8 @@ class Transport {
 ///   stdin:                         what comes on the standard input; nothing can be sent there
 /// Throws InputError for a text that is not an address, and where it cannot be opened.
 [[nodiscard]] std::unique_ptr<Transport> open_transport(std::string_view address);
+/// A file of results that appears whole at finish(), or not at all. Throws as OutputFile does.
+[[nodiscard]] std::unique_ptr<Transport> open_result(const std::filesystem::path& path);
 /// Whether an address names a file: only there a format may wait for the end.
 [[nodiscard]] bool is_file_address(std::string_view address);
 /// Whether a stream can only be received from an address.

@@ -5,12 +5,14 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/wait.h>
 #include <termios.h>
 #include <unistd.h>
 
 #include <array>
 #include <boost/asio.hpp>
 #include <chrono>
+#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <future>
@@ -130,14 +132,15 @@ TEST(TcpServer, KeepsWhatASlowClientHasNotReadYet) {
   EXPECT_EQ(got, expected);
 }
 
-TEST(TcpServer, TurnsAwayMoreThanItHolds) {
+TEST(TcpServer, OneClientMoreTakesThePlaceOfTheOneThatWaitsLongest) {
   const int port = free_port();
   TcpServer server(port);
   std::vector<LocalConnection> clients;
   for (std::size_t i = 0; i < kMaxClients; ++i) clients.emplace_back(port);
   serve_until(server, kMaxClients);
+  server.answer(1, "one ");
   LocalConnection late(port);
-  // The system has connected it already; the server lets go of it when it looks.
+  // The system has connected it already; the server sees it when it looks.
   const auto deadline = in_20_s();
   std::vector<std::string> notes;
   while (notes.empty() && std::chrono::steady_clock::now() < deadline) {
@@ -145,10 +148,12 @@ TEST(TcpServer, TurnsAwayMoreThanItHolds) {
     notes = server.take_notes();
   }
   EXPECT_THAT(notes, ElementsAre(HasSubstr("more than 16 clients")));
-  EXPECT_EQ(late.read_some(), "");
+  EXPECT_EQ(clients[1].read_some(), "") << "the first of those that nobody answered";
   EXPECT_EQ(server.clients(), kMaxClients);
   server.send("x");
-  EXPECT_EQ(clients.front().read(1), "x");
+  EXPECT_EQ(late.read(1), "x");
+  EXPECT_EQ(clients.front().read(5), "one x");
+  EXPECT_EQ(clients.back().read(1), "x");
 
   // A client that has closed its side makes room.
   clients.back().end_speech();
@@ -160,6 +165,30 @@ TEST(TcpServer, TurnsAwayMoreThanItHolds) {
   }
   EXPECT_EQ(reader.get().front(), 'y');
   EXPECT_EQ(server.clients(), kMaxClients);
+}
+
+// Visitors that say nothing leave those at work alone, and one that asks is heard.
+TEST(TcpServer, SilentVisitorsLockNobodyOut) {
+  const int port = free_port();
+  TcpServer server(port, "127.0.0.1", 8, true);
+  LocalConnection works(port);
+  serve_until(server, 1);
+  server.answer(1, "200 ");
+  std::vector<LocalConnection> silent;
+  for (int i = 0; i < 30; ++i) silent.emplace_back(port);
+  LocalConnection asks(port);
+  asks.say("GET /BASE\n");
+  std::string heard;
+  const auto deadline = in_20_s();
+  while (heard.empty() && std::chrono::steady_clock::now() < deadline) {
+    silent.emplace_back(port);
+    server.serve();
+    for (const Received& received : server.take_received()) heard += received.bytes;
+  }
+  EXPECT_EQ(heard, "GET /BASE\n");
+  EXPECT_LT(silent.size(), 40U) << "it is heard at once";
+  server.send("x");
+  EXPECT_EQ(works.read(5), "200 x");
 }
 
 // A page of a foreign site can make the user's browser send what it likes in the body of a request.
@@ -590,6 +619,35 @@ TEST(Transport, FileAppearsWholeAndCorrected) {
   EXPECT_FALSE(std::filesystem::exists(path));
   transport->finish(Correction{14, "1"});
   EXPECT_EQ(test::read_bytes(path), "time of last: 1\none\n");
+}
+
+// A process that is killed leaves what it had sent; the next one keeps that.
+TEST(Transport, FileOutlivesAKilledProcess) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path path = folder / "rover.nmea";
+  const pid_t child = fork();
+  if (child == 0) {
+    const auto log = open_transport("file:" + path.string());
+    log->send("one ");
+    log->send("two ");
+    raise(SIGKILL);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  for (const bool first : {true, false}) {
+    (void)open_result(folder / "other");  // which removes what killed processes left of results
+    const auto log = open_transport("file:" + path.string());
+    const std::string kept = path.string() + ".killed";
+    EXPECT_EQ(test::read_bytes(kept), "one two ");
+    const std::vector<std::string> notes = log->take_notes();
+    EXPECT_EQ(notes.size(), first ? 1U : 0U) << "told once";
+    EXPECT_THAT(notes, testing::Each(HasSubstr(kept)));
+    log->send("three");
+    EXPECT_EQ(std::filesystem::exists(path), !first) << "whole at the end";
+    log->finish({});
+    EXPECT_EQ(test::read_bytes(path), "three");
+  }
 }
 
 TEST(Transport, RefusesWhatIsNoAddress) {

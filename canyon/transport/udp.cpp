@@ -88,6 +88,13 @@ class UdpListener final : public Transport {
     std::erase_if(peers_, [now](const Peer& peer) { return now - peer.received > kFaithful; });
     for (const Peer& peer : peers_) send_to(peer, bytes);
   }
+  [[nodiscard]] std::vector<std::uint64_t> readers() const override {
+    std::vector<std::uint64_t> numbers;
+    for (const Peer& peer : peers_) {
+      if (Clock::now() - peer.received <= kFaithful) numbers.push_back(peer.number);
+    }
+    return numbers;
+  }
   void answer(std::uint64_t reader, std::string_view bytes) override {
     for (const Peer& peer : peers_) {
       if (peer.number == reader) send_to(peer, bytes);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Ends runs by SIGHUP and SIGKILL at random moments: inputs stay, outputs are whole or absent, and after the
-next run nothing is left. usage: ends_test.py CANYON_PROGRAM"""
+next run nothing is left but what killed live runs wrote of their logs. usage: ends_test.py CANYON_PROGRAM"""
 import concurrent.futures
 import os
 import pathlib
@@ -29,6 +29,7 @@ scenario: s.yaml
 axes: [{seeds: 6}]
 """
 TEMPORARY = re.compile(r"\.part-[0-9a-v]{12}$")
+KILLED = re.compile(r"\.killed(-\d+)?$")
 
 
 def way(seconds):
@@ -44,7 +45,7 @@ def files(folder):
     for path in sorted(folder.rglob("*")):
         name = str(path.relative_to(folder))
         # report.txt is about what this command computed: less where it goes on.
-        if path.is_file() and not name.startswith(("tiles/", "runs/")) and name not in (".canyon-results", "report.txt"):
+        if path.is_file() and not KILLED.search(name) and not name.startswith(("tiles/", "runs/")) and name not in (".canyon-results", "report.txt"):
             found[name] = path.read_bytes()
     return found
 
@@ -105,6 +106,10 @@ def attempt(command, kind, seed):
         complaints = last.communicate()[1].decode()
         assert last.returncode == 0, complaints
         assert files(folder / "out") == whole, f"other files: {sorted(files(folder / 'out'))}"
+        killed = [path for path in folder.rglob("*") if KILLED.search(path.name)]
+        assert not killed or command == "live" and kind == signal.SIGKILL, killed
+        for path in killed:
+            assert whole["epochs.csv"].startswith(path.read_bytes()), f"{path} is no beginning of the whole log"
         left = [str(path) for path in folder.rglob("*") if TEMPORARY.search(path.name) or path.name == "tiles"]
         assert not left, left
         for each, text in inputs.items():
