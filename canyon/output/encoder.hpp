@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -68,8 +69,9 @@ class Encoder {
   [[nodiscard]] virtual std::string begin() { return {}; }
   /// Bytes of the next epoch in order of time; formats that need the whole run return nothing yet.
   [[nodiscard]] virtual std::string encode(const simulation::Epoch& epoch) = 0;
-  /// Bytes behind the last epoch. Nothing is called afterwards but correction().
-  [[nodiscard]] virtual std::string end() { return {}; }
+  using Put = std::function<void(std::string_view)>;
+  /// Puts the bytes behind the last epoch. Nothing is called afterwards but correction().
+  virtual void end(const Put& /*put*/) {}
   [[nodiscard]] virtual std::optional<Correction> correction() { return std::nullopt; }
 
   /// Whether it needs Epoch::sensors.

@@ -5,7 +5,9 @@
 #include <array>
 #include <map>
 #include <optional>
+#include <vector>
 
+#include "canyon/base/spool.hpp"
 #include "canyon/base/utf8.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/encoder.hpp"
@@ -59,33 +61,52 @@ std::string kml_coordinates(const geodesy::Geodetic& point) {
 /// Connected stretches of a track, cut at the antimeridian; a stretch of one epoch is a point.
 class Stretches {
  public:
+  explicit Stretches(Spool& spool) : text_(spool) {}
+
   void add(const geodesy::Geodetic& point) {
-    if (!last_) stretches_.emplace_back();
     if (const auto crossing = last_ ? antimeridian_crossing(*last_, point) : std::nullopt) {
-      stretches_.back() += kml_coordinates((*crossing)[0]) + '\n';
-      stretches_.push_back(kml_coordinates((*crossing)[1]) + '\n');
+      put((*crossing)[0]);
+      interrupt();
+      put((*crossing)[1]);
     }
-    stretches_.back() += kml_coordinates(point) + '\n';
+    put(point);
     last_ = point;
   }
-  void interrupt() { last_.reset(); }
-  [[nodiscard]] bool empty() const { return stretches_.empty(); }
-  [[nodiscard]] std::string geometry() const {
-    std::string text = "<MultiGeometry>\n";
-    for (const std::string& stretch : stretches_) {
-      const bool single = stretch.find('\n') + 1 == stretch.size();
-      const std::string_view kind = single ? "Point" : "LineString";
-      // The heights are ellipsoidal. KML's absolute mode counts from the geoid, which would bury or lift the
-      // track by tens of metres; clamped to the ground it is always seen.
-      text += fmt::format(
-          "<{}>{}<altitudeMode>clampToGround</altitudeMode><coordinates>\n{}</coordinates></{}>\n", kind,
-          single ? "" : "<tessellate>1</tessellate>", stretch, kind);
-    }
-    return text + "</MultiGeometry>";
+  void interrupt() {
+    if (!first_.empty()) text_.add("<Point>" + std::string(kMode) + first_ + "</coordinates></Point>\n");
+    if (first_.empty() && last_) text_.add("</coordinates></LineString>\n");
+    first_.clear();
+    last_.reset();
+  }
+  [[nodiscard]] bool empty() const { return text_.empty() && first_.empty(); }
+  /// Of all but a stretch that was not interrupted.
+  void geometry(const Encoder::Put& put) const {
+    put("<MultiGeometry>\n");
+    text_.read(put);
+    put("</MultiGeometry>");
   }
 
  private:
-  std::vector<std::string> stretches_;
+  // The heights are ellipsoidal. KML's absolute mode counts from the geoid, which would bury or lift the
+  // track by tens of metres; clamped to the ground it is always seen.
+  static constexpr std::string_view kMode = "<altitudeMode>clampToGround</altitudeMode><coordinates>\n";
+
+  void put(const geodesy::Geodetic& point) {
+    std::string line = kml_coordinates(point) + '\n';
+    if (!first_.empty()) {
+      line = "<LineString><tessellate>1</tessellate>" + std::string(kMode) + first_ + line;
+      first_.clear();
+    } else if (!last_) {
+      first_ = std::move(line);
+      last_ = point;
+      return;
+    }
+    text_.add(line);
+    last_ = point;
+  }
+
+  Spool::Text text_;
+  std::string first_;                      ///< of a stretch that has no second place yet
   std::optional<geodesy::Geodetic> last_;  ///< of the present stretch
 };
 
@@ -98,7 +119,7 @@ class Kml final : public Encoder {
     if (epochs_++ == 0) begin_ = epoch.observed.time;
     end_ = epoch.observed.time;
     truth_.add(epoch.truth.position);
-    for (const std::string& name : epoch.faults) faults_[name];
+    for (const std::string& name : epoch.faults) faults_.try_emplace(name, spool_);
     for (auto& [name, stretches] : faults_) {
       const bool active = std::find(epoch.faults.begin(), epoch.faults.end(), name) != epoch.faults.end();
       if (active) {
@@ -122,13 +143,13 @@ class Kml final : public Encoder {
     return {};
   }
 
-  std::string end() override {
-    std::string text;
-    const auto put = [&text](std::string_view bytes) { text += bytes; };
-    const auto placemark = [&put](std::string_view title, std::string_view id, const Stretches& stretches) {
+  void end(const Put& put) override {
+    const auto placemark = [&put](std::string_view title, std::string_view id, Stretches& stretches) {
       if (stretches.empty()) return;
-      put(fmt::format("  <Placemark><name>{}</name><styleUrl>#{}</styleUrl>\n{}\n  </Placemark>\n", title, id,
-                      stretches.geometry()));
+      stretches.interrupt();
+      put(fmt::format("  <Placemark><name>{}</name><styleUrl>#{}</styleUrl>\n", title, id));
+      stretches.geometry(put);
+      put("\n  </Placemark>\n");
     };
     put("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<kml "
         "xmlns=\"http://www.opengis.net/kml/2.2\">\n<Document>\n");
@@ -151,7 +172,7 @@ class Kml final : public Encoder {
       const std::string kind = i == 0 ? "" : fmt::format(": {}", name(kKinds[i].kind));
       placemark("Fixes, connected" + kind, kKinds[i].id, fix_lines_[i]);
     }
-    for (const auto& [name, stretches] : faults_) {
+    for (auto& [name, stretches] : faults_) {
       placemark(fmt::format("Fault {} (true place)", xml_escaped(name)), "fault", stretches);
     }
     put("  <Folder>\n  <name>Fixes by horizontal error</name>\n");
@@ -160,7 +181,6 @@ class Kml final : public Encoder {
       placemark(fmt::format("Error {}", c.label), c.id, points_[i]);
     }
     put("  </Folder>\n</Document>\n</kml>\n");
-    return text;
   }
 
  private:
@@ -183,10 +203,11 @@ class Kml final : public Encoder {
   std::optional<geodesy::Geodetic> last_fix_;
   std::size_t epochs_ = 0, fixes_ = 0;
   geodesy::GpsTime begin_, end_;
-  Stretches truth_, outages_;
-  std::array<Stretches, kKinds.size()> fix_lines_;
+  Spool spool_;
+  Stretches truth_{spool_}, outages_{spool_};
+  std::vector<Stretches> fix_lines_ = std::vector<Stretches>(kKinds.size(), Stretches(spool_));
   std::map<std::string, Stretches> faults_;  // by name
-  std::array<Stretches, kErrorClassCount> points_;
+  std::vector<Stretches> points_ = std::vector<Stretches>(kErrorClassCount, Stretches(spool_));
 };
 
 }  // namespace

@@ -91,7 +91,9 @@ class RinexObservation final : public Encoder {
     return text;
   }
 
-  std::string end() override { return started_ ? std::string() : header(receiver_.begin, receiver_.begin); }
+  void end(const Put& put) override {
+    if (!started_) put(header(receiver_.begin, receiver_.begin));
+  }
   std::optional<Correction> correction() override {
     return Correction{last_position_, time_record(last_, "TIME OF LAST OBS")};
   }

@@ -161,7 +161,7 @@ std::optional<EncodedStream::Clock::time_point> EncodedStream::next_due() const 
 void EncodedStream::finish() {
   if (std::exchange(finished_, true)) return;
   send_waiting();
-  link_->transport().send(encoder_->end());
+  encoder_->end([this](std::string_view bytes) { link_->transport().send(bytes); });
   link_->finish(listener_, encoder_->correction());
 }
 

@@ -8,7 +8,7 @@
 #include <functional>
 #include <optional>
 
-#include "canyon/base/statistics.hpp"
+#include "canyon/base/distribution.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/output/epoch_values.hpp"
 
@@ -33,25 +33,26 @@ class MeanOf {
 /// Sums and lists over one receiver's epochs.
 struct Tally {
   RunSummary counts;  // the figures that are counts, and the longest outage
-  std::vector<double> horizontal_m, vertical_m, hdop;
+  Distribution horizontal_m, vertical_m, hdop;
   double visible = 0, blocked = 0, used = 0;
   std::array<std::size_t, 4> by_visibility{};
   MeanOf cn0_los_dbhz, cn0_nlos_dbhz;
-  std::vector<double> fixed_m;
+  Distribution fixed_m;
   std::optional<geodesy::GpsTime> first, first_fixed;
   std::optional<geodesy::GpsTime> outage_began;
   std::optional<geodesy::GpsTime> last, last_but_one;
   struct Fault {
     std::string name;
     std::size_t epochs = 0;
-    std::vector<double> horizontal_m;  // of its fixes
+    std::size_t fixes = 0;
+    Distribution horizontal_m;  // of these
   };
   std::vector<Fault> faults;
 
   Fault& fault(const std::string& name) {
     const auto at =
         std::find_if(faults.begin(), faults.end(), [&](const Fault& f) { return f.name == name; });
-    return at != faults.end() ? *at : faults.emplace_back(Fault{name, 0, {}});
+    return at != faults.end() ? *at : faults.emplace_back(Fault{name, 0, 0, {}});
   }
   void close_outage(geodesy::GpsTime end) {
     if (!outage_began) return;
@@ -185,13 +186,13 @@ void SummarySink::write(const simulation::Epoch& epoch) {
   if (const std::optional<bool> wrong = wrong_fix(epoch)) {
     if (!tally.first_fixed) tally.first_fixed = seen.time;
     counts.wrong_fixes += *wrong ? 1 : 0;
-    tally.fixed_m.push_back(output::horizontal_m(epoch.error_enu_m));
+    tally.fixed_m.add(output::horizontal_m(epoch.error_enu_m));
   }
   if (seen.fix.solved()) {
     ++counts.fixes;
-    tally.horizontal_m.push_back(output::horizontal_m(epoch.error_enu_m));
-    tally.vertical_m.push_back(std::abs(epoch.error_enu_m.z()));
-    if (seen.fix.dop) tally.hdop.push_back(seen.fix.dop->hdop);
+    tally.horizontal_m.add(output::horizontal_m(epoch.error_enu_m));
+    tally.vertical_m.add(std::abs(epoch.error_enu_m.z()));
+    if (seen.fix.dop) tally.hdop.add(seen.fix.dop->hdop);
     tally.close_outage(seen.time);
   } else if (!tally.outage_began) {
     tally.outage_began = seen.time;
@@ -199,7 +200,9 @@ void SummarySink::write(const simulation::Epoch& epoch) {
   for (const std::string& name : epoch.faults) {
     Tally::Fault& fault = tally.fault(name);
     ++fault.epochs;
-    if (seen.fix.solved()) fault.horizontal_m.push_back(output::horizontal_m(epoch.error_enu_m));
+    if (!seen.fix.solved()) continue;
+    ++fault.fixes;
+    fault.horizontal_m.add(output::horizontal_m(epoch.error_enu_m));
   }
   tally.visible += seen.visible;
   tally.blocked += seen.blocked;
@@ -235,13 +238,13 @@ std::vector<RunSummary> SummarySink::summaries() const {
     }
     RunSummary s = std::move(tally.counts);
     s.receiver = state_->names[i];
-    s.fixed_p95_m = quantile(tally.fixed_m, 0.95).value_or(kNan);
+    s.fixed_p95_m = tally.fixed_m.quantile(0.95).value_or(kNan);
     s.first_fixed_s = tally.first_fixed ? *tally.first_fixed - *tally.first : kNan;
-    s.horizontal_p50_m = quantile(tally.horizontal_m, 0.50).value_or(kNan);
-    s.horizontal_p95_m = quantile(tally.horizontal_m, 0.95).value_or(kNan);
-    s.horizontal_max_m = quantile(tally.horizontal_m, 1.0).value_or(kNan);
-    s.vertical_p50_m = quantile(tally.vertical_m, 0.50).value_or(kNan);
-    s.vertical_p95_m = quantile(tally.vertical_m, 0.95).value_or(kNan);
+    s.horizontal_p50_m = tally.horizontal_m.quantile(0.50).value_or(kNan);
+    s.horizontal_p95_m = tally.horizontal_m.quantile(0.95).value_or(kNan);
+    s.horizontal_max_m = tally.horizontal_m.quantile(1.0).value_or(kNan);
+    s.vertical_p50_m = tally.vertical_m.quantile(0.50).value_or(kNan);
+    s.vertical_p95_m = tally.vertical_m.quantile(0.95).value_or(kNan);
     const double epochs = s.epochs > 0 ? static_cast<double>(s.epochs) : kNan;
     s.mean_visible = tally.visible / epochs;
     s.mean_blocked = tally.blocked / epochs;
@@ -256,12 +259,12 @@ std::vector<RunSummary> SummarySink::summaries() const {
     s.los_multipath_share = share(propagation::Visibility::LOSMultipath);
     s.nlos_share = share(propagation::Visibility::NLOS);
     s.blocked_share = share(propagation::Visibility::Blocked);
-    s.median_hdop = quantile(tally.hdop, 0.50).value_or(kNan);
+    s.median_hdop = tally.hdop.quantile(0.50).value_or(kNan);
     s.mean_cn0_los_dbhz = tally.cn0_los_dbhz.mean();
     s.mean_cn0_nlos_dbhz = tally.cn0_nlos_dbhz.mean();
     for (const Tally::Fault& fault : tally.faults) {
-      s.faults.push_back({fault.name, fault.epochs, fault.horizontal_m.size(),
-                          quantile(fault.horizontal_m, 0.95).value_or(kNan)});
+      s.faults.push_back(
+          {fault.name, fault.epochs, fault.fixes, fault.horizontal_m.quantile(0.95).value_or(kNan)});
     }
     result.push_back(std::move(s));
   }

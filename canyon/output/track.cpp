@@ -3,12 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
 
 #include "canyon/base/json.hpp"
+#include "canyon/base/spool.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/output/encoder.hpp"
@@ -98,20 +100,20 @@ class GeoJson final : public Encoder {
                         coordinates(seen.fix.solved() ? seen.fix.position : epoch.truth.position)));
   }
 
-  std::string end() override {
-    std::string text;
+  void end(const Put& put) override {
     if (last_) {
-      const Json properties{{"kind", "truth"}, {"name", name_}, {"stroke", colour(kTruthRgb)}};
-      lines_.push_back(std::move(line_));
-      if (lines_.size() > 1) {
-        text = next(feature(properties, "MultiLineString", std::move(lines_)));
-      } else if (lines_[0].size() > 1) {
-        text = next(feature(properties, "LineString", std::move(lines_[0])));
-      } else {  // a LineString needs two positions (RFC 7946, 3.1.4)
-        text = next(feature(properties, "Point", std::move(lines_[0][0])));
-      }
+      // A LineString needs two positions (RFC 7946, 3.1.4).
+      const std::size_t depth = cut_ ? 2 : points_ > 1 ? 1 : 0;
+      constexpr std::array kTypes{"Point", "LineString", "MultiLineString"};
+      constexpr std::string_view kPlace = "\"coordinates\":null";
+      const std::string text = next(feature(
+          {{"kind", "truth"}, {"name", name_}, {"stroke", colour(kTruthRgb)}}, kTypes[depth], Json()));
+      const std::size_t at = text.rfind(kPlace) + kPlace.size();
+      put(text.substr(0, at - std::string_view("null").size()) + std::string(depth, '['));
+      truth_.read(put);
+      put(std::string(depth, ']') + text.substr(at));
     }
-    return text + "\n]}\n";
+    put("\n]}\n");
   }
 
  private:
@@ -122,16 +124,20 @@ class GeoJson final : public Encoder {
   /// The line is cut at the antimeridian (RFC 7946, 3.1.9).
   void add_truth(const geodesy::Geodetic& place) {
     if (const auto crossing = last_ ? antimeridian_crossing(*last_, place) : std::nullopt) {
-      line_.push_back(coordinates((*crossing)[0]));
-      lines_.push_back(std::exchange(line_, Json::array({coordinates((*crossing)[1])})));
+      truth_.add("," + coordinates((*crossing)[0]).dump() + "],[" + coordinates((*crossing)[1]).dump());
+      cut_ = true;
     }
-    line_.push_back(coordinates(place));
+    truth_.add((last_ ? "," : "") + coordinates(place).dump());
     last_ = place;
+    ++points_;
   }
 
   std::string name_;
-  Json lines_ = Json::array(), line_ = Json::array();  ///< of the truth: whole ones, and the present one
+  Spool spool_;
+  Spool::Text truth_{spool_};  ///< places of the lines, without the outer brackets
   std::optional<geodesy::Geodetic> last_;
+  std::size_t points_ = 0;
+  bool cut_ = false;
   bool first_ = true;
 };
 

@@ -69,7 +69,7 @@ void write_epochs(const std::filesystem::path& path, const std::string& format,
   OutputFile file(path);
   file.write(encoder->begin());
   for (const EpochPtr& epoch : epochs) file.write(encoder->encode(epoch->epoch));
-  file.write(encoder->end());
+  encoder->end([&](std::string_view bytes) { file.write(bytes); });
   if (const auto correction = encoder->correction()) file.overwrite(correction->offset, correction->bytes);
   file.commit();
 }

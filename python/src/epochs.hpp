@@ -34,7 +34,11 @@ class EpochEncoder {
       : encoder_(output::format_named(format).make(receiver)) {}
   [[nodiscard]] py::bytes begin() { return encoder_->begin(); }
   [[nodiscard]] py::bytes encode(const KeptEpoch& epoch) { return encoder_->encode(epoch.epoch); }
-  [[nodiscard]] py::bytes end() { return encoder_->end(); }
+  [[nodiscard]] py::bytes end() {
+    std::string bytes;
+    encoder_->end([&](std::string_view more) { bytes += more; });
+    return bytes;
+  }
 
  private:
   std::unique_ptr<output::Encoder> encoder_;

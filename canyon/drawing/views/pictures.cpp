@@ -35,28 +35,42 @@ struct Snapshot {
   std::vector<Satellite> satellites;
 };
 
-/// Evenly spaced snapshots of a run of unknown length: when there are too many, every other one is dropped
-/// and from then on half as many are taken.
-class Snapshots {
+bool is_worse(const Snapshot&, const Snapshot&) {
+  return false;
+}
+bool is_worse(const TrackPoint& a, const TrackPoint& b) {
+  return b.fix && (!a.fix || a.error_m > b.error_m);
+}
+bool is_worse(const TimelinePoint& a, const TimelinePoint& b) {
+  return !std::isnan(b.error_m) && !(a.error_m <= b.error_m);
+}
+
+/// Evenly spaced epochs of a run of unknown length, at most kMost: when there are too many, of each two one
+/// is kept, the worse one or the first, and from then on half as many are taken.
+template <typename Each, std::size_t kMost>
+class Thinned {
  public:
-  /// Whether the next epoch should be added.
+  /// Whether the next epoch begins a step.
   [[nodiscard]] bool wanted() const { return seen_ % stride_ == 0; }
   void skip() { ++seen_; }
-  void add(Snapshot snapshot) {
-    ++seen_;
-    kept_.push_back(std::move(snapshot));
+  void add(Each each) {
+    if (seen_++ % stride_ != 0) {
+      if (is_worse(each, kept_.back())) kept_.back() = std::move(each);
+      return;
+    }
+    kept_.push_back(std::move(each));
     if (kept_.size() < kMost) return;
     for (std::size_t i = 0; 2 * i < kept_.size(); ++i) {
-      if (i > 0) kept_[i] = std::move(kept_[2 * i]);
+      const bool second = 2 * i + 1 < kept_.size() && is_worse(kept_[2 * i + 1], kept_[2 * i]);
+      if (i > 0 || second) kept_[i] = std::move(kept_[2 * i + (second ? 1 : 0)]);
     }
     kept_.resize((kept_.size() + 1) / 2);
     stride_ *= 2;
   }
-  [[nodiscard]] const std::vector<Snapshot>& all() const { return kept_; }
+  [[nodiscard]] const std::vector<Each>& all() const { return kept_; }
 
  private:
-  static constexpr std::size_t kMost = 2000;
-  std::vector<Snapshot> kept_;
+  std::vector<Each> kept_;
   std::size_t seen_ = 0;
   std::size_t stride_ = 1;
 };
@@ -125,12 +139,17 @@ class Pictures final : public simulation::EpochSink {
       moment.used = static_cast<int>(observed.fix.used.size());
       if (observed.fix.dop) moment.hdop = observed.fix.dop->hdop;
     }
-    track_.push_back(track);
+    track_.add(track);
+    ++epochs_;
+    if (track.fix) error_m_.add(track.error_m);
+    if (!track.fix) ++without_fix_;
     const Strength strength = mean_strength(observed);
     moment.cn0_los_dbhz = strength.los_dbhz;
     moment.cn0_nlos_dbhz = strength.nlos_dbhz;
     add_faults(epoch);
-    timeline_.push_back(moment);
+    if (epochs_ == 1) begin_ = moment.time;
+    end_ = moment.time;
+    timeline_.add(moment);
 
     if (!snapshots_.wanted()) {
       snapshots_.skip();
@@ -149,7 +168,7 @@ class Pictures final : public simulation::EpochSink {
 
   void finish() override {
     if (std::exchange(finished_, true)) return;
-    if (!timeline_.empty() && (stop_ == nullptr || !stop_->load())) {
+    if (epochs_ > 0 && (stop_ == nullptr || !stop_->load())) {
       const std::array<Picture, 3> pictures{draw_track(track_drawing()), draw_sky(sky_drawing()),
                                             draw_timeline(timeline_drawing())};
       for (std::size_t i = 0; i < pictures.size(); ++i) {
@@ -169,8 +188,7 @@ class Pictures final : public simulation::EpochSink {
                              [&](const TimelineFault& fault) { return fault.name == name; });
       if (at == faults_.end()) at = faults_.insert(at, TimelineFault{name, {}});
       const geodesy::GpsTime now = epoch.observed.time;
-      const bool goes_on = !at->stretches.empty() && !timeline_.empty() &&
-                           at->stretches.back().second == timeline_.back().time;
+      const bool goes_on = !at->stretches.empty() && at->stretches.back().second == end_;
       if (goes_on) {
         at->stretches.back().second = now;
       } else {
@@ -184,8 +202,8 @@ class Pictures final : public simulation::EpochSink {
   }
 
   [[nodiscard]] std::string span() const {
-    const std::string from = geodesy::format_utc(timeline_.front().time, 0);
-    const std::string to = geodesy::format_utc(timeline_.back().time, 0);
+    const std::string from = geodesy::format_utc(begin_, 0);
+    const std::string to = geodesy::format_utc(end_, 0);
     const bool same_day = from.substr(0, 10) == to.substr(0, 10);
     return fmt::format("{} {} to {} UTC", from.substr(0, 10), from.substr(11, 8),
                        same_day ? to.substr(11, 8) : to.substr(0, 10) + " " + to.substr(11, 8));
@@ -200,7 +218,10 @@ class Pictures final : public simulation::EpochSink {
     for (const TimelineFault& fault : faults_) names.push_back(fault.name);
     drawing.subtitle += faults_text(names);
     drawing.mesh = &city.mesh;
-    drawing.points = track_;
+    drawing.points = track_.all();
+    drawing.epochs = epochs_;
+    drawing.without_fix = without_fix_;
+    drawing.error_m = error_m_;
     return drawing;
   }
 
@@ -244,17 +265,21 @@ class Pictures final : public simulation::EpochSink {
 
   [[nodiscard]] TimelineDrawing timeline_drawing() const {
     return {fmt::format("{}: accuracy and satellites", options().name),
-            fmt::format("{}  \u00B7  {}", simulation_.environment().city().name, span()), timeline_, faults_};
+            fmt::format("{}  \u00B7  {}", simulation_.environment().city().name, span()), timeline_.all(),
+            faults_};
   }
 
   const simulation::Simulation& simulation_;
   std::size_t receiver_;
   const std::atomic<bool>* stop_;
   std::vector<OutputFile> files_;
-  std::vector<TrackPoint> track_;
-  std::vector<TimelinePoint> timeline_;
+  Thinned<TrackPoint, 20'000> track_;
+  Thinned<TimelinePoint, 20'000> timeline_;
   std::vector<TimelineFault> faults_;
-  Snapshots snapshots_;
+  Thinned<Snapshot, 2000> snapshots_;
+  std::size_t epochs_ = 0, without_fix_ = 0;
+  Distribution error_m_;
+  geodesy::GpsTime begin_, end_;  ///< the first and the latest epoch
   bool finished_ = false;
 };
 

@@ -104,6 +104,9 @@ class TrackPictureTest : public ::testing::Test {
     drawing_.mesh = &mesh_;
     for (int i = 0; i <= 100; i += 5) drawing_.points.push_back({{i, 0}, Eigen::Vector2d(i, 2), 2.0});
     for (int i = 5; i <= 100; i += 5) drawing_.points.push_back({{100, i}, {}, 0});
+    drawing_.epochs = drawing_.points.size();
+    drawing_.without_fix = 20;
+    for (int i = 0; i < 21; ++i) drawing_.error_m.add(2);
   }
   /// The place of a point on the page: the map's frame is 860 units high, its upper left corner at (76, 78).
   [[nodiscard]] Point page(double east, double north) const {

@@ -138,12 +138,10 @@ class TrackMap {
     for (const TrackPoint& p : drawing.points) {
       if (p.fix) errors.push_back(p.error_m);
     }
-    fixes_ = errors.size();
-    if (!errors.empty()) {
-      median_ = *quantile(errors, 0.5);
-      p95_ = *quantile(errors, 0.95);
-      worst_ = *std::max_element(errors.begin(), errors.end());
-    }
+    fixes_ = drawing.epochs - drawing.without_fix;
+    median_ = drawing.error_m.quantile(0.5).value_or(0);
+    p95_ = drawing.error_m.quantile(0.95).value_or(0);
+    worst_ = drawing.error_m.quantile(1).value_or(0);
     scale_ = make_scale(std::move(errors), kOffMapTail);
     const Eigen::Vector3d size = extent_.max - extent_.min;
     const double units = std::min(kLargestMapWidth / size.x(), kLargestMapHeight / size.y());
@@ -255,9 +253,8 @@ class TrackMap {
     if (fixes_ > 0) {
       entry([&](Point p) { canvas.circle(p, kDotRadius + 0.6, viridis(0.45), Stroke{kInk, 0.6}); }, "fix");
     }
-    if (fixes_ < drawing_.points.size()) {
-      entry([&](Point p) { draw_no_fix_mark(canvas, p); },
-            fmt::format("no fix ({})", drawing_.points.size() - fixes_));
+    if (drawing_.without_fix > 0) {
+      entry([&](Point p) { draw_no_fix_mark(canvas, p); }, fmt::format("no fix ({})", drawing_.without_fix));
     }
     if (off_map_ > 0) {
       entry(
@@ -281,7 +278,7 @@ class TrackMap {
       canvas.text({x + 142, y}, value, {.size = 11.5, .align = Align::Right});
       y += 18;
     };
-    const std::size_t all = drawing_.points.size();
+    const std::size_t all = drawing_.epochs;
     line("epochs", fmt::format("{}", all));
     line("with fix", fmt::format("{:.1f} %", 100.0 * static_cast<double>(fixes_) / static_cast<double>(all)));
     if (fixes_ > 0) {

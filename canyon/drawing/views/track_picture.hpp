@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/base/distribution.hpp"
 #include "canyon/city/fwd.hpp"
 #include "canyon/drawing/canvas.hpp"
 #include "canyon/drawing/plot.hpp"
@@ -26,6 +27,9 @@ struct TrackDrawing {
   std::string subtitle;
   const city::Mesh* mesh = nullptr;  ///< must outlive the drawing; may be null (open field)
   std::vector<TrackPoint> points;    ///< in order of time; not empty
+  std::size_t epochs = 0;            ///< that the points are of, and those without a fix
+  std::size_t without_fix = 0;
+  Distribution error_m;  ///< horizontal, of all fixes
 };
 
 /// The part of a city that a map shows [m, ENU]: the true track and all but the farthest 2 % of the fixes
