@@ -76,6 +76,8 @@ class Encoder {
 
   /// Whether it needs Epoch::sensors.
   [[nodiscard]] virtual bool uses_sensors() const { return false; }
+  /// Bytes of samples before their epoch comes. From the first call on encode() leaves out Epoch::sensors.
+  [[nodiscard]] virtual std::string encode_samples(const simulation::SensorBatch& /*samples*/) { return {}; }
 
   /// Number of the `bytes` of encode() that make a datagram, where there are datagrams; at least 1.
   [[nodiscard]] virtual std::size_t datagram(std::string_view bytes) const { return bytes.size(); }
@@ -85,6 +87,11 @@ class Encoder {
   [[nodiscard]] virtual std::string receive(std::uint64_t /*reader*/, std::string_view /*bytes*/) {
     return {};
   }
+  /// The bytes of encode()'s last epoch, which still lives, for a reader whose commands have set what it
+  /// gets; empty: it gets those of encode(), as reader 0 does, whose commands set these.
+  [[nodiscard]] virtual std::optional<std::string> encode_own(std::uint64_t /*reader*/) { return {}; }
+  /// The command by which a reader was the first time to set what it gets, since the last call; empty: none.
+  [[nodiscard]] virtual std::string take_first_command() { return {}; }
   /// The rate that the other end asked for since the last call, in use behind the answer [baud].
   [[nodiscard]] virtual std::optional<int> take_baud() { return std::nullopt; }
   /// Epochs of a base that the other end gave the receiver as RTCM 3 since the last call.

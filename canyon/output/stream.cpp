@@ -70,6 +70,11 @@ EncodedStream::EncodedStream(std::unique_ptr<Encoder> encoder, std::shared_ptr<t
     const std::string answer = encoder_->receive(received.reader, received.bytes);
     if (!answer.empty()) link_->transport().answer(received.reader, answer);
     if (const auto baud = encoder_->take_baud()) link_->transport().set_baud(*baud);
+    if (const std::string command = encoder_->take_first_command(); !command.empty()) {
+      link_->note(received.reader == 0
+                      ? fmt::format("the other end sets what it gets: {}", command)
+                      : fmt::format("client {} sets what it alone gets: {}", received.reader, command));
+    }
   });
 }
 
@@ -89,12 +94,16 @@ void EncodedStream::write(const simulation::Epoch& epoch) {
   if (epoch.receiver != receiver_) return;
   serve();
   if (!wanted(epoch.observed.time)) return;
-  std::vector<Waiting> pieces;
-  if (stations_) {
-    for (auto& [reader, bytes] : stations_->encode(epoch)) pieces.push_back({{}, std::move(bytes), reader});
-  } else {
-    pieces.push_back({{}, encoder_->encode(epoch), {}});
-  }
+  hand_over(encode(epoch));
+}
+
+void EncodedStream::write_samples(const simulation::SensorBatch& samples) {
+  if (!encoder_->uses_sensors()) return;
+  if (std::string bytes = encoder_->encode_samples(samples); !bytes.empty())
+    hand_over({{{}, std::move(bytes), {}}});
+}
+
+void EncodedStream::hand_over(std::vector<Waiting> pieces) {
   if (options_.latency_s == 0 && options_.jitter_s == 0 && !options_.link_baud) {
     for (const Waiting& each : pieces) send(each);
     return;
@@ -103,33 +112,49 @@ void EncodedStream::write(const simulation::Epoch& epoch) {
   Clock::time_point due =
       now_() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(delay_s));
   if (!waiting_.empty()) due = std::max(due, waiting_.back().due);
+  const auto waited = static_cast<std::ptrdiff_t>(waiting_.size());
   for (Waiting& each : pieces) {
     if (options_.link_baud) {
-      due = wait_one_by_one(each, due);
+      wait_one_by_one(each, due);
       continue;
     }
     each.due = due;
     waiting_.push_back(std::move(each));
   }
+  // Each reader has a line of its own.
+  std::stable_sort(waiting_.begin() + waited, waiting_.end(),
+                   [](const Waiting& a, const Waiting& b) { return a.due < b.due; });
 }
 
-EncodedStream::Clock::time_point EncodedStream::wait_one_by_one(const Waiting& what, Clock::time_point due) {
+std::vector<EncodedStream::Waiting> EncodedStream::encode(const simulation::Epoch& epoch) {
+  std::vector<Waiting> pieces;
+  std::string all = stations_ ? std::string() : encoder_->encode(epoch);
+  std::vector<std::uint64_t> others;
+  for (const std::uint64_t reader : link_->transport().readers()) {
+    auto own = stations_ ? stations_->encode(reader, epoch) : encoder_->encode_own(reader);
+    if (own) pieces.push_back({{}, std::move(*own), {reader}});
+    if (!own) others.push_back(reader);
+  }
+  if (stations_ || (!pieces.empty() && others.empty())) return pieces;
+  if (pieces.empty()) others.clear();  // it is for all
+  pieces.push_back({{}, std::move(all), std::move(others)});
+  return pieces;
+}
+
+void EncodedStream::wait_one_by_one(const Waiting& what, Clock::time_point due) {
   constexpr double kBitsOfByte = 10;
   for (std::string_view bytes = what.bytes; !bytes.empty();) {
     const std::size_t size = encoder_->datagram(bytes);
     const double takes_s = kBitsOfByte * static_cast<double>(size) / *options_.link_baud;
     due += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(takes_s));
-    waiting_.push_back({due, std::string(bytes.substr(0, size)), what.reader});
+    waiting_.push_back({due, std::string(bytes.substr(0, size)), what.readers});
     bytes.remove_prefix(size);
   }
-  return due;
 }
 
 void EncodedStream::send(const Waiting& what) {
-  if (what.reader) {
-    link_->transport().answer(*what.reader, what.bytes);
-    return;
-  }
+  for (const std::uint64_t reader : what.readers) link_->transport().answer(reader, what.bytes);
+  if (!what.readers.empty()) return;
   for (std::string_view bytes = what.bytes; !bytes.empty();) {
     const std::size_t size = encoder_->datagram(bytes);
     link_->transport().send(bytes.substr(0, size));
@@ -271,7 +296,8 @@ std::unique_ptr<EncodedStream> open_file(std::string_view format, const std::fil
                                          std::size_t receiver, const ReceiverDescription& description) {
   StreamOptions options;
   options.generation = description.ubx_generation;
-  return open_stream({{}, std::string(format), "file:" + path.string(), options}, receiver, description);
+  return open_stream({{}, std::string(format), "file:" + path.string(), options}, receiver, description,
+                     std::make_shared<transport::Link>(transport::open_result(path)));
 }
 
 void RealTimePacer::write(const simulation::Epoch& epoch) {
@@ -302,19 +328,17 @@ void VirtualStations::receive(std::uint64_t reader, std::string_view bytes) {
   });
 }
 
-std::vector<std::pair<std::uint64_t, std::string>> VirtualStations::encode(const simulation::Epoch& epoch) {
-  std::vector<std::pair<std::uint64_t, std::string>> result;
-  for (auto& [reader, rover] : rovers_) {
-    const std::optional<simulation::Epoch> moved = rover.station.move(epoch, rover.reported_ecef);
-    if (!moved) continue;
-    if (!rover.encoder || moved->truth_ecef != rover.place_ecef) {
-      rover.place_ecef = moved->truth_ecef;
-      base_.station_ecef = rover.place_ecef;
-      rover.encoder = format_->make(base_);
-    }
-    result.emplace_back(reader, rover.encoder->encode(*moved));
+std::optional<std::string> VirtualStations::encode(std::uint64_t reader, const simulation::Epoch& epoch) {
+  Rover* const rover = rovers_.find(reader);
+  if (rover == nullptr) return std::nullopt;
+  const std::optional<simulation::Epoch> moved = rover->station.move(epoch, rover->reported_ecef);
+  if (!moved) return std::nullopt;
+  if (!rover->encoder || moved->truth_ecef != rover->place_ecef) {
+    rover->place_ecef = moved->truth_ecef;
+    base_.station_ecef = rover->place_ecef;
+    rover->encoder = format_->make(base_);
   }
-  return result;
+  return rover->encoder->encode(*moved);
 }
 
 }  // namespace canyon::output

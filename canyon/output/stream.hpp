@@ -30,8 +30,8 @@ class VirtualStations {
 
   /// Takes bytes from a reader, cut anywhere. Anything but GGA sentences with a fix is ignored.
   void receive(std::uint64_t reader, std::string_view bytes);
-  /// The bytes of the base's epoch for each reader that has reported a place.
-  [[nodiscard]] std::vector<std::pair<std::uint64_t, std::string>> encode(const simulation::Epoch& epoch);
+  /// The bytes of the base's epoch for a reader; empty: it has not reported a place.
+  [[nodiscard]] std::optional<std::string> encode(std::uint64_t reader, const simulation::Epoch& epoch);
 
  private:
   struct Rover {
@@ -71,6 +71,8 @@ class EncodedStream final : public simulation::EpochSink {
 
   /// Epochs of other receivers are passed over, and those that rate_hz leaves out.
   void write(const simulation::Epoch& epoch) override;
+  /// Samples of the receiver's sensors before their epoch comes.
+  void write_samples(const simulation::SensorBatch& samples);
   /// The first call ends the stream, sending at once what waits; later ones do nothing. The transport is
   /// finished with the last stream of its link.
   void finish() override;
@@ -96,11 +98,15 @@ class EncodedStream final : public simulation::EpochSink {
   struct Waiting {
     Clock::time_point due;
     std::string bytes;
-    std::optional<std::uint64_t> reader;  ///< empty: all
+    std::vector<std::uint64_t> readers;  ///< none: all
   };
   [[nodiscard]] bool wanted(geodesy::GpsTime time);
-  /// Each datagram behind the one before, at the link's speed; returns when the last has arrived.
-  Clock::time_point wait_one_by_one(const Waiting& what, Clock::time_point due);
+  /// What each reader gets of an epoch.
+  [[nodiscard]] std::vector<Waiting> encode(const simulation::Epoch& epoch);
+  /// Sends the pieces, or lets them wait for what is set.
+  void hand_over(std::vector<Waiting> pieces);
+  /// Each datagram behind the one before, at the link's speed.
+  void wait_one_by_one(const Waiting& what, Clock::time_point due);
   void send(const Waiting& what);
 
   std::unique_ptr<Encoder> encoder_;

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
 #include <chrono>
 
 #include "canyon/base/input_error.hpp"
@@ -206,6 +207,44 @@ TEST(Stream, ASlowLinkPassesAnEpochPieceByPiece) {
   EXPECT_EQ(bytes_at(2.6), 2U);
   EXPECT_EQ(bytes_at(3.4), 2U);
   EXPECT_EQ(bytes_at(3.6), 3U);
+}
+
+// One client's commands leave the other client's bytes as they are, and are told.
+TEST(Stream, AClientSetsWhatItAloneGets) {
+  const int port = test::free_port();
+  const auto link = std::make_shared<transport::Link>(fmt::format("tcp://127.0.0.1:{}", port));
+  const auto stream = open_stream({{}, "sbf", {}, {}}, 0, {"rover"}, link);
+  test::LocalConnection quiet(port), talker(port);
+  double seconds = 0;
+  const auto write = [&] { stream->write(epoch_at(++seconds)); };
+  const auto said = [&](const std::string& text) {
+    talker.say(text);
+    std::string answer;
+    while (!answer.ends_with("COM1>")) {
+      stream->serve();
+      answer += talker.read_some();
+    }
+    return answer;
+  };
+  (void)said("\n");
+  write();
+  const std::string whole = quiet.read_some();
+  EXPECT_EQ(talker.read_some(), whole);
+  (void)said("S\n\n");
+  EXPECT_THAT(link->take_notes(), testing::IsEmpty());
+  write();
+  EXPECT_EQ(talker.read_some().size(), whole.size()) << "S is no command";
+  (void)said("SSSSSSSSSS\n");
+  EXPECT_THAT(link->take_notes(), testing::ElementsAre("client 2 sets what it alone gets: SSSSSSSSSS"));
+  write();
+  (void)said("sso, Stream1, COM1, DOP, OnChange\n");
+  seconds += 2;
+  write();
+  EXPECT_THAT(talker.read_some(), HasSubstr("$@")) << "the DOP block alone";
+  EXPECT_THAT(link->take_notes(), testing::IsEmpty()) << "told once";
+  std::string rest;
+  while (rest.size() < 3 * whole.size()) rest += quiet.read_some();
+  EXPECT_EQ(rest.size(), 3 * whole.size()) << "whose client said nothing";
 }
 
 TEST(Stream, AnswersAndSharesALinkWithOthers) {

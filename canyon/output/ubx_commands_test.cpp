@@ -297,6 +297,30 @@ TEST(UbxDevice, SpeaksNmeaWhereItIsAsked) {
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1);
 }
 
+// A receiver's settings belong to a port (UBX-22008968, 6.9.14), and each connection is one.
+TEST(UbxDevice, AConnectionSetsWhatItAloneGets) {
+  const auto device = encode_ubx({"rover"});
+  const std::string before = device->encode(ubx_epoch());
+  (void)device->receive(1, ubx::frame(0x0601, Payload().u1(1).u1(7).bytes()));
+  EXPECT_FALSE(device->encode_own(1)) << "a poll sets nothing";
+  EXPECT_EQ(device->take_first_command(), "");
+  (void)device->receive(1, ubx::frame(0x068A, values(1, {{ubx::kOutputUbx, 0}})));
+  EXPECT_EQ(device->take_first_command(), "CFG 0x8A");
+  (void)device->receive(1, ubx::frame(0x068A, values(1, {{0x20910007, 0}})));
+  EXPECT_EQ(device->take_first_command(), "") << "told once";
+  (void)device->receive(2, ubx::frame(0x0601, Payload().u1(1).u1(7).u1(0).bytes()));
+  simulation::Epoch later = ubx_epoch();
+  later.observed.time = later.observed.time + 1;
+  const auto all = test::split_frames(device->encode(later));
+  EXPECT_THAT(ids(all), testing::Contains(MessageId{0x0107})) << "for those who set nothing";
+  EXPECT_EQ(device->encode_own(1), "");
+  const auto second = device->encode_own(2);
+  ASSERT_TRUE(second);
+  EXPECT_THAT(ids(test::split_frames(*second)), testing::Not(testing::Contains(MessageId{0x0107})));
+  EXPECT_EQ(test::split_frames(*second).size(), all.size() - 1);
+  EXPECT_FALSE(device->encode_own(3));
+}
+
 TEST(UbxDevice, TellsItsReadersApart) {
   const auto device = encode_ubx({"rover"});
   const std::string poll = ubx::frame(0x0A04, "");

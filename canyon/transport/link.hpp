@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -46,17 +47,24 @@ class Link {
   void finish(int listener, const std::optional<Correction>& correction) {
     if (listeners_.erase(listener) > 0 && listeners_.empty()) transport_->finish(correction);
   }
-  [[nodiscard]] std::vector<std::string> take_notes() { return transport_->take_notes(); }
+  /// Adds a line to take_notes().
+  void note(std::string line) { notes_.push_back(std::move(line)); }
+  [[nodiscard]] std::vector<std::string> take_notes() {
+    std::vector<std::string> notes = transport_->take_notes();
+    for (std::string& line : std::exchange(notes_, {})) notes.push_back(std::move(line));
+    return notes;
+  }
 
  private:
   std::unique_ptr<Transport> transport_;
+  std::vector<std::string> notes_;
   std::map<int, Listener> listeners_;
   int last_ = 0;
   bool serving_ = false;
 };
 
-/// Keeps a value for each sender (Received::reader), for kMost at a time: beyond that the sender with the
-/// smallest number is forgotten.
+/// Keeps a value for each sender (Received::reader), for kMost at a time: beyond that the one is forgotten
+/// that was not asked for for longest.
 template <typename Kept>
 class Readers {
  public:
@@ -65,15 +73,27 @@ class Readers {
   /// @param fresh arguments of a new reader's value
   template <typename... Fresh>
   [[nodiscard]] Kept& of(std::uint64_t reader, Fresh&&... fresh) {
-    if (kept_.count(reader) == 0 && kept_.size() >= kMost) kept_.erase(kept_.begin());
+    if (kept_.count(reader) == 0 && kept_.size() >= kMost) {
+      const auto first = std::min_element(asked_.begin(), asked_.end(),
+                                          [](const auto& a, const auto& b) { return a.second < b.second; });
+      kept_.erase(first->first);
+      asked_.erase(first);
+    }
+    asked_[reader] = ++count_;
     return kept_.try_emplace(reader, std::forward<Fresh>(fresh)...).first->second;
   }
-  /// Pairs of a reader and its value.
-  [[nodiscard]] auto begin() { return kept_.begin(); }
-  [[nodiscard]] auto end() { return kept_.end(); }
+  /// Null: there is none.
+  [[nodiscard]] Kept* find(std::uint64_t reader) {
+    const auto found = kept_.find(reader);
+    if (found == kept_.end()) return nullptr;
+    asked_[reader] = ++count_;
+    return &found->second;
+  }
 
  private:
   std::map<std::uint64_t, Kept> kept_;
+  std::map<std::uint64_t, std::uint64_t> asked_;  // when, counted
+  std::uint64_t count_ = 0;
 };
 
 /// Joins bytes that are cut anywhere into lines.

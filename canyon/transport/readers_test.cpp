@@ -37,13 +37,15 @@ TEST(LineCutter, ADatagramEndsItsLine) {
   EXPECT_EQ(lines.back(), "lm");
 }
 
-TEST(Readers, ForgetTheFirstOfTooMany) {
+TEST(Readers, ForgetTheOneThatNobodyAskedForForLongest) {
   Readers<std::string> readers;
   for (std::uint64_t reader = 1; reader <= Readers<std::string>::kMost; ++reader) readers.of(reader) += "x";
   EXPECT_EQ(readers.of(1), "x");
   readers.of(1000) = "new";
-  EXPECT_EQ(readers.of(2), "x");
-  EXPECT_EQ(readers.of(1), "") << "begins anew";
+  ASSERT_NE(readers.find(1), nullptr);
+  EXPECT_EQ(readers.of(1), "x");
+  EXPECT_EQ(readers.find(2), nullptr);
+  EXPECT_EQ(readers.of(2), "") << "begins anew";
 }
 
 }  // namespace

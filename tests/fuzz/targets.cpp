@@ -362,7 +362,9 @@ void receive_ubx(const fs::path& path) {
       at += size;
     }
     (void)device->take_baud();
-    (void)device->encode(test::sample_signal_epoch(test::sample_time() + 1, test::sample_time()));
+    const auto epoch = test::sample_signal_epoch(test::sample_time() + 1, test::sample_time());
+    (void)device->encode(epoch);
+    (void)device->encode_own(1);
   }
 }
 

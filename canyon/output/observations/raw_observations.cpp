@@ -53,14 +53,7 @@ int signal_strength_indicator(double cn0_dbhz) {
 
 DeviceEpochs::DeviceEpochs(std::map<gnss::SatelliteId, int> glonass_channels, geodesy::GpsTime begin,
                            Tags tags)
-    : channels_(std::move(glonass_channels)),
-      decoder_([this](gnss::SatelliteId id) -> std::optional<int> {
-        const auto found = channels_.find(id);
-        return found == channels_.end() ? std::nullopt : std::optional(found->second);
-      }),
-      start_(begin),
-      clock_(begin),
-      observations_(tags) {}
+    : channels_(std::move(glonass_channels)), start_(begin), clock_(begin), observations_(tags) {}
 
 DeviceEpoch DeviceEpochs::next(const simulation::Epoch& epoch) {
   constexpr std::int64_t kMillisecond = 1'000'000;
@@ -83,8 +76,15 @@ DeviceEpoch DeviceEpochs::next(const simulation::Epoch& epoch) {
           epoch.geoid_undulation_m};
 }
 
-void DeviceEpochs::receive(std::string_view bytes) {
-  for (auto& epoch : decoder_.feed(bytes, clock_)) corrections_.push_back(std::move(epoch));
+canyon::rtcm::CorrectionsDecoder& DeviceEpochs::decoder_of(std::uint64_t reader) {
+  return decoders_.of(reader, [this](gnss::SatelliteId id) -> std::optional<int> {
+    const auto found = channels_.find(id);
+    return found == channels_.end() ? std::nullopt : std::optional(found->second);
+  });
+}
+
+void DeviceEpochs::receive(std::uint64_t reader, std::string_view bytes) {
+  for (auto& epoch : decoder_of(reader).feed(bytes, clock_)) corrections_.push_back(std::move(epoch));
 }
 
 std::vector<std::shared_ptr<const relative::Corrections>> DeviceEpochs::take_corrections() {

@@ -14,6 +14,7 @@
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/rtcm/rtcm_decoder.hpp"
 #include "canyon/simulation/epoch.hpp"
+#include "canyon/transport/link.hpp"
 
 namespace canyon::output {
 
@@ -148,19 +149,23 @@ class DeviceEpochs {
     return messages_.received(epoch);
   }
 
-  /// Bytes of RTCM 3 among others, cut anywhere.
-  void receive(std::string_view bytes);
+  /// Bytes of RTCM 3 among others, cut anywhere, of one of those who send some.
+  void receive(std::uint64_t reader, std::string_view bytes);
   /// Epochs of a base that these bytes had since the last call.
   [[nodiscard]] std::vector<std::shared_ptr<const relative::Corrections>> take_corrections();
-  [[nodiscard]] const canyon::rtcm::DecoderStatus& corrections_status() const { return decoder_.status(); }
+  [[nodiscard]] const canyon::rtcm::DecoderStatus& corrections_status(std::uint64_t reader) {
+    return decoder_of(reader).status();
+  }
 
   [[nodiscard]] const std::map<gnss::SatelliteId, int>& glonass_channels() const { return channels_; }
   /// The start of the run, or of the latest restart.
   [[nodiscard]] geodesy::GpsTime start() const { return start_; }
 
  private:
+  [[nodiscard]] canyon::rtcm::CorrectionsDecoder& decoder_of(std::uint64_t reader);
+
   std::map<gnss::SatelliteId, int> channels_;
-  canyon::rtcm::CorrectionsDecoder decoder_;
+  transport::Readers<canyon::rtcm::CorrectionsDecoder> decoders_;
   std::vector<std::shared_ptr<const relative::Corrections>> corrections_;
   geodesy::GpsTime start_;
   geodesy::GpsTime clock_;  ///< of the latest epoch, by the receiver's clock

@@ -97,26 +97,26 @@ std::string names_of(const std::set<std::uint16_t>& blocks) {
 
 }  // namespace
 
-std::string Commands::receive(std::uint64_t reader, std::string_view bytes) {
+std::string Commands::receive(std::string_view bytes, std::int64_t now_ms) {
   std::string answers;
-  std::string& line = lines_.of(reader);
   for (const char c : bytes) {
     if (c == '\r' || c == '\n') {
-      answers += execute(trim(line));
-      line.clear();
-    } else if (c < ' ' || c > '~' || line.size() >= kMostLine) {
-      line.assign(1, '\0');  // bytes of another protocol: the line is not a command
+      answers += execute(trim(line_), now_ms);
+      line_.clear();
+    } else if (c < ' ' || c > '~' || line_.size() >= kMostLine) {
+      line_.assign(1, '\0');  // bytes of another protocol: the line is not a command
     } else {
-      line += c;
+      line_ += c;
     }
   }
   return answers;
 }
 
-std::string Commands::execute(std::string_view line) {
+std::string Commands::execute(std::string_view line, std::int64_t now_ms) {
+  constexpr std::string_view kAttention = "SSSSSSSSSS";  // asks for the command line
   if (line.empty()) return prompt();
-  if (line.find_first_not_of('S') == std::string_view::npos) {  // "SSSSSSSSSS" asks for the command line
-    configured_ = true;
+  if (line.starts_with(kAttention) && line.find_first_not_of('S') == std::string_view::npos) {
+    if (first_.empty()) first_ = kAttention;
     return prompt();
   }
   const bool text = std::all_of(line.begin(), line.begin() + std::min<std::ptrdiff_t>(3, std::ssize(line)),
@@ -128,8 +128,8 @@ std::string Commands::execute(std::string_view line) {
   const auto at = std::find(known.begin(), known.end(), name);
   if (at == known.end()) return fmt::format("$R? {}: Invalid command!\r\n{}", name, prompt());
   const std::string& brief = known[static_cast<std::size_t>(at - known.begin()) | 1];
-  configured_ = true;
-  quiet_until_ms_ = now_ms_ + kQuiet_ms;
+  if (first_.empty()) first_ = name;
+  quiet_until_ms_ = now_ms + kQuiet_ms;
   if (brief == "login") return accepted("login");  // without the name and the password
   std::string settings;
   if (brief == "sso") settings = sbf_output(words);
@@ -148,7 +148,6 @@ std::string Commands::sbf_output(const std::vector<std::string>& words) {
   if (!all && stream.empty()) return "$R? setSBFOutput: Argument 'Stream' is invalid!";
   const std::optional<std::int64_t> interval = parse_interval(word(words, 4));
   if (!pace.empty() && pace != "off" && !interval) return "$R? setSBFOutput: Argument 'Interval' is invalid!";
-  configured_ = true;
   if (all) streams_.clear();
   Stream& changed = streams_[stream];
   change_blocks(changed.blocks, word(words, 3));
@@ -186,8 +185,7 @@ std::optional<std::int64_t> Commands::interval_ms(std::uint16_t block) const {
 }
 
 bool Commands::is_due(std::uint16_t block, std::int64_t epoch_ms) {
-  now_ms_ = epoch_ms;
-  if (!configured_) return true;
+  if (first_.empty()) return true;
   if (epoch_ms < quiet_until_ms_) return false;
   const std::optional<std::int64_t> interval = interval_ms(block);
   if (!interval) return false;

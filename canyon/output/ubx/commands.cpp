@@ -1,5 +1,7 @@
 #include "canyon/output/ubx/commands.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <vector>
@@ -120,12 +122,22 @@ Commands::Commands(Generation generation, const Configuration& factory, const st
       systems_(gnss_blocks(systems)),
       reported_baud_(*settings_.current.value(kBaud)) {}
 
-std::string Commands::receive(std::uint64_t reader, std::string_view bytes) {
+std::string Commands::receive(std::string_view bytes) {
   std::string answer;
-  const Parser::Handlers handlers{[&](MessageId id, std::string_view payload) { take(id, payload, answer); },
-                                  [&](std::string_view sentence) { take_line(sentence); }};
-  readers_.of(reader).receive(bytes, handlers);
+  const Parser::Handlers handlers{[&](MessageId id, std::string_view payload) {
+                                    take(id, payload, answer);
+                                    note_change(fmt::format("CFG 0x{:02X}", id & 0xFF));
+                                  },
+                                  [&](std::string_view sentence) {
+                                    take_line(sentence);
+                                    note_change("$PUBX,41");
+                                  }};
+  parser_.receive(bytes, handlers);
   return answer;
+}
+
+void Commands::note_change(std::string command) {
+  if (first_.empty() && (!running_ || settings_.current != settings_.factory)) first_ = std::move(command);
 }
 
 std::optional<int> Commands::take_baud() {
@@ -150,7 +162,7 @@ void Commands::take(MessageId id, std::string_view payload, std::string& answer)
   } else if (payload.empty() && id == kVersion) {
     answer += frame(id, version_payload(generation_));
   } else if (payload.empty() && settings_.current.rate_key(id, kOwnPort)) {
-    if (const auto polled = outputs_.output(id)) answer += frame(id, *polled);
+    if (const auto polled = outputs_.output(id, settings_.current)) answer += frame(id, *polled);
   }
 }
 

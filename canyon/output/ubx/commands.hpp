@@ -11,7 +11,6 @@
 #include "canyon/gnss/satellite_id.hpp"
 #include "canyon/output/ubx/configuration.hpp"
 #include "canyon/output/ubx/frame.hpp"
-#include "canyon/transport/link.hpp"
 
 namespace canyon::output::ubx {
 
@@ -20,10 +19,11 @@ class Outputs {
  public:
   virtual ~Outputs() = default;
   /// The payload of a message that can be polled, of the last epoch; empty where there is none.
-  [[nodiscard]] virtual std::optional<std::string> output(MessageId id) const = 0;
+  [[nodiscard]] virtual std::optional<std::string> output(MessageId id,
+                                                          const Configuration& settings) const = 0;
 };
 
-/// Takes commands, answers them, and keeps what they set. CFG messages are acknowledged
+/// Takes commands of one connection, answers them, and keeps what they set. CFG messages are acknowledged
 /// (ACK-ACK) or refused (ACK-NAK); polls of other messages are answered by the message, or not at all
 /// (UBX-13003221, 31.3; UBX-22008968, 3.4). `$PUBX,41` sets port and rate as CFG-PRT does.
 class Commands {
@@ -35,7 +35,9 @@ class Commands {
   Commands(Generation generation, const Configuration& factory, const std::set<gnss::System>& systems,
            const Outputs& outputs);
 
-  [[nodiscard]] std::string receive(std::uint64_t reader, std::string_view bytes);
+  [[nodiscard]] std::string receive(std::string_view bytes);
+  /// The first command that changed a setting, "CFG 0x8A"; empty: there was none.
+  [[nodiscard]] const std::string& first() const { return first_; }
   [[nodiscard]] std::optional<int> take_baud();
   /// The restart that CFG-RST asked for since the last call.
   [[nodiscard]] std::optional<disturbance::RestartKind> take_restart() {
@@ -51,6 +53,7 @@ class Commands {
  private:
   enum class Reply : std::uint8_t { Acknowledge, Refuse, Silent };
 
+  void note_change(std::string command);
   void take(MessageId id, std::string_view payload, std::string& answer);
   Reply configure(std::uint8_t id, std::string_view payload, std::string& answer);
   Reply message_rate(std::string_view payload, std::string& answer);
@@ -71,7 +74,8 @@ class Commands {
     Configuration current, saved, factory;
   } settings_;
   std::string systems_;  ///< CFG-GNSS
-  transport::Readers<Parser> readers_;
+  Parser parser_;
+  std::string first_;
   bool running_ = true;
   std::optional<disturbance::RestartKind> restart_;
   std::uint64_t reported_baud_;

@@ -79,6 +79,7 @@ class Configuration {
   /// @param stands it may be a base station of a fixed place (CFG-TMODE-MODE 2)
   Configuration(Generation generation, int period_ms, bool rtk = false, bool dead_reckoning = false,
                 bool stands = false);
+  [[nodiscard]] bool operator==(const Configuration&) const = default;
 
   [[nodiscard]] std::optional<std::uint64_t> value(std::uint32_t key) const;
   /// False, and nothing changed, for an unknown key and a value that the device does not take.
