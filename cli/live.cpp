@@ -51,8 +51,8 @@ std::string figures_line(const live::Figures& figures) {
   if (figures.poses > 0) line += fmt::format("; {} poses", figures.poses);
   if (figures.latency.count() > 0) {
     line += fmt::format("; pose to bytes {:.1f} ms (median), {:.1f} ms (99 %), {:.1f} ms (most)",
-                        figures.latency.quantile(0.5) * 1e3, figures.latency.quantile(0.99) * 1e3,
-                        figures.latency.greatest_s() * 1e3);
+                        *figures.latency.quantile(0.5) * 1e3, *figures.latency.quantile(0.99) * 1e3,
+                        figures.latency.greatest() * 1e3);
   }
   return line;
 }

@@ -137,7 +137,7 @@ class SessionCommands final : public Commands {
               {"no_truth", f.no_truth},
               {"missed", f.missed},
               {"poses", f.poses},
-              {"latency_p99_ms", f.latency.quantile(0.99) * 1e3}};
+              {"latency_p99_ms", f.latency.quantile(0.99).value_or(0) * 1e3}};
     for (std::size_t r = 0; r < latest.size(); ++r) {
       Json each{{"name", context.scenario.receivers[r].options.name}};
       if (latest[r]) {

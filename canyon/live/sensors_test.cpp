@@ -2,8 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <fstream>
+#include <future>
 #include <nlohmann/json.hpp>
 
 #include "canyon/live/session.hpp"
@@ -12,6 +15,8 @@
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/sensors/sensor_run.hpp"
 #include "canyon/simulation/simulator.hpp"
+#include "tests/support/free_port.hpp"
+#include "tests/support/local_connection.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -190,6 +195,35 @@ TEST_F(LiveSensors, GoOutAsHighresImu) {
   }
   EXPECT_EQ(pressures, live.barometer.size());
   EXPECT_NEAR(messages.back().pressure_pa, live.barometer.back().pressure.measured_pa, 0.01);
+}
+
+// In real time samples come when they have ended, not all at their epoch, whose receiver feels them as well.
+TEST(LiveSensorOptions, SamplesComeBetweenEpochs) {
+  const int port = test::free_port();
+  simulation::Scenario scenario =
+      drive(fmt::format("live: {{streams: [{{format: highres_imu, to: 'tcp://127.0.0.1:{}'}}]}}\n", port),
+            "profile: ideal, axes: flu");
+  scenario.duration_s = 2;
+  SensedEpochs live;
+  Session session(scenario, scene_of(scenario));
+  test::LocalConnection client(port);
+  std::size_t messages = 0, pieces = 0;
+  auto reader = std::async(std::launch::async, [&] {
+    mavlink::Parser parser;
+    for (std::string bytes = client.read_some(); !bytes.empty(); bytes = client.read_some()) {
+      ++pieces;
+      parser.receive(bytes, [&](const mavlink::Frame& frame) {
+        messages += std::holds_alternative<mavlink::HighresImu>(frame.message) ? 1 : 0;
+      });
+    }
+  });
+  (void)session.run({&live}, {});
+  reader.get();
+  EXPECT_EQ(messages, live.imu.size()) << "each once";
+  EXPECT_GE(live.imu.size(), 190U);
+  EXPECT_GT(pieces, 50U) << "not in the ten bursts of the epochs";
+  for (std::size_t k = 1; k < live.imu.size(); ++k)
+    EXPECT_NEAR(live.imu[k].time - live.imu[k - 1].time, 0.01, 1e-9);
 }
 
 TEST(LiveSensorOptions, HighresImuNeedsSensors) {

@@ -40,9 +40,6 @@ using Clock = std::chrono::steady_clock;
 constexpr std::string_view kTrajectory = "trajectory";
 constexpr std::string_view kFile = "file:";
 
-// Latencies: the first step, and the ratio of each to the one before.
-constexpr double kFirstStep_s = 1e-5, kStepRatio = 1.01;
-
 std::int64_t nanoseconds(Clock::duration duration) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(duration).count();
 }
@@ -62,6 +59,16 @@ struct Log {
   }
   [[nodiscard]] bool ended() const { return at == text.size(); }
 };
+
+/// Adds samples behind those of `all`.
+void add(const simulation::SensorBatch& more, simulation::SensorBatch& all) {
+  all.imu_axes = more.imu_axes;
+  all.magnetometer_axes = more.magnetometer_axes;
+  all.imu.insert(all.imu.end(), more.imu.begin(), more.imu.end());
+  all.wheels.insert(all.wheels.end(), more.wheels.begin(), more.wheels.end());
+  all.barometer.insert(all.barometer.end(), more.barometer.begin(), more.barometer.end());
+  all.magnetometer.insert(all.magnetometer.end(), more.magnetometer.begin(), more.magnetometer.end());
+}
 
 /// A receiver's epochs.
 struct Schedule {
@@ -115,24 +122,6 @@ struct CorrectionInput {
 };
 
 }  // namespace
-
-void Latencies::add(double seconds) {
-  const double step = std::log(std::max(seconds, kFirstStep_s) / kFirstStep_s) / std::log(kStepRatio);
-  ++counts_[std::min(static_cast<std::size_t>(step), counts_.size() - 1)];
-  ++count_;
-  greatest_s_ = std::max(greatest_s_, seconds);
-}
-
-double Latencies::quantile(double p) const {
-  std::uint64_t seen = 0;
-  const auto wanted = static_cast<std::uint64_t>(std::ceil(p * static_cast<double>(count_)));
-  for (std::size_t i = 0; i < counts_.size(); ++i) {
-    seen += counts_[i];
-    if (seen < wanted || seen == 0) continue;
-    return std::min(kFirstStep_s * std::pow(kStepRatio, static_cast<double>(i + 1)), greatest_s_);
-  }
-  return 0;
-}
 
 struct Session::Impl {
   Impl(simulation::Scenario s, std::shared_ptr<simulation::CityScene> city)
@@ -351,14 +340,13 @@ struct Session::Impl {
   void begin_sensors() {
     sensors.clear();
     sensors.resize(receivers.size());
+    felt.clear();
+    felt.resize(receivers.size());
     if (!scenario.sensors.any()) return;
     const bool written = std::any_of(sinks->begin(), sinks->end(),
                                      [](const simulation::EpochSink* sink) { return sink->uses_sensors(); });
     const auto needs = [&](std::size_t r) {
-      return written || receivers[r].config().receiver().options.dead_reckoning.enabled ||
-             std::any_of(streams.begin(), streams.end(), [r](const auto& stream) {
-               return stream->receiver() == r && stream->uses_sensors();
-             });
+      return written || receivers[r].config().receiver().options.dead_reckoning.enabled || sends_samples(r);
     };
     for (Vehicle& vehicle : vehicles) {
       if (stands_still(vehicle)) continue;
@@ -375,9 +363,15 @@ struct Session::Impl {
     }
   }
 
-  /// The samples since the receiver's last epoch, where somebody needs them.
-  void take_samples(const Vehicle& vehicle, Due& epoch) {
-    auto& run = sensors[epoch.receiver];
+  [[nodiscard]] bool sends_samples(std::size_t receiver) const {
+    return std::any_of(streams.begin(), streams.end(), [receiver](const auto& stream) {
+      return stream->receiver() == receiver && stream->uses_sensors();
+    });
+  }
+
+  /// Samples that have ended at an instant go to streams at once, in real time, and wait for their epoch.
+  void feel(const Vehicle& vehicle, std::size_t receiver, std::int64_t until_ns) {
+    auto& run = sensors[receiver];
     if (vehicle.motion) {
       const simulation::SmoothPoses& motion = *vehicle.motion;
       if (!run) {
@@ -389,7 +383,29 @@ struct Session::Impl {
       }
       run->skip(start + motion.begin_s());
     }
-    if (run) epoch.samples = run->until(start + epoch.host_s);
+    if (!run) return;
+    const simulation::SensorBatch& batch = run->until(start + seconds(until_ns));
+    add(batch, felt[receiver]);
+    if (by_stamps()) return;
+    for (const auto& stream : streams) {
+      if (stream->receiver() == receiver) stream->write_samples(batch);
+    }
+  }
+  /// Does so between epochs.
+  void feel(std::int64_t now) {
+    if (by_stamps() || !scenario.sensors.any()) return;
+    for (Vehicle& vehicle : vehicles) {
+      for (const Schedule& each : vehicle.receivers) {
+        if (each.epochs.over() || !sends_samples(each.receiver)) continue;
+        std::int64_t until = std::min(now, each.epochs.next_ns());
+        if (vehicle.log) read_log(vehicle, vehicle.needs_ns(until));
+        // The motion is known up to some steps before the last pose.
+        for (int step = 0; vehicle.motion && step < 20 && !vehicle.motion->holds(until); ++step)
+          until -= std::llround(vehicle.motion->step_s() * 1e9);
+        if (!vehicle.source || (vehicle.motion && vehicle.motion->holds(until)))
+          feel(vehicle, each.receiver, until);
+      }
+    }
   }
 
   void begin_clock() {
@@ -449,6 +465,7 @@ struct Session::Impl {
     for (std::size_t r = 0; r < receivers.size(); ++r) {
       receivers[r].restart();
       sensors[r].reset();
+      felt[r] = {};
       if (!inputs[r]) continue;
       inputs[r]->reported.reset();
       inputs[r]->input.begin_anew();
@@ -575,7 +592,10 @@ struct Session::Impl {
       }
     }
     Due epoch{r, seconds(at), {}, came};
-    if (body || !vehicle.source) take_samples(vehicle, epoch);
+    if (body || !vehicle.source) {
+      feel(vehicle, r, at);
+      epoch.samples = std::exchange(felt[r], {});
+    }
     if (const auto& fixed = scenario.receivers[r].fixed) {
       epoch.antenna = simulation::antenna_state({start + seconds(at), fixed->place}, scene->city.frame);
     } else if (!vehicle.source) {
@@ -709,6 +729,7 @@ struct Session::Impl {
     serve();
     gather(now_ns());
     compute_and_write();
+    feel(now_ns());
     once_a_second();
     return !ended();
   }
@@ -726,6 +747,8 @@ struct Session::Impl {
         const auto patience =
             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.wait_s));
         until = std::min(until, at > Clock::now() ? at : at + patience);
+        if (sensors[each.receiver] && sends_samples(each.receiver))
+          until = std::min(until, Clock::now() + std::chrono::milliseconds(5));  // the next sample may end
       }
     }
     for (const auto& stream : streams) {
@@ -773,6 +796,7 @@ struct Session::Impl {
   std::vector<propagation::Propagator> prepared;  // that receivers will ask for
   /// By receiver: the sensors of its vehicle. Empty: it does not need them, or no pose has come.
   std::vector<std::optional<simulation::SensorRun>> sensors;
+  std::vector<simulation::SensorBatch> felt;  // by them, since the receiver's last epoch
   std::optional<simulation::CorrectionLinks> corrections;
   std::vector<std::unique_ptr<CorrectionInput>> inputs;  // by receiver; null: none
   std::map<std::string, std::shared_ptr<transport::Link>> links;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -8,27 +7,13 @@
 #include <string>
 #include <vector>
 
+#include "canyon/base/distribution.hpp"
 #include "canyon/simulation/epoch.hpp"
 #include "canyon/simulation/live_receiver.hpp"
 #include "canyon/simulation/scenario/fwd.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::live {
-
-/// How long it took from a pose to the bytes of its epoch: counts by steps of 1 %, up to 30 s.
-class Latencies {
- public:
-  void add(double seconds);
-  [[nodiscard]] std::uint64_t count() const { return count_; }
-  /// [s], at most 1 % too large, and never above the greatest; 10 us at least. 0 without any.
-  [[nodiscard]] double quantile(double p) const;
-  [[nodiscard]] double greatest_s() const { return greatest_s_; }
-
- private:
-  std::array<std::uint64_t, 1500> counts_{};  ///< each step is 1 % longer than the one before: to 30 s
-  std::uint64_t count_ = 0;
-  double greatest_s_ = 0;
-};
 
 /// Figures of a run so far.
 struct Figures {
@@ -39,7 +24,7 @@ struct Figures {
   std::uint64_t missed = 0;    ///< left out because the machine was too slow
   std::uint64_t poses = 0;
   std::string no_fix;  ///< the latest epoch without a fix, "rover: too few satellites"; empty: all have one
-  Latencies latency;
+  Distribution latency{0};  ///< from a pose to the bytes of its epoch [s]
 };
 
 struct RunOptions {

@@ -777,22 +777,5 @@ TEST(Session, ByStampsABaseGoesAlongWithThePoses) {
   }
 }
 
-TEST(Latencies, QuantilesAreWithinAPercent) {
-  Latencies latencies;
-  EXPECT_EQ(latencies.quantile(0.99), 0);
-  for (int i = 1; i <= 100; ++i) latencies.add(i * 1e-2);
-  for (const double p : {0.01, 0.5, 0.99}) {
-    EXPECT_GE(latencies.quantile(p), p);
-    EXPECT_LE(latencies.quantile(p), 1.0101 * p);
-  }
-  latencies.add(0);
-  latencies.add(3);
-  EXPECT_EQ(latencies.quantile(1), 3);
-  Latencies one;
-  one.add(5.33e-3);
-  EXPECT_EQ(one.quantile(0.99), 5.33e-3);  // no more than the greatest
-  EXPECT_EQ(latencies.greatest_s(), 3);
-}
-
 }  // namespace
 }  // namespace canyon::live

@@ -69,19 +69,18 @@ class MavlinkStream final : public Encoder {
  public:
   using Messages = std::vector<mavlink::Message>;
   using Make = std::function<Messages(const simulation::Epoch&)>;
+  using Samples = std::function<Messages(const simulation::SensorBatch&)>;
 
-  explicit MavlinkStream(Make each_epoch, Make each_second = {}, bool uses_sensors = false)
+  explicit MavlinkStream(Make each_epoch, Make each_second = {}, Samples samples = {})
       : each_epoch_(std::move(each_epoch)),
         each_second_(std::move(each_second)),
-        uses_sensors_(uses_sensors) {}
+        samples_(std::move(samples)) {}
 
   std::string encode(const simulation::Epoch& epoch) override {
     constexpr double kSecond = 1;
     const geodesy::GpsTime now = epoch.observed.time;
     std::string bytes;
-    const auto put = [&](const Messages& messages) {
-      for (const mavlink::Message& message : messages) bytes += mavlink::encode(message, sequence_++);
-    };
+    const auto put = [&](const Messages& messages) { bytes += encode(messages); };
     if (!last_second_ || now - *last_second_ >= kSecond) {
       // Epochs that come 1.0000001 s apart are all sent; those that come 0.4 s apart every 1 s on average.
       const bool goes_on = last_second_ && now - *last_second_ < 2 * kSecond;
@@ -89,19 +88,31 @@ class MavlinkStream final : public Encoder {
       put({mavlink::Heartbeat{}});
       if (each_second_) put(each_second_(epoch));
     }
-    put(each_epoch_(epoch));
+    if (each_epoch_) put(each_epoch_(epoch));
+    if (samples_ && epoch.sensors != nullptr && !samples_first_) put(samples_(*epoch.sensors));
     return bytes;
+  }
+  std::string encode_samples(const simulation::SensorBatch& samples) override {
+    samples_first_ = true;
+    return samples_ ? encode(samples_(samples)) : std::string();
   }
 
   /// A datagram holds one frame.
   [[nodiscard]] std::size_t datagram(std::string_view bytes) const override {
     return mavlink::frame_bytes(bytes);
   }
-  [[nodiscard]] bool uses_sensors() const override { return uses_sensors_; }
+  [[nodiscard]] bool uses_sensors() const override { return samples_ != nullptr; }
 
  private:
+  std::string encode(const Messages& messages) {
+    std::string bytes;
+    for (const mavlink::Message& message : messages) bytes += mavlink::encode(message, sequence_++);
+    return bytes;
+  }
+
   Make each_epoch_, each_second_;
-  bool uses_sensors_;
+  Samples samples_;
+  bool samples_first_ = false;  ///< they come before their epoch
   std::optional<geodesy::GpsTime> last_second_;
   std::uint8_t sequence_ = 0;
 };
@@ -325,12 +336,12 @@ std::unique_ptr<Encoder> encode_highres_imu(const ReceiverDescription& receiver)
         "highres_imu has no samples of sensors to send",
         "run canyon simulate or canyon live with sensors: {imu: {profile: consumer}}; hosts give none");
   return std::make_unique<MavlinkStream>(
-      [last = mavlink::HighresImu()](const simulation::Epoch& epoch) mutable -> MavlinkStream::Messages {
-        if (epoch.sensors == nullptr) return {};
-        const std::vector<mavlink::HighresImu> samples = highres_imu(*epoch.sensors, last);
+      nullptr, nullptr,
+      [last =
+           mavlink::HighresImu()](const simulation::SensorBatch& batch) mutable -> MavlinkStream::Messages {
+        const std::vector<mavlink::HighresImu> samples = highres_imu(batch, last);
         return {samples.begin(), samples.end()};
-      },
-      nullptr, true);
+      });
 }
 std::unique_ptr<Encoder> encode_gps_rtcm_data(const ReceiverDescription& receiver) {
   return std::make_unique<MavlinkStream>([rtcm = std::shared_ptr<Encoder>(encode_rtcm(receiver)),
