@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <iterator>
+#include <set>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 #include "canyon/gnss/broadcast_messages.hpp"
@@ -23,10 +25,29 @@ auto identity(const SbasEphemeris& e) {
   return std::make_tuple(e.id, e.toe, e.iodn, e.health);
 }
 
+/// Leaves records whose clock is of the time of their orbit, and others where no such one has their toe: some
+/// receivers have written messages of two issues, 2,201 km off.
+void drop_mixed(std::vector<KeplerEphemeris>& records, ReadReport& report) {
+  const auto key = [](const KeplerEphemeris& e) { return std::make_tuple(e.id, e.toe, is_galileo_fnav(e)); };
+  std::set<decltype(key(records.front()))> whole;
+  for (const KeplerEphemeris& e : records)
+    if (e.toc == e.toe) whole.insert(key(e));
+  std::erase_if(records, [&](const KeplerEphemeris& e) {
+    const bool dropped = e.toc != e.toe && whole.count(key(e)) > 0;
+    if (dropped)
+      report.tell(ReadReport::Level::Remark,
+                  "{} messages of two issues (toc is not toe) beside one of that toe, left out",
+                  to_string(e.id));
+    return dropped;
+  });
+}
+
 template <typename Ephemeris>
-void merge_records(std::vector<Ephemeris>& into, std::vector<Ephemeris>&& from, int source_offset) {
+void merge_records(std::vector<Ephemeris>& into, std::vector<Ephemeris>&& from, int source_offset,
+                   ReadReport& report) {
   for (Ephemeris& e : from) e.source += source_offset;
   into.insert(into.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+  if constexpr (std::is_same_v<Ephemeris, KeplerEphemeris>) drop_mixed(into, report);
   // Stable, so that the record that came first stays.
   std::stable_sort(into.begin(), into.end(),
                    [](const Ephemeris& a, const Ephemeris& b) { return identity(a) < identity(b); });
@@ -42,9 +63,9 @@ void merge_records(std::vector<Ephemeris>& into, std::vector<Ephemeris>&& from, 
 
 void NavigationData::merge(NavigationData other) {
   const int source_offset = static_cast<int>(sources.size());
-  merge_records(kepler, std::move(other.kepler), source_offset);
-  merge_records(glonass, std::move(other.glonass), source_offset);
-  merge_records(sbas, std::move(other.sbas), source_offset);
+  merge_records(kepler, std::move(other.kepler), source_offset, report);
+  merge_records(glonass, std::move(other.glonass), source_offset, report);
+  merge_records(sbas, std::move(other.sbas), source_offset, report);
   const auto by_time = [](const SignalDelays& a, const SignalDelays& b) {
     return std::tie(a.id, a.toc) < std::tie(b.id, b.toc);
   };

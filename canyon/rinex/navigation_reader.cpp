@@ -411,24 +411,41 @@ class Reader {
   std::map<gnss::System, std::array<double, 4>> beta_;
 };
 
+/// Tells the messages of two issues that are left: no other one has their toe.
+void tell_mixed(gnss::NavigationData& data) {
+  for (const gnss::KeplerEphemeris& e : data.kepler) {
+    if (e.toc == e.toe) continue;
+    data.report.tell(
+        ReadReport::Level::Guess,
+        "{} messages with a clock of another time (toc) than their orbit (toe), as of two issues, "
+        "are used: such have been thousands of kilometres off",
+        fmt::format("{} at {}", to_string(e.id), geodesy::format_gpst(e.toe, 0)));
+  }
+}
+
 }  // namespace
 
 gnss::NavigationData read_rinex_navigation(TextFile file, const std::set<gnss::System>& wanted) {
-  return Reader(std::move(file), wanted).read();
+  gnss::NavigationData data = Reader(std::move(file), wanted).read();
+  tell_mixed(data);
+  return data;
 }
 
 gnss::NavigationData read_rinex_navigation(const std::filesystem::path& path,
                                            const std::set<gnss::System>& wanted) {
-  return read_as(FileKind::RinexNavigation, path, [&] {
-    return read_rinex_navigation(TextFile(path, std::size_t{1} << 31, CutGzip::ReadToCut), wanted);
-  });
+  return read_rinex_navigation(std::vector{path}, wanted);
 }
 
 gnss::NavigationData read_rinex_navigation(const std::vector<std::filesystem::path>& paths,
                                            const std::set<gnss::System>& wanted) {
   if (paths.empty()) throw InputError("no navigation file given");
   gnss::NavigationData all;
-  for (const std::filesystem::path& path : paths) all.merge(read_rinex_navigation(path, wanted));
+  for (const std::filesystem::path& path : paths) {
+    all.merge(read_as(FileKind::RinexNavigation, path, [&] {
+      return Reader(TextFile(path, std::size_t{1} << 31, CutGzip::ReadToCut), wanted).read();
+    }));
+  }
+  tell_mixed(all);
   return all;
 }
 

@@ -74,6 +74,25 @@ TEST(RinexNavigation, OfTwoRecordsOfOneTimeAndIssueTheFirstStays) {
   EXPECT_EQ(data.kepler[0].af0, read(kRinex3Header + other).kepler[0].af0);
 }
 
+// A Galileo satellite moves 2,201 km in the 10 minutes between two issues: 3,668 m/s, its circular speed at
+// 29,600 km.
+TEST(RinexNavigation, AMessageOfOneIssueIsTakenForOneOfTwo) {
+  const std::string mixed = replaced(kE11, kE11.substr(0, 23), "E11 2019 04 28 12 00 00");
+  ASSERT_NE(kE11.substr(0, 23), mixed.substr(0, 23));
+  for (const std::string& both : {kE11 + mixed, mixed + kE11}) {
+    const gnss::NavigationData data = read(kRinex3Header + both);
+    ASSERT_EQ(data.kepler.size(), 1U);
+    EXPECT_EQ(data.kepler[0].toc, data.kepler[0].toe);
+    EXPECT_THAT(data.report.lines(), ElementsAre(HasSubstr("1 messages of two issues (toc is not toe)")));
+    EXPECT_THAT(data.report.warnings(), IsEmpty());
+  }
+  const gnss::NavigationData alone = read(kRinex3Header + mixed);
+  ASSERT_EQ(alone.kepler.size(), 1U);
+  EXPECT_THAT(alone.report.warnings(),
+              ElementsAre(AllOf(HasSubstr("1 messages with a clock of another time"), HasSubstr("E11 at "))));
+  EXPECT_THAT(read(kRinex3Header + kE11).report.lines(), IsEmpty());
+}
+
 TEST(RinexNavigation, Version3GpsRecordFieldByField) {
   const gnss::NavigationData data = read(kRinex3Sample);
   EXPECT_THAT(data.report.lines(), IsEmpty());
