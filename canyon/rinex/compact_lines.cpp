@@ -60,17 +60,24 @@ CompactLines::CompactLines(TextFile file, ReadReport& notes) : file_(std::move(f
 
 void CompactLines::begin() {
   begun_ = true;
-  const auto first = file_.peek_line();
-  if (!first || trim(column(*first, 60, 20)) != "CRINEX VERS   / TYPE") return;
-  (void)file_.next_line();
-  const std::string_view version = trim(column(*first, 0, 20));
+  const auto first = file_.next_line();
+  if (!first) return;
+  begin_file(*first);
+  file_.unread_line();
+}
+
+bool CompactLines::begin_file(std::string_view first) {
+  if (trim(column(first, 60, 20)) != "CRINEX VERS   / TYPE") return false;
+  const std::string_view version = trim(column(first, 0, 20));
   if (version != "1.0" && version != "3.0") {
     throw file_.error(fmt::format("version '{}' of Hatanaka's compression is not read", version),
                       "versions 1.0 and 3.0 are: expand the file with crx2rnx");
   }
   version2_ = version == "1.0";
-  compact_ = true;
-  (void)file_.next_line();  // CRINEX PROG / DATE
+  compact_ = in_header_ = true;
+  header_ = {};
+  epoch_line_.clear();
+  return true;
 }
 
 std::optional<std::string_view> CompactLines::next_line() {
@@ -104,6 +111,7 @@ void CompactLines::put(std::string line) {
 
 void CompactLines::expand_header() {
   const std::string_view line = *file_.next_line();
+  if (column(line, 60, 6) == "CRINEX") return;
   put(std::string(line));
   if (header_.header().version == 0) {
     (void)header_.begin(line);
@@ -123,6 +131,7 @@ std::size_t CompactLines::type_count(char system) const {
 
 void CompactLines::expand_epoch() {
   const std::string_view line = *file_.next_line();
+  if (begin_file(line)) return;  // files that were joined
   if (begins_epoch(line)) {
     epoch_line_ = line;
     if (version2_) epoch_line_[0] = ' ';

@@ -52,6 +52,8 @@ class CompactLines {
   };
 
   void begin();
+  /// Whether the line begins a compressed file.
+  bool begin_file(std::string_view first);
   void expand_header();
   void expand_epoch();
   void expand_event(int count);

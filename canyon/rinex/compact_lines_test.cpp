@@ -224,6 +224,9 @@ TEST(CompactLines, GiveBackWhatWasCompressed) {
       ReadReport notes;
       ASSERT_EQ(all_lines(compact, notes), all_lines(text)) << version2 << seed;
       EXPECT_THAT(notes.lines(), testing::IsEmpty());
+      // Files that were joined.
+      ASSERT_EQ(all_lines(compact + compact, notes), all_lines(text + text)) << version2 << seed;
+      EXPECT_THAT(notes.lines(), testing::IsEmpty());
     }
   }
 }
