@@ -13,6 +13,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/mavlink/frames.hpp"
+#include "canyon/simulation/motion/recorded_path.hpp"
 #include "canyon/transport/link.hpp"
 
 namespace canyon::live {
@@ -130,7 +131,7 @@ class MavlinkPoses final : public PoseDecoder {
   void place(PoseReport& report, std::string_view name, double latitude_deg, double longitude_deg,
              double height_m) {
     // Autopilots without a fix send 0, 0 or the largest integers.
-    if (latitude_deg == 0 && longitude_deg == 0) {
+    if (simulation::is_nowhere(latitude_deg, longitude_deg)) {
       complaints_.add(fmt::format("{} at latitude 0, longitude 0, as before a fix", name));
     } else if (is_on_earth(latitude_deg, longitude_deg) && std::isfinite(height_m)) {
       report.place = geodesy::Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);

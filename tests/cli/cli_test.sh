@@ -1215,8 +1215,8 @@ inputs)
   drive receiver.nmea
   refuses in/receiver.nmea "$canyon" simulate in/drive.yaml --out in
   refuses in/receiver.nmea "$canyon" iq in/drive.yaml --out in/receiver.nmea --duration 1
-  printf 'time,latitude_deg,longitude_deg,height_m\n2026-03-01T10:00:0%dZ,0,0,2\n' 0 >in/way.csv
-  printf '2026-03-01T10:00:0%dZ,0,0,2\n' 1 2 3 >>in/way.csv
+  printf 'time,latitude_deg,longitude_deg,height_m\n2026-03-01T10:00:0%dZ,0.001,0,2\n' 0 >in/way.csv
+  printf '2026-03-01T10:00:0%dZ,0.001,0,2\n' 1 2 3 >>in/way.csv
   drive way.csv
   refuses in/way.csv "$canyon" correlation in/drive.yaml --satellite G05 --out in/way.csv --quiet
   sed 's/nominal: true/navigation: [sky.nav]/' small.yaml >in/day.yaml

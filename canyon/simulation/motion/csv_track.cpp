@@ -111,6 +111,7 @@ std::string plain(std::string_view name) {
 
 /// Fields of a line by RFC 4180, without blanks and quotes around them.
 Fields csv_fields(std::string_view line, char separator) {
+  if (separator == ' ') return split_blanks(line);
   Fields fields;
   bool quoted = false;
   std::size_t begin = 0;
@@ -126,16 +127,25 @@ Fields csv_fields(std::string_view line, char separator) {
   return fields;
 }
 
-bool is_skipped(std::string_view line) {
+constexpr std::string_view kCommentMarks = "#%";
+
+bool is_skipped(std::string_view line, std::string_view marks = kCommentMarks) {
   line = trim(line);
-  return line.empty() || line.front() == '#';
+  return line.empty() || marks.find(line.front()) != std::string_view::npos;
 }
 
-/// Semicolons or tabs where there are any: commas may then be decimal points.
+/// The text of a comment, or of another line.
+std::string_view without_mark(std::string_view line) {
+  const std::size_t at = line.find_first_not_of(" \t#%");
+  return is_skipped(line) ? line.substr(std::min(at, line.size())) : line;
+}
+
+/// Semicolons or tabs where there are any: commas may then be decimal points; blanks where there is nothing
+/// else.
 char separator_of(std::string_view line) {
-  for (const char separator : {';', '\t'})
+  for (const char separator : {';', '\t', ','})
     if (line.find(separator) != std::string_view::npos) return separator;
-  return ',';
+  return ' ';
 }
 
 class CsvReader {
@@ -146,29 +156,35 @@ class CsvReader {
   }
 
   RecordedPath read(const TrajectoryColumns& columns) {
-    const bool numbers = std::all_of(columns.begin(), columns.end(), [](const auto& column) {
+    given_ = &columns;
+    numbers_ = !columns.empty() && std::all_of(columns.begin(), columns.end(), [](const auto& column) {
       return parse_integer(split(column.second, '[')[0]).has_value();
     });
-    skip_texts(columns, numbers);
-    const auto first = next_line();
-    if (!first) throw InputError(file_.path(), 0, "no position in it", columns_cure());
-    separator_ = separator_of(*first);
-    const Fields header = csv_fields(*first, separator_);
-    count_ = header.size();
-    if (columns.empty()) {
-      require_header(header);
-      find_known(header);
-    } else {
-      for (const auto& [quantity, name] : columns) find_named(header, quantity, name, numbers);
-    }
-    check(header);
-    if (!columns.empty() && numbers) file_.unread_line();
+    find_header();
+    if (!header_) throw InputError(file_.path(), 0, "no position in it", columns_cure());
+    take_header(*header_);
+    if (numbers_) file_.unread_line();
     int first_record = 0;  // line of the first record
-    while (const auto line = next_line()) {
+    while (const auto line = file_.next_line()) {
+      // No record: a comment, or another header.
+      const auto names = [&] { return !numbers_ && names_columns(*line); };
+      bool other = is_skipped(*line) || (first_record == 0 && names());
+      if (!other && separator_ == '\0') separator_ = separator_of(*line);
       Fields fields = csv_fields(*line, separator_);
-      if (first_record == 0) require_numbers(fields);
-      if (first_record == 0) first_record = file_.line();
-      path_.report.guard([&] { read_record(fields); });
+      if (!other && first_record == 0) {
+        require_numbers(fields);
+        first_record = file_.line();
+      }
+      if (!other) {
+        guard_record(path_.report, [&] {
+          try {
+            read_record(fields);
+          } catch (const InputError&) {
+            if (!(other = names())) throw;
+          }
+        });
+      }
+      if (other) take_another_header(*line);
     }
     path_.report.require_most(path_.points.size());
     note_doubts();
@@ -179,38 +195,86 @@ class CsvReader {
   }
 
  private:
-  std::optional<std::string_view> next_line() {
-    auto line = file_.next_line();
-    while (line && is_skipped(*line)) line = file_.next_line();
-    return line;
+  /// Whether a line names columns: all that are given, or else two of Canyon's own names, three with nothing
+  /// but blanks between, where a sentence may have two.
+  [[nodiscard]] bool names_columns(std::string_view line) const {
+    const char separator = separator_of(line);
+    const Fields fields = csv_fields(line, separator);
+    if (!given_->empty()) {
+      return std::all_of(given_->begin(), given_->end(), [&](const auto& column) {
+        const std::size_t at = index_of(fields, column.second, numbers_);
+        return at < fields.size() && (!numbers_ || column.first == "time" || number_of(fields[at]));
+      });
+    }
+    return std::count_if(fields.begin(), fields.end(), [](auto name) {
+             return known(name).first < kQuantities;
+           }) > (separator == ' ' ? 2 : 1);
   }
 
-  /// Passes over texts above the header: the line that has the columns that are given, or else two of
-  /// Canyon's own names. Where there is none the first line is the header.
-  void skip_texts(const TrajectoryColumns& columns, bool numbers) {
+  /// Goes to the header: the first line that names columns, or a comment above the first record that does.
+  /// Else it is the first line, or the last comment above where that is a record of as many fields.
+  void find_header() {
     constexpr int kMostTexts = 100;
     TextFile ahead = TextFile::streamed(file_.path());
-    for (auto line = ahead.next_line(); line && ahead.line() <= kMostTexts; line = ahead.next_line()) {
-      if (is_skipped(*line)) continue;
-      const Fields fields = csv_fields(*line, separator_of(*line));
-      const auto has = [&](const auto& column) {
-        const std::size_t at = index_of(fields, column.second, numbers);
-        return at < fields.size() && (!numbers || column.first == "time" || number_of(fields[at]));
-      };
-      const auto names = std::count_if(fields.begin(), fields.end(),
-                                       [](auto name) { return known(name).first < kQuantities; });
-      if (columns.empty() ? names < 2 : !std::all_of(columns.begin(), columns.end(), has)) continue;
-      while (file_.line() + 1 < ahead.line()) (void)file_.next_line();
-      break;
+    int header = 0;
+    std::size_t count = 0;  // of the fields of a comment
+    bool named = false, begun = false;
+    for (auto line = ahead.next_line(); line && (!begun || ahead.line() <= kMostTexts);
+         line = ahead.next_line()) {
+      const std::string_view text = without_mark(*line);
+      const Fields fields = csv_fields(text, separator_of(text));
+      const bool comment = is_skipped(*line), names = names_columns(text);
+      if (!comment && names) header = ahead.line();
+      if (!comment && names) break;
+      if (begun || named || trim(text).empty()) {
+        if (!comment && named) break;
+        continue;
+      }
+      begun = !comment;
+      named = names && !numbers_;
+      const auto number = [](std::string_view field) { return number_of(field).has_value(); };
+      if (begun && !numbers_ && count == fields.size() && std::any_of(fields.begin(), fields.end(), number))
+        continue;
+      header = ahead.line();
+      count = comment ? fields.size() : 0;
     }
+    while (file_.line() < header) header_ = file_.next_line();
+  }
+
+  /// The columns of a line that names them.
+  void take_header(std::string_view line) {
+    const std::string_view text = without_mark(line);
+    const Fields header = csv_fields(text, separator_of(text));
+    // Numbers below Matlab's comment may be separated otherwise.
+    separator_ = is_skipped(line) ? '\0' : separator_of(text);
+    count_ = header.size();
+    columns_ = {};
+    undecided_ = true;
+    if (given_->empty()) {
+      require_header(header);
+      find_known(header);
+    } else {
+      for (const auto& [quantity, name] : *given_) find_named(header, quantity, name, numbers_);
+    }
+    check(header);
+  }
+
+  /// Takes the columns of a line below the header that names them, as files have that were joined; a comment
+  /// may be another one.
+  void take_another_header(std::string_view line) {
+    const std::string_view text = without_mark(line);
+    if (numbers_ || !names_columns(text)) return;
+    if (is_skipped(line) && csv_fields(text, separator_of(text)).size() != count_) return;
+    path_.report.guess(file_.line(), "another header", "its columns hold from there");
+    take_header(line);
   }
 
   /// Where a column stands that trajectory.columns names; beyond the end: nowhere.
   static std::size_t index_of(const Fields& header, std::string_view given, bool numbers) {
     const std::string_view name = trim(given.substr(0, given.find_last_of('[')));
     if (numbers) return static_cast<std::size_t>(*parse_integer(name)) - 1;
-    auto at = std::find(header.begin(), header.end(), trim(given));
-    if (at == header.end()) at = std::find(header.begin(), header.end(), name);
+    auto at = std::find(header.begin(), header.end(), without_mark(trim(given)));
+    if (at == header.end()) at = std::find(header.begin(), header.end(), without_mark(name));
     return static_cast<std::size_t>(at - header.begin());
   }
 
@@ -233,9 +297,6 @@ class CsvReader {
                    "by number: trajectory.columns: {time: \"1 [s]\", latitude: \"2 [deg]\", longitude: "
                    "\"3 [deg]\", height: \"4 [m]\"}"));
   }
-
-  /// Whether this may be the distance of a vehicle from the Earth's centre [m].
-  static bool is_radius(double radius_m) { return radius_m > 6.3e6 && radius_m < 8e6; }
 
   /// The quantity that Canyon's own name of a column stands for, and its unit; kQuantities: none.
   static std::pair<std::size_t, const Unit*> known(std::string_view name) {
@@ -294,7 +355,7 @@ class CsvReader {
     weeks_ = columns_[Week] && columns_[Tow];
     ecef_ = columns_[X] && columns_[Y] && columns_[Z];
     // Angles without a unit yield to ECEF beside them, which the first record shows.
-    doubtful_ = columns_[Latitude] && !columns_[Latitude]->unit;
+    doubtful_ = (doubtful_ || path_.points.empty()) && columns_[Latitude] && !columns_[Latitude]->unit;
     if (columns_[Latitude] && !doubtful_) ecef_ = false;
     const auto require = [&](bool has, const char* what) {
       if (has) return;
@@ -321,7 +382,7 @@ class CsvReader {
         {Longitude, "longitude lon long lng lambda"},
         {Height, "height altitude alt hgt ele elevation ellipsoidalheight heightellipsoid h"}};
     const auto record = file_.peek_line();
-    const Fields values = csv_fields(record.value_or(std::string_view()), separator_);
+    const Fields values = record ? csv_fields(*record, separator_of(*record)) : Fields();
     const auto number = [&](std::size_t i) {
       return i < values.size() ? number_of(values[i]) : std::nullopt;
     };
@@ -329,7 +390,7 @@ class CsvReader {
     for (const auto& [q, names] : kOthers) {
       for (std::size_t i = 0; i < header.size(); ++i) {
         const auto [base, unit] = parted(header[i], kRows[q].units);
-        if (!has_word(names, plain(base))) continue;
+        if (!has_word(names, plain(base.substr(base.rfind('.') + 1)))) continue;
         const bool bare = unit == nullptr && (q != Time || number(i));
         const double largest = q == Latitude ? geodesy::kPi / 2 : q == Longitude ? geodesy::kPi : 0;
         const Unit& likely = kRows[q].units[std::abs(number(i).value_or(1e9)) <= largest ? 1 : 0];
@@ -365,7 +426,7 @@ class CsvReader {
     if (fields.size() == count_ + 1 && fields.back().empty()) fields.pop_back();
     if (fields.size() != count_)
       throw file_.error(fmt::format("{} columns where the first line has {}", fields.size(), count_));
-    if (doubtful_ && ecef_ && path_.points.empty()) {
+    if (doubtful_ && ecef_ && undecided_) {
       const auto metres = [&](Quantity q) {
         return number_of(field(fields, q)).value_or(0) * columns_[q]->scale;
       };
@@ -378,19 +439,12 @@ class CsvReader {
                 : columns_[UnixTime] ? UnixTime
                                      : Time) ||
         (ecef_ ? missing(X) || missing(Y) || missing(Z) : missing(Latitude) || missing(Longitude)) ||
-        (flat && heights_.needed)) {
-      if (without_++ == 0) first_without_ = file_.line();
-      return;
-    }
+        (flat && heights_.needed))
+      throw NoValue(file_.path(), file_.line(), "line without a time or a position");
     const GpsTime time = path_.timed ? time_of(fields) : GpsTime();
     Geodetic place;
     if (ecef_) {
-      const Eigen::Vector3d ecef(value(fields, X), value(fields, Y), value(fields, Z));
-      if (!is_radius(ecef.norm())) {
-        throw file_.error(fmt::format("x, y, z are {:.6g} m from the Earth's centre", ecef.norm()),
-                          "they are ECEF, and have a unit: x_km, or trajectory.columns: {x: \"x [km]\"}");
-      }
-      place = geodesy::geodetic_from_ecef(ecef);
+      place = place_of(at(), Eigen::Vector3d(value(fields, X), value(fields, Y), value(fields, Z)));
     } else {
       place = place_of(at(), value(fields, Latitude), value(fields, Longitude));
       doubtful_ = doubtful_ && std::abs(value(fields, Latitude)) <= geodesy::kPi / 2 &&
@@ -402,16 +456,11 @@ class CsvReader {
     }
     geodesy::check_geodetic(place, "position");
     path_.points.push_back({time, place, file_.line()});
+    undecided_ = false;
   }
 
-  /// What the file leaves out or open.
+  /// What the file leaves open.
   void note_doubts() {
-    if (without_ > 0) {
-      path_.report.say(
-          ReadReport::Level::Loss,
-          fmt::format("{}:{}: line without a time or a position{}; left out", file_.path().string(),
-                      first_without_, without_ > 1 ? fmt::format(" (the first of {})", without_) : ""));
-    }
     if (doubtful_ && !ecef_ && !path_.points.empty()) {
       path_.report.guess(path_.points.front().line, "latitude and longitude without a unit may be radians",
                          "taken as degrees; name the columns by their unit, latitude_rad or latitude_deg");
@@ -424,7 +473,7 @@ class CsvReader {
       double week = value(fields, Week);
       if (columns_[Cycle]) {
         week = std::fmod(week, kCycle) + kCycle * value(fields, Cycle);
-      } else if (week >= 0 && week < kCycle) {
+      } else if (week > 0 && week < kCycle) {
         throw file_.error(fmt::format("the GPS week {} is not counted from 1980", week),
                           "write full weeks, or name the column of their cycles of 1,024: gps_cycle");
       }
@@ -437,7 +486,7 @@ class CsvReader {
         throw file_.error(fmt::format("'{}' is not a Unix time of 1970 to 2099", field(fields, UnixTime)),
                           "its unit is part of its name: unix_time_s, unix_time_ms, _us, _ns");
       }
-      return geodesy::gps_from_unix(std::llround(seconds * 1e9));
+      return set_time(at(), geodesy::gps_from_unix(std::llround(seconds * 1e9)));
     }
     const std::string_view text = field(fields, Time);
     const bool date = !columns_[Time]->unit && !number_of(text);
@@ -470,14 +519,16 @@ class CsvReader {
   GpsTime start_;
   HeightReading heights_;
   RecordedPath path_;
+  const TrajectoryColumns* given_ = nullptr;
+  bool numbers_ = false;  ///< they are given by their numbers
+  std::optional<std::string_view> header_;
   Columns columns_;
   char separator_ = ',';
   std::size_t count_ = 0;
   bool weeks_ = false, ecef_ = false;
+  bool undecided_ = true;  ///< no record has shown yet whether it is ecef_
   bool doubtful_ = false;  ///< angles have no unit, and none was too large for radians
-  std::size_t without_ = 0;
-  int first_without_ = 0;
-  bool dates_ = false;  ///< trajectory.columns says that times are dates
+  bool dates_ = false;     ///< trajectory.columns says that times are dates
   std::optional<bool> relative_;
   double height_m_ = 0;
 };
@@ -502,14 +553,14 @@ std::string first_line(const std::filesystem::path& path) {
   return std::string(line.value_or(std::string_view()));
 }
 
-/// Calls `read` for the lines that are no comments, and checks what it has made of them.
+/// Calls `read` for the lines that are no comments by these marks, and checks what it has made of them.
 template <typename Read>
-RecordedPath read_lines(TextFile& file, const Read& read) {
+RecordedPath read_lines(TextFile& file, std::string_view marks, const Read& read) {
   RecordedPath path;
   path.report = ReadReport(file.path());
   while (const auto line = file.next_line()) {
-    if (is_skipped(*line)) continue;
-    path.report.guard([&] { read(*line, RecordAt{path.report, file.line()}, path.points); });
+    if (is_skipped(*line, marks)) continue;
+    guard_record(path.report, [&] { read(*line, RecordAt{path.report, file.line()}, path.points); });
   }
   path.report.require_most(path.points.size());
   if (path.points.empty()) throw InputError(file.path(), 0, "no position in it");
@@ -518,6 +569,21 @@ RecordedPath read_lines(TextFile& file, const Read& read) {
 
 bool is_blank_separated(std::string_view line) {
   return line.find(',') == std::string_view::npos && split_blanks(line).size() >= 10;
+}
+
+/// The time system of a comment that names the columns of RTKLIB's solutions; empty for another.
+std::string_view names_rtklib(std::string_view comment) {
+  std::string text(without_mark(comment));
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == ',' || c == ';'; }, ' ');
+  const Fields words = split_blanks(text);
+  if (words.size() < 2) return {};
+  for (const std::string_view zone : {"GPST", "UTC", "JST"}) {
+    if (words[0] != zone) continue;
+    for (const std::string_view place : {"latitude(", "x-ecef(m)", "e-baseline(m)"})
+      if (words[1].starts_with(place)) return zone;
+  }
+  return {};
 }
 
 /// Reads the lines of one solution of RTKLIB.
@@ -548,18 +614,19 @@ class RtklibReader {
   void read_comment(std::string_view line, const RecordAt& at) {
     // "% (lat/lon/height=WGS84/geodetic,Q=1:fix,...)": heights above the geoid.
     if (line.find("/geodetic") != std::string_view::npos) sea_level_ = true;
+    const std::string_view zone = names_rtklib(line);
+    if (zone.empty()) return;
     const auto has = [line](std::string_view word) { return line.find(word) != std::string_view::npos; };
-    if (!has("latitude(") && !has("x-ecef(m)") && !has("e-baseline(m)")) return;
     if (has("e-baseline(m)"))
       throw at.error("is a baseline, which has no place on the Earth", "write latitude, longitude, height");
     parted_ = has("latitude(d'\")");
     ecef_ = has("x-ecef(m)");
-    zone_ = has("GPST") ? " GPST" : has("JST") ? "+09:00" : "Z";
+    zone_ = zone == "GPST" ? " GPST" : zone == "JST" ? "+09:00" : "Z";
   }
   [[nodiscard]] Geodetic place_at(const RecordAt& at, std::span<const std::string_view> words) const {
     if (ecef_) {
-      return geodesy::geodetic_from_ecef(
-          {to_number(at, words[0], "x"), to_number(at, words[1], "y"), to_number(at, words[2], "z")});
+      return place_of(at, Eigen::Vector3d(to_number(at, words[0], "x"), to_number(at, words[1], "y"),
+                                          to_number(at, words[2], "z")));
     }
     Geodetic place =
         parted_ ? place_of(at, degrees_of(at, words.first(3)), degrees_of(at, words.subspan(3, 3)))
@@ -584,42 +651,49 @@ RecordedPath read_csv(TextFile& file, GpsTime start, const HeightReading& height
 
 RecordedPath read_rtklib(TextFile& file, const HeightReading& heights) {
   RtklibReader reader(heights);
-  return read_lines(file, [&](std::string_view line, const RecordAt& at, RecordedPoints& points) {
+  return read_lines(file, "#", [&](std::string_view line, const RecordAt& at, RecordedPoints& points) {
     reader.read(line, at, points);
   });
 }
 
 bool is_rtklib(const std::filesystem::path& path) {
-  return first_line(path).starts_with('%');
+  TextFile file = TextFile::streamed(path);
+  auto line = file.next_line();
+  while (line && is_skipped(*line)) {
+    if (line->starts_with("% program ") || !names_rtklib(*line).empty()) return true;
+    line = file.next_line();
+  }
+  return false;
 }
 
 RecordedPath read_urbannav(TextFile& file) {
   std::size_t columns = 0;
-  return read_lines(file, [&](std::string_view line, const RecordAt& at, RecordedPoints& points) {
-    if (is_blank_separated(line)) {
-      const Fields words = split_blanks(line);
-      const auto part = [&](std::size_t i) { return std::span(words).subspan(i, 3); };
-      Geodetic place = place_of(at, degrees_of(at, part(3)), degrees_of(at, part(6)));
-      place.height_m = to_number(at, words[9], "height");
-      points.push_back(
-          {time_of_week(at, to_number(at, words[1], "GPS week"), to_number(at, words[2], "time of week")),
-           place, at.line});
-      return;
-    }
-    const Fields fields = split(line, ',');
-    if (columns == 0) columns = fields.size();
-    if (fields.size() < 5 || fields.size() != columns) {
-      throw at.error(
-          fmt::format("{} columns where {} are needed", fields.size(), std::max<std::size_t>(columns, 5)),
-          "columns are GPS week, time of week, latitude, longitude, height");
-    }
-    const GpsTime time =
-        time_of_week(at, to_number(at, fields[0], "GPS week"), to_number(at, fields[1], "time of week"));
-    Geodetic place =
-        place_of(at, to_number(at, fields[2], "latitude"), to_number(at, fields[3], "longitude"));
-    place.height_m = to_number(at, fields[4], "height");
-    points.push_back({time, place, at.line});
-  });
+  return read_lines(
+      file, kCommentMarks, [&](std::string_view line, const RecordAt& at, RecordedPoints& points) {
+        if (is_blank_separated(line)) {
+          const Fields words = split_blanks(line);
+          const auto part = [&](std::size_t i) { return std::span(words).subspan(i, 3); };
+          Geodetic place = place_of(at, degrees_of(at, part(3)), degrees_of(at, part(6)));
+          place.height_m = to_number(at, words[9], "height");
+          points.push_back(
+              {time_of_week(at, to_number(at, words[1], "GPS week"), to_number(at, words[2], "time of week")),
+               place, at.line});
+          return;
+        }
+        const Fields fields = split(line, ',');
+        if (columns == 0) columns = fields.size();
+        if (fields.size() < 5 || fields.size() != columns) {
+          throw at.error(
+              fmt::format("{} columns where {} are needed", fields.size(), std::max<std::size_t>(columns, 5)),
+              "columns are GPS week, time of week, latitude, longitude, height");
+        }
+        const GpsTime time =
+            time_of_week(at, to_number(at, fields[0], "GPS week"), to_number(at, fields[1], "time of week"));
+        Geodetic place =
+            place_of(at, to_number(at, fields[2], "latitude"), to_number(at, fields[3], "longitude"));
+        place.height_m = to_number(at, fields[4], "height");
+        points.push_back({time, place, at.line});
+      });
 }
 
 bool is_urbannav(const std::filesystem::path& path) {

@@ -162,11 +162,10 @@ std::optional<Report> read_position(const RecordAt& at, std::size_t kind, const 
   report.line = at.line;
   report.checked = sentence.checked;
   report.kind = kind;
-  report.place = Geodetic::from_degrees(
-      nmea_angle_deg(at, latitude, sentence.field(of.latitude + 1), "NS", 90, "latitude"),
-      nmea_angle_deg(at, sentence.field(of.latitude + 2), sentence.field(of.latitude + 3), "EW", 180,
-                     "longitude"),
-      0);
+  report.place =
+      place_of(at, nmea_angle_deg(at, latitude, sentence.field(of.latitude + 1), "NS", 90, "latitude"),
+               nmea_angle_deg(at, sentence.field(of.latitude + 2), sentence.field(of.latitude + 3), "EW", 180,
+                              "longitude"));
   report.time_of_day_ns = time_of_day_ns(at, time);
   for (const std::size_t unit : {std::size_t{10}, std::size_t{12}}) {
     if (of.name != "GGA" || sentence.field(unit).empty() || lower_case(sentence.field(unit)) == "m") continue;
@@ -211,7 +210,9 @@ std::optional<Report> read_date(const RecordAt& at, const Sentence& sentence) {
       throw at.error(fmt::format("the date '{}' is not day, month, year", text[k]));
     value[k] = static_cast<int>(*number);
   }
-  if (sentence.is("RMC")) value[2] += value[2] < 80 ? 2000 : 1900;
+  if (sentence.is("RMC")) value[2] += value[2] < 70 ? 2000 : 1900;
+  // The day of clocks that were never set, which has days before it and behind.
+  if (value[2] < 1981) value = {1, 6, 1980};
   Report report;
   report.line = at.line;
   report.checked = sentence.checked;
@@ -257,7 +258,7 @@ class NmeaLog {
 
  private:
   void take(const RecordAt& at, const Sentence& sentence) {
-    report.guard([&] {
+    guard_record(report, [&] {
       const auto date = read_date(at, sentence);
       if (date && sentence.is("RMC")) reports.push_back(*date);
       if (date && sentence.is("ZDA")) zda_ = date;
@@ -266,7 +267,7 @@ class NmeaLog {
       if (!sentence.is(kPositionKinds[k].name)) continue;
       if (sentence.fields.size() < kPositionKinds[k].fields)
         return at.report.guess(at.line, kDamaged, "left out");
-      report.guard([&] {
+      guard_record(report, [&] {
         const auto position = read_position(at, k, sentence);
         if (position && zda_) reports.push_back(*zda_);
         if (position || k < 2) zda_.reset();
@@ -342,7 +343,7 @@ RecordedPath read_nmea(const std::filesystem::path& path, GpsTime start, const H
       height_m = from_sea_level(at, *report.altitude_m, "altitude without a geoid separation", heights);
     }
     place.height_m = height_m;
-    result.points.push_back({*last, place, report.line});
+    guard_record(log.report, [&] { result.points.push_back({set_time(at, *last), place, report.line}); });
   }
   if (result.points.empty() && flat > 0) {
     throw InputError(path, 0, fmt::format("none of its {} fixes has an altitude", flat),

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -37,13 +39,35 @@ void note_pauses(const Trajectory& trajectory, ReadReport& report) {
 }  // namespace
 
 void keep_rising(RecordedPath& path) {
+  RecordedPoints& points = path.points;
+  if (points.empty()) return;
+  constexpr double kYear_s = 365.25 * 86'400;
+  std::vector<GpsTime> times;
+  for (const RecordedPoint& point : points) times.push_back(point.time);
+  const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
+  std::nth_element(times.begin(), middle, times.end());
+  // The longest run that rises, found from behind: latest[n] begins the one of n + 1 points that begins
+  // latest, behind[i] follows point i.
+  std::vector<std::size_t> latest, behind(points.size(), points.size());
+  for (std::size_t i = points.size(); i-- > 0;) {
+    if (std::abs(points[i].time - *middle) > kYear_s) continue;
+    const auto at = std::partition_point(latest.begin(), latest.end(),
+                                         [&](std::size_t j) { return points[j].time > points[i].time; });
+    if (at != latest.begin()) behind[i] = *std::prev(at);
+    if (at == latest.end())
+      latest.push_back(i);
+    else
+      *at = i;
+  }
   RecordedPoints kept;
-  std::size_t back = 0;
-  int first_back = 0;
-  for (const RecordedPoint& point : path.points) {
-    if (kept.empty() || point.time > kept.back().time) {
+  std::size_t next = latest.back(), wrong = 0;
+  int first_wrong = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const RecordedPoint& point = points[i];
+    if (i == next) {
       kept.push_back(point);
-    } else if (point.time == kept.back().time) {
+      next = behind[i];
+    } else if (!kept.empty() && point.time == kept.back().time) {
       // Times cut to seconds would lose most of a log.
       const Eigen::Vector3d step =
           geodesy::ecef_from_geodetic(point.place) - geodesy::ecef_from_geodetic(kept.back().place);
@@ -52,17 +76,16 @@ void keep_rising(RecordedPath& path) {
       else
         path.report.remark(point.line, "point that repeats the time of the one before", "left out");
     } else {
-      if (back++ == 0) first_back = point.line;
-      path.report.loss(point.line, "point whose time is before that of the one above");
+      if (wrong++ == 0) first_wrong = point.line;
+      path.report.loss(point.line, "point whose time is out of order");
     }
   }
-  if (2 * back > path.points.size()) {
-    throw InputError(
-        path.report.path(), first_back,
-        fmt::format("the times of {} of {} points are before that of one above", back, path.points.size()),
-        "sort the points by time, and correct the time above this line if it alone is wrong");
+  if (2 * wrong > points.size()) {
+    throw InputError(path.report.path(), first_wrong,
+                     fmt::format("the times of {} of {} points are out of order", wrong, points.size()),
+                     "sort the points by time");
   }
-  path.points = std::move(kept);
+  points = std::move(kept);
 }
 
 TrajectoryFile recorded_trajectory(RecordedPath path) {
@@ -82,8 +105,16 @@ std::string_view columns_cure() {
 }
 
 bool is_missing(std::string_view text) {
-  const std::string word = lower_case(trim(text));
-  return word.empty() || word == "nan";
+  text = trim(text);
+  if (text.empty()) return true;
+  // Numbers that databases, rasters and integers without a value have.
+  constexpr std::array kNumbers{-9999.0,  -99999.0,      -999999.0,   -32767.0,
+                                -32768.0, -2147483648.0, 2147483647.0};
+  constexpr std::array<std::string_view, 6> kWords{"nan", "-nan", "null", "none", "n/a", "-"};
+  if (std::isdigit(static_cast<unsigned char>(text.front())) != 0 && !text.starts_with("21474")) return false;
+  const auto value = number_of(text);
+  return value ? std::find(kNumbers.begin(), kNumbers.end(), *value) != kNumbers.end()
+               : std::find(kWords.begin(), kWords.end(), lower_case(text)) != kWords.end();
 }
 
 std::optional<double> number_of(std::string_view text) {
@@ -93,6 +124,8 @@ std::optional<double> number_of(std::string_view text) {
 }
 
 double to_number(const RecordAt& at, std::string_view text, std::string_view what) {
+  if (is_missing(text) && !trim(text).empty())
+    throw NoValue(at.report.path(), at.line, fmt::format("the {} '{}' stands for none", what, trim(text)));
   const std::optional<double> value = number_of(text);
   if (!value) throw at.error(fmt::format("the {} '{}' is not a number", what, trim(text)));
   return *value;
@@ -106,7 +139,23 @@ Geodetic place_of(const RecordAt& at, double latitude_deg, double longitude_deg)
   };
   check("latitude", latitude_deg, 90);
   check("longitude", longitude_deg, 180);
+  if (is_nowhere(latitude_deg, longitude_deg))
+    throw NoValue(at.report.path(), at.line, "latitude 0, longitude 0, as before a fix");
   return Geodetic::from_degrees(latitude_deg, longitude_deg, 0);
+}
+
+Geodetic place_of(const RecordAt& at, const Eigen::Vector3d& ecef) {
+  if (ecef.isZero()) throw NoValue(at.report.path(), at.line, "x, y, z of 0, as before a fix");
+  if (!is_radius(ecef.norm())) {
+    throw at.error(fmt::format("x, y, z are {:.6g} m from the Earth's centre", ecef.norm()),
+                   "they are ECEF, and have a unit: x_km, or trajectory.columns: {x: \"x [km]\"}");
+  }
+  return geodesy::geodetic_from_ecef(ecef);
+}
+
+GpsTime set_time(const RecordAt& at, GpsTime time) {
+  if (time >= geodesy::gps_from_calendar({1981, 1, 1, 0, 0, 0, 0})) return time;
+  throw NoValue(at.report.path(), at.line, "time before 1981, as of a clock that was never set");
 }
 
 GpsTime time_of_week(const RecordAt& at, double week, double tow_s) {
@@ -116,10 +165,12 @@ GpsTime time_of_week(const RecordAt& at, double week, double tow_s) {
   if (!(tow_s >= 0 && tow_s < static_cast<double>(GpsTime::kSecondsPerWeek))) {
     throw at.error(fmt::format("the time of week {} s is out of range", tow_s), "it runs from 0 to 604800 s");
   }
-  return GpsTime::from_week(static_cast<int>(week), tow_s);
+  return set_time(at, GpsTime::from_week(static_cast<int>(week), tow_s));
 }
 
 GpsTime time_of_text(const RecordAt& at, std::string_view text) {
+  const auto year = parse_integer(column(trim(text), 0, 4));
+  if (year && *year < 1981) return set_time(at, {});
   try {
     const GpsTime time = geodesy::parse_simulated_time(text);
     if (!geodesy::names_time_scale(text)) at.report.guess(at.line, "time without a zone", "taken as UTC");

@@ -38,8 +38,8 @@ struct RecordedPath {
                                               geodesy::GpsTime start, const HeightReading& heights = {},
                                               const TrajectoryColumns& columns = {});
 
-/// Leaves out points whose time is not after the one before, and counts them. Throws InputError where that
-/// are more than half of all points.
+/// Leaves out and counts the fewest points without which times rise, and those more than a year from most
+/// others. Throws InputError where that are more than half of all points.
 void keep_rising(RecordedPath& path);
 
 /// The way through points with times after keep_rising(), with a note about pauses.
@@ -58,18 +58,49 @@ struct RecordAt {
   }
 };
 
-/// Whether a field holds no value: it is empty or "nan".
+/// A record that has no place or no time, or a value that stands for none, as before a fix. However many
+/// there are, the file is no other one.
+class NoValue : public InputError {
+  using InputError::InputError;
+};
+/// Calls `read`; a record that it refuses is left out and told: as a loss, by NoValue as a guess.
+template <typename Read>
+void guard_record(ReadReport& report, const Read& read) {
+  report.guard([&] {
+    try {
+      read();
+    } catch (const NoValue& none) {
+      report.guess(none.line(), none.problem(), ReadReport::kLeftOut);
+    }
+  });
+}
+
+/// Whether a field holds no value: it is empty, "nan" or the like, or a number that stands for none (-9999,
+/// -32768).
 [[nodiscard]] bool is_missing(std::string_view text);
 /// A field as a number; a comma counts as the decimal point.
 [[nodiscard]] std::optional<double> number_of(std::string_view text);
-/// The same, or an InputError that names `what`.
+/// The same, or an InputError that names `what`, NoValue for a text that stands for none.
 [[nodiscard]] double to_number(const RecordAt& at, std::string_view text, std::string_view what);
-/// Degrees as a place of height 0; an InputError for values beyond 90 and 180 deg.
+/// Whether it is latitude 0, longitude 0, which receivers and autopilots state before a fix.
+[[nodiscard]] constexpr bool is_nowhere(double latitude_deg, double longitude_deg) {
+  return latitude_deg == 0 && longitude_deg == 0;
+}
+/// Degrees as a place of height 0; an InputError for values beyond 90 and 180 deg, NoValue for nowhere.
 [[nodiscard]] geodesy::Geodetic place_of(const RecordAt& at, double latitude_deg, double longitude_deg);
-/// An instant by the full GPS week and the seconds in it; an InputError for a fraction of a week, weeks from
-/// 10,000 on, and seconds out of the week.
+/// Whether this may be the distance of a vehicle from the Earth's centre [m].
+[[nodiscard]] constexpr bool is_radius(double radius_m) {
+  return radius_m > 6.3e6 && radius_m < 8e6;
+}
+/// A place by ECEF [m]; an InputError where no vehicle can be, NoValue for the Earth's centre.
+[[nodiscard]] geodesy::Geodetic place_of(const RecordAt& at, const Eigen::Vector3d& ecef);
+/// The same time; NoValue before 1981: clocks that were never set state 1970 and 1980.
+[[nodiscard]] geodesy::GpsTime set_time(const RecordAt& at, geodesy::GpsTime time);
+/// An instant by the full GPS week and the seconds in it, as set_time(); an InputError for a fraction of a
+/// week, weeks from 10,000 on, and seconds out of the week.
 [[nodiscard]] geodesy::GpsTime time_of_week(const RecordAt& at, double week, double tow_s);
-/// parse_simulated_time(), with a note where the text names no zone and an InputError at the record's line.
+/// parse_simulated_time() and set_time(), with a note where the text names no zone and an InputError at the
+/// record's line.
 [[nodiscard]] geodesy::GpsTime time_of_text(const RecordAt& at, std::string_view text);
 /// Adds the city's undulation to a height above sea level and notes it. @param of "height above sea level"
 [[nodiscard]] double from_sea_level(const RecordAt& at, double height_m, std::string_view of,
@@ -94,8 +125,9 @@ struct RecordAt {
                                               const HeightReading& heights);
 
 /// Files of columns: CSV, solutions of RTKLIB, truth of the UrbanNav data sets.
-/// "csv". The first line that is neither blank nor a comment (#) names the columns; commas, semicolons or
-/// tabs separate, whichever stands in it. Names are those of a quantity, with a unit behind or without:
+/// "csv". The first line that is neither blank nor a comment (#, %) names the columns, or the last comment
+/// above the numbers; another such line below holds from there. Semicolons, tabs, commas or else blanks
+/// separate, whichever stands in it. Names are those of a quantity, with a unit behind or without:
 /// latitude, latitude_deg, latitude [rad] (docs/scenario.md has all). @param columns a quantity -> the name
 /// that a column has in the file, with a unit in brackets where it names none ("lat [rad]"), or its number
 /// from 1 in a file without a header ("2 [rad]")

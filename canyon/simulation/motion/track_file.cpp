@@ -32,9 +32,8 @@ struct TrackPoint {
   std::optional<double> height_m;  ///< of the file
   std::optional<double> geoid_m;   ///< the geoid above the ellipsoid there
   std::optional<GpsTime> time;
-  std::size_t segment = 0;  ///< which of the file's segments it belongs to
-  bool no_fix = false;
-  bool bad = false;              ///< it has a value that cannot be
+  std::size_t segment = 0;       ///< which of the file's segments it belongs to
+  bool bad = false;              ///< it has a value that cannot be, or none
   std::string_view height_mode;  ///< KML's altitudeMode
 };
 
@@ -73,7 +72,6 @@ class TrackReader {
     }
     std::erase_if(points_, [](const TrackPoint& p) { return p.bad; });
     report_.require_most(points_.size());
-    leave_out([](const TrackPoint& p) { return p.no_fix; }, "point without a fix");
     if (points_.empty()) throw InputError(file_.path(), 0, "none of its points has a fix");
   }
 
@@ -93,13 +91,16 @@ class TrackReader {
   /// Calls `read` for a value of a point; the point is bad where it throws InputError.
   template <typename Read>
   void guard(TrackPoint& point, const Read& read) {
-    report_.guard([&] {
+    guard_record(report_, [&] {
       if (std::exchange(point.bad, true)) return;
       read();
       point.bad = false;
     });
   }
-  void set_time(const XmlTags& tags, TrackPoint& point) {
+  [[nodiscard]] NoValue no_fix(const XmlTags& tags) const {
+    return {file_.path(), tags.line(), "point without a fix"};
+  }
+  void read_time(const XmlTags& tags, TrackPoint& point) {
     if (!tags.content.empty()) point.time = time_of_text(at(tags), tags.content);
   }
 
@@ -134,9 +135,9 @@ class TrackReader {
     } else if (tags.name == "geoidheight" && !is_missing(tags.content)) {
       point.geoid_m = to_number(at(tags), tags.content, "geoidheight");
     } else if (tags.name == "fix") {
-      point.no_fix = lower_case(tags.content) == "none";
+      if (lower_case(tags.content) == "none") throw no_fix(tags);
     } else if (tags.name == "time") {
-      set_time(tags, point);
+      read_time(tags, point);
     }
   }
 
@@ -185,11 +186,13 @@ class TrackReader {
       if (tags.name == "altitudeMode") mode = tags.content;
       if (tags.name == "when") {
         TrackPoint& of = point(tags, ++times);
-        guard(of, [&] { set_time(tags, of); });
+        guard(of, [&] { read_time(tags, of); });
       } else if (tags.name == "coord") {
         TrackPoint& of = point(tags, ++places);
-        of.no_fix = tags.content.empty();
-        if (!of.no_fix) guard(of, [&] { read_kml_place(tags, tags.content, ' ', of); });
+        guard(of, [&] {
+          if (tags.content.empty()) throw no_fix(tags);
+          read_kml_place(tags, tags.content, ' ', of);
+        });
       }
     }
     end(tags);
@@ -215,16 +218,8 @@ class TrackReader {
     }
   }
 
-  template <typename Predicate>
-  void leave_out(const Predicate& dropped, std::string_view why) {
-    std::erase_if(points_, [&](const TrackPoint& point) {
-      if (dropped(point)) report_.loss(point.line, why);
-      return dropped(point);
-    });
-  }
-
-  /// Leaves the points with a time, segments in order of their first time; all points where none has one.
-  /// Returns whether there are times.
+  /// Leaves the points with a time, segments in order of the time in their middle; all points where none has
+  /// one. Returns whether there are times.
   bool keep_timed() {
     const std::size_t count = points_.size();
     const auto timed = static_cast<std::size_t>(std::count_if(
@@ -234,12 +229,19 @@ class TrackReader {
       throw InputError(file_.path(), 0, fmt::format("{} of {} points have no time", count - timed, count),
                        "give each a time, or none");
     }
-    leave_out([](const TrackPoint& p) { return !p.time; }, "point without a time");
-    std::map<std::size_t, GpsTime> begin;
-    for (const TrackPoint& point : points_) begin.emplace(point.segment, *point.time);
-    std::stable_sort(points_.begin(), points_.end(), [&](const TrackPoint& a, const TrackPoint& b) {
-      return begin.at(a.segment) < begin.at(b.segment);
+    std::erase_if(points_, [&](const TrackPoint& point) {
+      if (!point.time) report_.loss(point.line, "point without a time");
+      return !point.time;
     });
+    std::map<std::size_t, std::vector<GpsTime>> times;
+    for (const TrackPoint& point : points_) times[point.segment].push_back(*point.time);
+    for (auto& [segment, all] : times) std::sort(all.begin(), all.end());
+    const auto middle = [&](const TrackPoint& point) {
+      const std::vector<GpsTime>& all = times.at(point.segment);
+      return all[all.size() / 2];
+    };
+    std::stable_sort(points_.begin(), points_.end(),
+                     [&](const TrackPoint& a, const TrackPoint& b) { return middle(a) < middle(b); });
     return true;
   }
 
@@ -303,18 +305,23 @@ std::optional<std::size_t> provider_of(std::string_view text) {
   return std::nullopt;
 }
 
-/// Empty where the line has no usable time or place. @param height_m where it has none
-std::optional<RecordedPoint> point_of(const rinex::AndroidLog& log, std::optional<double> height_m) {
-  const auto latitude_deg = log.number(FixLatitude), longitude_deg = log.number(FixLongitude);
-  const auto unix_ms = log.integer(FixTime);
-  if (!is_missing(log.text(FixAltitude))) height_m = log.number(FixAltitude);
-  if (!latitude_deg || !longitude_deg || !unix_ms || !height_m) return std::nullopt;
-  constexpr long long kLatest_ms = 9'000'000'000'000;  // the year 2255
-  if (*unix_ms <= 0 || *unix_ms > kLatest_ms || std::abs(*height_m) > 1e6) return std::nullopt;
-  if (std::abs(*latitude_deg) > 90 || std::abs(*longitude_deg) > 180) return std::nullopt;
-  return RecordedPoint{geodesy::gps_from_unix(*unix_ms * 1'000'000),
-                       geodesy::Geodetic::from_degrees(*latitude_deg, *longitude_deg, *height_m),
-                       log.file().line()};
+/// @param height_m where it has none
+RecordedPoint point_of(const RecordAt& at, const rinex::AndroidLog& log, std::optional<double> height_m) {
+  const auto number = [&](FixColumn column) {
+    if (log.text(column).empty())
+      throw NoValue(at.report.path(), at.line, "a fix without a time, latitude, longitude or altitude");
+    return to_number(at, log.text(column), log.name(column));
+  };
+  RecordedPoint point{{}, place_of(at, number(FixLatitude), number(FixLongitude)), at.line};
+  if (!height_m || !is_missing(log.text(FixAltitude))) height_m = number(FixAltitude);
+  point.place.height_m = *height_m;
+  if (!(std::abs(*height_m) < 1e6))
+    throw at.error(fmt::format("the altitude {} m is out of range", *height_m));
+  const double unix_ms = number(FixTime);
+  constexpr double kLatest_ms = 9e12;  // the year 2255
+  if (!(std::abs(unix_ms) < kLatest_ms)) throw at.error(fmt::format("'{}' is no Unix time in ms", unix_ms));
+  point.time = set_time(at, geodesy::gps_from_unix(std::llround(unix_ms) * 1'000'000));
+  return point;
 }
 
 }  // namespace
@@ -333,12 +340,7 @@ RecordedPath read_android_fixes(const std::filesystem::path& path, const HeightR
     RecordedPoints& of = points[*provider];
     std::optional<double> instead_m;
     if (!heights.needed) instead_m = of.empty() ? 0 : of.back().place.height_m;
-    if (const auto point = point_of(log, instead_m)) {
-      of.push_back(*point);
-    } else {
-      report.loss(log.file().line(),
-                  "a fix whose time, latitude, longitude or altitude is missing or not valid");
-    }
+    guard_record(report, [&] { of.push_back(point_of({report, log.file().line()}, log, instead_m)); });
   }
   report.require_most(points[0].size() + points[1].size() + points[2].size());
   const auto* const best =

@@ -179,10 +179,10 @@ TEST(TrajectoryCsv, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(fault("time,latitude,longitude,height\ns,rad,rad,m\n0,0.8,0.2,5\n1,0.8,0.2,5\n", "csv"),
               testing::AllOf(HasSubstr("track.txt:2: below the header 'rad' is no number"),
                              HasSubstr("latitude_rad")));
-  EXPECT_THAT(fault(header + "1975-06-01T00:00:00Z,22.3,114.17,1\n", "csv"), HasSubstr("from 1980-01-06"));
+  EXPECT_THAT(fault(header + "1975-06-01T00:00:00Z,22.3,114.17,1\n", "csv"), HasSubstr("no line has a time"));
   EXPECT_THAT(fault(header + "0,22.3,114.17\n", "csv"), HasSubstr("3 columns where the first line has 4"));
   EXPECT_THAT(fault(header + "3,22.3,114.17,1\n2,22.3,114.17,1\n1,22.3,114.17,1\n", "csv"),
-              HasSubstr("the times of 2 of 3 points are before that of one above; sort the points by time"));
+              HasSubstr("the times of 2 of 3 points are out of order; sort the points by time"));
   EXPECT_THAT(fault(header + "0,22.3,114.17,1\n2019-04-28T12:58:05Z,22.3,114.17,1\n", "csv"),
               HasSubstr("another way"));
   EXPECT_THAT(fault(header + "yesterday,22.3,114.17,1\n", "csv"), HasSubstr("'yesterday' is not a time"));
@@ -535,6 +535,129 @@ TEST(TrajectoryNmea, OtherSentencesHavePlacesWhereNoGgaHas) {
   EXPECT_THAT(fault(straight(rmc.c_str()), "nmea"), HasSubstr("none of its 10 fixes has an altitude"));
   EXPECT_THAT(fault("$GPGSV,1,1,01,02,10,100,40\n", "nmea"),
               HasSubstr("no GGA, GNS, RMC or GLL sentence with a fix"));
+}
+
+/// A record of each format: 48 + 1e-4 i deg N, 11 deg E, 547 m at 10:00:1i.
+struct Format {
+  const char *name, *head, *record, *tail;
+};
+constexpr const char* kFixColumns =
+    "# Fix,Provider,LatitudeDegrees,LongitudeDegrees,AltitudeMeters,UnixTimeMillis\n";
+const Format kFormats[] = {
+    {"csv", "time,latitude,longitude,height\n", "{time},{lat:.7f},{lon},{height}\n", ""},
+    {"urbannav", "", "{week},{tow},{lat:.7f},{lon},{height}\n", ""},
+    {"rtklib", "%  GPST  latitude(deg) longitude(deg)  height(m)   Q  ns\n",
+     "{week} {tow} {lat:.7f} {lon} {height} 5 8\n", ""},
+    {"gpx", "<gpx><trk><trkseg>",
+     "<trkpt lat='{lat:.7f}' lon='{lon}'><ele>{height}</ele><time>{time}</time></trkpt>\n",
+     "</trkseg></trk></gpx>"},
+    {"kml", "<kml><gx:Track><altitudeMode>relativeToGround</altitudeMode>",
+     "<when>{time}</when><gx:coord>{lon} {lat:.7f} {height}</gx:coord>\n", "</gx:Track></kml>"},
+    {"gnsslogger", kFixColumns, "Fix,GPS,{lat:.7f},{lon},{height},{ms}\n", ""},
+    {"nmea", "",
+     "$GPRMC,{hms},A,{ddmm:09.4f},N,{dddmm:010.4f},E,,,{ddmmyy},,,A\n"
+     "$GPGGA,{hms},{ddmm:09.4f},N,{dddmm:010.4f},E,1,08,0.9,{height},M,0,M,,\n",
+     ""},
+};
+struct Sample {
+  double latitude_deg, longitude_deg;
+  const char* height = "547";
+  std::string time = {};  ///< ISO 8601; empty: that of its number
+};
+std::string written(const Format& format, int i, const Sample& of) {
+  const std::string time = of.time.empty() ? fmt::format("2024-05-01T10:00:1{}Z", i) : of.time;
+  // parse_time() has no 1970.
+  const bool unix = time.starts_with("1970");
+  const GpsTime t = unix ? GpsTime{} : parse_time(time);
+  const auto ms = unix ? 0 : (t - parse_time("2024-05-01T10:00:00Z")) * 1000 + 1714557600000.0;
+  const double ddmm =
+      100 * std::floor(of.latitude_deg) + 60 * (of.latitude_deg - std::floor(of.latitude_deg));
+  return fmt::format(fmt::runtime(format.record), fmt::arg("time", time), fmt::arg("lat", of.latitude_deg),
+                     fmt::arg("lon", of.longitude_deg), fmt::arg("height", of.height),
+                     fmt::arg("week", t.week()), fmt::arg("tow", t.seconds_of_week()),
+                     fmt::arg("ms", std::llround(ms)),
+                     fmt::arg("hms", time.substr(11, 2) + time.substr(14, 2) + time.substr(17, 2)),
+                     fmt::arg("ddmm", ddmm), fmt::arg("dddmm", 100 * of.longitude_deg),
+                     fmt::arg("ddmmyy", time.substr(8, 2) + time.substr(5, 2) + time.substr(2, 2)));
+}
+
+TEST(TrajectoryFile, ValuesThatStandForNoneCostThemselvesAlone) {
+  const std::pair<Sample, const char*> kNone[] = {
+      {{0, 0, "0"}, "latitude 0, longitude 0, as before a fix"},
+      {{48, 11, "547", "1970-01-01T00:00:00Z"}, "time before 1981"},
+      {{48, 11, "547", "1980-01-06T00:00:07Z"}, "time before 1981"},
+      {{48, 11, "-9999"}, ""},
+      {{48, 11, "-32768.0"}, ""},
+      // A clock that is wrong once, at the head, in the middle or at the end.
+      {{48, 11, "547", "2031-05-01T10:00:00Z"}, "time is out of order"},
+      {{48, 11, "547", "1999-08-22T00:00:00Z"}, "time is out of order"}};
+  for (const Format& format : kFormats) {
+    for (const auto& [none, told] : kNone) {
+      for (const int at : {0, 4, 9}) {
+        SCOPED_TRACE(
+            fmt::format("{} {} {} {} at {}", format.name, none.latitude_deg, none.height, none.time, at));
+        std::string text = format.head;
+        for (int i = 0; i < kStraight; ++i) {
+          Sample own = none;
+          if (own.latitude_deg != 0) own.latitude_deg = 48 + 1e-4 * i;
+          if (i == at) text += written(format, i, own);
+          text += written(format, i, {48 + 1e-4 * i, 11});
+        }
+        const TrajectoryFile file = read(text + format.tail, format.name);
+        expect_straight(file, 547);
+        EXPECT_THAT(file.report.warnings(), Contains(HasSubstr(told)));
+      }
+    }
+    // Most of a log may be of the time before the first fix.
+    std::string text = format.head;
+    for (int i = 0; i < 15; ++i) text += written(format, i % 10, {0, 0});
+    for (int i = 0; i < kStraight; ++i) text += written(format, i, {48 + 1e-4 * i, 11});
+    const TrajectoryFile file = read(text + format.tail, format.name);
+    expect_straight(file, 547);
+    EXPECT_THAT(file.report.warnings(), Contains(HasSubstr("as before a fix (the first of "))) << format.name;
+  }
+}
+
+TEST(TrajectoryCsv, AnotherHeaderHoldsFromThere) {
+  std::string text = "time,latitude,longitude,height\n";
+  for (int i = 0; i < kStraight; ++i) {
+    if (i == 3) text += "time,latitude,longitude,height\n";
+    if (i == 6) text += "# time,height,longitude,latitude,speed\ntime,height,longitude,latitude,speed\n";
+    text += i < 6 ? fmt::format("{},{:.7f},11,547\n", i, 48 + 1e-4 * i)
+                  : fmt::format("{},547,11,{:.7f},3\n", i, 48 + 1e-4 * i);
+  }
+  const TrajectoryFile file = read(text, "");
+  expect_straight(file, 547);
+  EXPECT_THAT(file.report.lines(),
+              ElementsAre(HasSubstr("track.txt:5: another header (the first of 2); its columns hold from")));
+}
+
+// As Matlab, numpy.savetxt and rostopic echo -p write tables.
+TEST(TrajectoryCsv, AHeaderMayBeAComment) {
+  for (const auto& [head, record] : std::initializer_list<std::pair<const char*, const char*>>{
+           {"%time,latitude,longitude,height\n", "{i},{lat:.7f},11,547\n"},
+           {"% exported by Matlab\n%\n% time, lat, lon, height\n", "{i} {lat:.7f}  11 547\n"},
+           {"# time lat lon height\n", "  {i}  {lat:.7f} 11 547\n"},
+           {"% time(s) lat(deg) lon[deg] height(m)\n", "{i}\t{lat:.7f}\t11\t547\n"},
+           {"% UTC time, latitude(deg), longitude(deg), height(m), time(s)\n", "9,{lat:.7f},11,547,{i}\n"},
+           {"% exported\ntime,latitude,longitude,height\n", "{i},{lat:.7f},11,547\n% a comment\n"}}) {
+    SCOPED_TRACE(head);
+    expect_straight(read(head + straight(record), ""), 547);
+  }
+  const TemporaryFolder folder;
+  const auto ros = folder.write("ros.csv", "%time,field.latitude,field.longitude,field.altitude\n" +
+                                               straight("171455761{i}000000000,{lat:.7f},11,547\n"));
+  EXPECT_THAT(error_of([&] { (void)read_trajectory_file(ros, "", {}); }).what(),
+              testing::AllOf(HasSubstr("no column 'latitude'; there are 'time', 'field.latitude'"),
+                             HasSubstr("trajectory.columns")));
+  for (const char* time : {"time [ns]", "%time [ns]"}) {
+    expect_straight(read_trajectory_file(ros, "", {}, {},
+                                         {{"unix_time", time},
+                                          {"latitude", "field.latitude [deg]"},
+                                          {"longitude", "field.longitude [deg]"},
+                                          {"height", "field.altitude [m]"}}),
+                    547);
+  }
 }
 
 TEST(TrajectoryNmea, ALeapSecondIsAnInstant) {
