@@ -49,9 +49,8 @@ struct Recording {
   [[nodiscard]] GpsTime last() const {
     return rtcm.empty() ? rinex.epochs.back().receiver_time : rtcm.back()->receiver_time;
   }
-  [[nodiscard]] relative::RecordedEpochs epochs(const orbit::Sky& sky, const Eigen::Vector3d& place) const {
-    return rtcm.empty() ? relative::recorded_epochs(rinex.epochs, rinex.header.glonass_bias_m, sky, place)
-                        : rtcm;
+  [[nodiscard]] relative::RecordedEpochs epochs(const orbit::Sky& sky) const {
+    return rtcm.empty() ? relative::recorded_epochs(rinex.epochs, sky) : rtcm;
   }
 };
 
@@ -103,23 +102,22 @@ Eigen::Vector3d place_of_base(const RtkArguments& arguments, const Recording& ba
     return geodesy::ecef_from_geodetic(parse_place(arguments.base_place, "--base-position"));
   }
   if (!base.rtcm.empty()) return base.rtcm.front()->station_ecef;
-  const rinex::ObservationHeader& header = base.rinex.header;
-  if (!header.approximate_position_ecef) {
+  std::vector<Eigen::Vector3d> places;
+  for (const rinex::ObservationEpoch& epoch : base.rinex.epochs) {
+    const auto place = epoch.header ? epoch.header->antenna_ecef() : std::nullopt;
+    if (place && (places.empty() || places.back() != *place)) places.push_back(*place);
+  }
+  if (places.empty()) {
     throw InputError(arguments.base, 0, "the header has no position of the base's antenna",
                      "give --base-position LATITUDE,LONGITUDE,HEIGHT");
   }
-  Eigen::Vector3d place = *header.approximate_position_ecef;
-  if (header.antenna_delta_hen) {
-    const Eigen::Vector3d& hen = *header.antenna_delta_hen;
-    const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(place));
-    place += enu.transpose() * Eigen::Vector3d(hen.y(), hen.z(), hen.x());
-  }
-  const Geodetic at = geodesy::geodetic_from_ecef(place);
-  print_warnings(
-      {fmt::format("the base is at the place in its file's header, {:.9f},{:.9f},{:.4f}: errors of "
-                   "that are errors of the rover; --base-position gives a surveyed place",
-                   geodesy::degrees(at.latitude_rad), geodesy::degrees(at.longitude_rad), at.height_m)});
-  return place;
+  const Geodetic at = geodesy::geodetic_from_ecef(places.front());
+  print_warnings({fmt::format(
+      "the base is at the place in its file's header, {:.9f},{:.9f},{:.4f}{}: errors of "
+      "that are errors of the rover; --base-position gives a surveyed place",
+      geodesy::degrees(at.latitude_rad), geodesy::degrees(at.longitude_rad), at.height_m,
+      places.size() > 1 ? fmt::format(", then at {} more by later records", places.size() - 1) : "")});
+  return places.front();
 }
 
 /// Signals by their names, with commas or blanks between.
@@ -227,7 +225,7 @@ int run_rtk(const RtkArguments& arguments) {
   const simulation::BuiltSky sky =
       simulation::build_sky(arguments.sky, first, rover.last(), geodesy::geodetic_from_ecef(place));
   print_report(sky.report, "canyon check of the navigation files");
-  relative::RecordedEpochs base = base_file.epochs(*sky.sky, place);
+  relative::RecordedEpochs base = base_file.epochs(*sky.sky);
   if (!arguments.base_place.empty()) {
     for (auto& epoch : base) {
       relative::Corrections there = *epoch;
@@ -235,6 +233,12 @@ int run_rtk(const RtkArguments& arguments) {
       epoch = std::make_shared<const relative::Corrections>(std::move(there));
     }
   }
+  if (const std::size_t lost =
+          std::erase_if(base, [](const auto& epoch) { return !epoch->station_ecef.allFinite(); });
+      lost > 0)
+    print_warnings(
+        {fmt::format("{}: {} epochs at which the file has no place of the antenna, or it moves; left out",
+                     arguments.base, lost)});
   receiver::CodeCorrections station{{}};
   positioning::FixOptions models;
   models.correct_troposphere = arguments.options.rtk.troposphere;
@@ -250,8 +254,8 @@ int run_rtk(const RtkArguments& arguments) {
     relative::PairOptions options = arguments.options;
     options.signals = signals;
     options.fix.correct_troposphere = options.rtk.troposphere;
-    epochs = relative::solve_pair(rover.epochs(*sky.sky, {}), base, *sky.sky, sky.navigation.klobuchar,
-                                  options, progress.callback());
+    epochs = relative::solve_pair(rover.epochs(*sky.sky), base, *sky.sky, sky.navigation.klobuchar, options,
+                                  progress.callback());
   }
   print_kinds(epochs, truth);
   const auto fixed = std::find_if(epochs.begin(), epochs.end(), [](const relative::PairEpoch& epoch) {

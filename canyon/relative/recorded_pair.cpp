@@ -56,14 +56,14 @@ void check_common(const RecordedEpochs& rover, const RecordedEpochs& base, const
 
 }  // namespace
 
-RecordedEpochs recorded_epochs(const std::vector<rinex::ObservationEpoch>& recorded,
-                               const GlonassBiases& biases, const orbit::Sky& sky,
-                               const Eigen::Vector3d& place) {
-  RecordedSignals signals(sky, biases);
+RecordedEpochs recorded_epochs(const std::vector<rinex::ObservationEpoch>& recorded, const orbit::Sky& sky,
+                               const std::optional<Eigen::Vector3d>& place) {
+  RecordedSignals signals(sky);
   RecordedEpochs result;
   for (const rinex::ObservationEpoch& epoch : recorded) {
     Corrections of_epoch;
-    of_epoch.station_ecef = place;
+    const auto stated = place || !epoch.header ? place : epoch.header->antenna_ecef();
+    of_epoch.station_ecef = stated.value_or(Eigen::Vector3d::Constant(std::nan("")));
     of_epoch.receiver_time = epoch.receiver_time;
     of_epoch.observations = signals.next(epoch);
     result.push_back(std::make_shared<const Corrections>(std::move(of_epoch)));
@@ -145,6 +145,8 @@ std::vector<SignalMeasurement> RecordedSignals::next(const rinex::ObservationEpo
   std::vector<SignalMeasurement> result;
   std::optional<gnss::SatelliteId> last;
   std::optional<double> l1_hz;
+  static const GlonassBiases kNone;
+  const GlonassBiases& biases = epoch.header ? epoch.header->glonass_bias_m : kNone;
   for (const rinex::ObservedSignal& seen : epoch.signals) {
     if (seen.id != last) {
       last = seen.id;
@@ -177,7 +179,7 @@ std::vector<SignalMeasurement> RecordedSignals::next(const rinex::ObservationEpo
       m.phase_since = phase.since;
       m.half_cycle = (seen.loss_of_lock & kHalfCycle) != 0;
     }
-    align(measured, seen.code.data(), biases_);
+    align(measured, seen.code.data(), biases);
     // RINEX 2 has one phase for all codes of a carrier: it counts once.
     const bool again = std::any_of(result.begin(), result.end(), [&](const SignalMeasurement& other) {
       const positioning::Measurement& o = other.measurement;

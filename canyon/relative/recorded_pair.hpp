@@ -39,11 +39,11 @@ struct PairEpoch {
 /// (rtcm::read_rtcm_corrections()).
 using RecordedEpochs = std::vector<std::shared_ptr<const Corrections>>;
 
-/// Recording of an observation file. @param biases of its header
-/// @param place of its antenna, ECEF [m]; a rover's is not used
+/// Recording of an observation file, with the place of its antenna that its header states for each epoch.
+/// @param place of its antenna instead, ECEF [m]; NaN where neither says it. A rover's is not used
 [[nodiscard]] RecordedEpochs recorded_epochs(const std::vector<rinex::ObservationEpoch>& recorded,
-                                             const GlonassBiases& biases, const orbit::Sky& sky,
-                                             const Eigen::Vector3d& place = Eigen::Vector3d::Zero());
+                                             const orbit::Sky& sky,
+                                             const std::optional<Eigen::Vector3d>& place = {});
 
 /// Solves each epoch of the rover with the latest base's epoch that is not behind it, in order of time:
 /// fixed, float, or the fix of the epoch alone.
@@ -65,8 +65,7 @@ using RecordedEpochs = std::vector<std::shared_ptr<const Corrections>>;
 class RecordedSignals {
  public:
   /// @param sky gives the carriers of GLONASS satellites; must outlive this
-  /// @param biases of the file's header
-  RecordedSignals(const orbit::Sky& sky, GlonassBiases biases) : sky_(sky), biases_(std::move(biases)) {}
+  explicit RecordedSignals(const orbit::Sky& sky) : sky_(sky) {}
 
   /// Measurements with a pseudorange, of satellites that the sky knows. Epochs come in order of time.
   [[nodiscard]] std::vector<SignalMeasurement> next(const rinex::ObservationEpoch& epoch);
@@ -77,7 +76,6 @@ class RecordedSignals {
     std::array<char, 3> code{};  // of RINEX
   };
   const orbit::Sky& sky_;
-  GlonassBiases biases_;
   std::optional<geodesy::GpsTime> before_;  // the epoch before
   std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Phase> phases_;
 };

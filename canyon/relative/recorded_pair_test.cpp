@@ -28,8 +28,15 @@ using ::testing::HasSubstr;
 const Geodetic kBase = Geodetic::from_degrees(35.134707705, 136.977577939, 104.853);
 const Geodetic kRover = Geodetic::from_degrees(35.13469901, 136.97757549, 104.8626);
 
-/// The receivers give aligned phases: the headers of both files.
+/// The receivers give aligned phases.
 const GlonassBiases kAligned{{"1C", 0}, {"2C", 0}};
+
+void set_biases(std::vector<rinex::ObservationEpoch>& epochs, const GlonassBiases& biases) {
+  rinex::ObservationHeader header = *epochs.front().header;
+  header.glonass_bias_m = biases;
+  const auto shared = std::make_shared<const rinex::ObservationHeader>(header);
+  for (rinex::ObservationEpoch& epoch : epochs) epoch.header = shared;
+}
 
 class RecordedPair : public ::testing::Test {
  protected:
@@ -41,15 +48,17 @@ class RecordedPair : public ::testing::Test {
     wanted.all_signals = true;
     rover = rinex::read_rinex_observations(folder / "rover.obs", wanted).epochs;
     recorded_base = rinex::read_rinex_observations(folder / "base.obs", wanted).epochs;
+    set_biases(rover, kAligned);
+    set_biases(recorded_base, kAligned);
     options.fix.elevation_mask_rad = geodesy::radians(15);
     options.fix.correct_troposphere = true;
   }
 
   [[nodiscard]] RecordedEpochs base(const Geodetic& place = kBase) const {
-    return recorded_epochs(recorded_base, kAligned, *sky, geodesy::ecef_from_geodetic(place));
+    return recorded_epochs(recorded_base, *sky, geodesy::ecef_from_geodetic(place));
   }
   [[nodiscard]] std::vector<PairEpoch> solve(const RecordedEpochs& of_base) const {
-    return solve_pair(recorded_epochs(rover, kAligned, *sky), of_base, *sky, navigation.klobuchar, options);
+    return solve_pair(recorded_epochs(rover, *sky), of_base, *sky, navigation.klobuchar, options);
   }
   /// Leaves satellites of these systems alone.
   void keep(std::initializer_list<System> systems) {
@@ -143,7 +152,7 @@ TEST_F(RecordedPair, APhaseOfTwoCodesCountsOnce) {
       }
     }
   }
-  for (const auto& epoch : recorded_epochs(rover, kAligned, *sky)) {
+  for (const auto& epoch : recorded_epochs(rover, *sky)) {
     std::map<gnss::SatelliteId, int> phases;
     for (const SignalMeasurement& m : epoch->observations) {
       if (m.signal->carrier_hz < 1.2e9 || m.signal->carrier_hz > 1.25e9) continue;
@@ -253,6 +262,20 @@ TEST_F(RecordedPair, AgreesWithRtklib) {
   EXPECT_EQ(compared, 301U);
 }
 
+// Of the antenna 4 m farther east and 1.5 m higher, 4.272 m away.
+TEST_F(RecordedPair, TheBaseStandsWhereItsHeaderSaysAtEachEpoch) {
+  rinex::ObservationHeader header = *recorded_base.front().header;
+  header.antenna_delta_hen = Eigen::Vector3d(1.5, 4, 0);
+  recorded_base.back().header = std::make_shared<const rinex::ObservationHeader>(header);
+  const RecordedEpochs moves = recorded_epochs(recorded_base, *sky);
+  EXPECT_EQ(moves.front()->station_ecef, moves[1]->station_ecef);
+  EXPECT_NEAR((moves.back()->station_ecef - moves.front()->station_ecef).norm(), 4.272, 1e-3);
+  EXPECT_EQ(base().back()->station_ecef, geodesy::ecef_from_geodetic(kBase));
+  header.moving = true;
+  recorded_base.back().header = std::make_shared<const rinex::ObservationHeader>(header);
+  EXPECT_FALSE(recorded_epochs(recorded_base, *sky).back()->station_ecef.allFinite());
+}
+
 // Phases of GLONASS that are 72 m apart from the codes, as those of a base of another make: with the bias
 // they are whole numbers, without they stay real, and with a wrong one the others are fixed.
 TEST_F(RecordedPair, BiasesOfGlonassOfABaseOfAnotherMake) {
@@ -266,7 +289,8 @@ TEST_F(RecordedPair, BiasesOfGlonassOfABaseOfAnotherMake) {
     }
   }
   const auto of_base = [&](const GlonassBiases& biases) {
-    return recorded_epochs(recorded_base, biases, *sky, geodesy::ecef_from_geodetic(kBase));
+    set_biases(recorded_base, biases);
+    return base();
   };
   const RecordedEpochs known = of_base({{"1C", -71.94}, {"2C", -71.94}});
   const RecordedEpochs unknown = of_base({}), wrong = of_base(kAligned);

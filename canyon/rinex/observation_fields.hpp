@@ -84,6 +84,7 @@ class HeaderRecords {
     std::string reason;  ///< of Damaged (the record is left out) and Fatal (no observation could be read)
   };
   [[nodiscard]] Result apply(std::string_view line);
+  void set_moving(bool moving) { header_.moving = moving; }
 
   [[nodiscard]] const ObservationHeader& header() const { return header_; }
   [[nodiscard]] int major() const { return static_cast<int>(header_.version); }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "canyon/base/text.hpp"
+#include "canyon/geodesy/frames.hpp"
 #include "canyon/rinex/fields.hpp"
 
 namespace canyon::rinex {
@@ -31,6 +32,14 @@ HeaderRecords::Result fatal(std::string_view reason) {
 }
 
 }  // namespace
+
+std::optional<Eigen::Vector3d> ObservationHeader::antenna_ecef() const {
+  if (moving || !approximate_position_ecef) return std::nullopt;
+  const Eigen::Vector3d hen = antenna_delta_hen.value_or(Eigen::Vector3d::Zero());
+  const Eigen::Matrix3d enu =
+      geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(*approximate_position_ecef));
+  return *approximate_position_ecef + enu.transpose() * Eigen::Vector3d(hen.y(), hen.z(), hen.x());
+}
 
 std::optional<HeaderRecords::Fault> HeaderRecords::begin(std::string_view line) {
   const std::string_view label = trim(column(line, kLabel, 20));

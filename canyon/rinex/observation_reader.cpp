@@ -49,6 +49,7 @@ struct RinexObservationReader::Impl {
   CompactLines lines;
   ObservationOptions options;
   HeaderRecords records;
+  std::shared_ptr<const ObservationHeader> shared;  ///< records' header; null where it has changed
   std::array<std::vector<SignalColumns>, gnss::kSystemCount> columns;  ///< as gnss::signals_of()
   std::array<bool, gnss::kSystemCount> wanted{};
   bool cut = false;  ///< the gzip data ended early, and the report says so
@@ -98,9 +99,22 @@ struct RinexObservationReader::Impl {
   }
   /// Files that were joined by cat have headers between the epochs.
   void read_another_header(std::string_view first) {
-    records = {};
-    if (const auto fault = records.begin(first)) throw lines.error(fault->problem, fault->cure);
-    read_header_lines();
+    change_header([&] {
+      records = {};
+      if (const auto fault = records.begin(first)) throw lines.error(fault->problem, fault->cure);
+      read_header_lines();
+    });
+  }
+  /// Calls `change`, which changes the records from here on, and says where the antenna is another one.
+  template <typename Change>
+  void change_header(const Change& change) {
+    const int line = lines.line();
+    const auto before = records.header().antenna_ecef();
+    change();
+    shared.reset();
+    const auto now = records.header().antenna_ecef();
+    if (now && now != before)
+      report.notes.guess(line, "header records within the file move the antenna", "they hold from there");
   }
 
   void note(const HeaderRecords::Result& result) {
@@ -233,10 +247,7 @@ struct RinexObservationReader::Impl {
       ++report.flags[static_cast<std::size_t>(parsed->flag)];
       const EpochLine epoch = *parsed;
       if (epoch.flag >= 2 && epoch.flag <= 5) {
-        constexpr int kNewSite = 3;
-        if (epoch.flag == kNewSite)
-          report.notes.guess(lines.line(), "event of a new site", "the epochs of all sites are taken");
-        read_event(epoch.count);
+        change_header([&] { read_event(epoch); });
         continue;
       }
       ObservationEpoch result;
@@ -254,6 +265,8 @@ struct RinexObservationReader::Impl {
       result.receiver_time = *epoch.time;
       result.power_failure = epoch.flag == 1;
       result.receiver_clock_offset_s = epoch.clock_offset_s;
+      if (!shared) shared = std::make_shared<ObservationHeader>(records.header());
+      result.header = shared;
       ++report.epochs;
       report.observations += result.signals.size();
       return result;
@@ -271,8 +284,12 @@ struct RinexObservationReader::Impl {
     return later;
   }
 
-  void read_event(std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) {
+  void read_event(const EpochLine& event) {
+    constexpr int kMoves = 2, kNewSite = 3;
+    const int begin = lines.line();
+    bool placed = event.flag != kNewSite;
+    if (event.flag <= kNewSite) records.set_moving(event.flag == kMoves);
+    for (std::size_t i = 0; i < event.count; ++i) {
       const auto line = lines.next_line();
       if (!line) return damaged(lines.line(), "the file ends within an event");
       if (version2() ? epoch_line2(*line, time_system()).has_value()
@@ -281,10 +298,13 @@ struct RinexObservationReader::Impl {
         lines.unread_line();
         break;
       }
+      placed = placed || trim(column(*line, 60, 20)) == "APPROX POSITION XYZ";
       const HeaderRecords::Result result = records.apply(*line);
       if (result.outcome == HeaderRecords::Outcome::End) continue;
       note(result);
     }
+    if (!placed)
+      report.notes.guess(begin, "event of a new site without its position", "that of the one before holds");
     choose_columns();
   }
 
@@ -411,8 +431,8 @@ struct RinexObservationReader::Impl {
       const std::string_view digits = column(text, kField * static_cast<std::size_t>(c.at[kind]), 14);
       const Field field = parse_field(digits, value);
       if (field == Field::Bad) return std::nullopt;
-      // RINEX writes what is missing as blank or 0.0; a Doppler of 0 is a value.
-      if (field != Field::Number || (value == 0 && kind != 2)) continue;
+      // RINEX writes what is missing as blank or 0.0 (3.05, table A3; 2.11, table A2).
+      if (field != Field::Number || value == 0) continue;
       value /= c.factor[kind];
       const Plausible& range = kPlausibleValues[kind];
       if (value >= range.least && value <= range.most) {
@@ -478,8 +498,8 @@ RinexObservations read_rinex_observations(const std::filesystem::path& path,
   RinexObservationReader reader =
       read_as(FileKind::RinexObservation, path, [&] { return RinexObservationReader(path, options); });
   RinexObservations result;
-  while (auto epoch = reader.next()) result.epochs.push_back(std::move(*epoch));
   result.header = reader.header();
+  while (auto epoch = reader.next()) result.epochs.push_back(std::move(*epoch));
   result.report = reader.report();
   finish_observations(path, options, result);
   return result;

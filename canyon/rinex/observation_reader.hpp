@@ -50,17 +50,7 @@ struct ObservedSignal {
   }
 };
 
-struct ObservationEpoch {
-  geodesy::GpsTime receiver_time;  ///< the receiver's time tag, on GPST whatever the file's time system
-  bool power_failure = false;      ///< epoch flag 1: between this epoch and the one before
-  std::optional<double> receiver_clock_offset_s;  ///< as the file gives it
-  /// Satellites in the file's order, none twice, each one's signals in the order of gnss::signals_of(); may
-  /// be empty.
-  std::vector<ObservedSignal> signals;
-  int line = 0;  ///< of the epoch in its file
-};
-
-/// The header, with the changes by header records between the epochs.
+/// A header, with the changes by header records below it.
 struct ObservationHeader {
   std::string format;  ///< for people: "RINEX 3.03"
   double version = 0;  ///< of RINEX, whose codes the signals have
@@ -79,6 +69,22 @@ struct ObservationHeader {
   /// GLONASS COD/PHS/BIS [m]: to be added to phases, by RINEX 3 code ("1C"); no entry: not known.
   std::map<std::string, double, std::less<>> glonass_bias_m;
   std::optional<int> leap_seconds;
+  bool moving = false;  ///< from event 2 to event 3 the antenna moves: its position no longer holds
+
+  /// Its antenna, ECEF [m]: the position, and the antenna from there; empty where it has none, or moves.
+  [[nodiscard]] std::optional<Eigen::Vector3d> antenna_ecef() const;
+};
+
+struct ObservationEpoch {
+  geodesy::GpsTime receiver_time;  ///< the receiver's time tag, on GPST whatever the file's time system
+  bool power_failure = false;      ///< epoch flag 1: between this epoch and the one before
+  std::optional<double> receiver_clock_offset_s;  ///< as the file gives it
+  /// Satellites in the file's order, none twice, each one's signals in the order of gnss::signals_of(); may
+  /// be empty.
+  std::vector<ObservedSignal> signals;
+  int line = 0;  ///< of the epoch in its file
+  /// Shared by the epochs for which it holds; null in formats without one.
+  std::shared_ptr<const ObservationHeader> header;
 };
 
 struct ObservationOptions {
@@ -128,14 +134,15 @@ struct ObservationReport {
 /// (ObservationOptions::all_signals).
 ///
 /// Epoch flags: 0 and 1 are given; 2 to 5 are events whose header records are applied from there on
-/// (observation types, scale factors, positions); 6 (cycle slips) is passed over, as its values repeat
-/// others. Damaged records are counted in report(), with file and line, and left out alone: a satellite's
-/// line with a field that is not a number, a satellite twice, an unreadable epoch line with all the
-/// records below it. An epoch whose time does not follow that of the epoch line before is left out. Version
-/// 2's C1 and P1 are given as "1C" and "1P", 2.12's CA as "1C". BeiDou, which 2.12 alone knows, is C2 there,
-/// given as "2I"; older files that have it all the same are read with their C1. Version 2's C2 is L2C ("2X")
-/// before 2.12, GLONASS's "2C"; C5 and C7 are "5X" and "7X", BeiDou's C7 and C6 "7I" and "6I". Phase, Doppler
-/// and strength of version 2 are those of the band, whichever pseudorange it has them beside.
+/// (observation types, scale factors, positions), as are the records of a second header, and each epoch has
+/// the header that holds there (ObservationEpoch::header); 6 (cycle slips) is passed over, as its values
+/// repeat others. Damaged records are counted in report(), with file and line, and left out alone: a
+/// satellite's line with a field that is not a number, a satellite twice, an unreadable epoch line with all
+/// the records below it. An epoch whose time does not follow that of the epoch line before is left out.
+/// Version 2's C1 and P1 are given as "1C" and "1P", 2.12's CA as "1C". BeiDou, which 2.12 alone knows, is C2
+/// there, given as "2I"; older files that have it all the same are read with their C1. Version 2's C2 is L2C
+/// ("2X") before 2.12, GLONASS's "2C"; C5 and C7 are "5X" and "7X", BeiDou's C7 and C6 "7I" and "6I". Phase,
+/// Doppler and strength of version 2 are those of the band, whichever pseudorange it has them beside.
 class RinexObservationReader {
  public:
   /// Reads the header. Throws InputError where the file is missing, no RINEX observation file, of an
@@ -152,6 +159,7 @@ class RinexObservationReader {
   /// line in report(); throws InputError for gzip data that is damaged.
   [[nodiscard]] std::optional<ObservationEpoch> next();
 
+  /// That of the file's begin, with all changes so far.
   [[nodiscard]] const ObservationHeader& header() const;
   [[nodiscard]] const ObservationReport& report() const;
 
@@ -162,7 +170,7 @@ class RinexObservationReader {
 
 /// A whole file.
 struct RinexObservations {
-  ObservationHeader header;
+  ObservationHeader header;              ///< at the file's begin
   std::vector<ObservationEpoch> epochs;  ///< times strictly increase unless report says what was left out
   ObservationReport report;
 };

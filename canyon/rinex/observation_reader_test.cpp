@@ -116,7 +116,7 @@ TEST(RinexObservation, Version3) {
   EXPECT_STREQ(e.signals[4].code.data(), "1C");
   const auto& c03 = e.signals[5];
   EXPECT_STREQ(c03.code.data(), "2I");
-  EXPECT_EQ(c03.doppler_hz, 0.0);  // a Doppler of 0 is a value
+  EXPECT_EQ(c03.doppler_hz, std::nullopt);  // 0.000: missing
   EXPECT_EQ(c03.cn0_dbhz, std::nullopt);
   EXPECT_EQ(file.report.notes.losses(), 0U);
   // No types for QZSS: nothing of J01 can be read.
@@ -579,14 +579,75 @@ TEST(RinexObservation, NanIsAMissingValue) {
   EXPECT_THAT(file.report.lines(), IsEmpty());
 }
 
-TEST(RinexObservation, AnotherSiteInOneFileIsSaid) {
+// RINEX 2.11, table A2, and 3.05, table A3: missing observations are written as 0.0 or blanks.
+TEST(RinexObservation, ZerosAreMissing) {
+  const std::string row = field(21e6, '0', '7') + field(0, '1', '5') + field(-0.0, ' ', '4') + field(0);
+  std::string four = test::observations3();
+  four.replace(four.find("3.04"), 4, "4.00");
+  for (const std::string& text :
+       {test::observations3() + epoch3(34, 1) + "G05" + row + "\n", four + epoch3(34, 1) + "G05" + row + "\n",
+        test::observations2() + " 19  4 28 12 44 34.0000000  0  1G 5\n" + field(0, '1', '5') + blank_field() +
+            field(21e6, '0', '7') + blank_field() + blank_field() + "\n" + field(0, ' ', '4') +
+            blank_field() + field(0) + "\n"}) {
+    const auto file = read(text);
+    ASSERT_THAT(file.epochs.at(0).signals, SizeIs(1)) << text;
+    const ObservedSignal& signal = file.epochs[0].signals[0];
+    EXPECT_EQ(signal.pseudorange_m, 21e6);
+    EXPECT_EQ(signal.carrier_phase_cycles, std::nullopt);
+    EXPECT_EQ(signal.doppler_hz, std::nullopt);
+    EXPECT_EQ(signal.cn0_dbhz, 45);  // the digit beside the pseudorange
+    EXPECT_EQ(signal.loss_of_lock, 1);
+    EXPECT_EQ(file.report.notes.losses(), 0U);
+  }
+  const auto nothing =
+      read(test::observations3() + epoch3(34, 1) + "G05" + field(0) + field(0) + field(0) + field(0) + "\n");
+  EXPECT_THAT(nothing.epochs.at(0).signals, IsEmpty());
+}
+
+// RINEX 3.05, 6.5: a header record holds until another one changes it.
+TEST(RinexObservation, HeaderRecordsHoldFromWhereTheyStand) {
+  const Eigen::Vector3d first(-2419215.8865, 5385498.5603, 2405403.6314);
   const std::string moved = header_line(" -2419215.8865  5385498.5603  2406403.6314", "APPROX POSITION XYZ");
-  const auto file = read(test::observations3() + epoch3(34, 1) + kG05 + epoch3(35, 1, 3) + moved +
-                         header_line("joined here", "COMMENT") + epoch3(36, 1) + kG05);
-  EXPECT_THAT(file.epochs, SizeIs(2));
-  EXPECT_NEAR(file.header.approximate_position_ecef.value().z(), 2406403.6314, 1e-4);
-  EXPECT_THAT(file.report.lines(),
-              ElementsAre(HasSubstr("event of a new site; the epochs of all sites are taken")));
+  const std::string raised =
+      header_line("        3.5000        0.2500       -0.1250", "ANTENNA: DELTA H/E/N");
+  const auto events = [&](const std::string& records, int flag, int count) {
+    return read(test::observations3() + epoch3(34, 1) + kG05 + epoch3(35, count, flag) + records +
+                epoch3(36, 1) + kG05);
+  };
+  const auto place = [](const RinexObservations& file, std::size_t epoch) {
+    return file.epochs.at(epoch).header->antenna_ecef().value();
+  };
+  for (const auto& file :
+       {events(moved, 3, 1), events(moved + header_line("joined here", "COMMENT"), 4, 2),
+        read(test::observations3() + epoch3(34, 1) + kG05 +
+             header_line("     3.04           OBSERVATION DATA    M: MIXED", "RINEX VERSION / TYPE") + moved +
+             header_line("        1.5000        0.2500       -0.1250", "ANTENNA: DELTA H/E/N") +
+             header_line("G    4 C1C L1C D1C S1C", "SYS / # / OBS TYPES") + header_line("", "END OF HEADER") +
+             epoch3(36, 1) + kG05)}) {
+    ASSERT_THAT(file.epochs, SizeIs(2));
+    EXPECT_EQ(file.epochs[0].header->approximate_position_ecef, first);
+    EXPECT_NEAR((place(file, 1) - place(file, 0)).norm(), 1000, 1e-3);
+    EXPECT_THAT(
+        file.report.lines(),
+        ElementsAre(HasSubstr("header records within the file move the antenna; they hold from there")));
+  }
+  const auto up = events(raised, 4, 1);
+  EXPECT_NEAR((place(up, 1) - place(up, 0)).norm(), 2, 1e-6);
+  EXPECT_NEAR((place(up, 1) - place(up, 0)).dot(first.normalized()), 2, 1e-4);
+  EXPECT_EQ(up.epochs[0].header->antenna_delta_hen, Eigen::Vector3d(1.5, 0.25, -0.125));
+
+  const auto renamed = events(header_line("ROOF 2", "MARKER NAME"), 3, 1);
+  EXPECT_EQ(renamed.epochs[0].header->marker, "ROOF");
+  EXPECT_EQ(renamed.epochs[1].header->marker, "ROOF 2");
+  EXPECT_EQ(place(renamed, 1), place(renamed, 0));
+  EXPECT_THAT(renamed.report.lines(),
+              ElementsAre(HasSubstr(":23: event of a new site without its position")));
+  // An antenna that moves has no position until it stands again.
+  const auto driven = read(test::observations3() + epoch3(34, 1) + kG05 + epoch3(35, 0, 2) + epoch3(36, 1) +
+                           kG05 + epoch3(37, 1, 3) + moved + epoch3(38, 1) + kG05);
+  EXPECT_FALSE(driven.epochs.at(1).header->antenna_ecef());
+  EXPECT_NEAR((place(driven, 2) - place(driven, 0)).norm(), 1000, 1e-3);
+  EXPECT_EQ(up.epochs[0].header->types, up.epochs[1].header->types);
 }
 
 TEST(RinexObservation, APlaceOnNoEarthIsNone) {
