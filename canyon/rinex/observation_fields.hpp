@@ -85,6 +85,7 @@ class HeaderRecords {
   };
   [[nodiscard]] Result apply(std::string_view line);
   void set_moving(bool moving) { header_.moving = moving; }
+  void forget_position() { header_.approximate_position_ecef.reset(); }
 
   [[nodiscard]] const ObservationHeader& header() const { return header_; }
   [[nodiscard]] int major() const { return static_cast<int>(header_.version); }

@@ -287,6 +287,7 @@ struct RinexObservationReader::Impl {
   void read_event(const EpochLine& event) {
     constexpr int kMoves = 2, kNewSite = 3;
     const int begin = lines.line();
+    const std::string marker = records.header().marker;
     bool placed = event.flag != kNewSite;
     if (event.flag <= kNewSite) records.set_moving(event.flag == kMoves);
     for (std::size_t i = 0; i < event.count; ++i) {
@@ -303,8 +304,11 @@ struct RinexObservationReader::Impl {
       if (result.outcome == HeaderRecords::Outcome::End) continue;
       note(result);
     }
-    if (!placed)
-      report.notes.guess(begin, "event of a new site without its position", "that of the one before holds");
+    if (!placed && records.header().marker != marker) {
+      records.forget_position();
+      report.notes.guess(begin, "event of a new site without its position",
+                         "the antenna has none from there");
+    }
     choose_columns();
   }
 
