@@ -21,8 +21,9 @@ class OsmText {
     std::string role;
   };
 
-  OsmText& node(std::int64_t id, double lon, double lat, const Tags& tags = {}) {
-    body_ += fmt::format(" <node id=\"{}\" version=\"1\" lat=\"{:.7f}\" lon=\"{:.7f}\">\n", id, lat, lon);
+  OsmText& node(std::int64_t id, double lon, double lat, const Tags& tags = {}, int version = 1) {
+    body_ += fmt::format(" <node id=\"{}\" version=\"{}\" lat=\"{:.7f}\" lon=\"{:.7f}\">\n", id, version, lat,
+                         lon);
     return end("node", tags);
   }
   OsmText& way(std::int64_t id, const std::vector<std::int64_t>& nodes, const Tags& tags = {},
@@ -31,8 +32,8 @@ class OsmText {
     for (const std::int64_t node : nodes) body_ += fmt::format("  <nd ref=\"{}\"/>\n", node);
     return end("way", tags);
   }
-  OsmText& relation(std::int64_t id, const std::vector<Member>& members, const Tags& tags) {
-    body_ += fmt::format(" <relation id=\"{}\" version=\"1\">\n", id);
+  OsmText& relation(std::int64_t id, const std::vector<Member>& members, const Tags& tags, int version = 1) {
+    body_ += fmt::format(" <relation id=\"{}\" version=\"{}\">\n", id, version);
     for (const Member& m : members) {
       body_ += fmt::format("  <member type=\"{}\" ref=\"{}\" role=\"{}\"/>\n", m.type, m.ref, m.role);
     }
@@ -47,6 +48,12 @@ class OsmText {
         .node(n + 2, lon + side, lat + side)
         .node(n + 3, lon, lat + side);
     return way(id, {n, n + 1, n + 2, n + 3, n}, tags);
+  }
+
+  /// Adds the objects of another document behind its own.
+  OsmText& append(const OsmText& other) {
+    body_ += other.body_;
+    return *this;
   }
 
   [[nodiscard]] std::string text() const {

@@ -269,6 +269,18 @@ void check_tags(const osmium::TagList& tags) {
   if (end[-1] != 0 || std::count(begin, end, 0) % 2 != 0) throw osmium::pbf_error("a tag has a zero byte");
 }
 
+/// Makes an object's ids and references those of the file that is the n-th, as OsmId says.
+void number_by_file(osmium::OSMObject& object, OsmId n) {
+  if (n == 0) return;
+  const auto own = [n](OsmId id) { return id < 0 && id > -kOwnIds ? id - n * kOwnIds : id; };
+  object.set_id(own(object.id()));
+  if (object.type() == osmium::item_type::way)
+    for (osmium::NodeRef& node : static_cast<osmium::Way&>(object).nodes()) node.set_ref(own(node.ref()));
+  if (object.type() == osmium::item_type::relation)
+    for (osmium::RelationMember& member : static_cast<osmium::Relation&>(object).members())
+      member.set_ref(own(member.ref()));
+}
+
 }  // namespace
 
 OsmFile open_osm_file(const std::filesystem::path& path) {
@@ -305,9 +317,10 @@ void for_each_object(const std::vector<OsmFile>& files, osmium::osm_entity_bits:
           source.text ? osmium::io::File{source.text->data(), source.text->size(), source.format}
                       : osmium::io::File{std::filesystem::absolute(path).string(), source.format};
       osmium::io::Reader reader{file, bits};
-      while (const osmium::memory::Buffer buffer = reader.read()) {
-        for (const auto& object : buffer.select<osmium::OSMObject>()) {
+      while (osmium::memory::Buffer buffer = reader.read()) {
+        for (auto& object : buffer.select<osmium::OSMObject>()) {
           check_tags(object.tags());
+          number_by_file(object, &source - files.data());
           use(object);
         }
       }
@@ -332,6 +345,13 @@ void for_each_object(const std::vector<OsmFile>& files, osmium::osm_entity_bits:
           path, 0,
           fmt::format("holds a coordinate that is not a number or beyond the Earth ({})", error.what()));
     } catch (const std::exception& error) {
+      const std::string_view what = error.what();
+      // Compressions and features of PBF that libosmium lacks.
+      if (what.find("not supported") != std::string_view::npos ||
+          what.find("unknown compression") != std::string_view::npos) {
+        throw InputError(path, 0, fmt::format("is a variant that is not read ({})", what),
+                         "convert it to PBF of zlib, such as with osmium cat -f pbf -o NEW.osm.pbf");
+      }
       throw InputError(path, 0, fmt::format("is cut short or damaged ({})", error.what()), "fetch it again");
     }
   }

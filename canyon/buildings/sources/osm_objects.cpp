@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <osmium/osm.hpp>
 #include <string_view>
@@ -29,28 +30,6 @@ bool contains(const std::vector<OsmId>& set, OsmId id) {
   return std::binary_search(set.begin(), set.end(), id);
 }
 
-/// Objects that a history, a change file or an editor says are deleted, by the latest such version.
-class Deletions {
- public:
-  /// Whether an object is one; it is noted then.
-  bool note(const osmium::OSMObject& object) {
-    if (object.visible()) return false;
-    std::uint32_t& version = versions_[object.id()];
-    version = std::max(version, object.version());
-    return true;
-  }
-  template <typename Object>
-  void apply(std::map<OsmId, Object>& objects) const {
-    for (const auto& [id, version] : versions_) {
-      const auto found = objects.find(id);
-      if (found != objects.end() && found->second.version <= version) objects.erase(found);
-    }
-  }
-
- private:
-  std::map<OsmId, std::uint32_t> versions_;
-};
-
 /// The place in `objects` for a new version of an object; nullptr where a newer one is already there.
 template <typename Object>
 Object* place_for(std::map<OsmId, Object>& objects, OsmId id, std::uint32_t version) {
@@ -59,6 +38,27 @@ Object* place_for(std::map<OsmId, Object>& objects, OsmId id, std::uint32_t vers
   at->second = Object{};
   at->second.version = version;
   return &at->second;
+}
+
+/// Calls `add` with each visible object, which keeps those that matter by place_for(), and drops those of
+/// which a newer version is deleted or does not matter. In one file in the order of ids no object is twice.
+template <typename Object, typename Add>
+void read_newest(const std::vector<OsmFile>& files, osmium::osm_entity_bits::type bits,
+                 std::map<OsmId, Object>& objects, const Add& add) {
+  bool each_once = files.size() == 1;
+  OsmId last = std::numeric_limits<OsmId>::min();
+  for_each_object(files, bits, [&](const osmium::OSMObject& object) {
+    each_once = each_once && object.id() > last;
+    last = object.id();
+    if (object.visible()) add(object);
+  });
+  if (each_once || objects.empty()) return;
+  for_each_object(files, bits, [&](const osmium::OSMObject& object) {
+    const auto kept = objects.find(object.id());
+    if (kept == objects.end()) return;
+    const std::uint32_t version = kept->second.version;
+    if (object.version() > version || (object.version() == version && !object.visible())) objects.erase(kept);
+  });
 }
 
 class ObjectReader {
@@ -88,8 +88,7 @@ class ObjectReader {
 
  private:
   void tell(ReadReport::Level level, const char* what, const osmium::OSMObject& object) {
-    objects_.notes.tell(level, what,
-                        fmt::format("{}/{}", osmium::item_type_to_name(object.type()), object.id()));
+    objects_.notes.tell(level, what, osm_name(osmium::item_type_to_name(object.type()), object.id()));
   }
 
   /// The tags of an object that can matter.
@@ -105,11 +104,9 @@ class ObjectReader {
   }
 
   void read_relations() {
-    Deletions deleted;
-    for_each_object(files_, osmium::osm_entity_bits::relation, [&](const osmium::OSMObject& object) {
-      if (!deleted.note(object)) add_relation(static_cast<const osmium::Relation&>(object));
-    });
-    deleted.apply(objects_.relations);
+    read_newest(
+        files_, osmium::osm_entity_bits::relation, objects_.relations,
+        [&](const osmium::OSMObject& object) { add_relation(static_cast<const osmium::Relation&>(object)); });
     for (const auto& [id, relation] : objects_.relations) {
       for (const OsmMember& member : relation.members) {
         if (member.type == 'w') member_ways_.push_back(member.ref);
@@ -153,11 +150,8 @@ class ObjectReader {
   }
 
   void read_ways() {
-    Deletions deleted;
-    for_each_object(files_, osmium::osm_entity_bits::way, [&](const osmium::OSMObject& object) {
-      if (!deleted.note(object)) add_way(static_cast<const osmium::Way&>(object));
-    });
-    deleted.apply(objects_.ways);
+    read_newest(files_, osmium::osm_entity_bits::way, objects_.ways,
+                [&](const osmium::OSMObject& object) { add_way(static_cast<const osmium::Way&>(object)); });
   }
 
   void add_way(const osmium::Way& way) {
@@ -169,11 +163,14 @@ class ObjectReader {
     fresh.tags = tags_of(way);
     fresh.kind = classify(fresh.tags, options_.foliage);
     if (!member && !foliage && !fresh.kind.kind) return;
+    const auto known = objects_.ways.find(way.id());
+    const bool newer = known != objects_.ways.end() && known->second.version < fresh.version;
     for (const osmium::NodeRef& node : way.nodes()) {
       fresh.nodes.push_back(node.ref());
       // "out geom" of Overpass and osmium's add-locations-to-ways put the places here.
       const bool placed = node.location().valid();
-      if (placed) places_in_ways_.emplace(node.ref(), node.location());
+      if (placed && !places_in_ways_.emplace(node.ref(), node.location()).second && newer)
+        places_in_ways_[node.ref()] = node.location();
       fresh.near_box =
           fresh.near_box || contains(nodes_in_box_, node.ref()) || (placed && in_wide_box(node.location()));
     }
@@ -216,13 +213,10 @@ class ObjectReader {
       wanted_.insert(wanted_.end(), way.nodes.begin(), way.nodes.end());
     }
     make_set(wanted_);
-    Deletions deleted;
     places_.resize(wanted_.size());
     versions_.resize(wanted_.size());
-    for_each_object(files_, osmium::osm_entity_bits::node, [&](const osmium::OSMObject& object) {
-      if (!deleted.note(object)) add_node(static_cast<const osmium::Node&>(object));
-    });
-    deleted.apply(objects_.trees);
+    read_newest(files_, osmium::osm_entity_bits::node, objects_.trees,
+                [&](const osmium::OSMObject& object) { add_node(static_cast<const osmium::Node&>(object)); });
   }
 
   void add_node(const osmium::Node& node) {
@@ -297,14 +291,6 @@ class ObjectReader {
   std::unordered_map<OsmId, osmium::Location> places_in_ways_;
 };
 
-}  // namespace
-
-OsmObjects read_osm_objects(const std::vector<std::filesystem::path>& paths, const OsmReadOptions& options) {
-  return ObjectReader(paths, options).read();
-}
-
-namespace {
-
 bool is_street(const osmium::OSMObject& way) {
   const auto is_set = [&](const char* key) {
     return !std::string_view(way.tags().get_value_by_key(key, "no")).starts_with("no");
@@ -313,40 +299,61 @@ bool is_street(const osmium::OSMObject& way) {
                                            "residential", "living_street", "unclassified"};
   std::string_view kind = way.tags().get_value_by_key("highway", "");
   if (kind.ends_with("_link")) kind.remove_suffix(5);
-  return way.visible() && !is_set("tunnel") && !is_set("area") &&
+  return !is_set("tunnel") && !is_set("area") &&
          std::find(std::begin(kStreets), std::end(kStreets), kind) != std::end(kStreets);
 }
 
 }  // namespace
 
+std::string osm_name(const char* kind, OsmId id) {
+  const OsmId file = id < 0 ? -(id / kOwnIds) : 0;
+  return file == 0 ? fmt::format("{}/{}", kind, id)
+                   : fmt::format("{}/{}@{}", kind, id + file * kOwnIds, file + 1);
+}
+
+OsmObjects read_osm_objects(const std::vector<std::filesystem::path>& paths, const OsmReadOptions& options) {
+  return ObjectReader(paths, options).read();
+}
+
 StreetMap read_streets(const std::vector<std::filesystem::path>& paths) {
   std::vector<OsmFile> files;
   for (const auto& path : paths) files.push_back(open_osm_file(path));
-  std::vector<std::pair<OsmId, OsmId>> pieces;
-  std::map<OsmId, osmium::Location> places;
-  for_each_object(files, osmium::osm_entity_bits::way, [&](const osmium::OSMObject& object) {
+  struct Street {
+    std::uint32_t version = 0;
+    std::vector<OsmId> nodes;
+  };
+  struct Place {
+    std::uint32_t version = 0;
+    osmium::Location location;
+  };
+  std::map<OsmId, Street> ways;
+  std::map<OsmId, Place> places;
+  read_newest(files, osmium::osm_entity_bits::way, ways, [&](const osmium::OSMObject& object) {
     if (!is_street(object)) return;
-    std::optional<OsmId> before;
+    Street* street = place_for(ways, object.id(), object.version());
+    if (street == nullptr) return;
     for (const osmium::NodeRef& node : static_cast<const osmium::Way&>(object).nodes()) {
-      places[node.ref()] = node.location();  // most files have it with the node alone
-      if (before) pieces.emplace_back(*before, node.ref());
-      before = node.ref();
+      street->nodes.push_back(node.ref());
+      places[node.ref()].location = node.location();  // most files have it with the node alone
     }
   });
   for_each_object(files, osmium::osm_entity_bits::node, [&](const osmium::OSMObject& object) {
     const auto place = places.find(object.id());
-    if (place != places.end()) place->second = static_cast<const osmium::Node&>(object).location();
+    if (place != places.end() && object.visible() && object.version() >= place->second.version)
+      place->second = {object.version(), static_cast<const osmium::Node&>(object).location()};
   });
   StreetMap streets;
   std::map<OsmId, std::size_t> index;
   for (const auto& [id, place] : places) {
-    if (!place.valid()) continue;
+    if (!place.location.valid()) continue;
     index.emplace(id, streets.places.size());
-    streets.places.emplace_back(place.lon(), place.lat());
+    streets.places.emplace_back(place.location.lon(), place.location.lat());
   }
-  for (const auto& [from, to] : pieces) {
-    const auto a = index.find(from), b = index.find(to);
-    if (a != index.end() && b != index.end()) streets.pieces.emplace_back(a->second, b->second);
+  for (const auto& [id, street] : ways) {
+    for (std::size_t i = 1; i < street.nodes.size(); ++i) {
+      const auto a = index.find(street.nodes[i - 1]), b = index.find(street.nodes[i]);
+      if (a != index.end() && b != index.end()) streets.pieces.emplace_back(a->second, b->second);
+    }
   }
   return streets;
 }

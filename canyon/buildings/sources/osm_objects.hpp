@@ -35,7 +35,12 @@ struct OsmClass {
 /// whose outer ways carry the tags.
 [[nodiscard]] bool says_nothing(const TagMap& tags);
 
+/// Ids below zero are of objects that no server has seen (JOSM), and count in their file alone: those of the
+/// n-th file (from 0) are lower by n * kOwnIds.
 using OsmId = std::int64_t;
+inline constexpr OsmId kOwnIds = OsmId{1} << 48;
+/// "way/123"; "way/-1@2" of the second file.
+[[nodiscard]] std::string osm_name(const char* kind, OsmId id);
 
 struct OsmWay {
   std::uint32_t version = 0;
@@ -110,7 +115,8 @@ struct OsmFile {
 [[nodiscard]] OsmFile open_osm_file(const std::filesystem::path& path);
 
 using UseOsmObject = std::function<void(const osmium::OSMObject&)>;
-/// Calls `use` with each object of the kinds `bits` in each file, those that are not visible among them.
+/// Calls `use` with each object of the kinds `bits` in each file, those that are not visible among them; ids
+/// and references below zero as OsmId says.
 /// Throws InputError for a file that is damaged or of another version.
 void for_each_object(const std::vector<OsmFile>& files, osmium::osm_entity_bits::type bits,
                      const UseOsmObject& use);

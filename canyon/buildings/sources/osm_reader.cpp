@@ -16,13 +16,6 @@
 namespace canyon::buildings {
 namespace {
 
-std::string way_name(OsmId id) {
-  return fmt::format("way/{}", id);
-}
-std::string relation_name(OsmId id) {
-  return fmt::format("relation/{}", id);
-}
-
 /// A feature, or something of a feature's kind that is counted but not built.
 struct Candidate {
   MapFeature feature;
@@ -44,7 +37,7 @@ class FeatureMaker {
     std::vector<Candidate> all;
     for (auto& [id, tree] : objects_.trees) {
       Candidate candidate;
-      candidate.feature.id = fmt::format("node/{}", id);
+      candidate.feature.id = osm_name("node", id);
       candidate.feature.kind = FeatureKind::Tree;
       candidate.feature.tags = std::move(tree.tags);
       candidate.feature.line = {tree.place};
@@ -101,7 +94,7 @@ class FeatureMaker {
         const bool present =
             way ? objects_.ways.count(member.ref) > 0 : objects_.relations.count(member.ref) > 0;
         if (!present) {
-          missing.push_back(way ? way_name(member.ref) : relation_name(member.ref));
+          missing.push_back(way ? osm_name("way", member.ref) : osm_name("relation", member.ref));
           continue;
         }
         any = true;
@@ -111,7 +104,7 @@ class FeatureMaker {
       if (any && !missing.empty()) {
         notes_.tell(
             Level::Loss, "{} building relations with members that are not in the map, built of the others",
-            fmt::format("{} (without {})", relation_name(id),
+            fmt::format("{} (without {})", osm_name("relation", id),
                         fmt::join(missing.begin(),
                                   missing.begin() + std::min<std::ptrdiff_t>(std::ssize(missing), 20), " ")));
       }
@@ -127,7 +120,7 @@ class FeatureMaker {
     if (!kind.kind && membership.outline) kind.kind = FeatureKind::Building;
     if (membership.part && (!kind.kind || *kind.kind == FeatureKind::Building)) kind.kind = FeatureKind::Part;
     if (!kind.kind || (*kind.kind != FeatureKind::Building && *kind.kind != FeatureKind::Part)) return;
-    belongs_to = relation_name(membership.relation);
+    belongs_to = osm_name("relation", membership.relation);
     const OsmRelation& relation = objects_.relations.at(membership.relation);
     if (*kind.kind == FeatureKind::Building) {
       for (const auto& [key, value] : relation.tags) {
@@ -146,7 +139,7 @@ class FeatureMaker {
   void make_multipolygon(OsmId id, const OsmRelation& relation) {
     Candidate candidate;
     MapFeature& feature = candidate.feature;
-    feature.id = relation_name(id);
+    feature.id = osm_name("relation", id);
     feature.tags = relation.tags;
     feature.tags.erase("type");
     OsmClass kind = relation.kind;
@@ -233,7 +226,7 @@ class FeatureMaker {
       if (taken_over_.count(id) > 0) continue;
       Candidate candidate;
       MapFeature& feature = candidate.feature;
-      feature.id = way_name(id);
+      feature.id = osm_name("way", id);
       OsmClass kind = way.kind;
       apply_membership(way_memberships_, id, kind, way.tags, feature.belongs_to);
       if (!kind.kind || *kind.kind == FeatureKind::Tree) continue;

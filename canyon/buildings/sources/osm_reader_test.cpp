@@ -22,6 +22,7 @@ namespace canyon::buildings {
 namespace {
 
 using test::OsmText;
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -29,6 +30,7 @@ using ::testing::IsEmpty;
 using ::testing::IsSupersetOf;
 using ::testing::Not;
 using ::testing::StartsWith;
+using ::testing::UnorderedElementsAre;
 
 const OsmText::Tags kBuilding{{"building", "yes"}};
 const OsmText::Tags kMultipolygon{{"type", "multipolygon"}, {"building", "yes"}};
@@ -414,6 +416,79 @@ TEST_F(OsmReader, MergesFilesTakingEachObjectOnce) {
     EXPECT_EQ(map->features[0].polygons[0].outer.size(), 3U);
     EXPECT_THAT(map->notes.lines(), IsEmpty());
   }
+}
+
+// As osmium time-filter and osmium apply-changes leave them (osmcode/osmium-tool#197, #273).
+TEST_F(OsmReader, TheNewestVersionCountsAlsoWhereItDoesNotMatterAnyMore) {
+  const OsmText::Tags field{{"landuse", "brownfield"}}, tree{{"natural", "tree"}};
+  OsmText places, older, newer;
+  // Nodes of a house that stays, of one that goes or moves, and of where it moves to.
+  places.square(1, 10, 50, 0.001, kBuilding).square(2, 10.01, 50, 0.001).square(3, 10.01, 51, 0.001);
+  older.way(5, {20, 21, 22, 23, 20}, kBuilding).way(6, {20, 21, 22, 23, 20}, kBuilding);
+  older.relation(7, {{"way", 2, "outer"}}, kMultipolygon).node(8, 10.001, 50, tree);
+  newer.way(5, {20, 21, 22, 23, 20}, field, 2).way(6, {30, 31, 32, 33, 30}, kBuilding, 2);
+  newer.relation(7, {{"way", 2, "outer"}}, {{"type", "multipolygon"}, {"landuse", "brownfield"}}, 2);
+  newer.node(8, 10.001, 51, tree, 2);
+  OsmReadOptions options;
+  options.box = LonLatBox{9.9, 49.9, 10.1, 50.1};
+  options.foliage = true;
+  const auto a = places.write(folder_ / "places.osm"), b = older.write(folder_ / "older.osm"),
+             c = newer.write(folder_ / "newer.osm");
+  for (const auto& files : {std::vector{a, b, c}, std::vector{c, b, a}, std::vector{b, c, a}}) {
+    EXPECT_THAT(ids(read_osm(files, options)), ElementsAre("way/1"));
+    EXPECT_THAT(ids(read_osm(files)), ElementsAre("way/1", "way/6"));
+  }
+  EXPECT_THAT(ids(read_osm({a, b}, options)), ElementsAre("node/8", "way/1", "way/5", "way/6", "relation/7"));
+  const OsmText history = OsmText(places).append(older).append(newer);
+  EXPECT_THAT(ids(read(history, options)), ElementsAre("way/1"));
+  EXPECT_THAT(ids(read(OsmText(newer).append(older).append(places), options)), ElementsAre("way/1"));
+  // The newest place of a node, in any order.
+  const auto moved = OsmText().node(10, 9.999, 50, {}, 2).write(folder_ / "moved.osm");
+  for (const auto& files : {std::vector{a, moved}, std::vector{moved, a}})
+    EXPECT_NEAR(read_osm(files).bounds.min().x(), 9.999, 1e-9);
+}
+
+TEST_F(OsmReader, StreetsAreThoseOfTheNewestVersion) {
+  const OsmText::Tags street{{"highway", "residential"}}, path{{"highway", "footway"}};
+  OsmText places = OsmText().node(1, 10, 50).node(2, 10.001, 50).node(3, 10.002, 50);
+  const auto a = OsmText(places).way(4, {1, 2}, street).way(5, {2, 3}, street).write(folder_ / "a.osm");
+  const auto b = OsmText().way(4, {1, 2}, path, 2).way(5, {2, 3}, street).write(folder_ / "b.osm");
+  EXPECT_EQ(read_streets({a}).pieces.size(), 2U);
+  EXPECT_EQ(read_streets({a, b}).pieces.size(), 1U);
+  EXPECT_EQ(read_streets({b, a}).pieces.size(), 1U);
+}
+
+// JOSM numbers what is new by -1, -2, ... in each file.
+TEST_F(OsmReader, NewObjectsAreThoseOfTheirFile) {
+  OsmText a, b;
+  a.square(-1, 10, 50, 0.001, kBuilding).square(-2, 10.01, 50, 0.001);
+  a.relation(-3, {{"way", -2, "outer"}}, kMultipolygon);
+  b.square(-1, 10.02, 50, 0.001, kBuilding).square(-2, 10.03, 50, 0.001);
+  b.relation(-3, {{"way", -2, "outer"}}, kMultipolygon).way(-4, {-10, -11, -99, -10}, kBuilding);
+  const MapData map = read_osm({a.write(folder_ / "a.osm"), b.write(folder_ / "b.osm")});
+  EXPECT_THAT(ids(map), UnorderedElementsAre("way/-1", "relation/-3", "way/-1@2", "relation/-3@2"));
+  EXPECT_NEAR(feature(map, "way/-1@2").bounds().min().x(), 10.02, 1e-9);
+  EXPECT_NEAR(feature(map, "relation/-3@2").bounds().min().x(), 10.03, 1e-9);
+  EXPECT_THAT(map.notes.lines(),
+              ElementsAre("1 ways, with nodes that are not in the map, left out: way/-4@2"));
+}
+
+TEST_F(OsmReader, BuildingsStandUntilTheirEnd) {
+  OsmText text;
+  std::int64_t id = 0;
+  for (const char* date : {"2999", "2999-05", "~2999", "2999s", "31.12.2999", "1999", "1999-05-01",
+                           "before 2999", "C21", "12.2011", "unknown"}) {
+    ++id;
+    text.square(id, 10 + 0.01 * static_cast<double>(id), 50, 0.001,
+                {{"building", "yes"}, {"end_date", date}});
+  }
+  EXPECT_THAT(ids(read(text)), ElementsAre("way/1", "way/2", "way/3", "way/4", "way/5"));
+}
+
+// planetiler#1104, tilemaker#895.
+TEST_F(OsmReader, AVariantOfPbfIsNotCalledDamaged) {
+  const std::string said = problem(test::case_file("osm-pbf-lz4/lz4.osm.pbf"));
+  EXPECT_THAT(said, AllOf(HasSubstr("lz4"), HasSubstr("osmium cat"), Not(HasSubstr("damaged"))));
 }
 
 TEST_F(OsmReader, OrderOfTheFileDoesNotMatter) {

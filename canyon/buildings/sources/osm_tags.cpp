@@ -1,8 +1,11 @@
 // Declared in canyon/buildings/sources/osm_objects.hpp.
 #include "canyon/buildings/sources/osm_objects.hpp"
 
+#include <fmt/chrono.h>
+
 #include <algorithm>
 #include <array>
+#include <ctime>
 
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/shape.hpp"
@@ -77,6 +80,19 @@ bool underground(const TagMap& tags) {
          !positive(tag(tags, "roof:levels"));
 }
 
+/// Whether a date with a year of four digits ("2031", "2031-05", "~2031", "2030s", "31.12.2031"; OSM wiki,
+/// "Key:start_date") is later than today (UTC); "before 2031" may be any day.
+bool lies_ahead(std::string_view date) {
+  const std::string today = fmt::format("{:%Y-%m-%d}", fmt::gmtime(std::time(nullptr)));
+  constexpr std::string_view kDigits = "0123456789";
+  for (std::size_t at = 0; (at = date.find_first_of(kDigits, at)) != std::string_view::npos;) {
+    const std::size_t end = std::min(date.find_first_not_of(kDigits, at), date.size());
+    if (end - at == 4) return date.substr(at) > today && !date.starts_with("before");
+    at = end;
+  }
+  return false;
+}
+
 /// A road or railway under a roof or on a bridge. Passages through buildings are in these already.
 bool is_passage(const TagMap& tags) {
   if (tag(tags, "highway").empty() && tag(tags, "railway").empty()) return false;
@@ -100,7 +116,8 @@ std::string reason_to_leave_out(const TagMap& tags, std::string_view value) {
       std::find(kUnfinishedValues.begin(), kUnfinishedValues.end(), value) != kUnfinishedValues.end();
   if (unfinished && !positive(tag(tags, "height")) && !positive(tag(tags, "building:levels")))
     return "in ruins or under construction, without a height";
-  if (!tag(tags, "end_date").empty()) return "with an end_date";
+  const std::string_view end = tag(tags, "end_date");
+  if (!end.empty() && !lies_ahead(end)) return "with an end_date";
   const std::string_view indoor = tag(tags, "indoor");
   if ((!indoor.empty() && indoor != "no") || tag(tags, "location") == "indoor") return "indoor";
   if (underground(tags)) return "underground";
