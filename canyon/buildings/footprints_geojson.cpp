@@ -8,40 +8,54 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/city/mesh_marks.hpp"
+#include "canyon/meshes/geos.hpp"
 
 namespace canyon::buildings {
 namespace {
 
-/// Twice the signed area [deg^2], about the first corner so that small rings keep their digits; positive when
-/// counter-clockwise.
-double turning(const MapRing& ring) {
-  double sum = 0;
-  for (std::size_t i = 2; i < ring.size(); ++i) {
-    const LonLat a = ring[i - 1] - ring[0], b = ring[i] - ring[0];
-    sum += a.x() * b.y() - a.y() * b.x();
-  }
-  return sum;
-}
-
-/// RFC 7946, 3.1.6: closed, the outer ring counter-clockwise, inner ones clockwise.
-Json ring_coordinates(const MapRing& ring, bool outer) {
-  MapRing turned = ring;
-  if ((turning(ring) > 0) != outer) std::reverse(turned.begin(), turned.end());
-  turned.push_back(turned.front());
+Json ring_coordinates(const MapRing& ring, double turn) {
   Json coordinates = Json::array();
-  for (const LonLat& p : turned) coordinates.push_back({rounded(p.x(), 9), rounded(p.y(), 9)});
+  for (std::size_t i = 0; i <= ring.size(); ++i) {
+    const LonLat& p = ring[i % ring.size()];
+    coordinates.push_back({rounded(p.x() - turn, 9), rounded(p.y(), 9)});
+  }
   return coordinates;
 }
 
+/// RFC 7946: rings closed, outer ones counter-clockwise and inner ones clockwise (3.1.6), polygons cut at the
+/// antimeridian (3.1.9).
 Json geometry_of(const std::vector<MapPolygon>& polygons) {
+  namespace geos = meshes::geos;
   Json parts = Json::array();
   for (const MapPolygon& polygon : polygons) {
     if (polygon.outer.size() < 3) continue;
-    Json rings = Json::array({ring_coordinates(polygon.outer, true)});
-    for (const MapRing& inner : polygon.inners) {
-      if (inner.size() >= 3) rings.push_back(ring_coordinates(inner, false));
+    Eigen::AlignedBox2d bounds;
+    // Longitudes come within +-180 deg; these are those about the first corner.
+    const auto unwrapped = [&](MapRing ring) {
+      for (LonLat& p : ring) bounds.extend(p = {longitude_near(p.x(), polygon.outer.front().x()), p.y()});
+      return ring;
+    };
+    std::vector<MapRing> inners;
+    const MapRing outer = unwrapped(polygon.outer);
+    for (const MapRing& inner : polygon.inners)
+      if (inner.size() >= 3) inners.push_back(unwrapped(inner));
+    const geos::Geometry whole = geos::polygon(outer, inners);
+    const auto add = [&](const GEOSGeometry* shape, double turn) {
+      for (const meshes::Polygon2& part : geos::polygons(shape)) {
+        Json rings = Json::array({ring_coordinates(part.outer, turn)});
+        for (const MapRing& hole : part.holes) rings.push_back(ring_coordinates(hole, turn));
+        parts.push_back(std::move(rings));
+      }
+    };
+    if (bounds.min().x() >= -180 && bounds.max().x() <= 180) {
+      add(whole.get(), 0);
+      continue;
     }
-    parts.push_back(std::move(rings));
+    for (const double turn : {-360.0, 0.0, 360.0}) {
+      const double west = turn - 180, east = turn + 180;
+      const geos::Geometry side = geos::polygon({{west, -90}, {east, -90}, {east, 90}, {west, 90}});
+      add(geos::Geometry(GEOSIntersection_r(geos::context(), whole.get(), side.get())).get(), turn);
+    }
   }
   if (parts.empty()) return nullptr;  // "unlocated": RFC 7946, 3.2
   if (parts.size() == 1) return {{"type", "Polygon"}, {"coordinates", std::move(parts[0])}};

@@ -146,6 +146,40 @@ TEST(FootprintsGeojson, RightHandRuleAndClosedRings) {
   EXPECT_NEAR(twice_area(tower["coordinates"][1]), -2 * 1e-8, 1e-12);
 }
 
+// RFC 7946, 3.1.9 and 3.1.6; as canyon city build makes footprints, longitudes are within +-180 deg.
+TEST(FootprintsGeojson, IsCutAtTheAntimeridian) {
+  BuiltCity built;
+  built.features.resize(3);
+  const auto within = [](MapRing ring) {
+    for (LonLat& p : ring) p.x() = longitude_near(p.x(), 0);
+    return ring;
+  };
+  built.features[0].footprint = {{within(square(179.9, -17, 0.3)), {within(square(179.95, -16.9, 0.1))}}};
+  built.features[1].footprint = {{within(square(-180, -17, 0.3)), {}}};
+  built.features[2].footprint = {{within(square(-180.1, -17, 0.3)), {}}, {within(square(179, -17, 0.3)), {}}};
+  const json all = json::parse(format_footprints_geojson(built))["features"];
+  double area = 0;
+  for (const json& feature : all) {
+    for (const json& polygon : feature["geometry"]["type"] == "Polygon"
+                                   ? json::array({feature["geometry"]["coordinates"]})
+                                   : feature["geometry"]["coordinates"]) {
+      for (const json& ring : polygon) {
+        EXPECT_EQ(twice_area(ring) > 0, &ring == &polygon[0]);
+        area += twice_area(ring) / 2;
+        double west = 180, east = -180;
+        for (const json& p : ring) west = std::min(west, double{p[0]}), east = std::max(east, double{p[0]});
+        EXPECT_LT(east - west, 1);
+        EXPECT_GE(west, -180);
+        EXPECT_LE(east, 180);
+      }
+    }
+  }
+  EXPECT_EQ(all[0]["geometry"]["coordinates"].size(), 2U);
+  EXPECT_EQ(all[1]["geometry"]["type"], "Polygon");
+  EXPECT_EQ(all[2]["geometry"]["coordinates"].size(), 3U);
+  EXPECT_NEAR(area, 4 * 0.3 * 0.3 - 0.1 * 0.1, 1e-9);
+}
+
 TEST(FootprintsGeojson, WhatHasNoFootprintIsUnlocatedAndSaysWhatIsKnown) {
   const json all = json::parse(format_footprints_geojson(sample()));
   const json& failed = all["features"][2];
