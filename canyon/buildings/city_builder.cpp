@@ -189,8 +189,18 @@ class Builder {
       }
     }
     const auto assigned = assign_parts(buildings, parts);
+    std::vector<PolygonLists> groups(buildings.size());
+    for (std::size_t p = 0; p < parts.size(); ++p)
+      if (assigned[p]) groups[*assigned[p]].push_back(parts[p].polygons);
+    for (std::size_t b = 0; b < buildings.size(); ++b) {
+      groups[b].push_back(buildings[b].polygons);
+      if (groups[b].size() == 1 || !is_tangled(groups[b])) continue;
+      groups[b].clear();
+      notes_.tell(Level::Loss, "{} buildings whose parts cross thousands of times, which are taken alone",
+                  *buildings[b].id);
+    }
     for (std::size_t p = 0; p < parts.size(); ++p) {
-      if (!assigned[p]) continue;
+      if (!assigned[p] || groups[*assigned[p]].empty()) continue;
       placed_[part_index[p]].building = building_index[*assigned[p]];
       tags_.set_building(part_index[p], building_index[*assigned[p]]);
       placed_[building_index[*assigned[p]]].parts.push_back(part_index[p]);
@@ -210,7 +220,11 @@ class Builder {
     BuiltFeature& built = result_.features[i];
     built.first_object = static_cast<std::uint32_t>(mesh().objects.size());
     if (!feature.surfaces.empty()) {
-      raise_surfaces(i);
+      try {
+        raise_surfaces(i);
+      } catch (const InputError& error) {
+        skip(i, std::string(error.problem()));
+      }
     } else if (feature.kind == FeatureKind::Tree || feature.kind == FeatureKind::TreeRow) {
       if (options_.foliage) raise_trees(i);
     } else if (!placed_[i].polygons.empty()) {
@@ -362,6 +376,7 @@ class Builder {
   void raise_surfaces(std::size_t i) {
     const MapFeature& feature = map_.features[i];
     std::vector<std::string> notes;
+    const std::size_t first_vertex = mesh().vertices.size();
     const Shape tagged = tags_.shape(i);
     const bool settled = feature.kind == FeatureKind::Structure || is_facade_known(feature.tags);
     const city::Material facade = settled ? tagged.facade : options_.untagged_facade;
@@ -378,6 +393,15 @@ class Builder {
     }
     built.reason = fmt::format("{}", fmt::join(notes, "; "));
     count_surveyed(report(), feature.kind);
+    if (feature.kind == FeatureKind::Structure) return;
+    double top = -std::numeric_limits<double>::infinity();
+    for (std::size_t v = first_vertex; v < mesh().vertices.size(); ++v)
+      top = std::max(top, mesh().vertices[v].z());
+    const std::optional<Eigen::Vector3d> ground = map_frame_.ground(feature.bounds().center());
+    if (ground && top < ground->z())
+      notes_.tell(Level::Guess,
+                  "{} buildings wholly below the ground (heights in another unit, or above another zero?)",
+                  feature.id);
   }
 
   // --- roads under roofs and over others -------------------------------------------------------------
@@ -396,7 +420,7 @@ class Builder {
     }
     const std::size_t first = mesh().objects.size();
     if (!append_passage(mesh(), feature.id, feature.tags, line, terrain_ == nullptr)) {
-      notes_.tell(Level::Remark, "tunnels and bridges without a length, left out", feature.id);
+      notes_.tell(Level::Remark, "tunnels and bridges without a length or tangled, left out", feature.id);
       return;
     }
     for (std::size_t k = first; k < mesh().objects.size(); ++k)

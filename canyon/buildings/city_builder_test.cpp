@@ -476,6 +476,16 @@ TEST(CityBuilder, SurfacesOfASlopeNeedATerrain) {
               testing::IsEmpty());
 }
 
+TEST(CityBuilder, AHouseBelowTheGroundIsTold) {
+  Sketch sketch;
+  for (int i = 0; i < 3; ++i)
+    add_block(sketch, ("GUID_" + std::to_string(i)).c_str(), sketch.box(20 * i, 0, 20 * i + 10, 10),
+              i == 2 ? 10 : 40, i == 2 ? 39 : 60);
+  EXPECT_THAT(build_city(sketch.map(), nullptr, {}).city.notes.lines(ReadReport::Level::Guess),
+              testing::Contains(testing::AllOf(testing::HasSubstr("1 buildings wholly below the ground"),
+                                               testing::EndsWith(": GUID_2"))));
+}
+
 TEST(CityBuilder, SurfacesAreTakenAsTheyAre) {
   Sketch sketch;
   MapFeature& feature = add_block(sketch, "GUID_1", sketch.box(0, 0, 10, 10), 43, 53);

@@ -127,6 +127,8 @@ std::vector<Triangle> triangles_of(const IndexRing& outer, const std::vector<Ind
     if (twice_area_vector(inner, points)[axis] * front[axis] > 0) std::reverse(inner.begin(), inner.end());
     flat.holes.push_back(flatten(inner));
   }
+  const std::vector<Polygon2> face{flat};
+  if (is_tangled({&face}, kMostCrossings)) return {};
   std::vector<Triangle> triangles = triangulate(flat);
   for (Triangle& triangle : triangles) {
     for (std::uint32_t& corner : triangle) corner = index[corner];
@@ -146,10 +148,6 @@ bool watertight(const std::vector<Triangle>& triangles) {
     return edge.second == 1 && opposite != edges.end() && opposite->second == 1;
   });
 }
-
-}  // namespace
-
-namespace {
 
 std::vector<LocalSurface> surfaces_in(const std::vector<MapSurface>& surfaces,
                                       const geodesy::LocalFrame& frame) {
@@ -291,12 +289,6 @@ struct FacePlane {
   }
 };
 
-double area_of_all(const std::vector<Polygon2>& polygons) {
-  double sum = 0;
-  for (const Polygon2& polygon : polygons) sum += area(polygon);
-  return sum;
-}
-
 std::vector<Polygon2> flat_polygons(const FacePlane& plane, const LocalSurface& surface) {
   Polygon2 raw{plane.flat(surface.outer), {}};
   for (const Ring3& inner : surface.inners) raw.holes.push_back(plane.flat(inner));
@@ -318,7 +310,7 @@ std::vector<Polygon2> openings_in(const LocalSurface& wall, const FacePlane& pla
     if (!near || std::abs(area_vector(ring).normalized().dot(plane.normal)) < kParallel) continue;
     if (wall_polygons.empty()) wall_polygons = flat_polygons(plane, wall);
     const std::vector<Polygon2> flat = flat_polygons(plane, {ring, {}, {}});
-    if (2 * area_of_all(intersect(flat, wall_polygons)) < area_of_all(flat) || flat.empty()) continue;
+    if (2 * total_area(intersect(flat, wall_polygons)) < total_area(flat) || flat.empty()) continue;
     found.insert(found.end(), flat.begin(), flat.end());
   }
   return found;

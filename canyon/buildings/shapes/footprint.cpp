@@ -1,11 +1,13 @@
 #include "canyon/buildings/shapes/footprint.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "canyon/base/input_error.hpp"
 #include "canyon/meshes/geos.hpp"
 
 namespace canyon::buildings {
@@ -79,6 +81,26 @@ bool is_placed(const std::vector<Point2>& ring) {
   return std::all_of(ring.begin(), ring.end(), [](const Point2& p) {
     return std::abs(p.x()) <= kFarthestPoint_m && std::abs(p.y()) <= kFarthestPoint_m;  // false for NaN
   });
+}
+
+constexpr std::size_t kMostHoles = 3000;  // GEOS's triangulation takes the square of them
+
+using Side = std::pair<Point2, Point2>;
+
+bool meet(const Side& s, const Side& t) {
+  const auto box = [](const Side& side) {
+    return Eigen::AlignedBox2d(side.first.cwiseMin(side.second), side.first.cwiseMax(side.second));
+  };
+  if (!box(s).intersects(box(t))) return false;
+  if (s.first == t.first || s.first == t.second || s.second == t.first || s.second == t.second) return false;
+  const auto apart = [](const Side& line, const Side& other) {
+    const Point2 along = line.second - line.first;
+    const auto side = [&](const Point2& p) {
+      return along.x() * (p.y() - line.first.y()) - along.y() * (p.x() - line.first.x());
+    };
+    return side(other.first) * side(other.second) > 0;
+  };
+  return !apart(s, t) && !apart(t, s);
 }
 
 void note(std::vector<std::string>& notes, std::string_view text) {
@@ -156,7 +178,47 @@ double area(const Polygon2& polygon) {
   return 0.5 * twice;
 }
 
+bool is_tangled(const PolygonLists& polygons, std::size_t most) {
+  std::vector<Side> sides;
+  Point2 lengths = Point2::Zero();
+  const auto add = [&](const std::vector<Point2>& ring) {
+    if (!is_placed(ring)) return;
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      sides.emplace_back(ring[i], ring[(i + 1) % ring.size()]);
+      lengths += (sides.back().second - sides.back().first).cwiseAbs();
+    }
+  };
+  for (const std::vector<Polygon2>* list : polygons) {
+    for (const Polygon2& polygon : *list) {
+      if (polygon.holes.size() > kMostHoles) return true;
+      add(polygon.outer);
+      std::for_each(polygon.holes.begin(), polygon.holes.end(), add);
+    }
+  }
+  most += 10 * sides.size();
+  if (sides.size() * sides.size() <= 2 * most) return false;
+  // A sweep along the axis on which sides are shorter.
+  const int axis = lengths.x() <= lengths.y() ? 0 : 1;
+  for (auto& [from, to] : sides)
+    if (to[axis] < from[axis]) std::swap(from, to);
+  std::sort(sides.begin(), sides.end(),
+            [axis](const Side& a, const Side& b) { return a.first[axis] < b.first[axis]; });
+  const std::size_t most_pairs = 10'000'000 + 1000 * sides.size();
+  std::size_t pairs = 0, found = 0;
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    for (std::size_t j = i + 1; j < sides.size() && sides[j].first[axis] <= sides[i].second[axis]; ++j) {
+      if (meet(sides[i], sides[j])) ++found;
+      if (++pairs > most_pairs || found > most) return true;
+    }
+  }
+  return false;
+}
+
 std::vector<Polygon2> repair(const std::vector<Polygon2>& raw, std::vector<std::string>& notes) {
+  if (is_tangled({&raw}, kMostCrossings)) {
+    note(notes, "rings that cross thousands of times, or thousands of inner rings");
+    return {};
+  }
   std::vector<geos::Geometry> shapes;
   double area_apart = 0;
   for (const Polygon2& polygon : raw) {
@@ -238,34 +300,43 @@ std::vector<Polygon2> repair(const std::vector<Polygon2>& raw, std::vector<std::
     return {};
   }
   std::vector<Polygon2> result = tidy(geos::polygons(whole.get()), 0);
-  double total = 0;
-  for (const Polygon2& polygon : result) total += area(polygon);
   if (result.empty()) {
     note(notes, "outline without area");
-  } else if (outlines > 1 && total < area_apart - std::max(kSliver_m2, 1e-3 * area_apart)) {
+  } else if (outlines > 1 && total_area(result) < area_apart - std::max(kSliver_m2, 1e-3 * area_apart)) {
     note(notes, "overlapping outlines");
   }
   return result;
 }
 
+namespace {
+
+void check_overlay(const PolygonLists& polygons) {
+  if (is_tangled(polygons)) throw InputError("outlines cross each other thousands of times");
+}
+
+template <typename Operation>
+std::vector<Polygon2> overlay(const std::vector<Polygon2>& a, const std::vector<Polygon2>& b,
+                              const Operation& operation) {
+  check_overlay({&a, &b});
+  const geos::Geometry first = from_repaired(a), second = from_repaired(b);
+  if (!first || !second) return {};
+  const geos::Geometry result(operation(geos::context(), first.get(), second.get(), kGrid_m));
+  return tidy(geos::polygons(result.get()), kSeam_m);
+}
+
+}  // namespace
+
 std::vector<Polygon2> subtract(const std::vector<Polygon2>& a, const std::vector<Polygon2>& b) {
-  if (a.empty() || b.empty()) return a;
-  const geos::Geometry from = from_repaired(a), without = from_repaired(b);
-  if (!from || !without) return {};
-  const geos::Geometry left(GEOSDifferencePrec_r(geos::context(), from.get(), without.get(), kGrid_m));
-  return tidy(geos::polygons(left.get()), kSeam_m);
+  return a.empty() || b.empty() ? a : overlay(a, b, GEOSDifferencePrec_r);
 }
 
 std::vector<Polygon2> intersect(const std::vector<Polygon2>& a, const std::vector<Polygon2>& b) {
-  if (a.empty() || b.empty()) return {};
-  const geos::Geometry first = from_repaired(a), second = from_repaired(b);
-  if (!first || !second) return {};
-  const geos::Geometry both(GEOSIntersectionPrec_r(geos::context(), first.get(), second.get(), kGrid_m));
-  return tidy(geos::polygons(both.get()), kSeam_m);
+  return a.empty() || b.empty() ? std::vector<Polygon2>() : overlay(a, b, GEOSIntersectionPrec_r);
 }
 
 std::vector<Polygon2> unite(const std::vector<Polygon2>& a) {
   if (a.empty()) return {};
+  check_overlay({&a});
   std::vector<geos::Geometry> parts;
   for (const Polygon2& polygon : a) parts.push_back(geos::polygon(polygon.outer, polygon.holes));
   const geos::Geometry whole = union_on_grid(std::move(parts));
@@ -273,13 +344,9 @@ std::vector<Polygon2> unite(const std::vector<Polygon2>& a) {
 }
 
 std::vector<Polygon2> ribbon(const std::vector<Point2>& line, double half_width_m) {
-  if (line.size() < 2) return {};
-  GEOSCoordSequence* sequence = GEOSCoordSeq_create_r(geos::context(), static_cast<unsigned>(line.size()), 2);
-  if (sequence == nullptr) return {};
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    GEOSCoordSeq_setXY_r(geos::context(), sequence, static_cast<unsigned>(i), line[i].x(), line[i].y());
-  }
-  const geos::Geometry string(GEOSGeom_createLineString_r(geos::context(), sequence));
+  const std::vector<Polygon2> closed{{line, {}}};
+  if (line.size() < 2 || is_tangled({&closed}, kMostCrossings)) return {};
+  const geos::Geometry string = geos::line(line);
   if (!string) return {};
   constexpr int kQuadrantSegments = 4;
   constexpr double kMitreLimit = 2;

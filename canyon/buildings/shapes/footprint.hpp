@@ -23,22 +23,29 @@ using meshes::twice_area;
 [[nodiscard]] double perimeter(const std::vector<Point2>& ring);  ///< [m]
 [[nodiscard]] double area(const Polygon2& polygon);               ///< [m^2], holes taken out
 
+/// Whether rings ask more of GEOS than what they are worth: their sides cross or touch, beside at common
+/// corners, more than `most` times and 10 times more for each corner, or a polygon has more than 3,000 holes.
+using PolygonLists = std::vector<const std::vector<Polygon2>*>;
+[[nodiscard]] bool is_tangled(const PolygonLists& polygons, std::size_t most = 20'000);
+inline constexpr std::size_t kMostCrossings = 1000;  ///< of one outline
+
 /// Makes valid polygons of rings as maps have them, with GEOS: orientation, repeated points, spikes,
 /// self-crossings, holes that touch or cross the outer ring, overlapping outers. Points closer than 1 mm
 /// become one (so that what leaves here stays distinct as floats), slivers below 0.01 m^2 vanish. An empty
-/// result means that nothing certain was left; `notes` gets what was repaired ("self-crossing outline") or
-/// why it is empty.
+/// result means that nothing certain was left, or that the rings are tangled; `notes`
+/// gets what was repaired ("self-crossing outline") or why it is empty.
 [[nodiscard]] std::vector<Polygon2> repair(const std::vector<Polygon2>& raw, std::vector<std::string>& notes);
 
 /// a without b, a and b, or all of a: on the grid and clean as from repair(). Polygons must come from
 /// repair(). Subtract and intersect leave out pieces narrower than 2 cm on average (twice the area over the
-/// perimeter): seams between outlines that were meant to share an edge.
+/// perimeter): seams between outlines that were meant to share an edge. Throw InputError where all of them
+/// together are tangled.
 [[nodiscard]] std::vector<Polygon2> subtract(const std::vector<Polygon2>& a, const std::vector<Polygon2>& b);
 [[nodiscard]] std::vector<Polygon2> intersect(const std::vector<Polygon2>& a, const std::vector<Polygon2>& b);
 [[nodiscard]] std::vector<Polygon2> unite(const std::vector<Polygon2>& a);
 
 /// The band of a line, `half_width_m` to each side, cut off straight at its ends; corners are mitred. Empty
-/// for a line without length. @param half_width_m above 0
+/// for a line without length or that is tangled. @param half_width_m above 0
 [[nodiscard]] std::vector<Polygon2> ribbon(const std::vector<Point2>& line, double half_width_m);
 
 /// A city reaches at most this far from its origin; beyond it there is a mistake.

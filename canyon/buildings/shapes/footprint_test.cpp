@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,6 +15,8 @@
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include "canyon/base/input_error.hpp"
 
 namespace canyon::buildings {
 namespace {
@@ -319,6 +322,49 @@ TEST(Footprint, AnyRingIsSurvived) {
     const auto polygons = repaired(raw, notes);
     EXPECT_TRUE(!polygons.empty() || !notes.empty());
   }
+}
+
+// Crossings grow with the square of the corners: 2,000 random points, OSM's limit, have 460,000.
+TEST(Footprint, TangledRingsAreToldAndCostNothing) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> place(0, 100);
+  Polygon2 knot, comb;
+  for (int i = 0; i < 2000; ++i) knot.outer.emplace_back(place(random), place(random));
+  for (int i = 0; i < 490; ++i)
+    for (const Point2& p : {Point2(0, 100), Point2(0.1, 100), Point2(0.1, 0), Point2(0.2, 0)})
+      comb.outer.emplace_back(p + Point2(0.2 * i, 0));
+  comb.outer.emplace_back(98, -5);
+  comb.outer.emplace_back(0, -5);
+  Polygon2 turned = comb;
+  for (Point2& p : turned.outer) std::swap(p.x(), p.y());
+  std::vector<std::string> notes;
+  EXPECT_TRUE(repair({knot}, notes).empty());
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_NE(notes[0].find("thousands of times"), std::string::npos);
+  EXPECT_TRUE(repair({comb, turned}, notes).empty());
+  const std::vector<Polygon2> one = repair({comb}, notes), other = repair({turned}, notes);
+  ASSERT_EQ(one.size(), 1U);
+  ASSERT_EQ(other.size(), 1U);
+  EXPECT_TRUE(is_tangled({&one, &other}));
+  EXPECT_FALSE(is_tangled({&one, &one}));
+  EXPECT_THROW((void)intersect(one, other), InputError);
+
+  // 36 storeys of 12 corners, each turned by a degree: 15,000 crossings that a map may have.
+  std::vector<Polygon2> storeys(36);
+  for (std::size_t k = 0; k < storeys.size(); ++k)
+    for (int i = 0; i < 12; ++i)
+      storeys[k].outer.push_back(Eigen::Rotation2Dd(M_PI / 180 * static_cast<double>(k) + M_PI / 6 * i) *
+                                 Point2(20, 0));
+  EXPECT_FALSE(is_tangled({&storeys}));
+
+  Polygon2 sieve{{{0, 0}, {400, 0}, {400, 400}, {0, 400}}, {}};
+  for (int i = 0; i < 3001; ++i) {
+    const Point2 at(4.0 * (i % 90) + 1, 4.0 * (i / 90) + 1);
+    sieve.holes.push_back({at, at + Point2(2, 0), at + Point2(2, 2), at + Point2(0, 2)});
+  }
+  notes.clear();
+  EXPECT_TRUE(repair({sieve}, notes).empty());
+  EXPECT_EQ(notes.size(), 1U);
 }
 
 TEST(Footprint, ThreadsDoNotShareGeos) {

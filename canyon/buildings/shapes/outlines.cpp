@@ -217,7 +217,7 @@ std::vector<std::optional<std::size_t>> assign_parts(const std::vector<Outline>&
     const auto largest = [&](const std::vector<std::uint32_t>& candidates) {
       std::pair<double, std::optional<std::size_t>> best{0, std::nullopt};
       for (const std::uint32_t b : candidates) {
-        if (boxes[b].intersection(box).isEmpty()) continue;
+        if (boxes[b].intersection(box).isEmpty() || is_tangled({buildings[b].polygons, &polygons})) continue;
         const double shared = total_area(intersect(*buildings[b].polygons, polygons));
         if (shared > best.first) best = {shared, b};
       }

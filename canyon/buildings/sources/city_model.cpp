@@ -13,6 +13,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/geodesy/frames.hpp"
+#include "canyon/meshes/polygon.hpp"
 
 namespace canyon::buildings {
 namespace {
@@ -51,15 +52,10 @@ std::vector<MapPolygon> outlines_of(const std::vector<MapSurface>& surfaces) {
   constexpr double kThinnest_deg2 = 1e-13;  // 1 cm by 1 m
   std::vector<MapPolygon> outlines;
   for (const MapSurface& surface : surfaces) {
-    double twice_area = 0;
-    const std::vector<Eigen::Vector3d>& ring = surface.outer;
-    for (std::size_t i = 2; i < ring.size(); ++i) {
-      const Eigen::Vector3d a = ring[i - 1] - ring[0], b = ring[i] - ring[0];
-      twice_area += a.x() * b.y() - a.y() * b.x();
-    }
-    if (std::abs(twice_area) < 2 * kThinnest_deg2) continue;
+    MapRing ring = lon_lat(surface.outer);
+    if (std::abs(meshes::twice_area(ring)) < 2 * kThinnest_deg2) continue;
     MapPolygon& outline = outlines.emplace_back();
-    outline.outer = lon_lat(surface.outer);
+    outline.outer = std::move(ring);
     for (const auto& inner : surface.inners) outline.inners.push_back(lon_lat(inner));
   }
   return outlines;

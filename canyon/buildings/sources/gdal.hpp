@@ -29,12 +29,13 @@ namespace canyon {
   X(CPLErrorReset) X(CPLGetErrorHandlerUserData) X(CPLGetLastErrorMsg) X(CPLPopErrorHandler) \
   X(CPLPushErrorHandler) X(CPLPushErrorHandlerEx) X(CPLQuietErrorHandler) X(CPLSetThreadLocalConfigOption) \
   X(CSLDestroy) X(GDALApplyGeoTransform) X(GDALClose) X(GDALCreate) X(GDALCreateCopy) \
-  X(GDALDataTypeIsComplex) X(GDALGetColorInterpretationName) X(GDALGetDatasetDriver) X(GDALGetDriverByName) \
-  X(GDALGetDriverShortName) X(GDALGetGeoTransform) X(GDALGetMaskBand) X(GDALGetMaskFlags) \
-  X(GDALGetRasterBand) X(GDALGetRasterColorInterpretation) X(GDALGetRasterCount) X(GDALGetRasterDataType) \
-  X(GDALGetRasterOffset) X(GDALGetRasterScale) X(GDALGetRasterUnitType) X(GDALGetRasterXSize) \
-  X(GDALGetRasterYSize) X(GDALGetSpatialRef) X(GDALInvGeoTransform) X(GDALOpen) X(GDALOpenEx) \
-  X(GDALRasterIO) X(GDALRegister_AAIGrid) X(GDALRegister_AIGrid) X(GDALRegister_COG) X(GDALRegister_DTED) \
+  X(GDALDataTypeIsComplex) X(GDALGetBlockSize) X(GDALGetColorInterpretationName) X(GDALGetDataTypeSizeBytes) \
+  X(GDALGetDatasetDriver) X(GDALGetDriverByName) X(GDALGetDriverShortName) X(GDALGetFileList) \
+  X(GDALGetGeoTransform) X(GDALGetMaskBand) X(GDALGetMaskFlags) X(GDALGetRasterBand) \
+  X(GDALGetRasterColorInterpretation) X(GDALGetRasterCount) X(GDALGetRasterDataType) X(GDALGetRasterOffset) \
+  X(GDALGetRasterScale) X(GDALGetRasterUnitType) X(GDALGetRasterXSize) X(GDALGetRasterYSize) \
+  X(GDALGetSpatialRef) X(GDALInvGeoTransform) X(GDALOpen) X(GDALOpenEx) X(GDALRasterIO) \
+  X(GDALRegister_AAIGrid) X(GDALRegister_AIGrid) X(GDALRegister_COG) X(GDALRegister_DTED) \
   X(GDALRegister_EHdr) X(GDALRegister_GTiff) X(GDALRegister_HFA) X(GDALRegister_MEM) X(GDALRegister_SRTMHGT) \
   X(GDALRegister_USGSDEM) X(GDALRegister_VRT) X(GDALRegister_XYZ) X(GDALSetDescription) \
   X(GDALSetGeoTransform) X(GDALSetMetadataItem) X(GDALSetProjection) X(GDALSetRasterNoDataValue) \

@@ -70,7 +70,8 @@ int vertical_epsg(OGRSpatialReferenceH reference) {
 struct Geoid::Grid {
   std::filesystem::path file;
   std::string name;
-  gdal::Transformation compound_from_wgs84;             ///< PROJ's way, or
+  gdal::Transformation compound_from_wgs84;             ///< PROJ's way,
+  double metres_per_unit = 1;                           ///< of its heights, or
   std::unique_ptr<GeographicLib::Geoid> geographiclib;  ///< GeographicLib's
   std::mutex mutex;                                     ///< neither may be used by two threads at a time
 };
@@ -85,6 +86,18 @@ Geoid::Geoid(const Heights& heights) {
   if (heights.reference != nullptr) reference.reset(OSRClone(heights.reference));
   const bool compound = reference && OSRIsCompound(reference.get()) != 0;
   const bool ellipsoidal = reference && !compound && OSRGetAxesCount(reference.get()) == 3;
+  if (heights.metres_per_unit) {
+    metres_per_unit_ = *heights.metres_per_unit;
+  } else if (compound) {
+    metres_per_unit_ = OSRGetTargetLinearUnits(reference.get(), "VERT_CS", nullptr);
+  } else if (reference && !ellipsoidal && OSRIsProjected(reference.get()) != 0) {
+    char* unit = nullptr;
+    metres_per_unit_ = OSRGetLinearUnits(reference.get(), &unit);
+    if (std::abs(metres_per_unit_ - 1) > 1e-9) {
+      unit_note_ = fmt::format("{}: heights taken in the unit of {}, {} ({:.9g} m), since none is stated",
+                               file, OSRGetName(reference.get()), unit, metres_per_unit_);
+    }
+  }
   const bool by_user = !compound && !ellipsoidal && heights.prescribed.empty();
   const std::string datum = by_user ? compound_name(heights.options.geoid) : heights.prescribed;
   bool prescribed = false;
@@ -95,7 +108,6 @@ Geoid::Geoid(const Heights& heights) {
   const bool above_datum = (compound || prescribed) && reference;
   if (above_datum) {
     OSRSetAxisMappingStrategy(reference.get(), OAMS_TRADITIONAL_GIS_ORDER);
-    metres_per_unit_ = OSRGetTargetLinearUnits(reference.get(), "VERT_CS", nullptr);
     OGRAxisOrientation up = OAO_Up;
     OSRGetAxis(reference.get(), "VERT_CS", 0, &up);
     if (up == OAO_Down) {
@@ -129,6 +141,7 @@ Geoid::Geoid(const Heights& heights) {
     return;
   }
   grid->name = vertical_name(reference.get());
+  grid->metres_per_unit = OSRGetTargetLinearUnits(reference.get(), "VERT_CS", nullptr);
   const std::string why =
       !prescribed ? grid->name : grid->name + (by_user ? ", as given" : ", as its format prescribes");
   grid->compound_from_wgs84 = gdal::transformation(wgs84.get(), reference.get(), false);
@@ -137,7 +150,7 @@ Geoid::Geoid(const Heights& heights) {
   } else {
     grid->geographiclib = geographiclib_geoid(vertical_epsg(reference.get()));
     if (!grid->geographiclib && !by_user && heights.options.geoid != GeoidModel::ByFile) {
-      *this = Geoid(Heights{heights.file, nullptr, {}, heights.options, true});
+      *this = Geoid(Heights{heights.file, nullptr, {}, metres_per_unit_, heights.options, true});
       note_ += fmt::format("; the file's own, {}, has no grid installed", why);
       return;
     }
@@ -185,7 +198,7 @@ double Geoid::undulation_m(const LonLat& place) const {
                                  grid_->name, place.x(), place.y()),
                      kGridCure);
   }
-  return -z * metres_per_unit_;
+  return -z * grid_->metres_per_unit;
 }
 
 double geoid_undulation_m(GeoidModel model, const LonLat& place) {

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "canyon/buildings/sources/gdal.hpp"
@@ -24,7 +25,8 @@ class Geoid {
     /// A compound system ("EPSG:4326+5773") that the file's format prescribes where `reference` has no
     /// vertical part.
     std::string prescribed;
-    TerrainOptions options;  ///< the user's
+    std::optional<double> metres_per_unit;  ///< where the file states the unit of its heights itself
+    TerrainOptions options;                 ///< the user's
     /// Whether a named datum without a grid is an error; if not, heights are taken as ellipsoidal and the
     /// note says so. A geoid that the user names is required.
     bool required = true;
@@ -44,11 +46,13 @@ class Geoid {
   /// Whether undulation_m() is that of mean sea level: false where heights are taken as ellipsoidal.
   [[nodiscard]] bool above_sea_level() const { return above_sea_level_; }
   /// Says which geoid was added and why (a remark), or that heights are taken as ellipsoidal, since their
-  /// datum is not named or its geoid not at hand (a guess).
+  /// datum is not named or its geoid not at hand (a guess); and which unit is taken where none is stated.
   void say(ReadReport& notes) const {
     notes.say(guessed_ ? ReadReport::Level::Guess : ReadReport::Level::Remark, note_);
+    if (!unit_note_.empty()) notes.say(ReadReport::Level::Guess, unit_note_);
   }
-  /// Metres in one unit of the vertical datum's heights; 1 where it names none.
+  /// Metres in one unit of the file's heights: as stated, else the vertical system's, else the projected
+  /// one's; 1 without these.
   [[nodiscard]] double metres_per_unit() const { return metres_per_unit_; }
 
  private:
@@ -57,7 +61,7 @@ class Geoid {
   double constant_m_ = 0;
   double metres_per_unit_ = 1;
   bool guessed_ = false, above_sea_level_ = false;
-  std::string note_;
+  std::string note_, unit_note_;
 };
 
 /// N [m] of a geoid of that name at a place. Throws InputError where its grid is not installed. Precondition:

@@ -128,6 +128,26 @@ void Raster::Impl::read_band() {
         fmt::format("its band 1 is a picture ({}), not heights", GDALGetColorInterpretationName(colour)),
         "give a height raster, heights in band 1");
   }
+  // Files may state blocks and pixels that they do not store (sparse), or that pack well: deflate, a thousand
+  // to one.
+  int block_width = 0, block_height = 0;
+  GDALGetBlockSize(band, &block_width, &block_height);
+  const double pixel = GDALGetDataTypeSizeBytes(GDALGetRasterDataType(band));
+  double stored = 0;
+  char** const files = GDALGetFileList(dataset.get());
+  for (char** file = files; file != nullptr && *file != nullptr; ++file) {
+    std::error_code unknown;
+    const std::uintmax_t size = std::filesystem::file_size(*file, unknown);
+    if (!unknown) stored += static_cast<double>(size);
+  }
+  CSLDestroy(files);
+  if (pixel * block_width * block_height > std::max(64e6, 1000 * stored) ||
+      pixel * width * height > std::max(1.1e9, 10'000 * stored)) {
+    throw InputError(path, 0,
+                     fmt::format("{:.0f} bytes state {} x {} pixels in blocks of {} x {}", stored, width,
+                                 height, block_width, block_height),
+                     "cut out the part with the city by gdal_translate -projwin, with -co TILED=YES");
+  }
   if ((GDALGetMaskFlags(band) & GMF_ALL_VALID) == 0) mask = GDALGetMaskBand(band);
 }
 
@@ -171,12 +191,13 @@ void Raster::Impl::georeference(const TerrainOptions& options) {
   // SRTM: heights above EGM96 (USGS, SRTM collection user guide, section 3.0); DTED: above mean sea level as
   // EGM96 gives it (MIL-PRF-89020B, 3.5).
   if (driver == "SRTMHGT" || driver == "DTED") heights.prescribed = "EPSG:4326+5773";
+  const char* unit = GDALGetRasterUnitType(band);
+  heights.metres_per_unit = metres_of_band(unit != nullptr ? unit : "", path);
   heights.options = options;
   geoid.emplace(heights);
   geoid->say(notes);
 
-  const char* unit = GDALGetRasterUnitType(band);
-  const double metres = metres_of_band(unit != nullptr ? unit : "", path).value_or(geoid->metres_per_unit());
+  const double metres = geoid->metres_per_unit();
   int has = 0;
   const double scale = GDALGetRasterScale(band, &has);
   factor = (has != 0 ? scale : 1.0) * metres;

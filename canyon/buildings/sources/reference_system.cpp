@@ -123,17 +123,6 @@ ReferenceSystem::ReferenceSystem(const std::filesystem::path& file, const std::s
   heights.required = false;
   geoid_.emplace(heights);
   geoid_->say(notes_);
-  metres_per_unit_ = geoid_->metres_per_unit();
-  const bool has_heights = OSRIsCompound(whole.get()) != 0 || OSRGetAxesCount(whole.get()) == 3;
-  if (!has_heights && !geographic_) {
-    char* unit = nullptr;
-    metres_per_unit_ = OSRGetLinearUnits(map.get(), &unit);
-    if (std::abs(metres_per_unit_ - 1) > 1e-9) {
-      notes_.say(ReadReport::Level::Guess,
-                 fmt::format("{}: heights taken in the unit of {}, {} ({:.9g} m)", file.filename().string(),
-                             name, unit != nullptr ? unit : "unnamed", metres_per_unit_));
-    }
-  }
 }
 
 bool ReferenceSystem::in_area_of_use(const LonLat& place) const {
@@ -183,7 +172,7 @@ void ReferenceSystem::to_wgs84(std::vector<Eigen::Vector3d>& points) const {
       points[i].setConstant(std::numeric_limits<double>::quiet_NaN());
       continue;
     }
-    points[i] = {x[i], y[i], points[i].z() * metres_per_unit_ + geoid_->undulation_m({x[i], y[i]})};
+    points[i] = {x[i], y[i], points[i].z() * geoid_->metres_per_unit() + geoid_->undulation_m({x[i], y[i]})};
   }
 }
 

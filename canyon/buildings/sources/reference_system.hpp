@@ -54,7 +54,6 @@ class ReferenceSystem {
   gdal::Transformation wgs84_from_map_;  ///< null where the coordinates are longitude and latitude already
   std::optional<Geoid> geoid_;
   std::optional<LonLatBox> area_of_use_;
-  double metres_per_unit_ = 1;
   bool geographic_ = false, north_first_ = false;
   std::string title_;
   ReadReport notes_;

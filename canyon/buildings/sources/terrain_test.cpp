@@ -298,6 +298,75 @@ TEST_F(TerrainTest, FeetScaleAndOffset) {
   EXPECT_TRUE(contains(error_of([&] { Terrain({folder_ / "fathom.tif"}); }), "\"fathom\""));
 }
 
+// 1640.42 US survey feet = 500 m. EPSG: 2263 and 6360 are in US survey feet, 2222 in international ones, 5703
+// in metres.
+TEST_F(TerrainTest, HeightsWithoutAUnitAreInThatOfTheirReferenceSystem) {
+  struct Case {
+    const char *crs, *unit;
+    double metres;
+    bool told;
+  };
+  for (const Case& c : {Case{"EPSG:2263", "", 1200.0 / 3937, true}, Case{"EPSG:2222", "", 0.3048, true},
+                        Case{"EPSG:2263", "m", 1, false}, Case{"EPSG:2263", "ft", 0.3048, false},
+                        Case{"EPSG:2263+6360", "", 1200.0 / 3937, false},
+                        Case{"EPSG:2263+5703", "", 1, false}, Case{"EPSG:32618", "", 1, false}}) {
+    SCOPED_TRACE(std::string(c.crs) + " " + c.unit);
+    Made made;
+    made.crs = c.crs;
+    made.unit = c.unit;
+    made.pixel_x = made.pixel_y = 100;
+    made.width = made.height = 20;
+    const bool utm = made.crs == "EPSG:32618";
+    made.west = utm ? 583000 : made.crs == "EPSG:2222" ? 700000 : 984000;
+    made.north = utm ? 4508000 : made.crs == "EPSG:2222" ? 500000 : 198000;
+    make_raster(folder_ / "r.tif", made, [](double, double) { return 1000.0; });
+    for (const bool by_name : {false, true}) {
+      TerrainOptions options;
+      if (by_name) {
+        options.geoid = GeoidModel::EGM96;
+      } else {
+        options.geoid_undulation_m = 0;
+      }
+      std::optional<Raster> raster;
+      try {
+        raster.emplace(folder_ / "r.tif", options);
+      } catch (const InputError& e) {
+        if (by_name) continue;  // no EGM96 grid is installed
+        throw;
+      }
+      const LonLat middle = raster->summary().middle.value();
+      const double undulation = raster->geoid_undulation_m(middle).value_or(0);
+      EXPECT_NEAR(raster->height_m(middle).value() - undulation, 1000 * c.metres, 1e-6);
+      const auto guesses = raster->notes().lines(ReadReport::Level::Guess);
+      EXPECT_EQ(guesses.size(), c.told ? 1U : 0U);
+      if (c.told) {
+        EXPECT_TRUE(contains(guesses.at(0), "r.tif: heights taken in the unit of")) << guesses.at(0);
+      }
+    }
+  }
+}
+
+// What a small file states is not worth gigabytes: sparse GeoTIFF of one huge block, and of many.
+TEST_F(TerrainTest, PixelsThatAFileDoesNotStoreAreBounded) {
+  GDALRegister_GTiff();
+  const auto sparse = [&](const char* name, int size, const char* block) {
+    std::string tiled = "TILED=YES", none = "SPARSE_OK=TRUE", width = std::string("BLOCKXSIZE=") + block,
+                height = std::string("BLOCKYSIZE=") + block;
+    std::array<char*, 5> creation{tiled.data(), none.data(), width.data(), height.data(), nullptr};
+    const gdal::Dataset dataset(GDALCreate(GDALGetDriverByName("GTiff"), (folder_ / name).string().c_str(),
+                                           size, size, 1, GDT_Float32, creation.data()));
+    std::array<double, 6> transform{114, 1e-6, 0, 22.5, 0, -1e-6};
+    GDALSetGeoTransform(dataset.get(), transform.data());
+    GDALSetSpatialRef(dataset.get(), gdal::spatial_reference("EPSG:4326").get());
+  };
+  sparse("block.tif", 30000, "30000");
+  sparse("blocks.tif", 100000, "4096");
+  sparse("good.tif", 10000, "256");
+  for (const char* name : {"block.tif", "blocks.tif"})
+    EXPECT_TRUE(contains(error_of([&] { Terrain({folder_ / name}); }), "pixels in blocks of")) << name;
+  EXPECT_EQ(Terrain({folder_ / "good.tif"}).height_m({114.005, 22.495}), 0);
+}
+
 TEST_F(TerrainTest, GeoidByNumberIsAddedWhateverTheDatum) {
   TerrainOptions options;
   options.geoid_undulation_m = -2.5;
