@@ -17,6 +17,7 @@ Needs NumPy, gnss_comm, canyon_msgs, and rospy or rclpy.
 import argparse
 import datetime
 import math
+import pathlib
 import sys
 
 # Numbers of codes as RTKLIB 2.4.2 has them, from 1 on.
@@ -76,8 +77,11 @@ class Navigation:
     """Ephemerides and ionosphere of a RINEX 3 navigation file (RINEX 3.04, A.6 to A.14), in GPS time."""
 
     def __init__(self, path):
-        with open(path, encoding="ascii") as file:
-            lines = file.read().splitlines()
+        try:
+            lines = pathlib.Path(path).read_text(encoding="ascii").splitlines()
+        except (OSError, UnicodeDecodeError) as problem:
+            sys.exit("the navigation file %s cannot be read (%s); canyon simulate writes sky.nav with outputs: "
+                     "{rinex_navigation: true}" % (path, getattr(problem, "strerror", None) or "it is not text"))
         end = next((k for k, line in enumerate(lines) if line[60:].startswith("END OF HEADER")), None)
         if end is None or lines[0][20:21] != "N" or lines[0].split()[0][0] != "3":
             sys.exit("%s is not a RINEX 3 navigation file; give --navigation the sky.nav of canyon simulate" % path)

@@ -270,6 +270,12 @@ class Conversion(Drive):
         lines = [line for line in (self.run_folder / "sky.nav").read_text().splitlines() if line.startswith("GPS")]
         self.assertEqual(navigation.klobuchar, [float(word) for line in lines for word in line[5:53].split()])
 
+    def test_a_run_without_navigation_is_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "epochs.csv").touch()
+            with self.assertRaisesRegex(SystemExit, "sky.nav cannot be read .*rinex_navigation: true"):
+                bag.Folder(pathlib.Path(folder), None, "frd", None)
+
     def test_a_damaged_message_is_passed_over(self):
         data = bytearray((self.run_folder / "receiver.ubx").read_bytes())
         whole = len(list(bag.ubx_messages(data, b"\x02\x15")))
