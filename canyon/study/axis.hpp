@@ -13,7 +13,7 @@
 
 namespace canyon::study {
 
-/// Drives drawn at random through a city: legs in free directions between walls, on its terrain.
+/// Drives drawn at random through a city: legs along streets between houses, on its terrain.
 struct DriveOptions {
   std::uint32_t count = 0;  ///< 1 or more
   double length_m = 500;    ///< of each, at least

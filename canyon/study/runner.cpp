@@ -17,6 +17,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/base/work_queue.hpp"
+#include "canyon/city/mesh_topology.hpp"
 #include "canyon/geodesy/constants.hpp"
 #include "canyon/options/values.hpp"
 #include "canyon/simulation/load_city.hpp"
@@ -175,7 +176,13 @@ struct RunMaker::Impl {
         key,
         [&]() -> std::shared_ptr<const simulation::CityScene> {
           const auto source = sources.get(
-              source_key, [&] { return read_source(config); },
+              source_key,
+              [&] {
+                auto city = std::make_shared<const city::City>(simulation::load_city_source(config));
+                const std::lock_guard<std::mutex> lock(report_mutex);
+                report.append(city->notes);
+                return city;
+              },
               [&](const city::City& city) { return kSourceBytes * triangles(city); });
           if (!drawn) return std::make_shared<const simulation::CityScene>(*source);
           return std::make_shared<const simulation::CityScene>(simulation::draw_city(*source, scenario));
@@ -205,13 +212,6 @@ struct RunMaker::Impl {
     const auto found = skies.get(key, make, one);
     return simulation::has_satellites(*found->sky, begin) ? *found : *make();
   }
-
-  [[nodiscard]] std::shared_ptr<const city::City> read_source(const simulation::CityConfig& config) const {
-    auto city = std::make_shared<const city::City>(simulation::load_city_source(config));
-    const std::lock_guard<std::mutex> lock(report_mutex);
-    report.append(city->notes);
-    return city;
-  }
 };
 
 RunMaker::RunMaker(const StudyPlan& plan) : impl_(std::make_unique<Impl>(plan)) {}
@@ -227,13 +227,11 @@ simulation::Scenario RunMaker::scenario(std::size_t number) const {
   simulation::Scenario scenario = impl_->plan.scenario(run);
   const Axis* drives = impl_->plan.drives();
   if (drives == nullptr) return scenario;
-  for (std::size_t i = 0; i < run.at.size(); ++i) {
-    if (&impl_->plan.study().axes[i] != drives) continue;
-    const simulation::Attitude attitude = scenario.trajectory.attitude;
-    scenario.trajectory = random_drive(*impl_->scene(scenario, false), drives->drives,
-                                       impl_->plan.study().seed, run.at[i].text);
-    scenario.trajectory.attitude = attitude;
-  }
+  const Study& study = impl_->plan.study();
+  const simulation::Attitude attitude = scenario.trajectory.attitude;
+  scenario.trajectory = random_drive(*impl_->scene(scenario, false), drives->drives, study.seed,
+                                     run.at[static_cast<std::size_t>(drives - study.axes.data())].text);
+  scenario.trajectory.attitude = attitude;
   return scenario;
 }
 
@@ -314,34 +312,48 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kMostStarts = 2000;
-constexpr int kWays = 8;
+constexpr int kWays = 64, kWaysAhead = 24;
 constexpr std::array kLegs_m{150.0, 100.0, 70.0, 45.0, 25.0};
-constexpr double kMargin_m = 3;
-constexpr double kShareOfBounds = 0.8;
+constexpr double kMargin_m = 3;     ///< from what ends a leg
+constexpr double kBesideWay_m = 2;  ///< from houses beside it
+/// A street has houses so near on both sides, seen so far above the horizon, on so much of a leg.
+constexpr double kToHouse_m = 40, kHouse_rad = 10.0 / 180 * geodesy::kPi, kShareOfLeg = 0.8;
+constexpr double kEye_m = 1.5, kStep_m = 5;
+constexpr double kLeavesCourt_m = 75;  ///< farther from its beginning than courts are wide
 
 class Driver {
  public:
-  Driver(const simulation::CityScene& scene, const DriveOptions& options, std::uint64_t seed,
-         const std::string& number)
-      : scene_(scene), options_(options), random_(seed, "study drive " + number), box_(scene.city.bounds()) {}
+  Driver(const simulation::CityScene& scene, const city::Box& houses, const DriveOptions& options,
+         std::uint64_t seed, const std::string& number)
+      : scene_(scene), houses_(houses), options_(options), random_(seed, "study drive " + number) {}
 
   /// Corners in the city's frame; empty where the way ended early.
   std::vector<Vector3d> drive() {
-    const auto start = begin();
-    if (!start) return {};
-    std::vector<Vector3d> corners{*start};
-    double driven_m = 0, heading = 2 * geodesy::kPi * random_.uniform();
-    while (driven_m < options_.length_m) {
-      const auto next = leg(corners, heading);
-      if (!next) return {};
-      Vector3d end = *next;
-      const double length_m = (end - corners.back()).norm(), left_m = options_.length_m - driven_m;
-      if (length_m > left_m) end = corners.back() + (end - corners.back()) * (left_m / length_m);
-      driven_m += length_m;
-      heading = std::atan2(end.y() - corners.back().y(), end.x() - corners.back().x());
-      corners.push_back(end);
+    double heading = 2 * geodesy::kPi * random_.uniform();
+    const Vector3d size = houses_.max - houses_.min;
+    const double x = houses_.min.x() + random_.uniform() * size.x();
+    const double y = houses_.min.y() + random_.uniform() * size.y();
+    const auto start = on_terrain(x, y);
+    if (!start || scene_.scene.placement(*start) != raytrace::Placement::Free ||
+        !between_houses(*start, heading)) {
+      return {};
     }
-    return corners;
+    std::vector<Vector3d> corners{*start}, drive;
+    double left_m = options_.length_m, away_m = 0;
+    while (drive.empty() || away_m < kLeavesCourt_m) {
+      const auto next = leg(corners, heading);
+      if (!next || left_m < -4 * kLeavesCourt_m) return {};
+      const Vector3d way = *next - corners.back();
+      corners.push_back(*next);
+      if (drive.empty() && way.norm() >= left_m) {
+        drive = corners;
+        drive.back() -= (1 - left_m / way.norm()) * way;
+      }
+      left_m -= way.norm();
+      away_m = std::max(away_m, (*next - *start).norm());
+      heading = std::atan2(way.y(), way.x());
+    }
+    return drive;
   }
 
  private:
@@ -351,15 +363,6 @@ class Driver {
     return Vector3d(x, y, *height + options_.height_m);
   }
 
-  std::optional<Vector3d> begin() {
-    const Vector3d middle = 0.5 * (box_.min + box_.max), half = 0.5 * kShareOfBounds * (box_.max - box_.min);
-    const double x = middle.x() + (2 * random_.uniform() - 1) * half.x();
-    const double y = middle.y() + (2 * random_.uniform() - 1) * half.y();
-    auto at = on_terrain(x, y);
-    if (!at || scene_.scene.placement(*at) != raytrace::Placement::Free) return std::nullopt;
-    return at;
-  }
-
   [[nodiscard]] bool free(const Vector3d& from, const Vector3d& to, double further_m) const {
     const Vector3d way = to - from;
     const double length = way.norm();
@@ -367,28 +370,61 @@ class Driver {
                                                 scene_.scene.surface_offset_m(from));
   }
 
+  /// Whether houses stand on both sides of a place on the terrain, none too near: at right angles to the
+  /// heading or, on crossings, before or behind that.
+  [[nodiscard]] bool between_houses(const Vector3d& at, double heading) const {
+    const Vector3d eye = at + (std::min(options_.height_m, kEye_m) - options_.height_m) * Vector3d::UnitZ();
+    for (const double side : {0.5, -0.5}) {
+      bool house = false;
+      for (const double aslant : {0.0, 1.0 / 6, -1.0 / 6}) {
+        const double to = heading + (side + aslant) * geodesy::kPi;
+        const Vector3d level(std::cos(to), std::sin(to), 0);
+        const Vector3d up = std::cos(kHouse_rad) * level + std::sin(kHouse_rad) * Vector3d::UnitZ();
+        const auto hit = scene_.scene.cast({eye, up, kToHouse_m}, scene_.scene.surface_offset_m(eye));
+        if (!hit || scene_.city.mesh.surface_of(hit->triangle) != city::Surface::Building) continue;
+        if (hit->range_m < kBesideWay_m) return false;
+        house = true;
+      }
+      if (!house) return false;
+    }
+    return true;
+  }
+
+  /// Whether a leg ends between houses, and most of it lies there.
+  [[nodiscard]] bool street(const Vector3d& from, const Vector3d& to) const {
+    const Vector3d way = to - from;
+    const double heading = std::atan2(way.y(), way.x());
+    const int steps = static_cast<int>(std::ceil(way.norm() / kStep_m));
+    int others = 0;
+    for (int i = steps; i > 0; --i) {
+      const Vector3d at = from + static_cast<double>(i) / steps * way;
+      const auto place = on_terrain(at.x(), at.y());
+      if (place && between_houses(*place, heading)) continue;
+      if (i == steps || ++others > (1 - kShareOfLeg) * steps) return false;
+    }
+    return true;
+  }
+
   /// The end of the next leg: the longest of the ways drawn, of equals the first.
   std::optional<Vector3d> leg(const std::vector<Vector3d>& corners, double heading) {
     const Vector3d& from = corners.back();
     std::optional<Vector3d> best;
     double best_m = 0;
-    for (int way = 0; way < kWays; ++way) {
-      // The first ways go ahead and aside, the last two anywhere.
-      const double reach = way < kWays - 2 || corners.size() == 1 ? 0.67 * geodesy::kPi : geodesy::kPi;
+    for (int way = 0; way < (best ? kWaysAhead : kWays); ++way) {
+      // The first ways go ahead and aside, the last ones anywhere.
+      const double reach = way < kWaysAhead ? 0.67 * geodesy::kPi : geodesy::kPi;
       const double to = heading + (2 * random_.uniform() - 1) * reach;
       for (const double length_m : kLegs_m) {
         if (length_m <= best_m) break;
         const auto end = on_terrain(from.x() + length_m * std::cos(to), from.y() + length_m * std::sin(to));
-        if (!end || !(box_.min.head<2>().array() <= end->head<2>().array()).all() ||
-            !(end->head<2>().array() <= box_.max.head<2>().array()).all() || !free(from, *end, kMargin_m) ||
-            !clears_corner(corners, *end) || scene_.scene.placement(*end) != raytrace::Placement::Free) {
+        if (!end || !free(from, *end, kMargin_m) || !clears_corner(corners, *end) || !street(from, *end) ||
+            scene_.scene.placement(*end) != raytrace::Placement::Free) {
           continue;
         }
         best = end;
         best_m = length_m;
         break;
       }
-      if (best && way >= 3) break;
     }
     return best;
   }
@@ -403,20 +439,24 @@ class Driver {
   }
 
   const simulation::CityScene& scene_;
+  const city::Box& houses_;
   const DriveOptions& options_;
   RandomStream random_;
-  city::Box box_;
 };
 
 }  // namespace
 
 simulation::TrajectoryConfig random_drive(const simulation::CityScene& scene, const DriveOptions& options,
                                           std::uint64_t seed, const std::string& number) {
-  if (scene.city.mesh.triangles.empty()) {
+  city::Box houses;
+  for (const city::Object& object : scene.city.mesh.objects) {
+    if (object.surface == city::Surface::Building) extend(houses, scene.city.mesh, object);
+  }
+  if (houses.max.x() < houses.min.x()) {
     throw InputError("drives are drawn between buildings, and the city has none",
                      "give trajectories instead");
   }
-  Driver driver(scene, options, seed, number);
+  Driver driver(scene, houses, options, seed, number);
   for (int i = 0; i < kMostStarts; ++i) {
     const std::vector<Vector3d> corners = driver.drive();
     if (corners.empty()) continue;
@@ -428,9 +468,10 @@ simulation::TrajectoryConfig random_drive(const simulation::CityScene& scene, co
     way.height_above_terrain_m = options.height_m;
     return way;
   }
-  throw InputError(
-      fmt::format("no drive of {} m was found in the city '{}'", options.length_m, scene.city.name),
-      "ask for shorter ones, or for a city with terrain and streets");
+  throw InputError(fmt::format("no drive of {} m was found in streets of the city '{}', with houses within "
+                               "{} m on both sides",
+                               options.length_m, scene.city.name, kToHouse_m),
+                   "ask for shorter ones, or for a city with terrain and such streets");
 }
 
 }  // namespace canyon::study

@@ -58,10 +58,11 @@ struct RunnerOptions {
 void run_all(const RunMaker& maker, RunStore& store, const std::vector<std::size_t>& todo,
              const RunnerOptions& options);
 
-/// A drive drawn at random through the free places of a city: the same for the same city, options, seed and
-/// number. It begins anywhere outside buildings, in the middle 80 % of the city's bounds; each leg goes the
-/// longest of a few drawn ways on which no ray meets anything at the antenna's height, turns back only where
-/// nothing else is free, and keeps 3 m from what ends it. Throws InputError where no drive is found.
+/// A drive drawn at random through the streets of a city: the same for the same city, options, seed and
+/// number. It begins anywhere between its buildings; each leg goes the longest of a few drawn ways on which
+/// no ray meets anything at the antenna's height and that have, on 80 % of their length, houses within 40 m
+/// on both sides. It turns back only where nothing else is free, keeps 3 m from what ends a leg, and is part
+/// of a way that leads 75 m from its beginning, out of courts. Throws InputError where no drive is found.
 [[nodiscard]] simulation::TrajectoryConfig random_drive(const simulation::CityScene& scene,
                                                         const DriveOptions& options, std::uint64_t seed,
                                                         const std::string& number);

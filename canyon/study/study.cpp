@@ -447,6 +447,7 @@ void StudyPlan::try_values() {
   for (const std::string& name : files) {
     scenarios = replaced(scenarios, name, hash_text(TextFile(name).text()));
   }
+  if (drives() != nullptr) about += "streets\n";  // runs of before went anywhere
   key_ = hash_text(about + scenarios);
   epochs_ = estimated_epochs(plain, drives(), report_);
   bytes_ = static_cast<double>(size_) * static_cast<double>(receivers_.size()) *
