@@ -47,6 +47,25 @@ class Solver {
     return fix;
   }
 
+  /// At a place that was found by other means, of the satellites that RAIM keeps.
+  Fix at(const Eigen::Vector3d& place) {
+    Fix fix, own = solve();
+    fix.consistent = own.consistent;
+    fix.excluded = std::move(own.excluded);
+    position_ = place;
+    for (RangedSatellite& satellite : satellites_) {
+      satellite.excluded = std::count(fix.excluded.begin(), fix.excluded.end(), satellite.measured->id) > 0;
+      for (int i = 0; i < 3; ++i) place_satellite(satellite, place);
+    }
+    look_up(satellites_, place, receiver_time_, options_, klobuchar_);
+    if (!choose(fix)) return fix;
+    iterate(fix, true);
+    if (fix.status == FixStatus::Singular) return fix;
+    fix.status = FixStatus::Fix;
+    finish(fix);
+    return fix;
+  }
+
  private:
   Fix locate() {
     const Fix fix = attempt();
@@ -138,8 +157,8 @@ class Solver {
     return clocks_.column[static_cast<std::size_t>(satellite.measured->id.system)];
   }
 
-  /// One Gauss-Newton step; its length [m].
-  double iterate(Fix& fix) {
+  /// One Gauss-Newton step; its length [m]. @param clocks_alone the position stays
+  double iterate(Fix& fix, bool clocks_alone = false) {
     design_.setZero(rows_, 3 + clocks_.count);
     residual_.resize(rows_);
     smallest_sigma_m_ = std::numeric_limits<double>::infinity();
@@ -164,7 +183,11 @@ class Solver {
       fix.status = FixStatus::Singular;
       return 0;
     }
-    const auto dx = least_squares_.solve(residual_);
+    auto dx = least_squares_.solve(residual_);
+    if (clocks_alone) {
+      dx.head<3>().setZero();
+      dx.tail(clocks_.count) = LeastSquares(design_.rightCols(clocks_.count)).solve(residual_);
+    }
     for (Eigen::Index i = 0; i < design_.rows(); ++i) {
       double moved = 0;
       for (Eigen::Index j = 0; j < dx.size(); ++j) moved += design_(i, j) * dx(j);
@@ -410,6 +433,12 @@ Fix solve_fix(geodesy::GpsTime receiver_time, const std::vector<Measurement>& me
     throw InputError("the initial position of the fix is not finite", "the Earth's centre (0, 0, 0) works");
   }
   return Solver(receiver_time, measurements, sky, options, klobuchar, start).solve();
+}
+
+Fix fix_at(const Eigen::Vector3d& place, geodesy::GpsTime receiver_time,
+           const std::vector<Measurement>& measurements, const orbit::Sky& sky, const FixOptions& options,
+           const std::map<System, gnss::Klobuchar>& klobuchar) {
+  return Solver(receiver_time, measurements, sky, options, klobuchar, place).at(place);
 }
 
 }  // namespace canyon::positioning

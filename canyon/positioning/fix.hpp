@@ -210,4 +210,11 @@ struct [[nodiscard]] Fix {
                             const std::map<gnss::System, gnss::Klobuchar>& klobuchar = {},
                             const Eigen::Vector3d& start = Eigen::Vector3d::Zero());
 
+/// What solve_fix() states of its position, of a place that was found by other means (ECEF, finite): clocks,
+/// residuals, DOP, covariance and velocity of the satellites that its RAIM keeps. No fix where these do not
+/// determine a position.
+[[nodiscard]] Fix fix_at(const Eigen::Vector3d& place, geodesy::GpsTime receiver_time,
+                         const std::vector<Measurement>& measurements, const orbit::Sky& sky,
+                         const FixOptions& options, const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
+
 }  // namespace canyon::positioning

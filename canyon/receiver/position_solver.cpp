@@ -104,7 +104,7 @@ PositionSolver::PositionSolver(const ReceiverOptions& options, const OwnModels& 
 void PositionSolver::restart() {
   last_ecef_.setZero();
   corrections_ = CodeCorrections(options_.corrections);
-  if (options_.filter.enabled && !models_.solve) filter_.emplace(options_.filter, fix_);
+  if (options_.filter.enabled) filter_.emplace(options_.filter, fix_);
   if (options_.rtk.enabled) rtk_.emplace(options_.rtk, fix_, options_.corrections.max_age_s);
 }
 

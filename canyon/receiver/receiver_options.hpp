@@ -152,9 +152,8 @@ struct OwnModels {
   /// Instead of FixOptions::weights, for fix and position filter: standard deviation that a pseudorange is
   /// weighted by [m], > 0 (else InputError). @param elevation_rad true one of the satellite
   std::function<double(const positioning::Measurement& measurement, double elevation_rad)> sigma_m;
-  /// Instead of positioning::solve_fix() and the position filter behind it; the arguments are those of
-  /// solve_fix(), and so is what the fix must hold: where it is solved, position_ecef and position, and
-  /// `used`, ascending, with its residuals.
+  /// Instead of positioning::solve_fix(), in front of the position filter; the arguments are those of
+  /// solve_fix(), and so is what the fix must hold (positioning::fix_at() makes it of a place).
   std::function<positioning::Fix(geodesy::GpsTime receiver_time,
                                  const std::vector<positioning::Measurement>& measurements,
                                  const orbit::Sky& sky, const positioning::FixOptions& options,

@@ -1,4 +1,5 @@
 // A program's own weights and positions, and traces of many places, held against the engine's own.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,15 +26,15 @@ class Collector final : public EpochSink {
   std::vector<Epoch> epochs;
 };
 
-std::vector<Epoch> simulated(const receiver::ModelSource& models, const std::string& weights = "sigma") {
+std::vector<Epoch> simulated(const receiver::ModelSource& models,
+                             const std::string& receiver = "profile: paper, weights: {weighting: sigma}") {
   Scenario scenario = parse_scenario(R"(
 city: {synthetic: {}}
 sky: {nominal: true, systems: [GPS, Galileo]}
 start: 2026-06-01T08:00:00Z
 trajectory: {position: {east_m: 0, north_m: 0, up_m: 200}}
 duration_s: 3
-receivers: [{name: car, profile: paper, weights: {weighting: )" +
-                                         weights + "}}]\n",
+receivers: [{name: car, )" + receiver + "}]\n",
                                      "scenario.yaml");
   scenario.receivers.front().models = models;
   Collector collector;
@@ -48,7 +49,7 @@ TEST(OwnModels, WeightsReplaceTheOptions) {
     models.sigma_m = [](const positioning::Measurement&, double) { return 7.0; };
     return models;
   });
-  const auto equal = simulated({}, "equal");
+  const auto equal = simulated({}, "profile: paper, weights: {weighting: equal}");
   ASSERT_EQ(own.size(), 4U);
   for (std::size_t i = 0; i < own.size(); ++i) {
     ASSERT_TRUE(own[i].observed.fix.solved());
@@ -89,6 +90,36 @@ TEST(OwnModels, ASolverReplacesTheFix) {
   // Its own begins at the Earth's centre, the other where the fix before was.
   for (std::size_t i = 0; i < own.size(); ++i)
     EXPECT_LT((own[i].error_enu_m - plain[i].error_enu_m).norm(), 1e-6);
+}
+
+// One that finds the engine's place states the engine's accuracy, with a filter behind it and without.
+TEST(OwnModels, ASolversFixStatesItsAccuracyAndIsFiltered) {
+  const receiver::ModelSource same = [](std::uint64_t, const std::string&) {
+    receiver::OwnModels models;
+    models.solve = [](geodesy::GpsTime time, const auto& measurements, const orbit::Sky& sky,
+                      const auto& options, const auto& klobuchar) {
+      const auto own = positioning::solve_fix(time, measurements, sky, options, klobuchar);
+      return positioning::fix_at(own.position_ecef, time, measurements, sky, options, klobuchar);
+    };
+    return models;
+  };
+  double sigma_m = 0;
+  for (const char* filter : {"false", "true"}) {
+    const std::string receiver = fmt::format("profile: ublox-m8t, position_filter: {{enabled: {}}}", filter);
+    const auto own = simulated(same, receiver), plain = simulated({}, receiver);
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      const positioning::Fix &a = own[i].observed.fix, &b = plain[i].observed.fix;
+      ASSERT_TRUE(a.solved() && b.solved());
+      EXPECT_LT((a.position_ecef - b.position_ecef).norm(), 1e-5);
+      EXPECT_LT((a.covariance_enu - b.covariance_enu).norm(), 1e-5 * b.covariance_enu.norm());
+      EXPECT_LT((*a.velocity_enu_mps - *b.velocity_enu_mps).norm(), 1e-5);
+      EXPECT_EQ(a.used, b.used);
+      EXPECT_EQ(a.excluded, b.excluded);
+    }
+    const double last_m = std::sqrt(own.back().observed.fix.covariance_enu.trace());
+    EXPECT_NE(last_m, sigma_m);  // the filter knows of the epochs before
+    sigma_m = last_m;
+  }
 }
 
 class TracePlaces : public ::testing::Test {

@@ -48,7 +48,8 @@ class Models:
         ``weighting(satellite, elevation_rad, cn0_dbhz, sigma_m) -> sigma_m``: the standard deviation that a
         pseudorange is weighted by [m], above 0. C/N0 is NaN where there is none.
     solver : Solver, optional
-        Instead of the engine's fix and filter; or a factory ``make(seed, receiver)``.
+        Instead of the engine's least squares of an epoch; or a factory ``make(seed, receiver)``. A position filter
+        begins at it and stays the receiver's: ``position_filter: {enabled: false}`` publishes the solver's positions.
 
     Examples
     --------

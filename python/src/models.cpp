@@ -123,67 +123,6 @@ struct Problem {
   py::object position_ecef_m, range_m, sigma_m, cn0_dbhz, doppler_hz, start_ecef_m;
 };
 
-/// Ranges from the satellites to `place`, their clocks and DOP: what makes a fix of a position.
-positioning::Fix fix_at(const Eigen::Vector3d& place, std::vector<positioning::RangedSatellite> satellites,
-                        const positioning::Fix& own) {
-  positioning::Fix fix = own;
-  const geodesy::Geodetic geodetic = geodesy::geodetic_from_ecef(place);
-  if (!positioning::is_near_ground(geodetic.height_m)) {
-    fix = {};
-    fix.status = positioning::FixStatus::NotConverged;
-    return fix;
-  }
-  fix.status = positioning::FixStatus::Fix;
-  fix.position_ecef = place;
-  fix.position = geodetic;
-  fix.used.clear();
-  fix.residuals_m.clear();
-  fix.excluded.clear();
-  fix.consistent.reset();
-  fix.clock_bias_s.clear();
-  std::array<int, gnss::kSystemCount> of_system{};
-  for (positioning::RangedSatellite& s : satellites) {
-    for (int i = 0; i < 3; ++i) positioning::place_satellite(s, place);
-    ++of_system[static_cast<std::size_t>(gnss::clock_system(s.measured->id.system))];
-  }
-  const positioning::Clocks clocks = positioning::clocks_of(of_system);
-  const auto column = [&](const positioning::RangedSatellite& s) {
-    return clocks.column[static_cast<std::size_t>(gnss::clock_system(s.measured->id.system))];
-  };
-  std::erase_if(satellites, [&](const auto& s) { return column(s) < 0; });
-  const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(geodetic);
-  positioning::Design design =
-      positioning::Design::Zero(static_cast<Eigen::Index>(satellites.size()), 3 + clocks.count);
-  positioning::Design weighted = design;
-  Eigen::VectorXd bias = Eigen::VectorXd::Zero(clocks.count), weight = bias;
-  for (std::size_t i = 0; i < satellites.size(); ++i) {
-    const positioning::RangedSatellite& s = satellites[i];
-    const auto row = static_cast<Eigen::Index>(i);
-    const Eigen::Index clock = column(s) - 3;
-    design.block<1, 3>(row, 0) = -(enu * s.direction).transpose();
-    design(row, 3 + clock) = 1;
-    weighted.row(row) = design.row(row) / s.sigma_m;
-    const double w = 1 / (s.sigma_m * s.sigma_m);
-    bias[clock] += w * (s.pseudorange_m - s.atmosphere_m - s.range_m);
-    weight[clock] += w;
-  }
-  bias = bias.cwiseQuotient(weight);
-  for (const positioning::RangedSatellite& s : satellites) {
-    const double clock_m = bias[column(s) - 3];
-    fix.used.push_back(s.measured->id);
-    fix.residuals_m.push_back(s.pseudorange_m - s.atmosphere_m - s.range_m - clock_m);
-    fix.clock_bias_s[gnss::clock_system(s.measured->id.system)] = clock_m / geodesy::kSpeedOfLight;
-  }
-  fix.unknowns = 3 + clocks.count;
-  fix.dop.reset();
-  if (const auto cofactor = positioning::cofactor(design))
-    fix.dop = positioning::dop_from_cofactor(*cofactor);
-  fix.covariance_enu.setConstant(kNan);
-  if (const auto covariance = positioning::cofactor(weighted))
-    fix.covariance_enu = covariance->topLeftCorner<3, 3>();
-  return fix;
-}
-
 template <typename Value>
 py::object numbers(const std::vector<positioning::RangedSatellite>& satellites, const Value& value) {
   std::vector<double> all;
@@ -196,7 +135,7 @@ positioning::Fix solve(const Held& solver, geodesy::GpsTime time,
                        const std::vector<positioning::Measurement>& measurements, const orbit::Sky& sky,
                        const positioning::FixOptions& options,
                        const std::map<gnss::System, gnss::Klobuchar>& klobuchar) {
-  positioning::Fix own = positioning::solve_fix(time, measurements, sky, options, klobuchar);
+  const positioning::Fix own = positioning::solve_fix(time, measurements, sky, options, klobuchar);
   std::vector<positioning::RangedSatellite> satellites =
       positioning::ranged_satellites(time, measurements, sky, options);
   // Satellites are turned by the Earth's rotation over the flight, which needs a place: the engine's own, or
@@ -237,7 +176,8 @@ positioning::Fix solve(const Held& solver, geodesy::GpsTime time,
     none.available = own.available;
     return none;
   }
-  return fix_at(vector3(answer, "the solver's position"), std::move(satellites), own);
+  return positioning::fix_at(vector3(answer, "the solver's position"), time, measurements, sky, options,
+                             klobuchar);
 }
 
 /// weighting(satellite, elevation_rad, cn0_dbhz, sigma_m) -> sigma_m

@@ -54,6 +54,18 @@ class Models(unittest.TestCase):
         for name in ["hdop", "vdop", "sigma_east_m"]:
             np.testing.assert_allclose(own.epochs[name], engine.epochs[name], rtol=1e-3)
 
+    def test_an_own_solver_has_the_engines_accuracy_and_filter(self):
+        class Same:
+            def solve(self, problem):
+                return problem.start_ecef_m
+
+        for filtered in (False, True):
+            receiver = {"name": "rover", "profile": "ublox-m8t", "position_filter": {"enabled": filtered}}
+            own, engine = (canyon.simulate({**PLACE, "receivers": [receiver]}, models=models)
+                           for models in (canyon.Models(solver=Same()), None))
+            for name in ["error_east_m", "error_up_m", "sigma_east_m", "sigma_up_m", "fix_velocity_east_mps", "hdop"]:
+                np.testing.assert_allclose(own.epochs[name], engine.epochs[name], rtol=1e-5, atol=1e-5, err_msg=name)
+
     def test_no_answer_is_no_fix(self):
         class Never:
             def solve(self, problem):
