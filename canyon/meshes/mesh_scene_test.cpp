@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
+#include <random>
 
 #include "canyon/base/output_file.hpp"
 #include "tests/support/gltf_bytes.hpp"
@@ -110,6 +112,44 @@ TEST_F(HostileMeshTest, HeadersAreHeldAgainstTheFile) {
     cut.replace(at, 4, "\377\377\377\377");
     EXPECT_NE(refused("a.glb", cut), "");
   }
+}
+
+// Faces of 20,000 corners did not end.
+TEST_F(HostileMeshTest, FacesOfManyCorners) {
+  constexpr int kCorners = 20'000;
+  std::mt19937 random(1);
+  const auto face = [&](auto&& corner) {
+    std::string vertices, indices;
+    for (int i = 0; i < kCorners; ++i) {
+      const Eigen::Vector2d at = corner(i);
+      vertices += fmt::format("v {} {} 0\n", at.x(), at.y());
+      indices += fmt::format(" {}", i + 1);
+    }
+    write_file(folder_ / "a.obj", vertices + "f" + indices + "\n");
+    return read_mesh_scene(folder_ / "a.obj");
+  };
+  const auto area = [](const MeshScene& scene) {
+    double twice = 0;
+    const SceneNode& node = scene.nodes.at(0);
+    for (const auto& [a, b, c] : node.faces.at(0).triangles)
+      twice += (node.vertices[b] - node.vertices[a]).cross(node.vertices[c] - node.vertices[a]).norm();
+    return twice / 2;
+  };
+  const MeshScene tangled = face([&](int) { return Eigen::Vector2d(random() % 1000, random() % 1000); });
+  EXPECT_THAT(tangled.notes.lines(), testing::Contains(HasSubstr("1 faces cross themselves")));
+  // A star: kCorners triangles about its middle.
+  const double step = 2 * EIGEN_PI / kCorners;
+  const MeshScene star = face([&](int i) -> Eigen::Vector2d {
+    return (i % 2 == 0 ? 50 : 100) * Eigen::Vector2d(std::cos(i * step), std::sin(i * step));
+  });
+  EXPECT_THAT(star.notes.lines(), testing::IsEmpty());
+  EXPECT_NEAR(area(star), kCorners * 0.5 * 50 * 100 * std::sin(step), 1e-3);
+  // A comb: a bar of 1 m below teeth, of half a square metre each.
+  const MeshScene comb = face([&](int i) -> Eigen::Vector2d {
+    if (i >= kCorners - 2) return {i == kCorners - 2 ? kCorners - 3 : 0, -1};
+    return {i, i % 2};
+  });
+  EXPECT_NEAR(area(comb), 1.5 * (kCorners - 3), 1e-3);
 }
 
 TEST_F(HostileMeshTest, LongNamesAreCut) {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <iterator>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "canyon/meshes/geos.hpp"
@@ -97,6 +98,148 @@ bool covers(const Corners& corners, const std::vector<Triangle>& triangles) {
   std::sort(opposite.begin(), opposite.end());
   return inner == opposite;
 }
+
+/// Triangles of a polygon in n log n steps: diagonals of a sweep along x cut it into monotone pieces, and a
+/// stack cuts these (de Berg et al., Computational Geometry, 3.2 and 3.3). Any triangles for rings that cross
+/// or touch: see covers().
+class Sweep {
+ public:
+  explicit Sweep(const Corners& corners)
+      : at_(corners.points), order_(corners.order), next_(at_.size()), before_(next_), rank_(next_) {
+    for (const auto& [begin, end] : corners.rings) {
+      for (std::uint32_t i = begin; i < end; ++i) {
+        next_[i] = i + 1 < end ? i + 1 : begin;
+        before_[next_[i]] = i;
+      }
+    }
+    for (std::uint32_t k = 0; k < order_.size(); ++k) rank_[order_[k]] = k;
+  }
+
+  std::vector<Triangle> triangles() {
+    if (!find_diagonals()) return {};
+    const std::size_t rings = at_.size(), sides = rings + diagonals_.size();
+    // The side that follows a side around the piece on its left.
+    std::vector<std::size_t> follow(sides);
+    std::vector<std::vector<std::size_t>> leave(rings);
+    for (std::size_t d = rings; d < sides; ++d) leave[start_of(d)].push_back(d);
+    for (std::uint32_t v = 0; v < rings; ++v) {
+      const auto sector = [&](std::size_t d) { return -turn(at_[v], at_[next_[v]], at_[end_of(d)]); };
+      std::sort(leave[v].begin(), leave[v].end(), [&](std::size_t a, std::size_t b) {
+        const int left = sector(a), right = sector(b);
+        return left != right ? left < right : turn(at_[v], at_[end_of(a)], at_[end_of(b)]) > 0;
+      });
+      std::size_t clockwise = v;
+      for (const std::size_t d : leave[v]) follow[twin_of(d)] = std::exchange(clockwise, d);
+      follow[before_[v]] = clockwise;
+    }
+    std::vector<bool> done(sides, false);
+    for (std::size_t first = 0; first < sides; ++first) {
+      std::vector<std::uint32_t> piece;
+      for (std::size_t side = first; !done[side]; side = follow[side]) {
+        done[side] = true;
+        piece.push_back(start_of(side));
+      }
+      if (piece.size() > 2) cut(std::move(piece));
+    }
+    return std::move(triangles_);
+  }
+
+ private:
+  /// A side of a ring by its first corner; order is from below.
+  struct Below {
+    using is_transparent = void;
+    const Sweep* of;
+    bool operator()(std::uint32_t a, std::uint32_t b) const {
+      if (of->rank_[a] > of->rank_[b]) return a != b && !(*this)(b, a);
+      const int start = of->side(a, b);
+      return a != b && (start != 0 ? start : of->side(a, of->next_[b])) > 0;
+    }
+    bool operator()(std::uint32_t a, const Point2& p) const {
+      return turn(of->at_[a], of->at_[of->next_[a]], p) > 0;
+    }
+  };
+  [[nodiscard]] int side(std::uint32_t a, std::uint32_t corner) const {
+    return turn(at_[a], at_[next_[a]], at_[corner]);
+  }
+
+  bool find_diagonals() {
+    std::set<std::uint32_t, Below> sides(Below{this});  // with the inside above them
+    std::vector<std::set<std::uint32_t, Below>::iterator> place(at_.size(), sides.end());
+    std::vector<std::uint32_t> helper(at_.size());
+    std::vector<bool> merges(at_.size(), false);
+    for (const std::uint32_t v : order_) {
+      const std::uint32_t from = before_[v];
+      const bool from_left = rank_[from] < rank_[v], to_right = rank_[v] < rank_[next_[v]];
+      const bool convex = turn(at_[from], at_[v], at_[next_[v]]) > 0;
+      if (from_left) {
+        if (merges[helper[from]]) join(v, helper[from]);
+        if (place[from] != sides.end()) sides.erase(place[from]);
+      }
+      if (from_left != to_right ? !convex : !from_left) {
+        auto below = sides.lower_bound(at_[v]);
+        if (below == sides.begin()) return false;
+        std::uint32_t& last = helper[*--below];
+        if (to_right || merges[last]) join(v, last);
+        last = v;
+      }
+      if (to_right) {
+        const auto [found, fresh] = sides.insert(v);
+        if (!fresh) return false;
+        place[v] = found;
+        helper[v] = v;
+      }
+      merges[v] = from_left && !to_right && !convex;
+    }
+    return true;
+  }
+
+  void join(std::uint32_t a, std::uint32_t b) {
+    diagonals_.push_back(a);
+    diagonals_.push_back(b);
+  }
+  [[nodiscard]] std::size_t twin_of(std::size_t diagonal) const {
+    return at_.size() + ((diagonal - at_.size()) ^ 1);
+  }
+  [[nodiscard]] std::uint32_t start_of(std::size_t side) const {
+    return side < at_.size() ? static_cast<std::uint32_t>(side) : diagonals_[side - at_.size()];
+  }
+  [[nodiscard]] std::uint32_t end_of(std::size_t diagonal) const { return start_of(twin_of(diagonal)); }
+
+  void add(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    triangles_.push_back({a, b, c});
+    if (turn(at_[a], at_[b], at_[c]) < 0) std::swap(triangles_.back()[1], triangles_.back()[2]);
+  }
+
+  /// Cuts a piece that no vertical line meets more than twice, counter-clockwise.
+  void cut(std::vector<std::uint32_t> piece) {
+    const auto is_left = [this](std::uint32_t a, std::uint32_t b) { return rank_[a] < rank_[b]; };
+    std::rotate(piece.begin(), std::min_element(piece.begin(), piece.end(), is_left), piece.end());
+    const auto right = std::max_element(piece.begin(), piece.end(), is_left);
+    std::vector<std::pair<std::uint32_t, bool>> all, open;  // with whether it is of the upper chain
+    for (auto corner = piece.begin(); corner != piece.end(); ++corner)
+      all.emplace_back(*corner, corner > right);
+    std::sort(all.begin(), all.end(),
+              [&](const auto& a, const auto& b) { return is_left(a.first, b.first); });
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const auto& [v, upper] = all[i];
+      const bool across = i + 1 == all.size() || (i > 0 && open.back().second != upper);
+      for (std::size_t k = open.size(); k > 1; --k) {
+        const std::uint32_t a = open[k - 2].first, b = open[k - 1].first;
+        if (!across && (upper ? -1 : 1) * turn(at_[a], at_[b], at_[v]) <= 0) break;
+        add(a, b, v);
+        if (!across) open.pop_back();
+      }
+      if (across && i + 1 < all.size()) open.assign(1, all[i - 1]);
+      open.push_back(all[i]);
+    }
+  }
+
+  const std::vector<Point2>& at_;
+  const std::vector<std::uint32_t>& order_;
+  std::vector<std::uint32_t> next_, before_, rank_;
+  std::vector<std::uint32_t> diagonals_;  ///< both ways, one behind the other
+  std::vector<Triangle> triangles_;
+};
 
 /// A view of the plane, its own inverse.
 using View = Point2 (*)(const Point2&);
@@ -206,6 +349,17 @@ double twice_area(const std::vector<Point2>& ring) {
 TriangleIndices triangulate(const Polygon2& polygon) {
   if (polygon.outer.size() < 3) return {};
   const Corners corners(polygon);
+  // GEOS takes the square of the corners: 5 s for a spiral of 4,000.
+  constexpr std::size_t kMostInSquare = 1000;
+  if (corners.points.size() > kMostInSquare) {
+    std::vector<Triangle> triangles = Sweep(corners).triangles();
+    for (Triangle& triangle : triangles)
+      for (std::uint32_t& corner : triangle) corner = corners.first[corner];
+    if (covers(corners, triangles)) return triangles;
+    const geos::Geometry shape = geos::polygon(polygon.outer, polygon.holes);
+    const bool touches = shape && GEOSisValid_r(geos::context(), shape.get()) == 1;
+    if (!touches || corners.points.size() > 4 * kMostInSquare) return {};
+  }
   // GEOS joins holes to the outline from one side: where rings touch, it may fail there and not from another.
   const View kViews[]{[](const Point2& p) { return p; },
                       [](const Point2& p) { return Point2(-p.x(), p.y()); },
