@@ -138,12 +138,15 @@ FileReport inspect_raster(const std::filesystem::path& path) {
 /// The results of a study; nothing where the file is something else.
 std::optional<FileReport> inspect_study(const std::filesystem::path& path) {
   const heatmap::NetcdfFile file = heatmap::NetcdfFile::open(path);
-  if (!file.text(NC_GLOBAL, "canyon_study_key")) return std::nullopt;
-  FileReport report{"results of a study of Canyon", {}, {}, {"programs that read NetCDF, such as xarray"}};
-  report.contents.emplace_back("title", file.text(NC_GLOBAL, "title").value_or(""));
-  for (const char* axis : {"run", "receiver"})
-    report.contents.emplace_back(fmt::format("{}s", axis),
-                                 fmt::format("{}", file.dimension(axis).value_or(0)));
+  std::optional<FileReport> report;
+  file.first_in_child([&] {
+    if (!file.text(NC_GLOBAL, "canyon_study_key")) return;
+    report = {"results of a study of Canyon", {}, {}, {"programs that read NetCDF, such as xarray"}};
+    report->contents.emplace_back("title", file.text(NC_GLOBAL, "title").value_or(""));
+    for (const char* axis : {"run", "receiver"})
+      report->contents.emplace_back(fmt::format("{}s", axis),
+                                    fmt::format("{}", file.dimension(axis).value_or(0)));
+  });
   return report;
 }
 

@@ -3,13 +3,20 @@
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/mman.h>
+#include <malloc.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
+#include <fstream>
 #include <mutex>
 #include <system_error>
 #include <type_traits>
@@ -25,6 +32,8 @@ namespace {
 std::mutex library;
 /// A prime, far more than the chunks that fit.
 constexpr std::size_t kCacheSlots = 521;
+/// Of a child process that reads.
+constexpr rlim_t kMostMemory = rlim_t{3} << 29, kLongestRead_s = 10;
 
 /// Calls a function of the library, alone.
 template <typename Function, typename... Arguments>
@@ -48,37 +57,100 @@ constexpr auto kGet<signed char> = nc_get_vara_schar;
 template <>
 constexpr auto kGet<long long> = nc_get_vara_longlong;
 
-/// Whether the objects of a collection of the global heap fill it (HDF5 file format 3.0, III.E).
-bool is_whole_heap(std::string_view heap) {
-  const auto number = [&](std::size_t at, auto value) {
-    std::memcpy(&value, heap.data() + at, sizeof value);
-    return value;
-  };
-  constexpr std::size_t kHeader = 16;  // of the collection, and of each object
-  const std::size_t size = heap.size() < kHeader ? 0 : number(8, std::uint64_t{});
-  for (std::size_t at = kHeader; size <= heap.size() && size >= kHeader + at;) {
-    const bool free = number(at, std::uint16_t{}) == 0;
-    const std::uint64_t stored = number(at + 8, std::uint64_t{});
-    if (stored > size - at - (free ? 0 : kHeader) || (free && stored < kHeader)) return false;
-    at += free ? stored : kHeader + (stored + 7) / 8 * 8;
+// What close() writes behind the end that HDF5 states: readers pass over it, and any program that opens the
+// file for writing cuts it off.
+constexpr std::string_view kMark = "\ncanyon-crc32 ";
+constexpr std::size_t kMarkAndSum = kMark.size() + 9;
+
+/// kMark and the checksum of a file's first bytes.
+std::string mark_of(const std::filesystem::path& path, std::uintmax_t size) {
+  std::ifstream in(path, std::ios::binary);
+  std::vector<char> bytes(std::size_t{1} << 20);
+  std::int64_t sum = 0;
+  for (std::streamsize got = 1; size > 0 && got > 0; size -= static_cast<std::uintmax_t>(got)) {
+    in.read(bytes.data(), static_cast<std::streamsize>(std::min<std::uintmax_t>(size, bytes.size())));
+    got = in.gcount();
+    sum = NetcdfFile::checksum(std::as_bytes(std::span(bytes).first(static_cast<std::size_t>(got))), sum);
   }
+  return fmt::format("{}{:08x}\n", kMark, sum);
+}
+
+InputError damaged(const std::filesystem::path& path) {
+  return {path, 0, "is damaged", "copy it again, or write it again with Canyon"};
+}
+
+/// Whether the file is as close() left it; false for one of another program. Throws for one that is damaged.
+bool is_as_closed(const std::filesystem::path& path) {
+  const std::uintmax_t size = std::filesystem::file_size(path);
+  std::string end(std::min<std::uintmax_t>(size, kMarkAndSum), '\0');
+  std::ifstream in(path, std::ios::binary);
+  in.seekg(static_cast<std::streamoff>(size - end.size()));
+  if (!in.read(end.data(), static_cast<std::streamsize>(end.size())) || !end.starts_with(kMark)) return false;
+  if (end != mark_of(path, size - end.size())) throw damaged(path);
   return true;
 }
 
-/// Throws for a damaged global heap: HDF5 1.10 reads beyond its end, or for ever.
-void check_heaps(const std::filesystem::path& path) {
-  constexpr std::string_view kMark("GCOL\1\0\0\0", 8);
-  const std::size_t size = std::filesystem::file_size(path);
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  void* const bytes = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file, 0);
-  ::close(file);
-  if (bytes == MAP_FAILED) return;
-  const std::string_view all(static_cast<const char*>(bytes), size);
-  bool whole = true;
-  for (std::size_t at = all.find(kMark); whole && at != std::string_view::npos; at = all.find(kMark, at + 1))
-    whole = is_whole_heap(all.substr(at));
-  munmap(bytes, size);
-  if (!whole) throw InputError(path, 0, "is damaged", "write the map again with canyon heatmap");
+/// Makes this process one whose end by a signal nobody sees, with bounds on what it may take.
+void become_expendable() {
+  prctl(PR_SET_DUMPABLE, 0);
+  for (const int end : {SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGSEGV}) std::signal(end, SIG_DFL);
+  const int nowhere = ::open("/dev/null", O_RDWR | O_CLOEXEC);
+  for (const int out : {STDOUT_FILENO, STDERR_FILENO}) dup2(nowhere, out);
+  mallopt(M_PERTURB, 0xA5);  // what is read after its end, or before its beginning, is no pointer
+  const auto bound = [](auto resource, rlim_t most) {
+    rlimit limit{};
+    getrlimit(resource, &limit);
+    limit.rlim_cur = std::min(limit.rlim_cur, most);
+    setrlimit(resource, &limit);
+  };
+  rlim_t pages = 0;
+  if (std::ifstream("/proc/self/statm") >> pages)
+    bound(RLIMIT_AS, pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + kMostMemory);
+  bound(RLIMIT_CPU, kLongestRead_s);
+}
+
+/// Whether reads come to their end, or to an InputError, in a child process.
+bool end_well(const std::filesystem::path& path, const std::function<void()>& reads) {
+  // No other thread is within the library as its state is copied. (glibc sees to malloc.)
+  std::unique_lock<std::mutex> lock(library);
+  std::array<int, 2> ends{};
+  const pid_t child = pipe2(ends.data(), O_CLOEXEC) == 0 ? fork() : -1;
+  if (child == 0) {
+    lock.unlock();
+    try {
+      become_expendable();
+      reads();
+      static_cast<void>(::write(ends[1], "", 1) == 1);
+    } catch (...) {  // no memory: not well
+    }
+    _exit(0);
+  }
+  if (child < 0)
+    throw InputError(path, 0, fmt::format("cannot be tried in a process: {}", std::strerror(errno)));
+  ::close(ends[1]);
+  pollfd end{ends[0], POLLIN, 0};
+  while (poll(&end, 1, static_cast<int>(kLongestRead_s) * 1000) < 0 && errno == EINTR) {
+  }
+  char said = 0;
+  const bool well = end.revents != 0 && ::read(ends[0], &said, 1) == 1;
+  ::close(ends[0]);
+  if (end.revents == 0) kill(child, SIGKILL);
+  while (waitpid(child, nullptr, 0) < 0 && errno == EINTR) {
+  }
+  return well;
+}
+
+/// Where HDF5 (1.10) cannot close a file, of a full disk or a damaged one, it stays half released in its
+/// tables, and HDF5 crashes when the program ends. So its clean-up at exit is switched off: all files here
+/// are closed by hand. This has no effect where the program has used HDF5 before. The function is looked up
+/// by name, since only libnetcdf links HDF5.
+void leave_exit_alone() {
+  static const bool left_alone = [] {
+    using Function = int (*)();
+    const auto leave = reinterpret_cast<Function>(dlsym(RTLD_DEFAULT, "H5dont_atexit"));
+    return leave != nullptr && leave() >= 0;
+  }();
+  static_cast<void>(left_alone);
 }
 
 }  // namespace
@@ -116,27 +188,32 @@ void NetcdfFile::check_read(int status) const {
 }
 
 NetcdfFile NetcdfFile::create(const std::filesystem::path& at, const std::filesystem::path& shown) {
-  // Where a full disk keeps HDF5 (1.10) from closing a file, the file stays half released in its tables, and
-  // HDF5 crashes when the program ends. So HDF5's clean-up at exit is switched off: all files here are closed
-  // by hand. This has no effect where the program has used HDF5 before. The function is looked up by name,
-  // since only libnetcdf links HDF5.
-  static const bool left_alone = [] {
-    using Function = int (*)();
-    const auto leave = reinterpret_cast<Function>(dlsym(RTLD_DEFAULT, "H5dont_atexit"));
-    return leave != nullptr && leave() >= 0;
-  }();
-  static_cast<void>(left_alone);
+  leave_exit_alone();
   NetcdfFile file(shown);
+  file.at_ = at;
   file.check_written(call(nc_create, at.c_str(), NC_CLOBBER | NC_NETCDF4, &file.id_));
   return file;
 }
 
 NetcdfFile NetcdfFile::open(const std::filesystem::path& path) {
   check_input_file(path);
-  check_heaps(path);
+  leave_exit_alone();
   NetcdfFile file(path);
-  file.check_read(call(nc_open, path.c_str(), NC_NOWRITE, &file.id_));
+  file.is_as_closed_ = is_as_closed(path);
+  file.first_in_child([&] { file.check_read(call(nc_open, path.c_str(), NC_NOWRITE, &file.id_)); });
   return file;
+}
+
+void NetcdfFile::first_in_child(const std::function<void()>& reads) const {
+  const auto to_the_end = [&] {
+    try {
+      reads();
+    } catch (const InputError&) {  // it comes again below
+    }
+    if (id_ >= 0) call(nc_close, id_);
+  };
+  if (!is_as_closed_ && !end_well(shown_, to_the_end)) throw damaged(shown_);
+  reads();
 }
 
 NetcdfFile::~NetcdfFile() {
@@ -144,7 +221,10 @@ NetcdfFile::~NetcdfFile() {
 }
 
 NetcdfFile::NetcdfFile(NetcdfFile&& other) noexcept
-    : shown_(std::move(other.shown_)), id_(std::exchange(other.id_, -1)) {}
+    : shown_(std::move(other.shown_)),
+      at_(std::move(other.at_)),
+      id_(std::exchange(other.id_, -1)),
+      is_as_closed_(other.is_as_closed_) {}
 
 int NetcdfFile::define_dimension(const std::string& name, std::size_t size) {
   int id = 0;
@@ -183,6 +263,9 @@ void NetcdfFile::write(int variable, const Index& start, const Index& count, con
 
 void NetcdfFile::close() {
   check_written(call(nc_close, std::exchange(id_, -1)));
+  const std::string mark = mark_of(at_, std::filesystem::file_size(at_));
+  errno = 0;
+  if (!(std::ofstream(at_, std::ios::binary | std::ios::app) << mark << std::flush)) check_written(EIO);
 }
 
 std::optional<std::size_t> NetcdfFile::dimension(const std::string& name) const {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -25,7 +26,8 @@ class NetcdfFile {
  public:
   /// Makes `at`, anew; `shown` is its name in messages.
   [[nodiscard]] static NetcdfFile create(const std::filesystem::path& at, const std::filesystem::path& shown);
-  /// Opens a file for reading.
+  /// Opens a file for reading: one with the checksum of close() must agree with it, any other is opened by
+  /// first_in_child().
   [[nodiscard]] static NetcdfFile open(const std::filesystem::path& path);
   /// Does not report failures of writing; close() does.
   ~NetcdfFile();
@@ -60,9 +62,13 @@ class NetcdfFile {
   using Index = std::vector<std::size_t>;
   /// @param values of the type that the variable is defined with
   void write(int variable, const Index& start, const Index& count, const void* values);
+  /// Ends the file with a checksum over all of it, which is no part of its HDF5.
   void close();
 
-  // Reading; empty where there is no such thing (of that type).
+  /// Calls `reads`. HDF5 may crash on damaged files, so those without a checksum are first read so by a child
+  /// process with limits; throws InputError where that does not come to its end.
+  void first_in_child(const std::function<void()>& reads) const;
+  // Reading, within first_in_child(); empty where there is no such thing (of that type).
   [[nodiscard]] std::optional<std::size_t> dimension(const std::string& name) const;
   [[nodiscard]] std::optional<int> variable(const std::string& name) const;
   [[nodiscard]] std::vector<std::string> variable_names() const;
@@ -84,8 +90,9 @@ class NetcdfFile {
   void check_written(int status) const;
   void check_read(int status) const;
 
-  std::filesystem::path shown_;
+  std::filesystem::path shown_, at_;
   int id_ = -1;
+  bool is_as_closed_ = false;  ///< by its checksum
 };
 
 }  // namespace canyon::heatmap

@@ -188,20 +188,38 @@ struct StoredMap::Impl : About {
     fresh.tile = tile;
     fresh.time = time;
     fresh.altitude = altitude;
-    fresh.values.resize(layers.size() * box.cells());
-    fresh.state.resize(box.cells());
-    for (std::size_t k = 0; k < layers.size(); ++k) {
-      file.read(variables[k], {time, altitude, box.first_row, box.first_column},
-                {1, 1, box.rows, box.columns}, fresh.values.data() + k * box.cells());
-    }
-    file.read(state, {altitude, box.first_row, box.first_column}, {1, box.rows, box.columns},
-              fresh.state.data());
-    check(fresh);
+    file.first_in_child([&] {
+      fresh.values.resize(layers.size() * box.cells());
+      fresh.state.resize(box.cells());
+      for (std::size_t k = 0; k < layers.size(); ++k) {
+        file.read(variables[k], {time, altitude, box.first_row, box.first_column},
+                  {1, 1, box.rows, box.columns}, fresh.values.data() + k * box.cells());
+      }
+      file.read(state, {altitude, box.first_row, box.first_column}, {1, box.rows, box.columns},
+                fresh.state.data());
+      check(fresh);
+    });
     pieces.push_front(std::move(fresh));
     const std::size_t bytes = (layers.size() * sizeof(float) + 1) * grid.tile_size * grid.tile_size;
     const std::size_t most = std::max<std::size_t>(1, kCacheBytes / bytes);
     while (pieces.size() > most) pieces.pop_back();
     return pieces.front();
+  }
+
+  void read() {
+    const std::optional<double> version = file.number(NC_GLOBAL, layout::kMapVersion);
+    if (!version) refuse(fmt::format("its attribute {} is missing", layout::kMapVersion));
+    if (*version > layout::kVersion) {
+      throw InputError(
+          file.path(), 0,
+          fmt::format("is of version {}, this Canyon reads up to {}", *version, layout::kVersion),
+          "read it with the Canyon that wrote it");
+    }
+    read_frame();
+    read_grid();
+    read_axes();
+    find_layers();
+    motion = file.text(NC_GLOBAL, "motion").value_or("standing");
   }
 
   NetcdfFile file;
@@ -213,18 +231,7 @@ struct StoredMap::Impl : About {
 
 StoredMap::StoredMap(const std::filesystem::path& netcdf)
     : impl_(std::make_unique<Impl>(netcdf)), about_(impl_.get()) {
-  const std::optional<double> version = impl_->file.number(NC_GLOBAL, layout::kMapVersion);
-  if (!version) impl_->refuse(fmt::format("its attribute {} is missing", layout::kMapVersion));
-  if (*version > layout::kVersion) {
-    throw InputError(netcdf, 0,
-                     fmt::format("is of version {}, this Canyon reads up to {}", *version, layout::kVersion),
-                     "read it with the Canyon that wrote it");
-  }
-  impl_->read_frame();
-  impl_->read_grid();
-  impl_->read_axes();
-  impl_->find_layers();
-  impl_->motion = impl_->file.text(NC_GLOBAL, "motion").value_or("standing");
+  impl_->file.first_in_child([this] { impl_->read(); });
 }
 
 StoredMap::~StoredMap() = default;
