@@ -167,6 +167,14 @@ bool add_polylines(const Source& source, const Element& geometry, LinkShapes& sh
       path.emplace_back(at[0], at[1]);
     }
   }
+  // GEOS takes the square of the paths.
+  constexpr std::size_t kMostPaths = 500;
+  if (polylines.size() > kMostPaths)
+    throw source.error(*first, fmt::format("{} <polyline> of a geometry", polylines.size()),
+                       fmt::format("give {} at most, the others in geometries of their own", kMostPaths));
+  if (geos::is_tangled(polylines))
+    throw source.error(*first, "<polyline> whose sides cross thousands of times",
+                       "give the corners in their order along the outline");
   shapes.polylines(place, polylines, child_numbers(source, *first, "height", 1)[0], extruded_polylines);
   return true;
 }

@@ -70,6 +70,37 @@ Geometry collection(std::vector<Geometry> polygons) {
                                               static_cast<unsigned>(raw.size())));
 }
 
+bool is_tangled(const std::vector<std::vector<Point2>>& rings) {
+  std::vector<std::pair<Point2, Point2>> sides;
+  Point2 lengths = Point2::Zero();
+  for (const auto& ring : rings) {
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      sides.emplace_back(ring[i], ring[(i + 1) % ring.size()]);
+      lengths += (sides.back().second - sides.back().first).cwiseAbs();
+    }
+  }
+  // A sweep along the axis on which sides are shorter.
+  const int axis = lengths.x() <= lengths.y() ? 0 : 1;
+  for (auto& [from, to] : sides)
+    if (to[axis] < from[axis]) std::swap(from, to);
+  std::sort(sides.begin(), sides.end(),
+            [axis](const auto& a, const auto& b) { return a.first[axis] < b.first[axis]; });
+  const auto parts = [](const auto& line, const auto& other) {
+    const Point2 along = line.second - line.first, a = other.first - line.first,
+                 b = other.second - line.first;
+    return (along.x() * a.y() - along.y() * a.x()) * (along.x() * b.y() - along.y() * b.x()) < 0;
+  };
+  const std::size_t most = 1000 + 10 * sides.size(), most_pairs = 10'000'000 + 1000 * sides.size();
+  std::size_t pairs = 0, found = 0;
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    for (std::size_t j = i + 1; j < sides.size() && sides[j].first[axis] <= sides[i].second[axis]; ++j) {
+      if (parts(sides[i], sides[j]) && parts(sides[j], sides[i])) ++found;
+      if (++pairs > most_pairs || found > most) return true;
+    }
+  }
+  return false;
+}
+
 std::vector<Point2> points(const GEOSGeometry* line) {
   const GEOSCoordSequence* sequence = GEOSGeom_getCoordSeq_r(context(), line);
   unsigned size = 0;
