@@ -11,6 +11,7 @@
 #include "canyon/base/payload.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_file.hpp"
+#include "tests/support/case_file.hpp"
 #include "tests/support/gltf_bytes.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -215,6 +216,48 @@ TEST_F(ForeignMeshes, AsciiStlInCapitals) {
                  "   VERTEX 9 0 0\n   VERTEX 0 9 0\n  ENDLOOP\n ENDFACET\nENDSOLID house\n")
                 .mesh.triangles.size(),
             1U);
+}
+
+// glTF 2.0, 3.5.1: a library of entities. A house of 10 x 10 x 20 m.
+TEST_F(ForeignMeshes, GltfWithoutSceneIsReadWhole) {
+  const City city = read_mesh_city(test::case_file("gltf-no-scene/library.gltf"), {});
+  EXPECT_EQ(city.mesh.triangles.size(), 12U);
+  EXPECT_LT((city.bounds().max - city.bounds().min - Eigen::Vector3d(10, 10, 20)).norm(), 1e-6);
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("has no scene; all its nodes are read")));
+  // Children stand where their parents put them, once.
+  std::string text = test::read_bytes(test::case_file("gltf-no-scene/library.gltf"));
+  text.replace(text.find("\"nodes\": ["), 10,
+               "\"nodes\": [{\"children\": [1], \"translation\": [0, 5, 0]}, ");
+  const City moved = read("a.gltf", text);
+  EXPECT_EQ(moved.mesh.triangles.size(), 12U);
+  EXPECT_NEAR(moved.bounds().min.z(), 5, 1e-6);
+  // A scene without nodes is one.
+  text.replace(1, 0, "\"scenes\": [{}], ");
+  EXPECT_THAT(refusal_of("b.gltf", text),
+              HasSubstr("holds no triangle that is read; 1 meshes are not in the scene and left out"));
+}
+
+TEST_F(ForeignMeshes, GltfNamesOnlyFilesOfItsFolder) {
+  const auto naming = [](const std::string& uri) {
+    return fmt::format(
+        R"({{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],"meshes":)"
+        R"([{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],"buffers":[{{"byteLength":36,"uri":"{}"}}],)"
+        R"("bufferViews":[{{"buffer":0,"byteLength":36}}],)"
+        R"("accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}}]}})",
+        uri);
+  };
+  const std::string triangle = test::bytes_of<float>({0, 0, 0, 9, 0, 0, 0, 9, 0});
+  std::filesystem::create_directories(folder_ / "in/sub");
+  for (const char* name : {"out.bin", "in/a b.bin", "in/sub/a.bin"})
+    std::ofstream(folder_ / name, std::ios::binary) << triangle;
+  std::filesystem::create_symlink(folder_ / "out.bin", folder_ / "in/link.bin");
+  for (const char* uri : {"a%20b.bin", "sub/a.bin", "sub/../a b.bin"})
+    EXPECT_EQ(read("in/a.gltf", naming(uri)).mesh.triangles.size(), 1U) << uri;
+  const std::string outside = (folder_ / "out.bin").string();
+  for (const std::string& uri : {std::string("../out.bin"), std::string("%2e%2e/out.bin"), outside,
+                                 "file://" + outside, std::string("link.bin")})
+    EXPECT_THAT(refusal_of("in/a.gltf", naming(uri)), HasSubstr("lies outside the folder of this file"))
+        << uri;
 }
 
 TEST_F(ForeignMeshes, PointsAndLinesAreNoCity) {

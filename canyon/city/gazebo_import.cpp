@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/named_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/gazebo_elements.hpp"
 #include "canyon/city/gazebo_export.hpp"
@@ -51,8 +52,8 @@ class GazeboImport {
         }) {}
 
   City read() {
-    const std::filesystem::path file = model_file(path_);
-    const Source& source = open(file);
+    const Source& source = open(model_file(path_));
+    top_ = source.path;
     const Element& sdf = *source.document.RootElement();
     city_.name = path_.filename().string();
     if (city_.name.empty()) city_.name = path_.parent_path().filename().string();
@@ -181,10 +182,10 @@ class GazeboImport {
         best = text_of(*e);
       }
     }
-    if (!std::filesystem::exists(path / best, error)) {
+    const std::filesystem::path file = file_named_by(config, best);
+    if (!std::filesystem::exists(file, error))
       throw InputError(config, 0, fmt::format("names '{}', which is not there", best));
-    }
-    return path / best;
+    return file;
   }
 
   const Source& open(const std::filesystem::path& path) {
@@ -336,23 +337,24 @@ class GazeboImport {
   /// Where a URI's file or folder lies, if it does.
   [[nodiscard]] std::optional<std::filesystem::path> resolve(const Source& source,
                                                              const std::string& uri) const {
+    namespace fs = std::filesystem;
     const std::size_t scheme_end = uri.find("://");
     const std::string scheme = scheme_end == std::string::npos ? "" : uri.substr(0, scheme_end);
     const std::string rest = scheme_end == std::string::npos ? uri : uri.substr(scheme_end + 3);
-    const std::filesystem::path here =
-        std::filesystem::absolute(source.path).lexically_normal().parent_path();
-    std::vector<std::filesystem::path> candidates;
-    if (scheme.empty() || scheme == "file") {
-      candidates = {here / rest};
-    } else if (scheme == "model" || scheme == "package") {
-      const std::filesystem::path top = std::filesystem::absolute(path_).lexically_normal();
-      candidates = {here / rest, here / "models" / rest, here.parent_path() / rest};
-      candidates.push_back(top.parent_path() / rest);
-      candidates.push_back(top.parent_path() / "models" / rest);
-    }
+    const fs::path here = fs::absolute(source.path).lexically_normal();
+    const fs::path top = fs::absolute(path_).lexically_normal();
+    std::vector<std::pair<fs::path, fs::path>> folders;  // of a file, or as seen from there
+    if (scheme.empty() || scheme == "file") folders = {{here, {}}};
+    if (scheme == "model" || scheme == "package")
+      folders = {{here, {}}, {here, "models"}, {here, ".."}, {top, {}}, {top, "models"}};
     std::error_code error;
-    for (const auto& candidate : candidates) {
-      if (std::filesystem::exists(candidate, error)) return candidate;
+    for (const auto& [by, folder] : folders) {
+      const fs::path path = (by.parent_path() / folder).lexically_normal() / rest;
+      if (!fs::exists(path, error)) continue;
+      if (lies_beside(path, by, folder) || lies_beside(path, top_)) return path;
+      throw InputError(source.path, 0,
+                       fmt::format("names '{}', which lies outside the folder of this file", uri),
+                       "put its folder beside the world and name it model://FOLDER");
     }
     return std::nullopt;
   }
@@ -391,12 +393,8 @@ class GazeboImport {
       if (!(scale.cwiseAbs().minCoeff() > 0)) throw source.error(*e, "scale of 0");
       world_from_mesh.scale(scale);
     }
-    const std::optional<std::filesystem::path> path = resolve(source, uri);
-    if (!path) {
-      absent_.push_back(source.error(shape, fmt::format("mesh '{}' is not beside the file", uri),
-                                     "put it there, or name it by a path relative to the file"));
-      return;
-    }
+    const std::optional<std::filesystem::path> path = mesh_path(source, shape, uri);
+    if (!path) return;
     const std::string key = path->lexically_normal().string();
     const auto [found, fresh] = meshes_.try_emplace(key);
     if (fresh) found->second = part_of(*path);
@@ -410,6 +408,19 @@ class GazeboImport {
       mesh.materials.assign(mesh.materials.size(), Material::Ground);
     }
     append(std::move(mesh), world_from_mesh);
+  }
+
+  /// Where a mesh is; empty, with the reason kept, where it may not be read or is not there.
+  std::optional<std::filesystem::path> mesh_path(const Source& source, const Element& shape,
+                                                 const std::string& uri) {
+    try {
+      if (auto path = resolve(source, uri)) return path;
+      throw source.error(shape, fmt::format("mesh '{}' is not beside the file", uri),
+                         "put it there, or name it by a path relative to the file");
+    } catch (const InputError& fault) {
+      absent_.push_back(fault);
+      return std::nullopt;
+    }
   }
 
   /// A mesh file; empty, with the reason kept, where it cannot be read.
@@ -440,7 +451,7 @@ class GazeboImport {
     }
   }
 
-  std::filesystem::path path_;
+  std::filesystem::path path_, top_;  ///< as given, and the file that is meant
   City city_;
   double heading_rad_ = 0;
   std::map<std::string, std::unique_ptr<Source>> sources_;

@@ -343,6 +343,59 @@ TEST_F(GazeboImport, MissingAndDamagedFilesCostThemselves) {
   EXPECT_THAT(world(many).notes.lines(ReadReport::Level::Loss), SizeIs(9));
 }
 
+TEST_F(GazeboImport, FilesOutsideTheWorldsFolderAreNotRead) {
+  const std::string triangle = "v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\n";
+  for (const char* name : {"out.obj", "w/in.obj", "w/models/other.obj"}) write(name, triangle);
+  std::filesystem::create_symlink(folder_ / "out.obj", folder_ / "w/link.obj");
+  const auto mesh = [](const std::string& uri) {
+    return model("x", "0 0 0 0 0 0", "<mesh><uri>" + uri + "</uri></mesh>");
+  };
+  const auto of_world = [&](const std::string& body) {
+    return read_gazebo_world(
+        write("w/w.world", "<sdf version='1.6'><world name='w'>" + body + "</world></sdf>"));
+  };
+  const std::string outside = (folder_ / "out.obj").string();
+  for (const std::string& uri :
+       {std::string("../out.obj"), outside, "file://" + outside, std::string("link.obj"),
+        std::string("file://../out.obj"), std::string("model://../../out.obj")}) {
+    EXPECT_THAT(test::refusal([&] { (void)of_world(mesh(uri)); }), HasSubstr("lies outside the folder"))
+        << uri;
+    EXPECT_THAT(of_world(mesh("in.obj") + mesh(uri)).notes.lines(ReadReport::Level::Loss),
+                Contains(HasSubstr("lies outside the folder")))
+        << uri;
+  }
+  // A model may name what lies in the folder of its world, and model:// reaches the folder above as before.
+  write("w/models/m/model.sdf", "<sdf version='1.6'>" + mesh("../other.obj") + "</sdf>");
+  EXPECT_EQ(of_world("<include><uri>model://m</uri></include>").mesh.triangles.size(), 1U);
+  EXPECT_EQ(of_world(mesh("model://out.obj")).mesh.triangles.size(), 1U);
+  write("w/models/m/model.config", "<model><sdf version='1.6'>../../../out.sdf</sdf></model>");
+  write("out.sdf", "<sdf version='1.6'>" + mesh("in.obj") + "</sdf>");
+  EXPECT_THAT(test::refusal([&] { (void)of_world("<include><uri>model://m</uri></include>"); }),
+              HasSubstr("lies outside the folder"));
+}
+
+// 6,000 random points took 5.9 GB.
+TEST_F(GazeboImport, TangledPolylinesAreRefused) {
+  std::mt19937 random(1);
+  std::string path;
+  for (int i = 0; i < 6000; ++i)
+    path += "<point>" + std::to_string(random() % 1000) + " " + std::to_string(random() % 1000) + "</point>";
+  EXPECT_THAT(error(model("m", "0 0 0 0 0 0", "<polyline>" + path + "<height>3</height></polyline>")),
+              HasSubstr("sides cross thousands of times"));
+  std::string many;
+  for (int i = 0; i < 600; ++i) many += "<polyline><point>0 0</point><height>3</height></polyline>";
+  EXPECT_THAT(error(model("m", "0 0 0 0 0 0", many)), HasSubstr("600 <polyline> of a geometry"));
+  // As many corners of a star, in their order: twice the area of its 6,000 triangles about the middle.
+  path.clear();
+  for (int i = 0; i < 6000; ++i) {
+    const double angle = i * kPi / 3000, radius = i % 2 == 0 ? 90 : 100;
+    path += "<point>" + std::to_string(radius * std::cos(angle)) + " " +
+            std::to_string(radius * std::sin(angle)) + "</point>";
+  }
+  const City star = world(model("m", "0 0 0 0 0 0", "<polyline>" + path + "<height>3</height></polyline>"));
+  EXPECT_NEAR(volume_m3(star.mesh), 3 * 6000 * 0.5 * 90 * 100 * std::sin(kPi / 3000), 0.1);
+}
+
 constexpr const char* kShape = "<geometry><box><size>2 2 2</size></box></geometry>";
 
 // X of the box's middle is the sum of the x along its frames.

@@ -82,7 +82,7 @@ class MeshImport {
     enu_from_file.scale(options_.scale * scene.metres_per_unit);
     enu_from_file.rotate(z_up_from(scene.up));
     for (meshes::SceneNode& node : scene.nodes) take(node, enu_from_file);
-    check_size();
+    check_size(scene.notes);
 
     City city;
     city.name = path_.filename().string();
@@ -111,11 +111,6 @@ class MeshImport {
     if (is_gzip(head) || is_unpacked_whole(head))
       throw InputError(path_, 0, "is a packed file, not a mesh", "unpack it first");
     refuse_foreign_bytes(path_, head);
-  }
-
-  [[noreturn]] void no_triangles() const {
-    throw InputError(path_, 0, "holds no triangle, points or lines alone",
-                     "export the buildings as meshes of faces");
   }
 
   [[nodiscard]] bool names_terrain(const std::string& name) const {
@@ -203,14 +198,20 @@ class MeshImport {
     if (!node.triangles.empty()) nodes_.push_back(std::move(node));
   }
 
-  void check_size() {
+  void check_size(const ReadReport& notes) {
     for (Node& node : nodes_) {
       for (const auto& triangle : node.triangles) {
         for (const std::uint32_t v : triangle) extend(bounds_, node.vertices[v]);
       }
     }
     if (nodes_.empty()) {
-      if (degenerate_ == 0) no_triangles();
+      if (degenerate_ == 0) {
+        const std::string why = fmt::format("{}", fmt::join(notes.lines(), ", "));
+        throw InputError(path_, 0,
+                         why.empty() ? "holds no triangle, points or lines alone"
+                                     : fmt::format("holds no triangle that is read; {}", why),
+                         "export the buildings as meshes of faces");
+      }
       throw InputError(path_, 0,
                        fmt::format("holds no triangle of 1e-8 m^2 or more, but {} smaller ones", read_),
                        "set the city's scale if its unit is wrong");

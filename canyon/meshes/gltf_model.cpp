@@ -128,12 +128,14 @@ class GltfDecoder {
       if (!centre.empty()) model_.centre = Eigen::Vector3d(centre[0], centre[1], centre[2]);
     }
     const Json* scenes = asset_.find("scenes");
-    if (scenes != nullptr && scenes->size() > 0) {
-      const Json* roots = buffers_.item("scenes", count_member(asset_, "scene", 0)).find("nodes");
-      if (roots != nullptr) {
-        for (const Json& root : *roots)
-          read_node(node_number(root), Eigen::Matrix4d::Identity(), {}, {}, kDeepestNode);
-      }
+    const auto read_root = [this](std::uint64_t root) {
+      read_node(root, Eigen::Matrix4d::Identity(), {}, {}, kDeepestNode);
+    };
+    model_.no_scene = scenes == nullptr || scenes->size() == 0;
+    if (model_.no_scene) {
+      for (const std::uint64_t root : nodes_without_parent()) read_root(root);
+    } else if (const Json* roots = buffers_.item("scenes", count_member(asset_, "scene", 0)).find("nodes")) {
+      for (const Json& root : *roots) read_root(node_number(root));
     }
     const Json* meshes = asset_.find("meshes");
     if (meshes != nullptr) model_.meshes_outside = meshes->size() - meshes_.size();
@@ -166,6 +168,20 @@ class GltfDecoder {
   static std::uint64_t node_number(const Json& value) {
     if (!value.is_integer() || value.get<double>() < 0) throw InputError("a list of nodes has no numbers");
     return static_cast<std::uint64_t>(value.get<double>());
+  }
+
+  /// The roots of a file without scenes (glTF 2.0, 3.5.1: a library of entities).
+  [[nodiscard]] std::set<std::uint64_t> nodes_without_parent() const {
+    std::set<std::uint64_t> roots;
+    const Json* nodes = asset_.find("nodes");
+    if (nodes == nullptr) return roots;
+    for (std::uint64_t i = 0; i < nodes->size(); ++i) roots.insert(roots.end(), i);
+    for (const Json& node : *nodes) {
+      const Json* children = node.find("children");
+      if (children == nullptr) continue;
+      for (const Json& child : *children) roots.erase(node_number(child));
+    }
+    return roots;
   }
 
   void read_node(std::uint64_t index, const Eigen::Matrix4d& above, const std::string& name_above,

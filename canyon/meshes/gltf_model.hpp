@@ -36,6 +36,7 @@ struct GltfModel {
   std::string copyright;                  ///< of the asset: whom to name
   std::size_t lines_and_points = 0;       ///< primitives that are no triangles, left out
   std::size_t meshes_outside = 0;         ///< meshes that no node of the scene has, left out
+  bool no_scene = false;                  ///< none says which nodes are shown: all are
   std::size_t hidden = 0;                 ///< nodes that KHR_node_visibility hides; their triangles are there
 };
 

@@ -10,6 +10,7 @@
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
+#include "canyon/base/named_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/meshes/gltf_buffers.hpp"
 #include "canyon/meshes/gltf_model.hpp"
@@ -60,7 +61,7 @@ void NodeBuilder::add(const std::vector<std::uint32_t>& corners) {
 
 MeshScene read_gltf_file(const std::filesystem::path& path) {
   const FetchBytes fetch = [&path](const std::string& uri) {
-    return mesh_bytes(path.parent_path() / percent_decoded(uri));
+    return mesh_bytes(file_named_by(path, percent_decoded(uri)));
   };
   GltfModel model;
   try {
@@ -90,6 +91,8 @@ MeshScene read_gltf_file(const std::filesystem::path& path) {
   tell(ReadReport::Level::Remark, "{} primitives of lines or points left out", model.lines_and_points);
   tell(ReadReport::Level::Loss, "{} meshes are not in the scene and left out", model.meshes_outside);
   tell(ReadReport::Level::Guess, "{} nodes are hidden by KHR_node_visibility, and are built", model.hidden);
+  if (model.no_scene)
+    scene.notes.say(ReadReport::Level::Guess, "it has no scene; all its nodes are read as one");
   if (model.centre)
     scene.notes.say(ReadReport::Level::Guess,
                     "its place on the Earth (CESIUM_RTC) is not read: the city stands at city.origin");

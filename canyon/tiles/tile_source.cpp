@@ -11,6 +11,7 @@
 
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/named_file.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/buildings/sources/gdal.hpp"
@@ -91,11 +92,6 @@ std::string read_member(const std::string& name) {
   return is_gzip(bytes) && name.rfind("/vsigzip/", 0) != 0 ? read_member("/vsigzip/" + name) : bytes;
 }
 
-bool is_inside(const fs::path& path, const fs::path& folder) {
-  const auto [end, other] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
-  return end == folder.end() || (std::next(end) == folder.end() && end->empty());
-}
-
 }  // namespace
 
 TileSource::TileSource(const TileOptions& options) : options_(options) {
@@ -107,7 +103,6 @@ TileSource::TileSource(const TileOptions& options) : options_(options) {
       check_input_file(root_);
       root_ = in_archive(root_, "tileset.json");
     }
-    folder_ = fs::path(root_).parent_path();
   } else {
     root_ = with_variables(options.url);
     folder_ = buildings::downloads_folder(options.cache) / "tiles";
@@ -137,7 +132,7 @@ std::string TileSource::resolve_path(const std::string& base, const std::string&
   const fs::path relative(meshes::percent_decoded(uri.substr(0, uri.find_first_of("?#"))));
   std::error_code error;
   const fs::path whole = fs::weakly_canonical(fs::path(base).parent_path() / relative, error);
-  if (error || (!options_.elsewhere && !is_inside(whole, folder_))) {
+  if (error || (!options_.elsewhere && !lies_beside(whole, root_))) {
     throw InputError(fmt::format("'{}' is outside the tileset's folder and is not read", uri),
                      "if you trust the tileset, set city.tiles.elsewhere: true");
   }

@@ -43,7 +43,7 @@ class TileSource {
 
   const TileOptions& options_;
   std::string root_;
-  std::filesystem::path folder_;                ///< of the tileset, or of its downloads
+  std::filesystem::path folder_;                ///< of downloads
   std::map<std::string, std::string> fetched_;  ///< of this run: address, and what went wrong
   std::vector<std::filesystem::path> not_to_keep_;
   std::size_t downloaded_files_ = 0, downloaded_bytes_ = 0;
