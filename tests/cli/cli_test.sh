@@ -220,6 +220,7 @@ strangers)
   runs 0 "$canyon" city info osm-josm-uid/uid.osm
   runs 0 "$canyon" city info overpass-json/overpass.json
   runs 0 "$canyon" city build osm-roof-angle/roof.osm -o r.geojson; says r.geojson '"roof_height_m":7.46'
+  runs 0 "$canyon" city info gltf-no-scene/library.gltf --origin 48,11,0; says out '10 m east-west, 10 m north-south, 0.0 to 20.0 m high'
   runs 2 "$canyon" city info gltf-meshopt/m.gltf; one_line; says err meshopt
   runs 2 "$canyon" city info collada-skew-abort/skew.dae; one_line; says err "<skew> is not read"
   runs 0 "$canyon" city info mesh-concave-face/face6.dae; says out "built area    75"
