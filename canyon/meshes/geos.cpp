@@ -1,5 +1,6 @@
 #include "canyon/meshes/geos.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <utility>
 
@@ -26,6 +27,24 @@ std::vector<Point2> open_ring(const GEOSGeometry* ring, bool counter_clockwise) 
   if (!open.empty()) open.pop_back();
   if ((twice_area(open) > 0) != counter_clockwise) std::reverse(open.begin(), open.end());
   return open;
+}
+
+using Side = std::pair<Point2, Point2>;
+
+bool meet(const Side& s, const Side& t) {
+  const auto box = [](const Side& side) {
+    return Eigen::AlignedBox2d(side.first.cwiseMin(side.second), side.first.cwiseMax(side.second));
+  };
+  if (!box(s).intersects(box(t))) return false;
+  if (s.first == t.first || s.first == t.second || s.second == t.first || s.second == t.second) return false;
+  const auto apart = [](const Side& line, const Side& other) {
+    const Point2 along = line.second - line.first;
+    const auto side = [&](const Point2& p) {
+      return along.x() * (p.y() - line.first.y()) - along.y() * (p.x() - line.first.x());
+    };
+    return side(other.first) * side(other.second) > 0;
+  };
+  return !apart(s, t) && !apart(t, s);
 }
 
 }  // namespace
@@ -70,8 +89,8 @@ Geometry collection(std::vector<Geometry> polygons) {
                                               static_cast<unsigned>(raw.size())));
 }
 
-bool is_tangled(const std::vector<std::vector<Point2>>& rings) {
-  std::vector<std::pair<Point2, Point2>> sides;
+bool is_tangled(const std::vector<std::vector<Point2>>& rings, std::size_t most) {
+  std::vector<Side> sides;
   Point2 lengths = Point2::Zero();
   for (const auto& ring : rings) {
     for (std::size_t i = 0; i < ring.size(); ++i) {
@@ -79,22 +98,19 @@ bool is_tangled(const std::vector<std::vector<Point2>>& rings) {
       lengths += (sides.back().second - sides.back().first).cwiseAbs();
     }
   }
+  most += 10 * sides.size();
+  if (sides.size() * sides.size() <= 2 * most) return false;
   // A sweep along the axis on which sides are shorter.
   const int axis = lengths.x() <= lengths.y() ? 0 : 1;
   for (auto& [from, to] : sides)
     if (to[axis] < from[axis]) std::swap(from, to);
   std::sort(sides.begin(), sides.end(),
-            [axis](const auto& a, const auto& b) { return a.first[axis] < b.first[axis]; });
-  const auto parts = [](const auto& line, const auto& other) {
-    const Point2 along = line.second - line.first, a = other.first - line.first,
-                 b = other.second - line.first;
-    return (along.x() * a.y() - along.y() * a.x()) * (along.x() * b.y() - along.y() * b.x()) < 0;
-  };
-  const std::size_t most = 1000 + 10 * sides.size(), most_pairs = 10'000'000 + 1000 * sides.size();
+            [axis](const Side& a, const Side& b) { return a.first[axis] < b.first[axis]; });
+  const std::size_t most_pairs = 10'000'000 + 1000 * sides.size();
   std::size_t pairs = 0, found = 0;
   for (std::size_t i = 0; i < sides.size(); ++i) {
     for (std::size_t j = i + 1; j < sides.size() && sides[j].first[axis] <= sides[i].second[axis]; ++j) {
-      if (parts(sides[i], sides[j]) && parts(sides[j], sides[i])) ++found;
+      if (meet(sides[i], sides[j])) ++found;
       if (++pairs > most_pairs || found > most) return true;
     }
   }

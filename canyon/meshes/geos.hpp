@@ -31,9 +31,10 @@ using Geometry = std::unique_ptr<GEOSGeometry, Destroy>;
 /// The polygons within a geometry of any type, rings oriented as Polygon2 says and not closed; empty for
 /// null.
 [[nodiscard]] std::vector<Polygon2> polygons(const GEOSGeometry* geometry);
-/// Whether sides of closed rings cross more than 1,000 times, and 10 times more for each side, or lie beside
-/// each other so often that this is not found: what GEOS makes of them would be out of proportion.
-[[nodiscard]] bool is_tangled(const std::vector<std::vector<Point2>>& rings);
+/// Whether sides of closed rings meet away from their ends more than `most` times, and 10 times more for each
+/// side, or lie beside each other so often that this is not found: what GEOS makes of them would be out of
+/// proportion.
+[[nodiscard]] bool is_tangled(const std::vector<std::vector<Point2>>& rings, std::size_t most = 1000);
 /// Points of a ring or line string, in order.
 [[nodiscard]] std::vector<Point2> points(const GEOSGeometry* line);
 

@@ -85,24 +85,6 @@ bool is_placed(const std::vector<Point2>& ring) {
 
 constexpr std::size_t kMostHoles = 3000;  // GEOS's triangulation takes the square of them
 
-using Side = std::pair<Point2, Point2>;
-
-bool meet(const Side& s, const Side& t) {
-  const auto box = [](const Side& side) {
-    return Eigen::AlignedBox2d(side.first.cwiseMin(side.second), side.first.cwiseMax(side.second));
-  };
-  if (!box(s).intersects(box(t))) return false;
-  if (s.first == t.first || s.first == t.second || s.second == t.first || s.second == t.second) return false;
-  const auto apart = [](const Side& line, const Side& other) {
-    const Point2 along = line.second - line.first;
-    const auto side = [&](const Point2& p) {
-      return along.x() * (p.y() - line.first.y()) - along.y() * (p.x() - line.first.x());
-    };
-    return side(other.first) * side(other.second) > 0;
-  };
-  return !apart(s, t) && !apart(t, s);
-}
-
 void note(std::vector<std::string>& notes, std::string_view text) {
   if (std::find(notes.begin(), notes.end(), text) == notes.end()) notes.emplace_back(text);
 }
@@ -179,14 +161,9 @@ double area(const Polygon2& polygon) {
 }
 
 bool is_tangled(const PolygonLists& polygons, std::size_t most) {
-  std::vector<Side> sides;
-  Point2 lengths = Point2::Zero();
+  std::vector<std::vector<Point2>> rings;
   const auto add = [&](const std::vector<Point2>& ring) {
-    if (!is_placed(ring)) return;
-    for (std::size_t i = 0; i < ring.size(); ++i) {
-      sides.emplace_back(ring[i], ring[(i + 1) % ring.size()]);
-      lengths += (sides.back().second - sides.back().first).cwiseAbs();
-    }
+    if (is_placed(ring)) rings.push_back(ring);
   };
   for (const std::vector<Polygon2>* list : polygons) {
     for (const Polygon2& polygon : *list) {
@@ -195,23 +172,7 @@ bool is_tangled(const PolygonLists& polygons, std::size_t most) {
       std::for_each(polygon.holes.begin(), polygon.holes.end(), add);
     }
   }
-  most += 10 * sides.size();
-  if (sides.size() * sides.size() <= 2 * most) return false;
-  // A sweep along the axis on which sides are shorter.
-  const int axis = lengths.x() <= lengths.y() ? 0 : 1;
-  for (auto& [from, to] : sides)
-    if (to[axis] < from[axis]) std::swap(from, to);
-  std::sort(sides.begin(), sides.end(),
-            [axis](const Side& a, const Side& b) { return a.first[axis] < b.first[axis]; });
-  const std::size_t most_pairs = 10'000'000 + 1000 * sides.size();
-  std::size_t pairs = 0, found = 0;
-  for (std::size_t i = 0; i < sides.size(); ++i) {
-    for (std::size_t j = i + 1; j < sides.size() && sides[j].first[axis] <= sides[i].second[axis]; ++j) {
-      if (meet(sides[i], sides[j])) ++found;
-      if (++pairs > most_pairs || found > most) return true;
-    }
-  }
-  return false;
+  return geos::is_tangled(rings, most);
 }
 
 std::vector<Polygon2> repair(const std::vector<Polygon2>& raw, std::vector<std::string>& notes) {
