@@ -202,6 +202,19 @@ void print_kinds(const std::vector<relative::PairEpoch>& epochs,
   print_table({"fix", "epochs", "[%]", "horizontal p50 [m]", "p95 [m]", "vertical p50 [m]", "p95 [m]"}, rows);
 }
 
+/// Says whose Dopplers the velocities were made without.
+void print_excluded(const std::vector<relative::PairEpoch>& epochs) {
+  std::map<gnss::SatelliteId, std::size_t> counts;
+  for (const relative::PairEpoch& epoch : epochs) {
+    for (const gnss::SatelliteId id : epoch.fix.excluded) ++counts[id];
+  }
+  if (counts.empty()) return;
+  std::string list;
+  for (const auto& [id, count] : counts)
+    list += fmt::format("{}{} ({})", list.empty() ? "" : ", ", gnss::to_string(id), count);
+  print_warnings({"Dopplers that contradict those of the other satellites are left out, of epochs: " + list});
+}
+
 int run_rtk(const RtkArguments& arguments) {
   const std::vector<std::string> signals = signals_of(arguments.options.signals);
   std::optional<OutputFile> out;
@@ -257,6 +270,7 @@ int run_rtk(const RtkArguments& arguments) {
     epochs = relative::solve_pair(rover.epochs(*sky.sky), base, *sky.sky, sky.navigation.klobuchar, options,
                                   progress.callback());
   }
+  print_excluded(epochs);
   print_kinds(epochs, truth);
   const auto fixed = std::find_if(epochs.begin(), epochs.end(), [](const relative::PairEpoch& epoch) {
     return epoch.fix.kind() == FixKind::Fixed;

@@ -309,7 +309,7 @@ constexpr std::array kEpochColumns{
            "no fix, or no satellite of the system used", &clock<gnss::System::BeiDou>),
     number("clock_qzss_s", "s", 13, "solved receiver clock minus QZSS's time",
            "no fix, or no satellite of the system used", &clock<gnss::System::QZSS>),
-    integer("excluded", "satellites", "satellites that RAIM excluded from this epoch's fix; 0 without RAIM",
+    integer("excluded", "satellites", "satellites that RAIM excluded from this epoch's fix, or their Doppler",
             [](const Row& r) { return static_cast<std::int64_t>(fix_of(r).excluded.size()); }),
     number("consistent", "", 0, "`1` RAIM's test passed on what is used, `0` failed",
            "RAIM off, or nothing redundant to test",
@@ -459,7 +459,7 @@ constexpr std::array kSatelliteColumns{
     kPhase,
     kPhaseLock,
     kCycleSlip,
-    integer("excluded", "", "`1` taken out of the fix by RAIM or the position filter, `0` not",
+    integer("excluded", "", "`1` RAIM or the position filter left it, or its Doppler, out, `0` not",
             [](const Row& r) -> std::int64_t { return is_excluded(fix_of(r), r.satellite->id); }),
     text("signal", "first signal that the receiver tracks of it: `L1CA`, `E1`, `B1C` ...", "never",
          [](const Row& r) { return std::string(signal_of(r).name); })

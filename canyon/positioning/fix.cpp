@@ -331,32 +331,96 @@ class Solver {
     return nullptr;
   }
 
-  /// Solves doppler_equation() for velocity and clock drift.
-  void solve_velocity(Fix& fix, const Eigen::Matrix3d& enu_from_ecef) const {
-    const auto rows = std::count_if(
-        satellites_.begin(), satellites_.end(),
-        [](const RangedSatellite& satellite) { return satellite.active && satellite.measured->doppler_hz; });
-    if (rows < 4) return;
-    Design design(rows, 4);
-    Eigen::VectorXd rate(rows);
-    int row = 0;
+  /// doppler_equation() of satellites over its deviation, and its solution for velocity and clock drift.
+  struct Rates {
+    std::vector<gnss::SatelliteId> ids;
+    Design design;
+    Eigen::VectorXd rate, weight, residual;  // weight: of rows, on top
+    LeastSquares least_squares;
+    Eigen::Vector4d x;
+
+    [[nodiscard]] int redundancy() const { return static_cast<int>((weight.array() > 0).count()) - 4; }
+    [[nodiscard]] double squares() const { return residual.cwiseProduct(weight).squaredNorm(); }
+    [[nodiscard]] bool solve() {
+      if (redundancy() < 0) return false;
+      Design weighted = design;
+      for (Eigen::Index i = 0; i < 4; ++i) weighted.col(i) = design.col(i).cwiseProduct(weight);
+      least_squares.compute(weighted);
+      if (least_squares.rank(kRankThreshold) < 4) return false;
+      x = least_squares.solve(rate.cwiseProduct(weight));
+      residual = rate;
+      for (Eigen::Index i = 0; i < 4; ++i) residual -= x(i) * design.col(i);
+      return true;
+    }
+  };
+
+  [[nodiscard]] Rates rates() const {
+    Rates all;
+    for (const RangedSatellite& satellite : satellites_) {
+      if (satellite.active && satellite.measured->doppler_hz) all.ids.push_back(satellite.measured->id);
+    }
+    const auto rows = static_cast<Eigen::Index>(all.ids.size());
+    all.design.resize(rows, 4);
+    all.rate.resize(rows);
+    all.weight.setOnes(rows);
+    Eigen::Index row = 0;
     for (const RangedSatellite& satellite : satellites_) {
       if (!satellite.active || !satellite.measured->doppler_hz) continue;
       const DopplerEquation doppler = doppler_equation(satellite);
-      design.row(row).head<3>() = -satellite.direction.transpose() / (doppler.g * doppler.sigma_mps);
-      design(row, 3) = (1 - doppler.measured_mps / kSpeedOfLight) / doppler.sigma_mps;
-      rate(row) = (doppler.measured_mps - satellite.direction.dot(doppler.satellite_mps) / doppler.g +
-                   kSpeedOfLight * satellite.state.clock_drift) /
-                  doppler.sigma_mps;
+      all.design.row(row).head<3>() = -satellite.direction.transpose() / (doppler.g * doppler.sigma_mps);
+      all.design(row, 3) = (1 - doppler.measured_mps / kSpeedOfLight) / doppler.sigma_mps;
+      all.rate(row) = (doppler.measured_mps - satellite.direction.dot(doppler.satellite_mps) / doppler.g +
+                       kSpeedOfLight * satellite.state.clock_drift) /
+                      doppler.sigma_mps;
       ++row;
     }
-    const LeastSquares least_squares(design);
-    if (least_squares.rank(kRankThreshold) < 4) return;
-    const Eigen::Vector4d x = least_squares.solve(rate);
-    const Cofactor covariance = least_squares.cofactor();
-    fix.velocity_enu_mps = enu_from_ecef * x.head<3>();
-    fix.velocity_covariance_enu = geodesy::rotated(enu_from_ecef, covariance.topLeftCorner<3, 3>());
-    fix.clock_drift = x(3) / kSpeedOfLight;
+    return all;
+  }
+
+  /// Without those that are beyond `gate` of what the Dopplers scatter about the velocity of least absolute
+  /// residuals (iterated weights 1 / |r|), which outliers do not move; as they are where too few would
+  /// remain.
+  static void leave_out_contradictions(Rates& rates, double gate) {
+    constexpr int kWeighings = 15, kChoices = 3;
+    Rates robust = rates;
+    for (int i = 0; i < kWeighings; ++i) {
+      robust.weight = robust.residual.cwiseAbs().cwiseMax(1).cwiseSqrt().cwiseInverse();
+      if (!robust.solve()) return;
+    }
+    const auto rows = static_cast<double>(rates.ids.size());
+    for (int i = 0; i < kChoices; ++i) {
+      const Eigen::VectorXd sizes = robust.residual.cwiseAbs();
+      const double scatter =
+          kMadToSigma * median(std::vector<double>(sizes.data(), sizes.data() + sizes.size()));
+      const double widest = gate * std::max(1.0, scatter * std::sqrt(rows / (rows - 4)));
+      for (Eigen::Index k = 0; k < sizes.size(); ++k) robust.weight(k) = sizes(k) < widest ? 1 : 0;
+      if (robust.redundancy() < 1 || !robust.solve()) return;
+    }
+    rates = robust;
+  }
+
+  /// Velocity and clock drift by the Dopplers of what is used, but those that contradict the others where
+  /// RAIM's global test fails.
+  void solve_velocity(Fix& fix, const Eigen::Matrix3d& enu_from_ecef) const {
+    const auto contradict = [this](const Rates& by) {
+      const int n = by.redundancy();
+      return n > 0 && by.squares() > chi_square_quantile(options_.raim.false_alarm, n);
+    };
+    Rates all = rates();
+    if (!all.solve()) return;
+    if (contradict(all)) {
+      leave_out_contradictions(all, std::sqrt(chi_square_quantile(options_.raim.false_alarm, 1)));
+      for (Eigen::Index i = 0; i < all.weight.size(); ++i) {
+        if (all.weight(i) == 0) fix.excluded.push_back(all.ids[static_cast<std::size_t>(i)]);
+      }
+    }
+    fix.velocity_enu_mps = enu_from_ecef * all.x.head<3>();
+    fix.velocity_covariance_enu =
+        geodesy::rotated(enu_from_ecef, all.least_squares.cofactor().topLeftCorner<3, 3>());
+    if (options_.covariance_by_residuals || contradict(all)) {
+      *fix.velocity_covariance_enu *= excess_variance(all.squares(), all.redundancy());
+    }
+    fix.clock_drift = all.x(3) / kSpeedOfLight;
   }
 
   geodesy::GpsTime receiver_time_;

@@ -153,7 +153,7 @@ struct [[nodiscard]] Fix {
   std::optional<Dop> dop;
   std::vector<gnss::SatelliteId> used;  ///< ascending; empty unless solved
   std::vector<double> residuals_m;      ///< measured minus computed, one per used
-  /// Excluded by RAIM, in that order; by a position filter: those that failed its gate, ascending.
+  /// By RAIM, in order; by a position filter's gate, ascending. Those in `used` as well: their Doppler alone.
   std::vector<gnss::SatelliteId> excluded;
   /// RAIM's test passed on what is used; empty where it was off or had no redundancy to test.
   std::optional<bool> consistent;

@@ -288,6 +288,56 @@ TEST(SolveFix, CountsSatellitesAgainstClocks) {
   EXPECT_EQ(status(4, 2, 5), FixStatus::Fix);
 }
 
+/// measure() with the Dopplers of an antenna at rest: the slope of pseudoranges over a second.
+std::vector<Measurement> measure_with_dopplers() {
+  std::vector<Measurement> measured = measure(four_systems());
+  const auto later = measure(four_systems(), kTime + 0.5, 0),
+             before = measure(four_systems(), kTime - 0.5, 0);
+  const auto range_m = [](const std::vector<Measurement>& of, gnss::SatelliteId id) {
+    return std::find_if(of.begin(), of.end(), [id](const Measurement& m) { return m.id == id; })
+        ->pseudorange_m;
+  };
+  for (Measurement& m : measured) {
+    m.doppler_hz = -m.carrier_frequency_hz / kSpeedOfLight * (range_m(later, m.id) - range_m(before, m.id));
+  }
+  return measured;
+}
+
+TEST(SolveFix, LeavesOutDopplersThatContradictTheOthers) {
+  const std::vector<Measurement> right = measure_with_dopplers();
+  const Fix fix = solve_fix(kTime, right, four_systems(), FixOptions{});
+  ASSERT_TRUE(fix.velocity_enu_mps);
+  EXPECT_LT(fix.velocity_enu_mps->norm(), 1e-3);
+  EXPECT_TRUE(fix.excluded.empty());
+  for (const double hz : {5.0, 50.0, 1000.0}) {
+    for (const std::size_t count : {1U, 3U}) {
+      std::vector<Measurement> wrong = right;
+      std::vector<gnss::SatelliteId> ids;
+      for (std::size_t i = 0; i < count; ++i) {
+        *wrong[i].doppler_hz += hz * (i % 3 == 0 ? 1.0 : -1.5);
+        ids.push_back(wrong[i].id);
+      }
+      const Fix robust = solve_fix(kTime, wrong, four_systems(), FixOptions{});
+      EXPECT_LT(robust.velocity_enu_mps.value().norm(), 1e-3) << hz << ' ' << count;
+      EXPECT_THAT(robust.excluded, testing::UnorderedElementsAreArray(ids)) << hz;
+      EXPECT_EQ(robust.used, fix.used) << "its place is right";
+      EXPECT_EQ(robust.position_ecef, fix.position_ecef);
+    }
+  }
+}
+
+// Among five nothing tells which is wrong, but the deviation does that one is.
+TEST(SolveFix, StatesWhatContradictingDopplersAreWorth) {
+  std::vector<Measurement> five = only(measure_with_dopplers(), System::GPS, 5);
+  const double sigma_mps =
+      std::sqrt(solve_fix(kTime, five, four_systems(), FixOptions{}).velocity_covariance_enu->trace());
+  *five[2].doppler_hz += 50;
+  const Fix fix = solve_fix(kTime, five, four_systems(), FixOptions{});
+  EXPECT_TRUE(fix.excluded.empty());
+  EXPECT_GT(fix.velocity_enu_mps->norm(), 10 * sigma_mps);
+  EXPECT_GT(std::sqrt(fix.velocity_covariance_enu->trace()), 2 * sigma_mps);
+}
+
 void expect_unsolved(const Fix& fix) {
   EXPECT_FALSE(fix.solved());
   EXPECT_EQ(name(fix.status), "no fix");

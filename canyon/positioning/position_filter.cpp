@@ -45,10 +45,14 @@ void look_around(Epoch& epoch, const Eigen::Vector3d& position, const FixOptions
 struct Dopplers {
   int considered = 0, taken = 0;
 };
-Dopplers take_dopplers(const Track& track, const Epoch& epoch, double gate_sigmas, Update& update) {
+/// @param without these
+Dopplers take_dopplers(const Track& track, const Epoch& epoch, double gate_sigmas, Update& update,
+                       std::span<const gnss::SatelliteId> without = {}) {
   Dopplers count;
   for (const std::size_t i : epoch.order) {
-    if (!epoch.passed[i] || !epoch.satellites[i].measured->doppler_hz) continue;
+    const Measurement& measured = *epoch.satellites[i].measured;
+    if (!epoch.passed[i] || !measured.doppler_hz) continue;
+    if (std::find(without.begin(), without.end(), measured.id) != without.end()) continue;
     ++count.considered;
     if (update.take(doppler_row(track, epoch.satellites[i]), gate_sigmas)) ++count.taken;
   }
@@ -136,7 +140,7 @@ std::optional<Track> begin(Epoch& epoch, const Fix& fix, const FixOptions& optio
     ++taken;
   }
   if (taken < 4) return std::nullopt;
-  take_dopplers(track, epoch, std::numeric_limits<double>::infinity(), update);
+  take_dopplers(track, epoch, std::numeric_limits<double>::infinity(), update, fix.excluded);
   update.finish();
   state_accuracy(track, update.taken(), 1, filter);
   return track;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -85,6 +86,22 @@ bool strong_enough(const std::optional<Dop>& dop, const FixOptions& options) {
 
 bool is_near_ground(double height_m) {
   return height_m >= -1e4 && height_m <= 1e5;
+}
+
+bool is_sound(const Fix& fix) {
+  // The elementary symmetric functions of the eigenvalues, up to rounding.
+  const auto semi_definite = [](const Eigen::Matrix3d& c) {
+    constexpr double kRounding = 1e-9;
+    const double sum = c.trace(), pairs = (sum * sum - c.squaredNorm()) / 2;
+    return sum >= 0 && pairs >= -kRounding * sum * sum && c.determinant() >= -kRounding * sum * sum * sum;
+  };
+  const auto& baseline = fix.baseline;
+  if (baseline && !(baseline->vector_enu.allFinite() && semi_definite(baseline->covariance_enu)))
+    return false;
+  if (!fix.solved()) return true;
+  return fix.position_ecef.allFinite() && semi_definite(fix.covariance_enu) &&
+         (!fix.velocity_enu_mps || fix.velocity_enu_mps->allFinite()) &&
+         (!fix.velocity_covariance_enu || semi_definite(*fix.velocity_covariance_enu));
 }
 
 std::vector<RangedSatellite> ranged_satellites(geodesy::GpsTime receiver_time,

@@ -70,6 +70,8 @@ struct Clocks {
 /// Heights of receivers run from check_geodetic()'s lower bound (-10 km) to the edge of space (100 km), below
 /// every mirrored root of the pseudorange equations.
 [[nodiscard]] bool is_near_ground(double height_m);
+/// What a solved fix states, and its baseline, is finite, and covariances are positive semi-definite.
+[[nodiscard]] bool is_sound(const Fix& fix);
 
 /// Turns the satellite by the Earth's rotation over the flight time so far, and renews flight time, range and
 /// direction from `receiver_ecef`. From a known place three calls in a row settle below 1e-9 m, whatever the

@@ -160,6 +160,8 @@ positioning::Fix PositionSolver::solve(geodesy::GpsTime receiver_time, const Sol
   positioning::Fix begin = fix;
   begin.velocity_enu_mps = of_epoch_.velocity_enu_mps;
   begin.velocity_covariance_enu = of_epoch_.velocity_covariance_enu;
+  begin.used = of_epoch_.used;
+  begin.excluded = of_epoch_.excluded;
   auto relative = rtk_->update(receiver_time, measured.of_signals, sky, begin);
   if (!relative) return fix;
   // Among echoes a float position may be worse than that of codes. Twice the deviation is allowed, so that

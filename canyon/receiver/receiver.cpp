@@ -10,6 +10,7 @@
 #include "canyon/geodesy/time_scales.hpp"
 #include "canyon/gnss/signals.hpp"
 #include "canyon/positioning/fusion/dead_reckoning_options.hpp"
+#include "canyon/positioning/pseudorange_model.hpp"
 #include "canyon/receiver/channel_bank.hpp"
 #include "canyon/receiver/own_draws.hpp"
 #include "canyon/receiver/position_solver.hpp"
@@ -197,6 +198,7 @@ struct Receiver::State {
     }
     if (check) epoch.spoofing = check->update(epoch);
     fuse(context, epoch);
+    if (!positioning::is_sound(epoch.fix)) refuse(epoch.fix);
     if (epoch.fix.solved() && options.fix_noise.any()) add_noise(epoch.fix);
     if (epoch.events.forced) force(*epoch.events.forced, context.antenna, epoch);
     for (SatelliteObservation& satellite : epoch.satellites) {
@@ -210,6 +212,16 @@ struct Receiver::State {
     if (!options.dead_reckoning.enabled || context.sensors == nullptr) return;
     if (!fusion) fusion.emplace(options.dead_reckoning, context.sensors->mounting);
     epoch.fix = fusion->update(epoch.time, context.sensors->readings, epoch.fix);
+  }
+
+  /// A fix that is not finite is none, and the filters that made it begin anew.
+  void refuse(positioning::Fix& fix) {
+    positioning::Fix none;
+    none.status = positioning::FixStatus::NotConverged;
+    none.available = fix.available;
+    fix = none;
+    solver.restart();
+    fusion.reset();
   }
 
   /// Adds FixNoiseOptions' noise.

@@ -265,7 +265,10 @@ std::optional<Fix> BaselineFilter::solve(geodesy::GpsTime receiver_time,
   Fix fix = alone;
   fix.used.clear();
   fix.residuals_m.clear();
-  fix.excluded.clear();
+  // Dopplers alone.
+  std::erase_if(fix.excluded, [&alone](gnss::SatelliteId id) {
+    return !std::binary_search(alone.used.begin(), alone.used.end(), id);
+  });
   for (const Difference& d : differences_) {
     if (!d.used || (!fix.used.empty() && fix.used.back() == d.id())) continue;
     fix.used.push_back(d.id());

@@ -138,6 +138,7 @@ class BaselineFilter {
   [[nodiscard]] int fixed_in_a_row() const { return fixed_in_a_row_; }
   [[nodiscard]] const RtkOptions& options() const { return options_; }
   [[nodiscard]] const positioning::FixOptions& masks() const { return masks_; }
+  [[nodiscard]] double max_age_s() const { return max_age_s_; }
 
  private:
   /// Moves the filter to `to`, or starts it; false where it cannot start.

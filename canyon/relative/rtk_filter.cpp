@@ -6,6 +6,7 @@
 
 #include "canyon/geodesy/frames.hpp"
 #include "canyon/options/values.hpp"
+#include "canyon/positioning/pseudorange_model.hpp"
 #include "canyon/relative/baseline_filter.hpp"
 
 namespace canyon::relative {
@@ -86,6 +87,10 @@ std::optional<positioning::Fix> RtkFilter::update(geodesy::GpsTime receiver_time
                                                   std::span<const SignalMeasurement> rover,
                                                   const orbit::Sky& sky, const positioning::Fix& alone) {
   std::optional<positioning::Fix> fix = filter_->update(receiver_time, rover, sky, alone);
+  if (fix && !positioning::is_sound(*fix)) {
+    *filter_ = BaselineFilter(filter_->options(), filter_->masks(), filter_->max_age_s());
+    fix.reset();
+  }
   if (!fix || fix->kind() == positioning::FixKind::Fixed ||
       filter_->options().integers == Integers::Instantaneous) {
     second_.reset();

@@ -191,7 +191,8 @@ void BaselineFilter::take_phases() {
 
 void BaselineFilter::take_velocity(const Fix& alone) {
   if (!alone.velocity_enu_mps || !alone.velocity_covariance_enu) return;
-  const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(alone.position);
+  // At its own place: that fix need not have one.
+  const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(position_));
   for (Index i = 0; i < 3; ++i) {
     SparseRow row;
     for (Index j = 0; j < 3; ++j) row.add(BaselineState::kVelocity + j, enu(i, j));
