@@ -70,11 +70,6 @@ class BaselineState {
   };
   /// Reads the lower triangle of `p`.
   [[nodiscard]] Innovation innovation(const SparseRow& row, double value, double variance) const;
-  /// The state without ambiguities: what codes see.
-  [[nodiscard]] BaselineState without_ambiguities() const;
-  /// Takes what `other`, a part of this that has taken observations since without_ambiguities(), knows of
-  /// position, velocity, zenith delay and ionosphere.
-  void learn(const BaselineState& other);
   /// Takes it, into the lower triangle of `p` alone: call mirror() behind the last of several.
   void take(const SparseRow& row, double value, double variance);
   /// The lower triangle of `p` into the upper one.
@@ -163,10 +158,9 @@ class BaselineFilter {
 
   // --- observations
 
-  [[nodiscard]] SparseRow row_of(const BaselineState& of, const Difference& d, bool phase) const;
+  [[nodiscard]] SparseRow row_of(const Difference& d, bool phase) const;
   /// Differences of a group by the distance of their innovation from the median, which becomes the clock.
-  std::vector<std::size_t> ordered(BaselineState& of, const std::vector<std::size_t>& group,
-                                   bool phase) const;
+  std::vector<std::size_t> ordered(const std::vector<std::size_t>& group, bool phase);
   void take_codes();
   /// Movement of phases less codes from ambiguities since these started [m]: codes of some receivers
   /// jump by a millisecond and their phases do not. 0 where it is no more than what is not known of an

@@ -4,26 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numeric>
-#include <vector>
 
 #include "canyon/base/arithmetic.hpp"
-#include "canyon/relative/integer_least_squares.hpp"
 
 namespace canyon::relative {
 
 using Eigen::Index;
 
 namespace {
-
-// Eigen 3.3 has no lists of indices.
-Eigen::MatrixXd at(const Eigen::MatrixXd& from, const std::vector<Index>& rows,
-                   const std::vector<Index>& columns) {
-  return Eigen::MatrixXd::NullaryExpr(
-      static_cast<Index>(rows.size()), static_cast<Index>(columns.size()), [&](Index i, Index j) {
-        return from(rows[static_cast<std::size_t>(i)], columns[static_cast<std::size_t>(j)]);
-      });
-}
 
 /// p -= gain gain^T in the lower triangle of p, n x n, column by column.
 CANYON_CLONES void subtract_square(const double* __restrict gain, std::ptrdiff_t n, double* __restrict p) {
@@ -98,55 +86,6 @@ BaselineState::Innovation BaselineState::innovation(const SparseRow& row, double
     }
   }
   return result;
-}
-
-BaselineState BaselineState::without_ambiguities() const {
-  BaselineState part;
-  std::vector<Index> states(kFirstSlot);
-  std::iota(states.begin(), states.end(), Index{0});
-  for (std::size_t i = 0; i < slots.size(); ++i) {
-    if (slots[i].signal != nullptr) continue;
-    part.slots.push_back(slots[i]);
-    states.push_back(index(i));
-  }
-  part.x.resize(static_cast<Index>(states.size()));
-  for (std::size_t i = 0; i < states.size(); ++i) part.x(static_cast<Index>(i)) = x(states[i]);
-  part.p = at(p, states, states);
-  return part;
-}
-
-void BaselineState::learn(const BaselineState& other) {
-  // Those that are known to some extent: the clock is a new one for each signal.
-  std::vector<Index> here, there;
-  const auto add = [&](Index state, Index in_other) {
-    if (p(state, state) <= 0) return;
-    here.push_back(state);
-    there.push_back(in_other);
-  };
-  for (Index i = 0; i < kFirstSlot; ++i) {
-    if (i != kClock) add(i, i);
-  }
-  std::size_t in_other = 0;
-  for (std::size_t i = 0; i < slots.size(); ++i) {
-    if (slots[i].signal == nullptr) add(index(i), index(in_other++));
-  }
-  // Everything else follows by its covariance with them.
-  Eigen::VectorXd moved = Eigen::VectorXd::Zero(x.size());
-  std::vector<Index> all(static_cast<std::size_t>(x.size()));
-  std::iota(all.begin(), all.end(), Index{0});
-  const Eigen::MatrixXd before = at(p, here, here);
-  const Triangular factors = triangular(before);
-  // Those that the others explain come first, and follow.
-  const auto explained = static_cast<std::ptrdiff_t>(here.size()) - factors.d.size();
-  here.erase(here.begin(), here.begin() + explained);
-  there.erase(there.begin(), there.begin() + explained);
-  const Eigen::MatrixXd gain = times_inverse(at(p, all, here), factors);
-  for (std::size_t k = 0; k < here.size(); ++k) {
-    add_multiple(other.x(there[k]) - x(here[k]), &gain(0, static_cast<Index>(k)), x.size(), moved.data());
-  }
-  x += moved;
-  add_product_to_lower(product(gain, at(other.p, there, there) - at(p, here, here)), gain, p);
-  mirror();
 }
 
 void BaselineState::take(const SparseRow& row, double value, double variance) {

@@ -351,10 +351,4 @@ MatrixXd product(const MatrixXd& a, const MatrixXd& b) {
   return result;
 }
 
-void add_product_to_lower(const MatrixXd& a, const MatrixXd& b, MatrixXd& p) {
-  for (Index j = 0; j < p.cols(); ++j) {
-    for (Index k = 0; k < a.cols(); ++k) add_multiple(b(j, k), &a(j, k), p.rows() - j, &p(j, j));
-  }
-}
-
 }  // namespace canyon::relative

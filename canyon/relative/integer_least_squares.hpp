@@ -28,9 +28,6 @@ struct Triangular {
 void add_multiple(double factor, const double* from, std::ptrdiff_t n, double* to);
 /// A B.
 [[nodiscard]] Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
-/// P += A B^T in the lower triangle of P.
-/// @param a, b [n, m] @param p [n, n]
-void add_product_to_lower(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b, Eigen::MatrixXd& p);
 
 /// The whole numbers nearest to real ones in the metric of their covariance.
 struct IntegerSolution {

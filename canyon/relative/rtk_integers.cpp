@@ -52,7 +52,7 @@ double BaselineFilter::squares_of_residuals(std::span<const std::size_t> among,
   std::map<const gnss::Signal*, Sums> of_signals;
   for (const std::size_t i : among) {
     const Difference& d = differences_[i];
-    const SparseRow row = row_of(state_, d, true);
+    const SparseRow row = row_of(d, true);
     double residual_m = d.phase_m;
     for (std::size_t k = 0; k < row.count; ++k) residual_m -= row.terms[k].second * x(row.terms[k].first);
     const double weight = 1 / (d.variance + d.age_variance);

@@ -28,15 +28,15 @@ constexpr double kCodeTime_s = 1;
 
 }  // namespace
 
-SparseRow BaselineFilter::row_of(const BaselineState& of, const Difference& d, bool phase) const {
+SparseRow BaselineFilter::row_of(const Difference& d, bool phase) const {
   SparseRow row;
   for (Index i = 0; i < 3; ++i) row.add(BaselineState::kPosition + i, -d.rover->direction(i));
   row.add(BaselineState::kClock, 1);
-  if (of.p(BaselineState::kZenith, BaselineState::kZenith) > 0) {
+  if (state_.p(BaselineState::kZenith, BaselineState::kZenith) > 0) {
     row.add(BaselineState::kZenith, 1 / std::max(0.05, std::sin(d.rover->elevation_rad)));
   }
   if (ionosphere_sigma_m_ > 0) {
-    if (const auto slot = of.find(d.id(), nullptr)) {
+    if (const auto slot = state_.find(d.id(), nullptr)) {
       row.add(BaselineState::index(*slot), (phase ? -1 : 1) * d.ionosphere_rate());
     }
   }
@@ -44,23 +44,22 @@ SparseRow BaselineFilter::row_of(const BaselineState& of, const Difference& d, b
   return row;
 }
 
-std::vector<std::size_t> BaselineFilter::ordered(BaselineState& of, const std::vector<std::size_t>& group,
-                                                 bool phase) const {
-  of.reset(BaselineState::kClock, 0, 0);
+std::vector<std::size_t> BaselineFilter::ordered(const std::vector<std::size_t>& group, bool phase) {
+  state_.reset(BaselineState::kClock, 0, 0);
   std::vector<std::pair<double, std::size_t>> innovations;
   std::vector<double> values;
   for (const std::size_t i : group) {
     const Difference& d = differences_[i];
     if (phase && !d.slot) continue;
     const double value = phase ? d.phase_m : d.code_m;
-    innovations.emplace_back(of.innovation(row_of(of, d, phase), value, 0).value, i);
+    innovations.emplace_back(state_.innovation(row_of(d, phase), value, 0).value, i);
     values.push_back(innovations.back().first);
   }
   if (innovations.size() < 2) return {};
   const double middle = positioning::median(values);
   for (auto& [innovation, i] : innovations) innovation = std::abs(innovation - middle);
   std::sort(innovations.begin(), innovations.end());
-  of.reset(BaselineState::kClock, middle, kUnknownClock_m * kUnknownClock_m);
+  state_.reset(BaselineState::kClock, middle, kUnknownClock_m * kUnknownClock_m);
   std::vector<std::size_t> order;
   order.reserve(innovations.size());
   for (const auto& [innovation, i] : innovations) order.push_back(i);
@@ -70,25 +69,24 @@ std::vector<std::size_t> BaselineFilter::ordered(BaselineState& of, const std::v
 void BaselineFilter::take_codes() {
   int considered = 0, failed = 0;
   double sum = 0;
-  BaselineState part = state_.without_ambiguities();
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   const double repeats = dt_s_ > 0 ? std::max(1.0, kCodeTime_s / dt_s_) : 1;
   for (const auto& [signal, group] : groups_) {
     Eigen::Matrix3d squares_of = Eigen::Matrix3d::Zero();
     Eigen::Vector3d sum_of = Eigen::Vector3d::Zero();
     double weights = 0;
-    for (const std::size_t i : ordered(part, group, false)) {
+    for (const std::size_t i : ordered(group, false)) {
       const Difference& d = differences_[i];
-      const SparseRow row = row_of(part, d, false);
+      const SparseRow row = row_of(d, false);
       const double noise = d.variance * options_.code_ratio * options_.code_ratio + d.age_variance;
-      const double normalised = std::abs(part.innovation(row, d.code_m, noise).normalised());
+      const double normalised = std::abs(state_.innovation(row, d.code_m, noise).normalised());
       ++considered;
       sum += std::min(normalised * normalised, 25.0);
       if (normalised > options_.gate_sigmas) {
         ++failed;
         continue;
       }
-      part.take(row, d.code_m, repeats * noise);
+      state_.take(row, d.code_m, repeats * noise);
       const Eigen::Vector3d& e = d.rover->direction;
       weights += 1 / noise;
       sum_of += e / noise;
@@ -96,8 +94,7 @@ void BaselineFilter::take_codes() {
     }
     if (weights > 0) information += squares_of - sum_of * sum_of.transpose() / weights;
   }
-  part.mirror();
-  state_.learn(part);
+  state_.mirror();
   code_covariance_.setZero();
   if (information.determinant() > 1e-9) code_covariance_ = information.inverse();
   const auto redundant = considered - static_cast<int>(groups_.size()) - 3;
@@ -146,9 +143,9 @@ void BaselineFilter::take_phases() {
     const double jump_m = code_jump_m(group);
     start_ambiguities(group, jump_m);
     bool first = true;
-    for (const std::size_t i : ordered(state_, group, true)) {
+    for (const std::size_t i : ordered(group, true)) {
       Difference& d = differences_[i];
-      const SparseRow row = row_of(state_, d, true);
+      const SparseRow row = row_of(d, true);
       double variance = d.variance + d.age_variance;
       const auto innovation = state_.innovation(row, d.phase_m, variance);
       const double normalised = std::abs(innovation.normalised());
@@ -182,7 +179,7 @@ void BaselineFilter::take_phases() {
     for (const std::size_t i : group) {
       Difference& d = differences_[i];
       if (!d.used) continue;
-      d.residual_m = state_.innovation(row_of(state_, d, true), d.phase_m, 0).value;
+      d.residual_m = state_.innovation(row_of(d, true), d.phase_m, 0).value;
     }
   }
   state_.mirror();
