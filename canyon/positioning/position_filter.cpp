@@ -214,6 +214,20 @@ bool correct(Track& track, OwnClock& own, Epoch& epoch, double dt, const Positio
   return !astray(track.astray_since, epoch.time, all_failed, all_considered, options.coast_s);
 }
 
+/// excess_variance() of the Dopplers at the track's velocity, of all satellites above the masks.
+double excess_of_dopplers(const Track& track, const Epoch& epoch) {
+  constexpr double kMostSigmas = 8;
+  double squares = 0;
+  int count = 0;
+  for (const RangedSatellite& satellite : epoch.satellites) {
+    if (!satellite.above_mask || !satellite.measured->doppler_hz) continue;
+    const Row row = doppler_row(track, satellite);
+    squares += std::pow(std::min(std::abs(row.innovation) / row.sigma, kMostSigmas), 2);
+    ++count;
+  }
+  return excess_variance(squares, count - 4);
+}
+
 /// False where no receiver can be.
 bool somewhere(const Track& track) {
   if (!track.x.allFinite()) return false;
@@ -312,6 +326,7 @@ Fix describe(const Track& track, const Epoch& epoch, const Fix& of, const FixOpt
   if (options.covariance_by_residuals) {
     const Eigen::Vector3d moved = moved_by_ionosphere(track, epoch, enu_from_ecef);
     fix.covariance_enu += moved * moved.transpose();
+    *fix.velocity_covariance_enu *= excess_of_dopplers(track, epoch);
   }
   add_geometry(fix, track, epoch, enu_from_ecef);
   return fix;
