@@ -102,9 +102,9 @@ SkylineOptions skyline_numbers(const ShadowingOptions& options) {
 }
 
 void visit(options::Visitor& v, SkylineOptions& o) {
-  v.number(
-      {"share", "", "share of azimuths with an obstacle that the map lacks5 in dense surroundings, else 0"},
-      o.share, {0, 1});
+  v.number({"share", "", "share of azimuths with an obstacle that the map lacks",
+            "0.45 in dense surroundings, else 0"},
+           o.share, {0, 1});
   v.number({"height_m", "m", "mean height of obstacles above 2 m"}, o.height_m, {0, 100, true});
   v.number({"distance_m", "m", "median distance of obstacles"}, o.distance_m, {1, 100});
   v.number({"distance_sigma", "", "standard deviation of the logarithm of distances"}, o.distance_sigma,

@@ -8,6 +8,7 @@
 
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
+#include "canyon/output/sensor_arrays.hpp"
 #include "canyon/output/sinks.hpp"
 #include "canyon/output/stream.hpp"
 #include "canyon/output/view_tables.hpp"
@@ -373,6 +374,10 @@ TEST(Columns, DocumentationHasTheSameTables) {
                             markdown(table));
   }
   test::expect_documented("columns.md", "figures of the summary", markdown(summary_figures()));
+  std::string sensors = "| file | columns |\n|---|---|\n";
+  for (const auto& [file, heads] : sensor_files())
+    sensors += fmt::format("| `{}` | `{}` |\n", file, fmt::join(split(heads, ','), "`, `"));
+  test::expect_documented("columns.md", "columns of the sensors' files", sensors);
 }
 
 TEST(Columns, AreNamedOnceAndSayWhatTheyAre) {

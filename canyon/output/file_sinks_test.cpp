@@ -35,6 +35,8 @@ TEST(ReceiverFolders, NamesAreSafeAndDiffer) {
   EXPECT_EQ(receiver_folder_names({"a/b", "a:b", "A_B", "a_b-2"}),
             (Strings{"a_b", "a_b-2", "A_B-3", "a_b-2-2"}));
   EXPECT_EQ(receiver_folder_names({"", "..", "sky.nav"}), (Strings{"receiver", "_.", "sky.nav-2"}));
+  EXPECT_EQ(receiver_folder_names({"view", "Report.txt", "imu.csv"}),
+            (Strings{"view-2", "Report.txt-2", "imu.csv-2"}));
   EXPECT_EQ(receiver_folder_names({std::string(300, 'x')}).front().size(), 64U);
 }
 

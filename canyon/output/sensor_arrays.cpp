@@ -105,6 +105,31 @@ void SensorArrays::add(const SensorBatch& batch) {
   add("magnetometer", batch.magnetometer);
 }
 
+const std::map<std::string, std::string>& sensor_files() {
+  static const std::map<std::string, std::string> files = [] {
+    const std::string input =
+        "specific_force_x_mps2,specific_force_y_mps2,specific_force_z_mps2,angular_rate_x_radps,"
+        "angular_rate_y_radps,angular_rate_z_radps";
+    std::map<std::string, std::string> heads;
+    heads["imu.csv"] = "gps_week,gps_tow," + input + ",temperature_k";
+    heads["motion.csv"] =
+        "gps_week,gps_tow,latitude_deg,longitude_deg,height_m,velocity_east_mps,velocity_north_mps,"
+        "velocity_up_mps,roll_deg,pitch_deg,heading_deg," +
+        input;
+    inertial::SensorOptions all;
+    all.wheels.emplace();
+    all.barometer.emplace();
+    all.magnetometer.emplace();
+    SensorArrays tables(all, {});
+    for (const SensorArray& array : tables.arrays()) {
+      std::string& line = heads[array.sensor + ".csv"];
+      line += (line.empty() ? "" : ",") + array.heads;
+    }
+    return heads;
+  }();
+  return files;
+}
+
 std::string SensorArrays::csv_lines(std::string_view sensor) const {
   std::vector<const SensorArray*> own;
   for (const SensorArray& array : arrays_) {

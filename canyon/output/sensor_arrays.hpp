@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,7 +17,7 @@ struct SensorArray {
   std::string sensor;  ///< "imu"
   std::string name;    ///< "specific_force"
   std::size_t columns = 1;
-  std::string heads = {};           ///< of the columns, in a CSV file of the sensor (docs/imu.md)
+  std::string heads = {};           ///< of the columns, in a CSV file of the sensor
   std::vector<double> values = {};  ///< row by row
 };
 
@@ -36,6 +37,9 @@ class SensorArrays {
   geodesy::GpsTime begin_;
   std::vector<SensorArray> arrays_;
 };
+
+/// The CSV files of sensors and the heads of their columns: {"imu.csv", "gps_week,gps_tow,..."}.
+[[nodiscard]] const std::map<std::string, std::string>& sensor_files();
 
 /// A .npz file of NumPy: a ZIP archive of .npy files, stored without compression (NEP 1, format 1.0;
 /// APPNOTE.TXT of PKWARE, 4.3).

@@ -32,14 +32,8 @@ class ImuFiles {
  public:
   ImuFiles(const std::filesystem::path& folder, inertial::ImuAxes axes, geodesy::GpsTime begin)
       : axes_(axes), begin_(begin), imu_(folder / "imu.csv"), motion_(folder / "motion.csv") {
-    const std::string input =
-        "specific_force_x_mps2,specific_force_y_mps2,specific_force_z_mps2,angular_rate_x_radps,"
-        "angular_rate_y_radps,angular_rate_z_radps";
-    imu_.write("gps_week,gps_tow," + input + ",temperature_k\n");
-    motion_.write(
-        "gps_week,gps_tow,latitude_deg,longitude_deg,height_m,velocity_east_mps,velocity_north_mps,"
-        "velocity_up_mps,roll_deg,pitch_deg,heading_deg," +
-        input + "\n");
+    imu_.write(sensor_files().at("imu.csv") + '\n');
+    motion_.write(sensor_files().at("motion.csv") + '\n');
   }
 
   void add(const InertialSample& sample) {
@@ -96,7 +90,7 @@ class ImuFiles {
   std::string line_, time_text_;
 };
 
-/// Files of the scenario's sensors in `folder` (docs/imu.md has the columns), as `outputs:` asks for
+/// Files of the scenario's sensors in `folder` (sensor_files() has the columns), as `outputs:` asks for
 /// them, of sensors that the scenario has. `imu`: imu.csv, its samples, and motion.csv, the true motion of
 /// the sensor at their instants, with all digits; `wheels`: wheels.csv; `barometer`: barometer.csv;
 /// `magnetometer`: magnetometer.csv; `sensors_npz`: sensors.npz, all of these for NumPy.
@@ -113,10 +107,10 @@ class InertialFiles final : public simulation::EpochSink {
     if (!wanted.has("magnetometer")) in_tables_.magnetometer.reset();
     SensorArrays empty(in_tables_, begin_);
     for (const SensorArray& array : empty.arrays()) {
-      const auto [file, first] = tables_.try_emplace(array.sensor, folder / (array.sensor + ".csv"));
-      file->second.write((first ? "" : ",") + array.heads);
+      const std::string name = array.sensor + ".csv";
+      const auto [file, first] = tables_.try_emplace(array.sensor, folder / name);
+      if (first) file->second.write(sensor_files().at(name) + '\n');
     }
-    for (auto& [sensor, file] : tables_) file.write("\n");
   }
 
   void write(const simulation::Epoch& epoch) override {
@@ -184,8 +178,8 @@ std::string safe_name(const std::string& name) {
 
 std::vector<std::string> receiver_folder_names(const std::vector<std::string>& receiver_names) {
   // Letters of either case count as one name: not every file system distinguishes them.
-  std::set<std::string> taken{"sky.nav",       "imu.csv",          "motion.csv", "wheels.csv",
-                              "barometer.csv", "magnetometer.csv", "sensors.npz"};
+  std::set<std::string> taken{"sky.nav", "sensors.npz", "view", "report.txt"};
+  for (const auto& [file, heads] : sensor_files()) taken.insert(file);
   std::vector<std::string> folders;
   for (const std::string& name : receiver_names) {
     const std::string safe = safe_name(name);
