@@ -157,7 +157,9 @@ void visit_profile(Visitor& v, ReceiverConfig& config) {
 }
 
 bool has_idle_noise(const SkyConfig& sky, const ReceiverConfig& receiver) {
-  return sky.has_errors() && !receiver.options.noise.enabled.is_set();
+  const receiver::NoiseOptions& noise = receiver.options.noise;
+  return sky.has_errors() && !noise.enabled.is_set() &&
+         options::exact_text(noise) != options::exact_text(receiver::NoiseOptions());
 }
 
 std::string idle_noise_warning(const std::vector<std::string>& names) {

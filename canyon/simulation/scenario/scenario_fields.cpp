@@ -192,16 +192,11 @@ void visit_streets(Visitor& v, Scenario& scenario) {
   for (ReceiverConfig& receiver : scenario.receivers) receiver.streets = streets;
 }
 
-void warn_of_idle_noises(Visitor& v, Scenario& scenario) {
+void warn_of_idle_noises(const Visitor& v, Scenario& scenario) {
   if (!v.reads()) return;
   std::vector<std::string> idle;
-  const bool of_all = v.has("noise");
-  const auto look = [&](const ReceiverConfig& receiver) {
-    if ((of_all || v.has("noise")) && has_idle_noise(scenario.sky, receiver))
-      idle.push_back(receiver.options.name);
-  };
-  if (!v.has("receivers")) look(scenario.receivers.front());
-  v.list("receivers", scenario.receivers, look);
+  for (const ReceiverConfig& receiver : scenario.receivers)
+    if (has_idle_noise(scenario.sky, receiver)) idle.push_back(receiver.options.name);
   if (!idle.empty()) scenario.warnings.push_back(idle_noise_warning(idle));
 }
 

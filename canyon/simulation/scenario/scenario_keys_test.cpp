@@ -466,6 +466,7 @@ TEST(ScenarioYaml, ReadsBackToTheBit) {
     ASSERT_NO_THROW(again = parse_scenario(shown, elsewhere / "t.yaml")) << name << "\n" << shown;
     EXPECT_EQ(options::exact_text(again), options::exact_text(scenario)) << name;
     EXPECT_EQ(scenario_yaml(again), shown) << name;
+    EXPECT_EQ(again.warnings, scenario.warnings) << name;
     ASSERT_EQ(again.trajectory.waypoints.size(), scenario.trajectory.waypoints.size()) << name;
     for (std::size_t i = 0; i < again.trajectory.waypoints.size(); ++i) {
       EXPECT_EQ(again.trajectory.waypoints[i].latitude_rad, scenario.trajectory.waypoints[i].latitude_rad);
