@@ -214,6 +214,10 @@ StudyPlan StudyPlan::parse(const std::string& text, const std::filesystem::path&
 // Adds trees and lines to the texts that visit() read, and checks that the keys are a scenario's.
 void StudyPlan::read_axes(const Node& root) {
   const std::vector<std::string> known = simulation::scenario_description().paths();
+  const auto is_list = [&](const std::string& key) {
+    const std::string items = plain_key(key) + "[]";
+    return std::any_of(known.begin(), known.end(), [&](auto& path) { return path.starts_with(items); });
+  };
   const Node& list = root.find("axes")->value;
   for (std::size_t i = 0; i < study_.axes.size(); ++i) {
     Axis& axis = study_.axes[i];
@@ -225,23 +229,27 @@ void StudyPlan::read_axes(const Node& root) {
       if (values->value.kind == Node::Kind::Scalar) axis.trees = {values->value};
     }
     for (std::size_t k = 0; k < axis.trees.size(); ++k) {
-      if (axis.trees[k].kind == Node::Kind::Empty) {
-        throw InputError(study_.file, axis.trees[k].line, fmt::format("axis '{}': an empty value", axis.name),
+      Node& tree = axis.trees[k];
+      // `none`: no items, or the scenario as it is.
+      if (tree.kind == Node::Kind::Scalar && tree.text == "none" && (axis.key.empty() || is_list(axis.key)))
+        tree.kind = axis.key.empty() ? Node::Kind::Mapping : Node::Kind::List;
+      if (tree.kind == Node::Kind::Empty) {
+        throw InputError(study_.file, tree.line, fmt::format("axis '{}': an empty value", axis.name),
                          "write a value, or a mapping of keys");
       }
-      if (axis.key.empty() && axis.trees[k].kind != Node::Kind::Mapping) {
-        throw InputError(study_.file, axis.trees[k].line,
+      if (axis.key.empty() && tree.kind != Node::Kind::Mapping) {
+        throw InputError(study_.file, tree.line,
                          fmt::format("axis '{}' has no key, and the value {} is not a mapping of keys",
                                      axis.name, axis.values[k]),
                          "give the axis a key");
       }
       for (std::size_t j = 0; j < k; ++j) {
         if (axis.values[j] != axis.values[k]) continue;
-        throw InputError(study_.file, axis.trees[k].line,
+        throw InputError(study_.file, tree.line,
                          fmt::format("axis '{}' has the value {} twice", axis.name, axis.values[k]),
                          "keep one of them");
       }
-      for (const auto& [key, tree] : settings_of(axis, {axis.trees[k], {}, {}})) {
+      for (const auto& [key, of] : settings_of(axis, {tree, {}, {}})) {
         const std::string plain = plain_key(key);
         const bool is_known = std::any_of(known.begin(), known.end(), [&](const std::string& path) {
           return path == plain || (path.compare(0, plain.size(), plain) == 0 &&
@@ -364,7 +372,11 @@ simulation::Scenario StudyPlan::scenario(const Run& run) const {
   for (std::size_t i = 0; i < run.at.size(); ++i) {
     for (const auto& [key, tree] : settings_of(study_.axes[i], run.at[i])) {
       try {
-        set_at(root, key, *tree);
+        const std::string& name = key;
+        if (tree->kind == Node::Kind::List && tree->items.empty())
+          std::erase_if(root.entries, [&](const Node::Entry& entry) { return entry.key == name; });
+        else
+          set_at(root, key, *tree);
       } catch (const InputError& e) {
         throw InputError(study_.file, study_.axes[i].line,
                          fmt::format("axis {}: {}", study_.axes[i].name, e.problem()), e.cure());

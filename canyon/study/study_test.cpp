@@ -174,6 +174,19 @@ TEST(Study, AxesOverSectionsAndSeveralKeys) {
 }
 
 // Each row of N runs has one for every shard.
+TEST(Study, NoneIsNoFaultOrTheScenarioAsItIs) {
+  const StudyPlan plan = plan_of(R"(axes:
+  - {key: faults, values: [none, [{from_s: 1, outage: {satellites: GPS}}]]}
+  - {name: world, values: [none, {seed: 7}]}
+)");
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    EXPECT_EQ(plan.scenario(plan.run(i)).faults.size(), i / 2) << i;
+    EXPECT_EQ(plan.scenario(plan.run(i)).seed, i % 2 == 0 ? 5U : 7U) << i;
+  }
+  EXPECT_EQ(plan.run(0).at[0].label, "none");
+  EXPECT_EQ(plan.run(0).at[1].label, "none");
+}
+
 TEST(Study, ShardsArePartsOfTheWhole) {
   for (const std::size_t shards : {1U, 2U, 3U, 8U}) {
     for (std::size_t row = 0; row < 20; ++row) {
