@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "canyon/base/output_file.hpp"
@@ -26,7 +27,7 @@ bool has_page() {
 
 int run_demo(const std::string& out) {
   const std::filesystem::path folder = out;
-  make_output_folder(folder);
+  std::optional<FolderLock> lock(folder);
   const std::string scenario = (folder / "demo.yaml").string();
   const std::string map = (folder / "heatmap").string();
   const std::string page = (folder / "demo.html").string();
@@ -37,6 +38,7 @@ int run_demo(const std::string& out) {
                     scenario));
   }
   write_file(scenario, demo_scenario);
+  lock.reset();  // each step has its own
   const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
   std::vector<std::vector<std::string>> steps{{self, "simulate", scenario, "--out", out},
                                               {self, "heatmap", scenario, "--spacing", "6", "--out", map}};

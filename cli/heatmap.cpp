@@ -49,8 +49,6 @@ class MapRun {
   int run() {
     read();
     load();
-    make_output_folder(fs::path(arguments_.out) / "tiles");
-    if (ranks_.rank() == 0) lock_.emplace(fs::path(arguments_.out) / "tiles");
     // Each run ends before the next one begins, because cities are large. The writers need the first one.
     for (int i = 0; i < runs_->count(); ++i) {
       const simulation::Scenario scenario = runs_->scenario(i);
@@ -163,8 +161,7 @@ class MapRun {
     for (const std::string& prior : runs_->priors()) note(fmt::format("unknown     {}", prior));
     if (arguments_.unknowns && ranks_.rank() == 0)
       warn_of_few_draws(static_cast<std::size_t>(*arguments_.unknowns), "--unknowns");
-    make_output_folder(arguments_.out);
-    files_.emplace(arguments_.out, "tiles");
+    if (ranks_.rank() == 0) files_.emplace(arguments_.out, "heatmap", "tiles");
   }
 
   void load() {
@@ -185,6 +182,7 @@ class MapRun {
       if (formats_.geotiff) names = heatmap::geotiff_names(request_);
       if (formats_.netcdf) names.emplace_back("map.nc");
       if (formats_.png) names.emplace_back("map.png");
+      names.emplace_back("report.txt");
       for (const std::string& name : names) {
         ResultFiles::refuse(folder_of(over) / name);
         InputFiles::current().add_output(folder_of(over) / name);  // for what is read later
@@ -366,8 +364,7 @@ class MapRun {
   ReadReport report_;  ///< of all that was read
   heatmap::MpiProcesses& ranks_;
   const std::atomic<bool>& stop_;
-  std::optional<ResultFiles> files_;
-  std::optional<FolderLock> lock_;  ///< on the tiles
+  std::optional<ResultFiles> files_;  ///< of the first rank
   HeatmapFormats formats_;
   heatmap::Request request_;
   simulation::Scenario scenario_;

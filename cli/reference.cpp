@@ -199,7 +199,7 @@ void add_manual(Command& app, const std::string& version) {
   auto out = std::make_shared<std::string>();
   command.add_option("-o,--out", *out, "DIR", "folder for canyon.1, canyon-simulate.1, ...").required();
   command.action = [&app, out, version] {
-    make_output_folder(*out);
+    const FolderLock lock(*out);
     for_each_command(app, app.name, [&](const Command& part, const std::string& words) {
       write_file(std::filesystem::path(*out) / (replaced(words, " ", "-") + ".1"),
                  manual_page(part, words, version));

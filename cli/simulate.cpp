@@ -105,14 +105,13 @@ int run_simulate(const SimulateArguments& given) {
   SimulateArguments arguments = given;
   const auto note = [&arguments](const std::string& text) { cli::note(arguments.quiet, text); };
   const simulation::Scenario scenario = scenario_of(arguments);
-  make_output_folder(arguments.out);
-  const FolderLock lock(arguments.out);
+  ResultFiles files(arguments.out, "simulate");
+  const std::string report_file = (fs::path(arguments.out) / "report.txt").string();
+  ResultFiles::refuse(report_file);
   const std::unique_ptr<simulation::Simulation> made = make_simulation(scenario, arguments.quiet);
   const simulation::Simulation& simulation = *made;
-  const std::string report_file = (std::filesystem::path(arguments.out) / "report.txt").string();
   print_report(simulation.report(), report_file);
 
-  ResultFiles files(arguments.out);
   const std::atomic<bool>& stop_requested = catch_interrupts();
   const auto sinks = make_sinks(simulation, arguments);
   std::vector<std::unique_ptr<output::EncodedStream>> streams;

@@ -92,7 +92,7 @@ fs::path frame_path(const fs::path& folder, std::size_t index) {
 }
 
 /// Pictures of an earlier, longer run would end up in the same film.
-int draw_frames(const SkyplotArguments& arguments, Site& site) {
+int draw_frames(const SkyplotArguments& arguments, Site& site, ResultFiles& files) {
   const geodesy::GpsTime begin = site.begin(), end = site.end();
   const geodesy::GpsTime first = moment(arguments.first, begin, begin);
   const geodesy::GpsTime last = moment(arguments.last, begin, end);
@@ -114,7 +114,6 @@ int draw_frames(const SkyplotArguments& arguments, Site& site) {
   const auto count = static_cast<std::size_t>(steps) + 1;
   const auto time_of = [&](std::size_t i) { return first + arguments.every_s * static_cast<double>(i); };
   const propagation::Propagator propagator = site.make_propagator();
-  ResultFiles files(arguments.frames);
   const std::atomic<bool>& stop = catch_interrupts();
   const auto wall_begin = std::chrono::steady_clock::now();
   std::size_t written = 0;
@@ -175,8 +174,9 @@ int run_skyplot(const SkyplotArguments& given) {
                      "it runs from 0.001 to 86400 seconds");
   }
   // A folder that cannot be written to is found before the city is loaded.
+  std::optional<ResultFiles> files;
   if (frames) {
-    make_output_folder(arguments.frames);
+    files.emplace(arguments.frames, "skyplot");
   } else {
     const OutputFile probe(arguments.out);
   }
@@ -184,7 +184,7 @@ int run_skyplot(const SkyplotArguments& given) {
   const receiver::ReceiverOptions& receiver = site.receiver_config().options;
   arguments.options.receiver = receiver.name;
   arguments.options.elevation_mask_rad = std::max(0.0, receiver.fix.elevation_mask_rad);
-  return frames ? draw_frames(arguments, site) : draw_one(arguments, site);
+  return frames ? draw_frames(arguments, site, *files) : draw_one(arguments, site);
 }
 
 constexpr const char* kSkyplotFooter =

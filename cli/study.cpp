@@ -138,14 +138,13 @@ int compute(const StudyArguments& arguments, heatmap::MpiProcesses& ranks) {
                      "start shards without MPI: srun --mpi=none, or an array of jobs");
   }
   const study::Manifest manifest = study::manifest_of(plan);
-  const ResultFiles files(arguments.out, "runs");
-  refuse_results(arguments.out);
   // Rank 0 makes the folder; all read what is there before anyone adds to it.
+  std::optional<ResultFiles> files;
   std::optional<study::RunStore> store;
-  std::optional<FolderLock> lock;
   if (ranks.rank() == 0) {
+    files.emplace(arguments.out, "study", "runs", shard.count > 1);
+    refuse_results(arguments.out);
     store.emplace(arguments.out, manifest);
-    lock.emplace(fs::path(arguments.out) / "runs", shard.count > 1);
   }
   ranks.barrier();
   if (ranks.rank() != 0) store.emplace(arguments.out, manifest);
@@ -206,7 +205,7 @@ int compute(const StudyArguments& arguments, heatmap::MpiProcesses& ranks) {
 
 int merge(const StudyArguments& arguments) {
   if (arguments.out.empty()) throw InputError("--out is missing", "give the folder for the whole study");
-  const ResultFiles files(arguments.out, "runs");
+  const ResultFiles files(arguments.out, "study", "runs");
   refuse_results(arguments.out);
   const study::Manifest manifest = study::read_manifest(arguments.folders.front());
   std::vector<std::optional<study::RunRecord>> records(manifest.runs);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -349,25 +350,6 @@ void write(const ValidateArguments& arguments, const Judges& judges, bool listed
   }
 }
 
-/// A folder that is made before the work, and goes again where it was not there and stays empty.
-class NewFolder {
- public:
-  explicit NewFolder(const std::string& path) {
-    if (path.empty()) return;
-    if (!std::filesystem::exists(path)) made_ = path;
-    make_output_folder(path);
-  }
-  ~NewFolder() {
-    std::error_code not_empty;
-    if (!made_.empty()) std::filesystem::remove(made_, not_empty);
-  }
-  NewFolder(const NewFolder&) = delete;
-  NewFolder& operator=(const NewFolder&) = delete;
-
- private:
-  std::filesystem::path made_;
-};
-
 int run_validate(const ValidateArguments& given) {
   if (given.draws) return run_ensemble(given);
   ValidateArguments arguments = given;
@@ -375,7 +357,8 @@ int run_validate(const ValidateArguments& given) {
   return unless_interrupted([&] {
     const bool listed = validation::is_recording_list(arguments.scenario);
     const Judges judges = drives_of<Judge>(arguments, recordings_of(arguments, listed), listed);
-    const NewFolder view(arguments.view);
+    std::optional<ResultFiles> view;
+    if (!arguments.view.empty()) view.emplace(arguments.view, "validate");
     for (const auto& judge : judges) judge->run();
     write(arguments, judges, listed);
     return kOk;

@@ -46,7 +46,7 @@ class Workplace {
  public:
   explicit Workplace(const std::string& wanted) : path_(wanted), own_(wanted.empty()) {
     if (!own_) {
-      make_output_folder(path_);
+      files_.emplace(path_, "view");
       return;
     }
     std::string name = std::filesystem::temp_directory_path() / "canyon-view-XXXXXX";
@@ -65,6 +65,7 @@ class Workplace {
  private:
   std::filesystem::path path_;
   bool own_;
+  std::optional<ResultFiles> files_;
 };
 
 /// The heat map of `canyon view`, alone or over a city.

@@ -98,6 +98,8 @@ void record_page(const RecordArguments& arguments, const fs::path& viewer, const
   const int frames = frames_of(arguments);
   const fs::path pictures = one_file ? folder / "frames" : fs::path(arguments.file);
   make_output_folder(pictures);
+  std::optional<FolderLock> lock;
+  if (!one_file) lock.emplace(pictures);
   Json wanted{{"page", exported.string()},
               {"folder", pictures.string()},
               {"width", width},

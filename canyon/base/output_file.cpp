@@ -12,6 +12,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <mutex>
 #include <sstream>
 #include <string>
@@ -28,6 +29,7 @@ constexpr std::string_view kCure = "choose a folder that exists and that you may
 // Temporary names: the output's, this, and so many of these letters.
 constexpr std::string_view kPartMark = ".part-", kPartLetters = "0123456789abcdefghijklmnopqrstuv";
 constexpr std::size_t kPartRandom = 12;
+constexpr std::string_view kListHead = "# files of canyon ";
 
 bool is_the_machine(int code) {
   return code == ENOSPC || code == EDQUOT || code == EIO || code == EMFILE || code == ENFILE;
@@ -91,13 +93,13 @@ std::vector<ResultFiles*> results;
 
 }  // namespace
 
-fs::path Temporary::noted_output(const fs::path& path) {
-  ResultFiles::refuse(path);
+fs::path Temporary::noted_output(const fs::path& path, Kind kind) {
+  if (kind == Kind::File) ResultFiles::refuse(path);
   return InputFiles::current().add_output(path);
 }
 
 Temporary::Temporary(fs::path path, Kind kind)
-    : path_(std::move(path)), noted_(noted_output(path_)), files_(&InputFiles::current()) {
+    : path_(std::move(path)), noted_(noted_output(path_, kind)), files_(&InputFiles::current()) {
   sweep(path_.parent_path());
   for (;;) {
     std::array<unsigned char, kPartRandom> random{};
@@ -154,11 +156,7 @@ void Temporary::put_in_place() {
 }
 
 OutputFile::OutputFile(fs::path path)
-    : temporary_(std::move(path), Temporary::Kind::File), file_(::fdopen(temporary_.hold(-1), "wb")) {
-  if (!fs::is_directory(this->path())) return;
-  std::fclose(file_);
-  throw InputError(this->path(), 0, "is a folder", "give the name of a file");
-}
+    : temporary_(std::move(path), Temporary::Kind::File), file_(::fdopen(temporary_.hold(-1), "wb")) {}
 
 OutputFile::OutputFile(OutputFile&& other) noexcept
     : temporary_(std::move(other.temporary_)),
@@ -219,8 +217,13 @@ void make_output_folder(const fs::path& folder) {
   const Temporary probe(folder / ".canyon-probe", Temporary::Kind::File);
 }
 
-ResultFiles::ResultFiles(fs::path folder, std::string store)
-    : folder_(std::move(folder)), list_(folder_ / ".canyon-results"), store_(std::move(store)) {
+ResultFiles::ResultFiles(fs::path folder, const std::string& command, std::string store, bool shared)
+    : folder_(std::move(folder)),
+      list_(folder_ / ".canyon-results"),
+      head_(std::string(kListHead) + command),
+      store_(std::move(store)),
+      lock_(folder_, shared) {
+  refuse(list_);
   read_list();
   const std::lock_guard<std::mutex> lock(results_mutex);
   results.push_back(this);
@@ -236,11 +239,30 @@ void ResultFiles::read_list() {
   if (fs::symlink_status(list_, error).type() != fs::file_type::regular) return;
   listed_at_ = fs::last_write_time(list_, error);
   std::ifstream last(list_);
-  for (std::string line; std::getline(last, line);) last_.insert(line);
+  std::string head;
+  std::map<std::string, std::string> heads;  // of each name, the last one
+  for (std::string line; std::getline(last, line);) {
+    if (line.starts_with(kListHead))
+      head = line;
+    else
+      heads[line] = head;
+  }
+  begun_ = head == head_;
+  for (const auto& [name, of] : heads) {
+    if (of == head_ || of.empty()) {
+      (of.empty() ? earlier_ : last_).insert(name);
+    } else if (fs::exists(folder_ / name, error)) {
+      throw InputError(folder_, 0,
+                       "has the results of another command, 'canyon " + of.substr(kListHead.size()) + "'",
+                       "choose another folder, or remove them first");
+    }
+  }
 }
 
 void ResultFiles::refuse(const fs::path& path) {
   InputFiles::current().refuse(path);
+  std::error_code error;
+  if (fs::is_directory(path, error)) throw InputError(path, 0, "is a folder", "give the name of a file");
   const std::lock_guard<std::mutex> lock(results_mutex);
   for (ResultFiles* each : results) each->check(path);
 }
@@ -252,14 +274,18 @@ void ResultFiles::note(const fs::path& path) {
 
 std::string ResultFiles::name_of(const fs::path& path) const {
   const fs::path name = path.lexically_normal().lexically_relative(folder_.lexically_normal());
-  return name.empty() || *name.begin() == ".." || *name.begin() == store_ ? "" : name.generic_string();
+  const auto is_temporary = [](const fs::path& part) { return is_temporary_name(part.string()); };
+  const bool own = !name.empty() && *name.begin() != ".." && *name.begin() != store_ &&
+                   name.filename() != list_.filename() &&
+                   std::none_of(name.begin(), name.end(), is_temporary);
+  return own ? name.generic_string() : "";
 }
 
 void ResultFiles::check(const fs::path& path) {
   const std::string name = name_of(path);
-  const auto is_listed = [&] { return last_.count(name) + mine_.count(name) > 0; };
+  const auto is_listed = [&] { return last_.count(name) + mine_.count(name) + earlier_.count(name) > 0; };
   std::error_code error;
-  if (path == list_ || name.empty() || is_listed() || !fs::is_regular_file(path, error)) return;
+  if (name.empty() || is_listed() || !fs::is_regular_file(path, error)) return;
   read_list();  // another process may work in this folder
   if (is_listed()) return;
   throw InputError(path, 0, "is there already, and no run of Canyon wrote it",
@@ -268,9 +294,9 @@ void ResultFiles::check(const fs::path& path) {
 
 void ResultFiles::add(const fs::path& path) {
   const std::string name = name_of(path);
-  if (path == list_ || name.empty() || !mine_.insert(name).second || last_.count(name) > 0) return;
+  if (name.empty() || !mine_.insert(name).second || last_.count(name) > 0) return;
   // Listed before it appears, so that a run after a killed one may replace it.
-  const std::string line = name + "\n";
+  const std::string line = (std::exchange(begun_, true) ? "" : head_ + "\n") + name + "\n";
   const int handle = ::open(list_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
   if (handle < 0) return;
   (void)!::write(handle, line.data(), line.size());
@@ -305,13 +331,18 @@ std::size_t ResultFiles::finish() {
     if (file.parent_path() != folder_) fs::remove(file.parent_path(), error);  // where empty
   }
   std::string text;
+  for (const std::string& name : earlier_) text += mine_.count(name) > 0 ? "" : name + "\n";
+  text += head_ + "\n";
   for (const std::string& name : mine_) text += name + "\n";
   write_file(list_, text);
   return removed;
 }
 
-FolderLock::FolderLock(const fs::path& folder, bool shared)
-    : handle_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+FolderLock::FolderLock(const fs::path& folder, bool shared) {
+  std::error_code error;
+  if (!fs::exists(folder, error)) made_ = folder;
+  make_output_folder(folder);
+  handle_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (handle_ < 0 || ::flock(handle_, (shared ? LOCK_SH : LOCK_EX) | LOCK_NB) == 0 || errno != EWOULDBLOCK)
     return;
   struct stat status {};
@@ -330,6 +361,8 @@ FolderLock::FolderLock(const fs::path& folder, bool shared)
 }
 
 FolderLock::~FolderLock() {
+  std::error_code not_empty;
+  if (!made_.empty()) fs::remove(made_, not_empty);
   if (handle_ >= 0) ::close(handle_);
 }
 

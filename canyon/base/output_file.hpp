@@ -43,7 +43,7 @@ class Temporary {
   [[nodiscard]] int hold(int handle) { return std::exchange(handle_, handle); }
 
  private:
-  static std::filesystem::path noted_output(const std::filesystem::path& path);
+  static std::filesystem::path noted_output(const std::filesystem::path& path, Kind kind);
 
   std::filesystem::path path_, temporary_, noted_;
   InputFiles* files_ = nullptr;
@@ -97,25 +97,47 @@ void write_own_file(const std::filesystem::path& path, std::string_view bytes);
 /// Throws InputError otherwise.
 void make_output_folder(const std::filesystem::path& folder);
 
-/// Keeps the list of a folder's results, FOLDER/.canyon-results, while it lives: files that stand there
-/// already are replaced where a run has written them, and refused where they are the user's. No link is
-/// followed.
+/// Keeps all other commands out of a folder while it lives, on this machine. A process that ends, however,
+/// holds it no longer.
+class FolderLock {
+ public:
+  /// Makes the folder where needed; it goes again where it stays empty. Throws InputError where another
+  /// command works there.
+  /// @param shared several that say so may work together
+  explicit FolderLock(const std::filesystem::path& folder, bool shared = false);
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  std::filesystem::path made_;
+  int handle_ = -1;
+};
+
+/// A folder of results while a command works in it: locked, with its list FOLDER/.canyon-results. Files that
+/// stand there already are replaced where this command has written them, and refused where they are the
+/// user's. No link is followed.
 class ResultFiles {
  public:
+  /// Throws InputError where another command works there, or where results of another one stand.
+  /// @param command its word: simulate
   /// @param store a folder in it whose files are listed elsewhere
-  explicit ResultFiles(std::filesystem::path folder, std::string store = {});
+  /// @param shared of FolderLock
+  ResultFiles(std::filesystem::path folder, const std::string& command, std::string store = {},
+              bool shared = false);
   ~ResultFiles();
   ResultFiles(const ResultFiles&) = delete;
   ResultFiles& operator=(const ResultFiles&) = delete;
 
-  /// Removes what earlier runs wrote and this one did not, unless it has changed since. Call it after a run
-  /// that writes all results anew. Returns how many files it removed.
+  /// Removes what earlier runs of this command wrote and this one did not, unless it has changed since. Call
+  /// it after a run that writes all results anew. Returns how many files it removed.
   std::size_t finish();
 
   /// Whether earlier runs wrote files that stand there still, and that this one did not write.
   [[nodiscard]] bool has_others() const;
 
-  /// Throws InputError where an output would replace an input, or the user's file in a folder of results.
+  /// Throws InputError where an output would replace an input, a folder, or the user's file in a folder of
+  /// results. For names that are written at the end of the work, before it.
   static void refuse(const std::filesystem::path& path);
   /// Lists a file that gets its name in another way than by Temporary.
   static void note(const std::filesystem::path& path);
@@ -128,22 +150,12 @@ class ResultFiles {
   [[nodiscard]] bool is_own(const std::filesystem::path& name) const;
 
   std::filesystem::path folder_, list_;
-  std::string store_;
+  std::string head_, store_;  ///< head_: the line of the list before this command's names
+  FolderLock lock_;
   std::filesystem::file_time_type listed_at_{};
-  std::set<std::string> last_, mine_;  ///< names within the folder
-};
-
-/// Keeps other runs out of a folder while it lives, on this machine.
-class FolderLock {
- public:
-  /// Throws InputError where another run works there. @param shared several that say so may work together
-  explicit FolderLock(const std::filesystem::path& folder, bool shared = false);
-  ~FolderLock();
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
- private:
-  int handle_ = -1;
+  bool begun_ = false;  ///< the list ends in names of this command
+  /// Names within the folder; those of `earlier_` are of versions that noted no command.
+  std::set<std::string> last_, mine_, earlier_;
 };
 
 }  // namespace canyon

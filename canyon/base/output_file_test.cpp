@@ -235,23 +235,23 @@ TEST(ResultFiles, ReplaceWhatARunWrote) {
   const test::TemporaryFolder folder;
   {
     std::ofstream(folder / "users.csv") << "mine";
-    ResultFiles killed(folder.path());
+    ResultFiles killed(folder.path(), "simulate");
     write_file(folder / "a.csv", "1");
     EXPECT_THROW(write_file(folder / "users.csv", "1"), InputError);
   }
   {
-    ResultFiles results(folder.path());
+    ResultFiles results(folder.path(), "simulate");
     write_file(folder / "a.csv", "2");
     write_file(folder / "a.csv", "3");
     write_file(folder / "b.csv", "3");
     EXPECT_EQ(results.finish(), 0U);
   }
   {
-    ResultFiles results(folder.path());
+    ResultFiles results(folder.path(), "simulate");
     write_file(folder / "b.csv", "4");
     EXPECT_EQ(results.finish(), 1U) << "a.csv";
   }
-  EXPECT_EQ(test::read_bytes(folder / ".canyon-results"), "b.csv\n");
+  EXPECT_EQ(test::read_bytes(folder / ".canyon-results"), "# files of canyon simulate\nb.csv\n");
   EXPECT_EQ(test::read_bytes(folder / "users.csv"), "mine");
   write_file(folder / "users.csv", "named by the user");  // outside a run
   EXPECT_FALSE(std::filesystem::exists(folder / "a.csv"));
@@ -262,16 +262,63 @@ TEST(ResultFiles, AreOfTheirFolders) {
   const test::TemporaryFolder one, two;
   make_output_folder(one / "tiles");
   std::ofstream(one / "users.csv") << "mine";
-  ResultFiles first(one.path(), "tiles");
+  ResultFiles first(one.path(), "heatmap", "tiles");
   {
-    const ResultFiles second(two.path());
+    const ResultFiles second(two.path(), "view");
     EXPECT_THROW(write_file(one / "users.csv", "1"), InputError);
     write_file(two / "b.csv", "2");
   }
   write_file(one / "tiles/1.bin", "3");
   write_file(one / "a.csv", "4");
-  EXPECT_EQ(test::read_bytes(one / ".canyon-results"), "a.csv\n");
-  EXPECT_EQ(test::read_bytes(two / ".canyon-results"), "b.csv\n");
+  EXPECT_EQ(test::read_bytes(one / ".canyon-results"), "# files of canyon heatmap\na.csv\n");
+  EXPECT_EQ(test::read_bytes(two / ".canyon-results"), "# files of canyon view\nb.csv\n");
+}
+
+// What a command removes is of its own kind; beside another one, and in its results, it is refused at once.
+TEST(ResultFiles, AreOfOneCommand) {
+  const test::TemporaryFolder folder;
+  const auto list = [&] { return test::read_bytes(folder / ".canyon-results"); };
+  {
+    const ResultFiles map(folder.path(), "heatmap");
+    EXPECT_THROW(ResultFiles(folder.path(), "simulate"), InputError) << "another one works there";
+    write_file(folder / "map.nc", "1");
+    const Temporary own(folder / "city", Temporary::Kind::Folder);
+    write_file(own.temporary_path() / "city.glb", "2");
+  }
+  EXPECT_EQ(list(), "# files of canyon heatmap\nmap.nc\n") << "no temporary name";
+  try {
+    const ResultFiles run(folder.path(), "simulate");
+    FAIL() << "no InputError";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.problem(), "has the results of another command, 'canyon heatmap'");
+  }
+  EXPECT_TRUE(ResultFiles(folder.path(), "heatmap").has_others()) << "map.nc";
+}
+
+TEST(ResultFiles, OtherCommandsMayComeWhenResultsAreGone) {
+  const test::TemporaryFolder folder;
+  // Versions before noted no command: theirs may be replaced, and are not removed.
+  std::ofstream(folder / ".canyon-results") << "old.csv\nmap.nc\n# files of canyon heatmap\nhdop.tif\n";
+  std::ofstream(folder / "old.csv") << "1";
+  std::ofstream(folder / "map.nc") << "1";
+  for (int run = 0; run < 2; ++run) {
+    ResultFiles results(folder.path(), "simulate");
+    write_file(folder / "old.csv", "2");
+    EXPECT_EQ(results.finish(), 0U);
+    EXPECT_EQ(test::read_bytes(folder / ".canyon-results"), "map.nc\n# files of canyon simulate\nold.csv\n");
+  }
+  EXPECT_EQ(test::read_bytes(folder / "map.nc"), "1");
+}
+
+TEST(ResultFiles, NamesOfFoldersAreRefusedBeforeTheWork) {
+  const test::TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "report.txt");
+  {
+    const ResultFiles results(folder.path(), "simulate");
+    EXPECT_THROW(ResultFiles::refuse(folder / "report.txt"), InputError);
+  }
+  std::filesystem::create_directory(folder / ".canyon-results");
+  EXPECT_THROW(ResultFiles(folder.path(), "simulate"), InputError);
 }
 
 TEST(OutputFile, MakesFoldersWithParents) {

@@ -48,6 +48,7 @@ class View final : public simulation::EpochSink {
         figures_(simulation::receiver_names(simulation.scenario().receivers)),
         header_(begun(simulation)) {
     make_output_folder(folder_);
+    ResultFiles::refuse(folder_ / kHeaderFile);
     header_.city = write_city(simulation.environment().city(), {}, folder_);
     header_.paths_per_satellite = options_.paths_per_satellite;
     for (std::size_t i = 0; i < simulation.scenario().receivers.size(); ++i) {

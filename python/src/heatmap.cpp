@@ -186,7 +186,7 @@ class Map {
   void write(const std::string& path, const std::string& format) const {
     const InputFiles::Scope scope(inputs_);
     std::optional<ResultFiles> files;
-    if (format != "netcdf") files.emplace(path);
+    if (format != "netcdf") files.emplace(path, "heatmap");
     heatmap::MapSource source = heatmap::map_source(*heatmap_, *store_, *environment_, receiver_, scenario_);
     source.history = "import canyon";
     source.source = "Canyon " CANYON_VERSION;

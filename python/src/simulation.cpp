@@ -77,8 +77,8 @@ py::dict run(const SimulationPtr& simulation, int threads, bool with_paths,
     const py::gil_scoped_release release;
     const InputFiles::Scope scope(inputs_of(*simulation));
     if (folder) {
-      make_output_folder(*folder);
-      results.emplace(*folder);
+      results.emplace(*folder, "simulate");
+      ResultFiles::refuse(*folder / "report.txt");
       files = output::make_file_sinks(*simulation, *folder);
       for (std::size_t i = 0;
            i < simulation->scenario().receivers.size() && simulation->scenario().outputs.has("pictures");

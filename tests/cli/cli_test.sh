@@ -1225,6 +1225,7 @@ inputs)
   refuses in/sky.nav "$canyon" rtk in/receiver.obs in/receiver.obs --nav in/sky.nav --out in/sky.nav
   printf 'scenario: drive.yaml\naxes: [{seeds: 2}]\n' >in/study.yaml
   mv in/way.csv in/table.csv; drive table.csv
+  rm in/.canyon-results
   refuses in/table.csv "$canyon" study in/study.yaml --out in
   refuses in/block.obj "$canyon" city build in/block.obj -o in/block.obj
   refuses in/block.canyon "$canyon" city build in/block.canyon -o in/block.canyon
@@ -1247,6 +1248,13 @@ inputs)
   runs 0 "$canyon" heatmap small.yaml --out mine --layers satellites_los --spacing 16 --format netcdf; says err "mine also has files of an earlier map"
   keeps table.csv "$canyon" study few.yaml --out mine --no-pictures --quiet
   keeps frame_000002.png "$canyon" skyplot small.yaml --frames mine --width 300 --every 10 --quiet
+  # A folder has the results of one command; others are refused before they read a city.
+  runs 0 "$canyon" heatmap small.yaml --out one --layers hdop --spacing 16 --format netcdf --quiet; cp one/map.nc kept.nc
+  for words in "simulate small.yaml --out" "study few.yaml --out" "skyplot small.yaml --frames" "view small.yaml --out"; do
+    runs 2 "$canyon" $words one --quiet; one_line; says err "one: has the results of another command, 'canyon heatmap'"
+  done
+  cmp kept.nc one/map.nc || fail "the map has changed"
+  runs 0 "$canyon" heatmap small.yaml --out one --layers hdop --spacing 16 --format netcdf --quiet
   mkdir shown; echo 'seed: 2' >shown/demo.yaml
   runs 2 "$canyon" demo --out shown; one_line; says err "shown/demo.yaml: is there already"
   # What a run had written and the next one reads is no left-over; the list follows no link out of the folder.
@@ -1584,7 +1592,9 @@ heatmap_resume)
   started stopped 5
   "$canyon" "${map[@]}" --out stopped >out2 2>err2; status=$?
   [ "$status" -eq 2 ] || fail "exit status $status of a second run"
-  says err2 "stopped/tiles: another run works in this folder (process $program)"
+  says err2 "stopped: another run works in this folder (process $program)"
+  "$canyon" simulate small.yaml --out stopped --duration 1 >out2 2>err2; status=$?
+  [ "$status" -eq 2 ] || fail "exit status $status of a run beside a map"
   kill -INT "$program"; wait "$program"; status=$?
   [ "$status" -eq 130 ] || { fail "exit status $status instead of 130"; cat err; }
   says err interrupted "the same command continues from there"
@@ -1710,7 +1720,7 @@ view)
   # The same again from the folder, and from a run that wrote it beside its files.
   runs 0 "$canyon" view v --export again.html --quiet; cmp scene.html again.html || fail "other bytes from the folder"
   runs 0 "$canyon" simulate small.yaml --out res --duration 5 --view --quiet
-  diff -rq v res/view || fail "simulate --view writes something else"
+  diff -rq -x .canyon-results v res/view || fail "simulate --view writes something else"
   block_osm >block.osm
   runs 0 "$canyon" view block.osm --out c --quiet; says c/view.json '"height_source":"height"' '"height_source":"default"' '"time":null'
   schema_holds v/view.json; schema_holds c/view.json
