@@ -70,10 +70,17 @@ void tell_plan(const study::StudyPlan& plan) {
 /// Throws InputError for a file of the user's with the name of a result, and, now or where it is read, for an
 /// input.
 void refuse_results(const fs::path& folder) {
-  for (const char* name : {"study.nc", "table.csv", "along.csv"}) {
+  for (const char* name : {"study.nc", "table.csv", "along.csv", "report.txt"}) {
     ResultFiles::refuse(folder / name);
     InputFiles::current().add_output(folder / name);
   }
+}
+
+/// The report of all runs that are there, printed too.
+void write_report(const fs::path& folder, const std::vector<std::optional<study::RunRecord>>& records) {
+  const ReadReport report = study::report_of(records);
+  report.write(folder);
+  print_report(report, (folder / "report.txt").string());
 }
 
 /// NetCDF, table and pictures of a folder whose runs are all there.
@@ -173,13 +180,6 @@ int compute(const StudyArguments& arguments, heatmap::MpiProcesses& ranks) {
     }
     study::run_all(maker, *store, todo, options);
   }
-  if (done > 0) {
-    ReadReport report = plan.report();
-    report.append(maker.report());
-    const fs::path folder = arguments.out;
-    if (ranks.rank() == 0) report.write(folder);
-    print_report(report, (folder / "report.txt").string());
-  }
   const std::size_t computed = ranks.sum(done);
   const bool interrupted = ranks.sum(stop.load() ? 1 : 0) > 0;
   if (ranks.rank() != 0) return interrupted ? kInterrupted : kOk;
@@ -187,6 +187,7 @@ int compute(const StudyArguments& arguments, heatmap::MpiProcesses& ranks) {
 
   std::vector<std::optional<study::RunRecord>> records = study::read_records(arguments.out, plan.size());
   const std::vector<std::size_t> missing = unfinished(records);
+  write_report(arguments.out, records);
   if (interrupted) {
     fmt::print(stderr,
                "canyon: interrupted: {} of {} runs are finished and kept in {}; the same command continues\n",
@@ -236,6 +237,7 @@ int merge(const StudyArguments& arguments) {
     store.add(*records[i]);
     for (study::ReceiverRecord& receiver : records[i]->receivers) receiver.kept = {};
   }
+  write_report(arguments.out, records);
   write_results(arguments, manifest, arguments.out, records);
   return kOk;
 }

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
@@ -82,6 +83,7 @@ double error_edge_m(std::size_t bin) {
 std::string to_line(const RunRecord& record) {
   Json line{{"run", record.number}, {"seed", record.seed}, {"at", record.at}};
   if (!record.problem.empty()) line["problem"] = record.problem;
+  if (!record.notes.empty()) line["notes"] = record.notes;
   Json receivers = Json::array();
   for (const ReceiverRecord& receiver : record.receivers) {
     receivers.push_back({{"name", receiver.name},
@@ -102,6 +104,7 @@ RunRecord from_line(std::string_view line) {
     record.seed = from.at("seed").get<std::uint64_t>();
     record.at = from.at("at").get<std::vector<std::string>>();
     if (from.contains("problem")) record.problem = from["problem"].get<std::string>();
+    if (from.contains("notes")) record.notes = from["notes"].get<std::vector<std::string>>();
     for (const Json& each : from.at("receivers")) {
       ReceiverRecord receiver;
       receiver.name = each.at("name").get<std::string>();
@@ -121,6 +124,21 @@ RunRecord from_line(std::string_view line) {
   } catch (const std::out_of_range&) {
     throw InputError("is not a record of a run: a count out of range");
   }
+}
+
+ReadReport report_of(const std::vector<std::optional<RunRecord>>& records) {
+  std::set<std::string> notes;  // in an order of their own: any process may have made any run
+  for (const auto& record : records)
+    if (record) notes.insert(record->notes.begin(), record->notes.end());
+  ReadReport report;
+  for (const std::string& note : notes) {
+    const std::string line = note.substr(note.find(' ') + 1);
+    if (note.starts_with("loss"))
+      report.say(ReadReport::Level::Loss, line);
+    else
+      report.guess(0, line, "");  // those that differ in numbers are one
+  }
+  return report;
 }
 
 RecordSink::RecordSink(const std::vector<std::string>& receivers, std::optional<double> available_m,

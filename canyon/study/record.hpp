@@ -52,8 +52,9 @@ struct ReceiverRecord {
 struct RunRecord {
   std::size_t number = 0;
   std::uint64_t seed = 0;
-  std::vector<std::string> at;  ///< AxisValue::text by axis
-  std::string problem;          ///< why there are no figures; empty: there are
+  std::vector<std::string> at;     ///< AxisValue::text by axis
+  std::string problem;             ///< why there are no figures; empty: there are
+  std::vector<std::string> notes;  ///< what was lost and guessed: "loss: LINE", "guess: LINE"
   std::vector<ReceiverRecord> receivers;
 };
 
@@ -62,6 +63,9 @@ struct RunRecord {
 [[nodiscard]] std::string to_line(const RunRecord& record);
 /// Throws InputError, without a file, for anything else than what to_line() gives.
 [[nodiscard]] RunRecord from_line(std::string_view line);
+
+/// What the runs have lost and guessed: what several have alike, once.
+[[nodiscard]] ReadReport report_of(const std::vector<std::optional<RunRecord>>& records);
 
 /// Makes the records of a run's receivers from its epochs.
 class RecordSink final : public simulation::EpochSink {

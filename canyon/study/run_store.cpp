@@ -10,6 +10,7 @@
 #include <charconv>
 #include <cstring>
 #include <mutex>
+#include <set>
 #include <utility>
 
 #include "canyon/base/gzip_file.hpp"
@@ -153,6 +154,7 @@ struct RunStore::Impl {
   fs::path folder, path;
   int file = -1;
   std::size_t bytes = 0;
+  std::set<std::string> told;  // notes in the file
   std::mutex mutex;
 
   // A file of this process's own, made with its first run.
@@ -196,13 +198,14 @@ RunStore::~RunStore() {
   if (impl_->file >= 0) ::close(impl_->file);
 }
 
-void RunStore::add(const RunRecord& record) {
+void RunStore::add(RunRecord record) {
   const auto keeps = [](const ReceiverRecord& receiver) { return receiver.kept.size() > 0; };
   if (std::any_of(record.receivers.begin(), record.receivers.end(), keeps))
     write_epochs(impl_->folder, record);
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  std::erase_if(record.notes, [this](const std::string& note) { return impl_->told.count(note) > 0; });
   const std::string json = to_line(record);
   const std::string line = fmt::format("{:08x} {}\n", crc_of(json), json);
-  const std::lock_guard<std::mutex> lock(impl_->mutex);
   if (impl_->file < 0) impl_->open();
   for (std::size_t done = 0; done < line.size();) {
     const ssize_t n = ::write(impl_->file, line.data() + done, line.size() - done);
@@ -212,6 +215,7 @@ void RunStore::add(const RunRecord& record) {
   }
   if (::fsync(impl_->file) != 0 && errno != EINVAL) impl_->fail(errno);
   impl_->bytes += line.size();
+  impl_->told.insert(record.notes.begin(), record.notes.end());
 }
 
 Manifest read_manifest(const fs::path& folder) {
@@ -283,7 +287,9 @@ std::vector<std::optional<RunRecord>> read_records(const fs::path& folder, std::
       try {
         RunRecord record = from_line(line->substr(9));
         if (record.number >= runs) throw InputError(fmt::format("the study has no run {}", record.number));
-        records[record.number] = std::move(record);
+        std::optional<RunRecord>& there = records[record.number];
+        if (there) record.notes.insert(record.notes.end(), there->notes.begin(), there->notes.end());
+        there = std::move(record);
       } catch (const InputError& e) {
         throw file.error(e.problem(), "remove this line and run the same command again");
       }

@@ -46,9 +46,10 @@ class RunStore {
   RunStore(const RunStore&) = delete;
   RunStore& operator=(const RunStore&) = delete;
 
-  /// Keeps a finished run. Thread-safe. Throws OutputError where the disk does not take it; then the run is
-  /// not finished, and what was kept before stays readable.
-  void add(const RunRecord& record);
+  /// Keeps a finished run, of its notes those that this process has not kept with another one. Thread-safe.
+  /// Throws OutputError where the disk does not take it; then the run is not finished, and what was kept
+  /// before stays readable.
+  void add(RunRecord record);
 
  private:
   struct Impl;

@@ -100,6 +100,13 @@ class Shared {
   std::map<std::string, Entry> things_;
 };
 
+std::vector<std::string> notes_of(const ReadReport& report) {
+  std::vector<std::string> notes;
+  for (const auto& [level, line] : report.entries(ReadReport::Level::Guess))
+    notes.push_back(fmt::format("{}: {}", ReadReport::name(level), line));
+  return notes;
+}
+
 }  // namespace
 
 Manifest manifest_of(const StudyPlan& plan) {
@@ -139,9 +146,6 @@ struct RunMaker::Impl {
   const StudyPlan& plan;
   // Cities as they are read take half of the memory; there are few of them.
   mutable Shared<city::City> sources;
-  mutable std::mutex report_mutex;
-  mutable ReadReport report;
-  mutable bool reported = false;  ///< a whole run
   mutable Shared<simulation::CityScene> scenes;
   mutable Shared<simulation::BuiltSky> skies;
 
@@ -177,12 +181,7 @@ struct RunMaker::Impl {
         [&]() -> std::shared_ptr<const simulation::CityScene> {
           const auto source = sources.get(
               source_key,
-              [&] {
-                auto city = std::make_shared<const city::City>(simulation::load_city_source(config));
-                const std::lock_guard<std::mutex> lock(report_mutex);
-                report.append(city->notes);
-                return city;
-              },
+              [&] { return std::make_shared<const city::City>(simulation::load_city_source(config)); },
               [&](const city::City& city) { return kSourceBytes * triangles(city); });
           if (!drawn) return std::make_shared<const simulation::CityScene>(*source);
           return std::make_shared<const simulation::CityScene>(simulation::draw_city(*source, scenario));
@@ -196,11 +195,7 @@ struct RunMaker::Impl {
   [[nodiscard]] simulation::BuiltSky sky(const simulation::SkyConfig& config, geodesy::GpsTime begin,
                                          geodesy::GpsTime end, const geodesy::Geodetic& place) const {
     const auto make = [&] {
-      auto built =
-          std::make_shared<const simulation::BuiltSky>(simulation::build_sky(config, begin, end, place));
-      const std::lock_guard<std::mutex> lock(report_mutex);
-      report.append(built->report);
-      return built;
+      return std::make_shared<const simulation::BuiltSky>(simulation::build_sky(config, begin, end, place));
     };
     const auto one = [](const simulation::BuiltSky&) { return 1.0; };
     if (!config.frozen_azimuth_rad.empty()) return *make();
@@ -216,11 +211,6 @@ struct RunMaker::Impl {
 
 RunMaker::RunMaker(const StudyPlan& plan) : impl_(std::make_unique<Impl>(plan)) {}
 RunMaker::~RunMaker() = default;
-
-ReadReport RunMaker::report() const {
-  const std::lock_guard<std::mutex> lock(impl_->report_mutex);
-  return impl_->report;
-}
 
 simulation::Scenario RunMaker::scenario(std::size_t number) const {
   const Run run = impl_->plan.run(number);
@@ -246,14 +236,12 @@ std::optional<RunRecord> RunMaker::make(std::size_t number, int threads,
     record.seed = scenario.seed;
     const std::vector<std::string> names = simulation::receiver_names(scenario.receivers);
     auto scene = impl_->scene(scenario);
+    record.notes = notes_of(scene->city.notes);
     const simulation::Simulation simulation(
         std::move(scenario), std::move(scene),
         [this](const simulation::SkyConfig& config, geodesy::GpsTime begin, geodesy::GpsTime end,
                const geodesy::Geodetic& place) { return impl_->sky(config, begin, end, place); });
-    {
-      const std::lock_guard<std::mutex> lock(impl_->report_mutex);
-      if (!std::exchange(impl_->reported, true)) impl_->report.append(simulation.report());
-    }
+    record.notes = notes_of(simulation.report());
     RecordSink sink(names, impl_->plan.study().available_m, impl_->plan.study().keep == Keep::Epochs);
     simulation::RunOptions options;
     options.threads = threads;
@@ -287,9 +275,9 @@ void run_all(const RunMaker& maker, RunStore& store, const std::vector<std::size
       try {
         const std::size_t mine = queue.take();
         if (mine >= todo.size()) return;
-        const std::optional<RunRecord> record = maker.make(todo[mine], within, options.stop);
+        std::optional<RunRecord> record = maker.make(todo[mine], within, options.stop);
         if (!record) return;
-        store.add(*record);
+        store.add(std::move(*record));
         const std::lock_guard<std::mutex> lock(mutex);
         ++done;
         if (options.progress) options.progress(done);

@@ -38,8 +38,6 @@ class RunMaker {
                                               const std::atomic<bool>* stop = nullptr) const;
   /// The scenario of a run as `canyon simulate` takes it.
   [[nodiscard]] simulation::Scenario scenario(std::size_t number) const;
-  /// Of the cities and skies that were read until now, and of the first run.
-  [[nodiscard]] ReadReport report() const;
 
  private:
   struct Impl;

@@ -92,7 +92,7 @@ TEST(StudyRuns, HaveTheFiguresOfASimulation) {
   }
 }
 
-// Runs share one reading of the map: its caution is there once, for whoever started the study.
+// Runs share one reading of the map: its caution is there once, also of runs that another process has made.
 TEST(StudyRuns, KeepTheCautionsOfTheirCities) {
   const TemporaryFolder folder;
   test::OsmText()
@@ -105,10 +105,14 @@ TEST(StudyRuns, KeepTheCautionsOfTheirCities) {
   const auto from = text.find("{synthetic"), to = text.find('\n', from);
   text.replace(from, to - from, "{osm: map.osm}");
   const StudyPlan plan = StudyPlan::parse(text, folder / "study.yaml");
-  const RunMaker maker(plan);
-  EXPECT_THAT(maker.report().warnings(), ::testing::IsEmpty());
-  for (const std::size_t run : {0U, 2U}) EXPECT_EQ(maker.make(run, 1)->problem, "");
-  EXPECT_THAT(maker.report().warnings(), ::testing::ElementsAre(HasSubstr("1 of 1 heights are guesses")));
+  for (const std::vector<std::size_t>& runs : {std::vector<std::size_t>{0, 2}, {2, 1}, {4}}) {
+    RunStore store(folder / "out", manifest_of(plan));
+    run_all(RunMaker(plan), store, runs, {1, nullptr, {}, {}});
+    const auto records = read_records(folder / "out", plan.size());
+    EXPECT_THAT(report_of(records).warnings(),
+                ::testing::ElementsAre(HasSubstr("1 of 1 heights are guesses")));
+    EXPECT_EQ(records[2]->notes.size(), runs.front() == 0 ? 0U : 1U) << "once a process";
+  }
 }
 
 /// Of the directions 15 deg above the horizon, the share that is hidden along a drive.

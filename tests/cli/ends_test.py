@@ -44,8 +44,7 @@ def files(folder):
     found = {}
     for path in sorted(folder.rglob("*")):
         name = str(path.relative_to(folder))
-        # report.txt is about what this command computed: less where it goes on.
-        if path.is_file() and not KILLED.search(name) and not name.startswith(("tiles/", "runs/")) and name not in (".canyon-results", "report.txt"):
+        if path.is_file() and not KILLED.search(name) and not name.startswith(("tiles/", "runs/")) and name != ".canyon-results":
             found[name] = path.read_bytes()
     return found
 
