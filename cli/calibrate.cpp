@@ -5,13 +5,13 @@
 #include <cstdio>
 
 #include "canyon/base/json.hpp"
+#include "canyon/base/options/node.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text_file.hpp"
-#include "canyon/calibration/calibrate.hpp"
-#include "canyon/options/node.hpp"
-#include "canyon/simulation/scenario/profile.hpp"
-#include "canyon/validation/figures.hpp"
-#include "canyon/validation/recording_table.hpp"
+#include "canyon/run/scenario/profile.hpp"
+#include "canyon/studies/calibration/calibrate.hpp"
+#include "canyon/studies/validation/figures.hpp"
+#include "canyon/studies/validation/recording_table.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/recorded_drive.hpp"

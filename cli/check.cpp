@@ -3,7 +3,7 @@
 
 #include "canyon/base/json.hpp"
 #include "canyon/base/secrets.hpp"
-#include "canyon/inspection/inspect.hpp"
+#include "canyon/studies/inspect.hpp"
 #include "cli/commands.hpp"
 
 namespace canyon::cli {

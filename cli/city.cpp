@@ -4,11 +4,11 @@
 #include <chrono>
 
 #include "canyon/base/file_kind.hpp"
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/run/load_city.hpp"
+#include "canyon/run/scenario/scenario.hpp"
 #include "cli/city_commands.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"

@@ -5,14 +5,14 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/secrets.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/geodesy/time_scales.hpp"
-#include "canyon/heatmap/engine/mpi.hpp"
-#include "canyon/simulation/motion/trajectory.hpp"
-#include "canyon/simulation/ordered_blocks.hpp"
-#include "canyon/unknowns/unknowns.hpp"
+#include "canyon/run/motion/trajectory.hpp"
+#include "canyon/run/ordered_blocks.hpp"
+#include "canyon/run/unknowns.hpp"
+#include "canyon/studies/heatmap/engine/mpi.hpp"
 
 namespace canyon::cli {
 

@@ -6,13 +6,13 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/base/geodesy/gps_time.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/read_report.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/geodesy/frames.hpp"
-#include "canyon/geodesy/gps_time.hpp"
 #include "cli/arguments.hpp"
 
 namespace canyon::heatmap {

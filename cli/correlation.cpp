@@ -4,9 +4,9 @@
 #include <filesystem>
 
 #include "canyon/base/text.hpp"
-#include "canyon/drawing/views/pictures.hpp"
-#include "canyon/output/number.hpp"
-#include "canyon/samples/correlation_record.hpp"
+#include "canyon/outputs/drawing/views/pictures.hpp"
+#include "canyon/outputs/output/number.hpp"
+#include "canyon/run/samples/correlation_record.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/scenario_run.hpp"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "canyon/base/output_file.hpp"
-#include "canyon/view/page.hpp"
+#include "canyon/outputs/view/page.hpp"
 #include "cli/commands.hpp"
 #include "cli/view_serve.hpp"
 

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cctype>
 
-#include "canyon/options/read.hpp"
+#include "canyon/base/options/read.hpp"
 #include "cli/commands.hpp"
 
 namespace canyon::cli {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/options/describe.hpp"
+#include "canyon/base/options/describe.hpp"
 #include "cli/arguments.hpp"
 
 // Options of commands that are fields of structs: the fields' lists have their help, units, ranges and

@@ -5,14 +5,14 @@
 #include <array>
 #include <cmath>
 
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/time_scales.hpp"
-#include "canyon/heatmap/engine/map_source.hpp"
-#include "canyon/heatmap/engine/map_summary.hpp"
-#include "canyon/heatmap/engine/route_report.hpp"
-#include "canyon/simulation/motion/recorded_path.hpp"
+#include "canyon/run/motion/recorded_path.hpp"
+#include "canyon/studies/heatmap/engine/map_source.hpp"
+#include "canyon/studies/heatmap/engine/map_summary.hpp"
+#include "canyon/studies/heatmap/engine/route_report.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
 #include "cli/progress.hpp"

@@ -9,8 +9,8 @@
 
 #include "canyon/base/named.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/simulation/load_city.hpp"
-#include "canyon/validation/comparison.hpp"
+#include "canyon/run/load_city.hpp"
+#include "canyon/studies/validation/comparison.hpp"
 #include "cli/city_commands.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"

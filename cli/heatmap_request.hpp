@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "canyon/heatmap/engine/map_request.hpp"
-#include "canyon/heatmap/engine/map_source.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
-#include "canyon/unknowns/unknowns.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/run/unknowns.hpp"
+#include "canyon/studies/heatmap/engine/map_request.hpp"
+#include "canyon/studies/heatmap/engine/map_source.hpp"
 
 namespace canyon::cli {
 

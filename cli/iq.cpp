@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <memory>
 
-#include "canyon/samples/sample_file.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
-#include "canyon/transport/byte_sink.hpp"
+#include "canyon/base/transport/byte_sink.hpp"
+#include "canyon/run/samples/sample_file.hpp"
+#include "canyon/run/scenario/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/scenario_run.hpp"

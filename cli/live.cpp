@@ -4,13 +4,13 @@
 #include <unistd.h>
 #include <cstdio>
 
+#include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/secrets.hpp"
-#include "canyon/geodesy/time_scales.hpp"
-#include "canyon/live/session.hpp"
-#include "canyon/output/stream.hpp"
-#include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/load_city.hpp"
-#include "canyon/transport/transport.hpp"
+#include "canyon/base/transport/transport.hpp"
+#include "canyon/outputs/live/session.hpp"
+#include "canyon/outputs/output/stream.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/run/load_city.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/scenario_run.hpp"

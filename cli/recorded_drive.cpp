@@ -6,12 +6,12 @@
 #include <cmath>
 #include <cstdio>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/motion/trajectory.hpp"
-#include "canyon/simulation/scenario/profile.hpp"
-#include "canyon/validation/recorded_scene.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/run/load_city.hpp"
+#include "canyon/run/motion/trajectory.hpp"
+#include "canyon/run/scenario/profile.hpp"
+#include "canyon/studies/validation/recorded_scene.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
 #include "cli/progress.hpp"

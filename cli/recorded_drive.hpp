@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "canyon/city/city.hpp"
-#include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
-#include "canyon/simulation/simulator.hpp"
-#include "canyon/validation/alignment.hpp"
-#include "canyon/validation/figures.hpp"
-#include "canyon/validation/recorded_scene.hpp"
-#include "canyon/validation/recording_table.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/run/simulator.hpp"
+#include "canyon/studies/validation/alignment.hpp"
+#include "canyon/studies/validation/figures.hpp"
+#include "canyon/studies/validation/recorded_scene.hpp"
+#include "canyon/studies/validation/recording_table.hpp"
 #include "cli/arguments.hpp"
 #include "cli/progress.hpp"
 

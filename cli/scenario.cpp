@@ -1,10 +1,10 @@
 // Declared in cli/commands.hpp.
 #include <fmt/format.h>
 
-#include "canyon/disturbance/faults/fault.hpp"
-#include "canyon/options/describe.hpp"
-#include "canyon/simulation/scenario/profile.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/base/options/describe.hpp"
+#include "canyon/paths/disturbance/faults/fault.hpp"
+#include "canyon/run/scenario/profile.hpp"
+#include "canyon/run/scenario/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/scenario_run.hpp"
 

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "canyon/base/secrets.hpp"
-#include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/run/load_city.hpp"
+#include "canyon/run/scenario/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/time_scales.hpp"
 #include "cli/commands.hpp"
 #include "cli/scenario_run.hpp"
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "canyon/simulation/simulator.hpp"
+#include "canyon/run/simulator.hpp"
 #include "cli/arguments.hpp"
 
 namespace canyon::cli {

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <map>
 
+#include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/drawing/views/skyplot.hpp"
-#include "canyon/geodesy/time_scales.hpp"
-#include "canyon/output/number.hpp"
-#include "canyon/simulation/ordered_blocks.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/outputs/drawing/views/skyplot.hpp"
+#include "canyon/outputs/output/number.hpp"
+#include "canyon/run/ordered_blocks.hpp"
+#include "canyon/run/scenario/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
 #include "cli/progress.hpp"

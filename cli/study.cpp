@@ -4,12 +4,12 @@
 #include <chrono>
 #include <cstdio>
 
+#include "canyon/base/options/describe.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/heatmap/engine/mpi.hpp"
-#include "canyon/options/describe.hpp"
-#include "canyon/study/results.hpp"
-#include "canyon/study/runner.hpp"
+#include "canyon/studies/heatmap/engine/mpi.hpp"
+#include "canyon/studies/study/results.hpp"
+#include "canyon/studies/study/runner.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/scenario_run.hpp"

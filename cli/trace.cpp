@@ -5,15 +5,15 @@
 #include <cmath>
 #include <utility>
 
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/time_scales.hpp"
-#include "canyon/output/columns.hpp"
-#include "canyon/output/epoch_values.hpp"
-#include "canyon/signal/path_strength.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
-#include "canyon/tracking/channel.hpp"
+#include "canyon/outputs/output/columns.hpp"
+#include "canyon/outputs/output/epoch_values.hpp"
+#include "canyon/paths/signal/path_strength.hpp"
+#include "canyon/receiver/tracking/channel.hpp"
+#include "canyon/run/scenario/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/site.hpp"
 

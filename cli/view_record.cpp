@@ -7,7 +7,7 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/view/page.hpp"
+#include "canyon/outputs/view/page.hpp"
 #include "cli/progress.hpp"
 #include "cli/view_serve.hpp"
 

@@ -13,10 +13,10 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/output/view_messages.hpp"
-#include "canyon/view/live_relay.hpp"
-#include "canyon/view/page.hpp"
-#include "canyon/view/probe.hpp"
+#include "canyon/outputs/output/view_messages.hpp"
+#include "canyon/outputs/view/live_relay.hpp"
+#include "canyon/outputs/view/page.hpp"
+#include "canyon/outputs/view/probe.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 

@@ -16,7 +16,7 @@ function(canyon_soname result library)
   endif()
   set(${result} ${CMAKE_MATCH_1} PARENT_SCOPE)
 endfunction()
-# MPI is not linked: canyon/heatmap/engine/mpi.cpp loads it in a process that mpirun started.
+# MPI is not linked: canyon/studies/heatmap/engine/mpi.cpp loads it in a process that mpirun started.
 add_library(canyon_mpi_headers INTERFACE)
 find_package(MPI QUIET COMPONENTS C)
 list(FILTER MPI_C_LIBRARIES INCLUDE REGEX "/libmpi(ch)?\\.so")
@@ -38,7 +38,7 @@ add_library(canyon_io_needs INTERFACE)
 add_library(canyon_tile_codecs INTERFACE)    # which of the libraries for compressed glTF there are
 if(CANYON_BUILD_IO)
   include(${CMAKE_CURRENT_LIST_DIR}/CanyonIoDependencies.cmake)
-  # GDAL is not linked: canyon/buildings/sources/gdal.hpp loads it when it is asked for.
+  # GDAL is not linked: canyon/city/buildings/sources/gdal.hpp loads it when it is asked for.
   pkg_check_modules(gdal QUIET REQUIRED IMPORTED_TARGET GLOBAL gdal)
   list(GET gdal_LINK_LIBRARIES 0 CANYON_GDAL_LIBRARY)
   canyon_soname(gdal_file ${CANYON_GDAL_LIBRARY})

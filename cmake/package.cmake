@@ -89,7 +89,7 @@ if(CANYON_BUILD_GAZEBO OR CANYON_BUILD_GZ_SIM)
   endif()
 endif()
 
-# dpkg-shlibdeps does not see the library that is loaded late (canyon/buildings/sources/gdal.hpp).
+# dpkg-shlibdeps does not see the library that is loaded late (canyon/city/buildings/sources/gdal.hpp).
 if(CANYON_BUILD_IO)
   get_filename_component(path ${CANYON_GDAL_LIBRARY} REALPATH)
   execute_process(COMMAND dpkg-query -S ${path} OUTPUT_VARIABLE package)

@@ -1,10 +1,10 @@
 # The viewer's page is built by Node.js (./run view), never by this build: the program looks for it when it runs. Where it
 # is there it is installed.
-if(TARGET canyon_view_io)
+if(TARGET canyon_outputs_view_io)
   # A file of its own, so that the compiler's cache knows all other files in another clone.
   set(file ${CMAKE_BINARY_DIR}/generated/viewer_page.cpp)
-  file(GENERATE OUTPUT ${file} CONTENT "#include \"canyon/view/page.hpp\"\n
+  file(GENERATE OUTPUT ${file} CONTENT "#include \"canyon/outputs/view/page.hpp\"\n
 const char* const canyon::view::built_page = \"${CMAKE_CURRENT_SOURCE_DIR}/viewer/dist/viewer.html\";\n")
-  target_sources(canyon_view_io PRIVATE ${file})
+  target_sources(canyon_outputs_view_io PRIVATE ${file})
   install(FILES viewer/dist/viewer.html DESTINATION ${CMAKE_INSTALL_DATADIR}/canyon OPTIONAL)
 endif()

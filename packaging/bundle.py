@@ -5,7 +5,7 @@
 
 WHEEL is of `pip wheel .`, BUILD the build folder with bin/canyon, OUT the folder for the bundled wheel. Libraries stand in
 canyon.libs/ and find each other by relative paths; canyon.libs/licences/ has the copyright file of each library's package.
-Distributions build GDAL with some 70 libraries of formats that Canyon never opens (canyon/buildings/sources/raster.cpp
+Distributions build GDAL with some 70 libraries of formats that Canyon never opens (canyon/city/buildings/sources/raster.cpp
 names those that it does), and libxml2 with ICU. In their place stand libraries of their names whose functions end the
 program.
 The wheel says manylinux of this machine's glibc. Needs patchelf, readelf, a C compiler and the Python package wheel.

@@ -30,6 +30,12 @@ while IFS=: read -r file line included; do
   fi
 done < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/[a-z]*\.hpp$' | xargs grep -nHE '^#include "canyon/' | sed -E 's|^([^:]*:[0-9]+):#include "canyon/([a-z_/]+)/[a-z0-9_]+[.][a-z]+".*|\1:\2|')
 
+# Eight storeys, each with a README, and two headers beside them.
+storeys='base|sky|city|paths|receiver|run|outputs|studies'
+while IFS= read -r file; do breach "$file: stands in none of the eight storeys"; done \
+  < <(printf '%s\n' "${sources[@]}" | grep -vE "^canyon/(($storeys)/.*|(canyon|io)\.hpp)\$")
+for storey in ${storeys//|/ }; do [ -e "canyon/$storey/README.md" ] || breach "canyon/$storey: no README.md"; done
+
 # 2. The engine knows no host.
 grep_each "the engine includes a host's header" \
   '#include [<"](gazebo|gz|ignition|ros|rclcpp|mavlink|sensor_msgs|std_msgs|geometry_msgs|adapters|cli|pybind11|python)/' "${sources[@]}"
@@ -42,12 +48,12 @@ grep_each "only adapters/common/sdf may include SDF" '#include [<"](sdf/|adapter
 # canyon::io's files know Cairo and rasters.
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/base/json\.cpp$|_test\.cpp$')
 grep_each "only canyon/base/json.cpp may include nlohmann/json" '#include [<"]nlohmann' "${outside[@]}"
-mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/raytrace/')
+mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/city/raytrace/')
 grep_each "only canyon/raytrace may include Embree" '#include [<"]embree' "${outside[@]}"
-mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/buildings/|^canyon/meshes/geos\.hpp$')
-grep_each "only canyon/buildings may include map libraries (and canyon/meshes/geos.hpp GEOS)" \
+mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/city/buildings/|^canyon/city/meshes/geos\.hpp$')
+grep_each "only canyon/buildings may include map libraries (and canyon/city/meshes/geos.hpp GEOS)" \
   '#include [<"](osmium|protozero|geos|curl)' "${outside[@]}"
-mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/(buildings|heatmap)/')
+mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/(city/buildings|studies/heatmap)/')
 grep_each "only canyon/buildings and canyon/heatmap may include raster libraries" \
   '#include [<"](gdal|ogr|netcdf)' "${outside[@]}"
 # FOLDER/FILE.cpp, or FOLDER/ALL, of what CMakeLists.txt gives to canyon::io.
@@ -57,7 +63,7 @@ while IFS= read -r file; do
   [[ $file == *.hpp ]] || grep -qxF -e "${file/%_test.cpp/.cpp}" -e "${file%/*}/ALL" <<<"$io" ||
     breach "$file: includes Cairo, GDAL or NetCDF but is not named after IO in CMakeLists.txt"
 done < <({ grep -lE '#include [<"]cairo' "${sources[@]}"
-           printf '%s\n' "${sources[@]}" | grep '^canyon/heatmap/' |
+           printf '%s\n' "${sources[@]}" | grep '^canyon/studies/heatmap/' |
              xargs grep -lE '#include [<"](gdal|ogr|netcdf)'; } | sort -u)
 
 # 4. Public headers are those that the umbrella headers reach by #include (cmake/install_headers.cmake installs

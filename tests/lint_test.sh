@@ -17,38 +17,41 @@ plant() {
   { [[ $file != *.cpp ]] || echo '// No header declares it: a planted file.'; printf '%s\n' "$2"; } >"$copy/$file"
   wanted+=("$file")
 }
-plant canyon/geodesy/planted.cpp '#include "canyon/orbit/sky.hpp"'
-plant canyon/simulation/planted.cpp '#include "canyon/output/sinks.hpp"'
+plant canyon/base/geodesy/planted.cpp '#include "canyon/sky/orbit/sky.hpp"'
+plant canyon/run/planted.cpp '#include "canyon/outputs/output/sinks.hpp"'
 plant canyon/receiver/planted.cpp '#include <gazebo/common/Plugin.hh>'
-plant canyon/output/planted.cpp '#include <ros/ros.h>'
-plant canyon/output/planted.cpp '#include <mavlink/v2.0/common/mavlink.h>'
-plant canyon/view/planted.cpp '#include <nlohmann/json.hpp>'
-plant canyon/propagation/planted.cpp '#include <embree3/rtcore.h>'
-plant canyon/simulation/planted.cpp '#include <gdal.h>'
+plant canyon/outputs/output/planted.cpp '#include <ros/ros.h>'
+plant canyon/outputs/output/planted.cpp '#include <mavlink/v2.0/common/mavlink.h>'
+plant canyon/outputs/view/planted.cpp '#include <nlohmann/json.hpp>'
+plant canyon/paths/propagation/planted.cpp '#include <embree3/rtcore.h>'
+plant canyon/run/planted.cpp '#include <gdal.h>'
 # Folders in folders: a folder's parts stand above it, and one that CMakeLists.txt does not name is none.
-plant canyon/buildings/sources/planted.cpp '#include "canyon/buildings/city_builder.hpp"'
-plant canyon/heatmap/kernels/planted.cpp '#include "canyon/heatmap/engine/engine.hpp"'
-plant canyon/heatmap/planted.cpp '#include "canyon/base/text.hpp"'
-plant canyon/heatmap/engine/planted.cpp '#include <netcdf.h>'
-plant canyon/drawing/planted.cpp '#include <cairo.h>'
+plant canyon/city/buildings/sources/planted.cpp '#include "canyon/city/buildings/city_builder.hpp"'
+plant canyon/studies/heatmap/kernels/planted.cpp '#include "canyon/studies/heatmap/engine/engine.hpp"'
+plant canyon/studies/heatmap/planted.cpp '#include "canyon/base/text.hpp"'
+plant canyon/studies/heatmap/engine/planted.cpp '#include <netcdf.h>'
+plant canyon/outputs/drawing/planted.cpp '#include <cairo.h>'
 plant canyon/city/axes.cpp '#include <cairo.h>'    # drawing's file of that name may
-plant canyon/validation/planted.cpp '#include <osmium/osm.hpp>'
+plant canyon/studies/validation/planted.cpp '#include <osmium/osm.hpp>'
 plant canyon/city/planted.hpp '#pragma once
 using namespace std;'
 plant canyon/city/planted.hpp '// no pragma once'
-echo '#pragma once' >"$copy/canyon/tracking/first.hpp"
-plant canyon/tracking/first.cpp '#include <vector>
-#include "canyon/tracking/first.hpp"'
-plant canyon/tracking/planted.cpp $'// caf\xc3\xa9'
-plant canyon/heatmap/files/planted_test.cpp 'usleep(10);'
+echo '#pragma once' >"$copy/canyon/receiver/tracking/first.hpp"
+plant canyon/receiver/tracking/first.cpp '#include <vector>
+#include "canyon/receiver/tracking/first.hpp"'
+plant canyon/receiver/tracking/planted.cpp $'// caf\xc3\xa9'
+plant canyon/studies/heatmap/files/planted_test.cpp 'usleep(10);'
 plant canyon/city/planted_test.cpp 'std::this_thread::sleep_for(1s);'
 plant canyon/city/planted.cpp '#include "canyon/canyon.hpp"'
 plant adapters/common/planted.hpp '#include <sdf/sdf.hh>'
 plant adapters/common/planted.cpp '#include "adapters/common/sdf/plugin_settings.hpp"'
 echo 'int undeclared;' >"$copy/canyon/city/undeclared.cpp" && wanted+=(canyon/city/undeclared.cpp)
 echo '// Declared in canyon/city/absent.hpp.' >"$copy/canyon/city/misdeclared.cpp" && wanted+=(canyon/city/misdeclared.cpp)
-{ echo '#pragma once'; yes '// one more line' | head -150000; } >"$copy/canyon/gnss/budget.hpp"
+{ echo '#pragma once'; yes '// one more line' | head -150000; } >"$copy/canyon/sky/gnss/budget.hpp"
 wanted+=("the tree has")
+mkdir "$copy/canyon/cellar"
+plant canyon/cellar/planted.cpp 'int in_no_storey;'
+plant canyon/planted.cpp 'int beside_the_storeys;'
 plant canyon/planted.md '[a page](absent.md)'
 plant canyon/planted.md '[a heading](#absent)'
 # add FILE TEXT NAMED: a line more in a file that is there; the lint must name NAMED.
@@ -57,8 +60,8 @@ add() {
   wanted+=("$3")
 }
 add canyon/base/input_error.hpp '#include <fmt/format.h>' canyon/base/input_error.hpp
-add canyon/geodesy/frames.hpp '#include <netcdf.h>' canyon/geodesy/frames.hpp
-add canyon/canyon.hpp '#include "canyon/heatmap/pictures/map_style.hpp"' canyon/heatmap/pictures/map_style.hpp
+add canyon/base/geodesy/frames.hpp '#include <netcdf.h>' canyon/base/geodesy/frames.hpp
+add canyon/canyon.hpp '#include "canyon/studies/heatmap/pictures/map_style.hpp"' canyon/studies/heatmap/pictures/map_style.hpp
 add canyon/io.hpp '#include "canyon/city/absent.hpp"' canyon/city/absent.hpp
 
 if output=$("$root/tests/lint.sh" "$copy"); then echo "no breach was found"; exit 1; fi

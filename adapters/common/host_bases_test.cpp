@@ -1,4 +1,4 @@
-#include "canyon/live/hosted_receiver.hpp"
+#include "canyon/outputs/live/hosted_receiver.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,12 +7,12 @@
 #include <deque>
 
 #include "adapters/common/host_settings.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/time_scales.hpp"
-#include "canyon/options/describe.hpp"
-#include "canyon/options/read.hpp"
-#include "canyon/output/epoch_values.hpp"
+#include "canyon/base/options/describe.hpp"
+#include "canyon/base/options/read.hpp"
+#include "canyon/outputs/output/epoch_values.hpp"
 
 namespace canyon::adapters {
 namespace {

@@ -8,9 +8,9 @@
 #include <string_view>
 #include <utility>
 
+#include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/geodesy/time_scales.hpp"
-#include "canyon/propagation/propagator.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
 
 namespace canyon::adapters {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "adapters/common/ray_visuals.hpp"
 #include "adapters/common/ros_names.hpp"
+#include "canyon/base/geodesy/frames.hpp"
 #include "canyon/city/facades.hpp"
-#include "canyon/geodesy/frames.hpp"
-#include "canyon/live/hosted_receiver.hpp"
+#include "canyon/outputs/live/hosted_receiver.hpp"
 
 namespace canyon::adapters {
 

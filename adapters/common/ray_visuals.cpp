@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "canyon/geodesy/frames.hpp"
+#include "canyon/base/geodesy/frames.hpp"
 
 namespace canyon::adapters {
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "canyon/drawing/palette.hpp"
-#include "canyon/live/epoch_publisher.hpp"
+#include "canyon/outputs/drawing/palette.hpp"
+#include "canyon/outputs/live/epoch_publisher.hpp"
 
 // A receiver in a host's world, drawn as plain shapes.
 

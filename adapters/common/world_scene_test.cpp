@@ -1,5 +1,5 @@
 // The scene that follows a world, over a world made by hand.
-#include "canyon/live/world_scene.hpp"
+#include "canyon/outputs/live/world_scene.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -11,7 +11,7 @@
 
 #include "adapters/common/testing/box_world.hpp"
 #include "canyon/city/gazebo_export.hpp"
-#include "canyon/simulation/environment.hpp"
+#include "canyon/run/environment.hpp"
 
 namespace canyon::adapters {
 namespace {

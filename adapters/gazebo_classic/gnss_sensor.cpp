@@ -19,7 +19,7 @@
 #include "adapters/gazebo_classic/pose_source.hpp"
 #include "adapters/gazebo_classic/publishers.hpp"
 #include "adapters/gazebo_classic/world_geometry.hpp"
-#include "canyon/live/hosted_receiver.hpp"
+#include "canyon/outputs/live/hosted_receiver.hpp"
 #ifdef CANYON_WITH_ROS2
 #include "adapters/ros2/host_publisher.hpp"
 #endif

@@ -14,7 +14,7 @@
 #include "adapters/gazebo_classic/testing/city_world.hpp"
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
 #include "adapters/gazebo_classic/world_geometry.hpp"
-#include "canyon/geodesy/constants.hpp"
+#include "canyon/base/geodesy/constants.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {

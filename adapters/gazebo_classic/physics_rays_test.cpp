@@ -12,7 +12,7 @@
 #include <random>
 
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
-#include "canyon/geodesy/frames.hpp"
+#include "canyon/base/geodesy/frames.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"
 

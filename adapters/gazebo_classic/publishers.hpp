@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "adapters/common/host_settings.hpp"
-#include "canyon/live/controls.hpp"
-#include "canyon/live/epoch_publisher.hpp"
+#include "canyon/outputs/live/controls.hpp"
+#include "canyon/outputs/live/epoch_publisher.hpp"
 
 // The ways out of the plugin. Each is made once per receiver; InputError where it cannot be.
 

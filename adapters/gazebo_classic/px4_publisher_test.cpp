@@ -19,7 +19,7 @@
 #include "adapters/gazebo_classic/sitl_gps.hpp"
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
 #include "adapters/gazebo_classic/testing/px4_stand_in/px4_stand_in.hpp"
-#include "canyon/geodesy/constants.hpp"
+#include "canyon/base/geodesy/constants.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "adapters/gazebo_classic/testing/ros_core.hpp"
-#include "canyon/live/pose_source.hpp"
-#include "canyon/transport/transport.hpp"
+#include "canyon/base/transport/transport.hpp"
+#include "canyon/outputs/live/pose_source.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/source_dir.hpp"
 

@@ -8,8 +8,8 @@
 #include <array>
 #include <cmath>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/time_scales.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/time_scales.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "canyon/live/epoch_publisher.hpp"
+#include "canyon/outputs/live/epoch_publisher.hpp"
 
 namespace google::protobuf {
 class Descriptor;

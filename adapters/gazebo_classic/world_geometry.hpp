@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "canyon/live/world_scene.hpp"
+#include "canyon/outputs/live/world_scene.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 

@@ -16,9 +16,9 @@
 #include <utility>
 
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/simulation/environment.hpp"
+#include "canyon/run/environment.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {

@@ -30,7 +30,7 @@
 #include "adapters/ros2/host_publisher.hpp"
 #endif
 #include "canyon/base/input_error.hpp"
-#include "canyon/live/hosted_receiver.hpp"
+#include "canyon/outputs/live/hosted_receiver.hpp"
 
 namespace canyon::adapters::gz_sim {
 namespace {

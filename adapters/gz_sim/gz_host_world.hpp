@@ -10,7 +10,7 @@
 
 #include "adapters/common/resource_files.hpp"
 #include "adapters/common/sdf/sdf_shapes.hpp"
-#include "canyon/live/world_scene.hpp"
+#include "canyon/outputs/live/world_scene.hpp"
 
 namespace canyon::adapters::gz_sim {
 

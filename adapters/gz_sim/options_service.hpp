@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/live/controls.hpp"
+#include "canyon/outputs/live/controls.hpp"
 
 namespace canyon::adapters::gz_sim {
 

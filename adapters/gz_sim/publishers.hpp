@@ -5,7 +5,7 @@
 
 #include "adapters/common/ray_visuals.hpp"
 #include "adapters/common/ros_names.hpp"
-#include "canyon/live/epoch_publisher.hpp"
+#include "canyon/outputs/live/epoch_publisher.hpp"
 
 // The ways out of the system for Gazebo Sim. Each is made once per receiver, holds a transport node of its
 // own, and takes its topics back when it is destroyed; InputError where it cannot be made.

@@ -9,11 +9,11 @@
 #include <type_traits>
 #include <vector>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/gnss/satellite_id.hpp"
-#include "canyon/output/epoch_values.hpp"
-#include "canyon/positioning/least_squares.hpp"
-#include "canyon/simulation/simulator.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/outputs/output/epoch_values.hpp"
+#include "canyon/receiver/positioning/least_squares.hpp"
+#include "canyon/run/simulator.hpp"
+#include "canyon/sky/gnss/satellite_id.hpp"
 
 // Epochs as ROS messages. Templates over the message types, so that ROS 1 and ROS 2 share them and tests need
 // neither; the two differ in the name of a stamp's nanoseconds and in their fixed arrays' type only.

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "adapters/ros/conversions.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/output/epoch_values.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/outputs/output/epoch_values.hpp"
 
 namespace canyon::ros_messages {
 

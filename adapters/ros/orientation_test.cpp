@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "adapters/ros/testing/stand_ins.hpp"
-#include "canyon/geodesy/constants.hpp"
+#include "canyon/base/geodesy/constants.hpp"
 #include "tests/support/sample_epochs.hpp"
 
 #ifdef CANYON_WITH_AUTOWARE

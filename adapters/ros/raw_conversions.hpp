@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "adapters/ros/conversions.hpp"
-#include "canyon/geodesy/time_scales.hpp"
-#include "canyon/gnss/signals.hpp"
-#include "canyon/output/observations/raw_observations.hpp"
+#include "canyon/base/geodesy/time_scales.hpp"
+#include "canyon/outputs/output/observations/raw_observations.hpp"
+#include "canyon/sky/gnss/signals.hpp"
 
 namespace canyon::ros_messages {
 

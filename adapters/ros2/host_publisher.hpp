@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "adapters/common/ros_names.hpp"
-#include "canyon/live/controls.hpp"
-#include "canyon/live/epoch_publisher.hpp"
+#include "canyon/outputs/live/controls.hpp"
+#include "canyon/outputs/live/epoch_publisher.hpp"
 
 namespace canyon::adapters::ros2 {
 

@@ -7,11 +7,11 @@
 #include <array>
 #include <cmath>
 
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/options/read.hpp"
 #include "canyon/base/text_file.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/frames.hpp"
-#include "canyon/options/read.hpp"
 
 namespace canyon::adapters::ros2 {
 namespace {

@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "canyon/geodesy/frames.hpp"
-#include "canyon/options/visitor.hpp"
-#include "canyon/simulation/motion/pose_motion.hpp"
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/base/options/visitor.hpp"
+#include "canyon/run/motion/pose_motion.hpp"
 
 namespace canyon::adapters::ros2 {
 

@@ -5,8 +5,8 @@
 
 #include <fstream>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/geodesy/constants.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::adapters::ros2 {

@@ -9,13 +9,13 @@
 
 #include "adapters/ros2/rtcm_topic.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/options/node.hpp"
+#include "canyon/base/options/read.hpp"
+#include "canyon/base/options/values.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
-#include "canyon/live/epoch_publisher.hpp"
-#include "canyon/options/node.hpp"
-#include "canyon/options/read.hpp"
-#include "canyon/options/values.hpp"
-#include "canyon/relative/correction_link.hpp"
+#include "canyon/outputs/live/epoch_publisher.hpp"
+#include "canyon/receiver/relative/correction_link.hpp"
 
 namespace canyon::adapters::ros2 {
 namespace {

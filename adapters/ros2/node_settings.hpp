@@ -9,10 +9,10 @@
 #include <variant>
 #include <vector>
 
-#include "canyon/live/hosted_receiver.hpp"
-#include "canyon/options/describe.hpp"
-#include "canyon/simulation/live_receiver.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/base/options/describe.hpp"
+#include "canyon/outputs/live/hosted_receiver.hpp"
+#include "canyon/run/live_receiver.hpp"
+#include "canyon/run/scenario/scenario.hpp"
 
 namespace canyon::adapters::ros2 {
 

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <set>
 
-#include "canyon/options/values.hpp"
+#include "canyon/base/options/values.hpp"
 #include "tests/support/documented.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"

@@ -19,13 +19,13 @@
 #include "adapters/ros2/node_truth.hpp"
 #include "adapters/ros2/receiver_topics.hpp"
 #include "adapters/ros2/rtcm_topic.hpp"
+#include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_files.hpp"
 #include "canyon/base/secrets.hpp"
-#include "canyon/geodesy/time_scales.hpp"
-#include "canyon/output/encoder.hpp"
-#include "canyon/simulation/epoch_schedule.hpp"
-#include "canyon/simulation/load_city.hpp"
+#include "canyon/outputs/output/encoder.hpp"
+#include "canyon/run/epoch_schedule.hpp"
+#include "canyon/run/load_city.hpp"
 
 namespace canyon::adapters::ros2 {
 namespace {

@@ -31,11 +31,11 @@
 #endif
 
 #include "adapters/ros/raw_conversions.hpp"
-#include "canyon/inertial/sensor_options.hpp"
-#include "canyon/live/controls.hpp"
-#include "canyon/live/epoch_publisher.hpp"
-#include "canyon/simulation/sensors/sensor_run.hpp"
-#include "canyon/transport/link.hpp"
+#include "canyon/base/transport/link.hpp"
+#include "canyon/outputs/live/controls.hpp"
+#include "canyon/outputs/live/epoch_publisher.hpp"
+#include "canyon/run/inertial/sensor_options.hpp"
+#include "canyon/run/sensor_run.hpp"
 
 namespace canyon::adapters::ros2 {
 

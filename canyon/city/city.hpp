@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/read_report.hpp"
 #include "canyon/city/fwd.hpp"
-#include "canyon/geodesy/frames.hpp"
 
 namespace canyon::city {
 

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/options/values.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
-#include "canyon/options/values.hpp"
 
 namespace canyon::city {
 namespace {

@@ -4,8 +4,8 @@
 #include <map>
 #include <string>
 
+#include "canyon/base/options/fwd.hpp"
 #include "canyon/city/fwd.hpp"
-#include "canyon/options/fwd.hpp"
 
 namespace canyon::city {
 

@@ -8,9 +8,9 @@
 #include <optional>
 #include <string>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/meshes/geos.hpp"
+#include "canyon/city/meshes/geos.hpp"
 
 namespace canyon::city::sdf {
 

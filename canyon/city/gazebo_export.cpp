@@ -13,15 +13,15 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/options/values.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/utf8.hpp"
 #include "canyon/city/mesh_export.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_parts.hpp"
 #include "canyon/city/mesh_topology.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/options/values.hpp"
 
 namespace canyon::city {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "canyon/base/options/fwd.hpp"
 #include "canyon/city/fwd.hpp"
-#include "canyon/options/fwd.hpp"
 
 namespace canyon::city {
 

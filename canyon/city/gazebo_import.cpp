@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/named_file.hpp"
 #include "canyon/base/text.hpp"
@@ -24,8 +25,7 @@
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_topology.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/meshes/xml_file.hpp"
+#include "canyon/city/meshes/xml_file.hpp"
 
 namespace canyon::city {
 namespace {

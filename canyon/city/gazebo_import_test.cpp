@@ -5,11 +5,11 @@
 #include <fstream>
 #include <random>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/gazebo_export.hpp"
-#include "canyon/geodesy/constants.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"
 

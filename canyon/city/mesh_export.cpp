@@ -13,10 +13,10 @@
 #include <unordered_map>
 #include <vector>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/city/mesh_marks.hpp"
-#include "canyon/geodesy/constants.hpp"
 
 namespace canyon::city {
 namespace {

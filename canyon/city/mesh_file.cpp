@@ -17,7 +17,7 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_topology.hpp"
-#include "canyon/meshes/mesh_scene.hpp"
+#include "canyon/city/meshes/mesh_scene.hpp"
 
 namespace canyon::city {
 namespace {

@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/geodesy/constants.hpp"
 #include "tests/support/case_file.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/shared_data.hpp"

@@ -10,8 +10,8 @@
 
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/options/values.hpp"
 #include "canyon/base/utf8.hpp"
-#include "canyon/options/values.hpp"
 
 namespace canyon::city {
 namespace {

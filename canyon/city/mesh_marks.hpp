@@ -8,10 +8,10 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/base/options/fwd.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/geodesy/frames.hpp"
-#include "canyon/options/fwd.hpp"
 
 namespace canyon::city {
 

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/payload.hpp"
@@ -18,7 +19,6 @@
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_parts.hpp"
 #include "canyon/city/mesh_topology.hpp"
-#include "canyon/geodesy/constants.hpp"
 
 namespace canyon::city {
 namespace {

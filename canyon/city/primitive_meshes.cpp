@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "canyon/geodesy/constants.hpp"
+#include "canyon/base/geodesy/constants.hpp"
 
 namespace canyon::city {
 namespace {

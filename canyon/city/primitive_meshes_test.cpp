@@ -7,8 +7,8 @@
 #include <cmath>
 #include <functional>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/mesh_topology.hpp"
-#include "canyon/geodesy/constants.hpp"
 
 namespace canyon::city {
 namespace {

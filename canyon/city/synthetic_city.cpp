@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/options/values.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/options/values.hpp"
 
 namespace canyon::city {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <cstdint>
 
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/base/options/fwd.hpp"
 #include "canyon/city/fwd.hpp"
-#include "canyon/geodesy/frames.hpp"
-#include "canyon/options/fwd.hpp"
 
 namespace canyon::city {
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <utility>
 
-#include "canyon/errors/space_errors.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/positioning/pseudorange_model.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/receiver/positioning/pseudorange_model.hpp"
+#include "canyon/sky/space_errors.hpp"
 
 namespace canyon::receiver {
 

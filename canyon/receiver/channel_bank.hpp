@@ -13,15 +13,15 @@
 #include <vector>
 
 #include "canyon/base/random.hpp"
-#include "canyon/broadcast/schedule.hpp"
-#include "canyon/disturbance/disturbance.hpp"
-#include "canyon/gnss/satellite_id.hpp"
-#include "canyon/gnss/signals.hpp"
+#include "canyon/paths/disturbance/disturbance.hpp"
 #include "canyon/receiver/own_draws.hpp"
 #include "canyon/receiver/range_terms.hpp"
 #include "canyon/receiver/receiver.hpp"
-#include "canyon/tracking/channel.hpp"
-#include "canyon/tracking/signal_lock.hpp"
+#include "canyon/receiver/tracking/channel.hpp"
+#include "canyon/receiver/tracking/signal_lock.hpp"
+#include "canyon/sky/broadcast/schedule.hpp"
+#include "canyon/sky/gnss/satellite_id.hpp"
+#include "canyon/sky/gnss/signals.hpp"
 
 namespace canyon::receiver {
 

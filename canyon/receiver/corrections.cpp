@@ -7,11 +7,11 @@
 #include <array>
 #include <utility>
 
-#include "canyon/errors/space_errors.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/frames.hpp"
-#include "canyon/positioning/pseudorange_model.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/receiver/positioning/pseudorange_model.hpp"
 #include "canyon/receiver/receiver.hpp"
+#include "canyon/sky/space_errors.hpp"
 
 namespace canyon::receiver {
 

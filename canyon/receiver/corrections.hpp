@@ -7,12 +7,12 @@
 #include <string>
 #include <utility>
 
-#include "canyon/geodesy/gps_time.hpp"
-#include "canyon/gnss/signals.hpp"
-#include "canyon/orbit/sky.hpp"
-#include "canyon/positioning/fix.hpp"
+#include "canyon/base/geodesy/gps_time.hpp"
+#include "canyon/receiver/positioning/fix.hpp"
 #include "canyon/receiver/receiver_options.hpp"
-#include "canyon/relative/correction_link.hpp"
+#include "canyon/receiver/relative/correction_link.hpp"
+#include "canyon/sky/gnss/signals.hpp"
+#include "canyon/sky/orbit/sky.hpp"
 
 namespace canyon::receiver {
 

@@ -1,12 +1,12 @@
 // Time of one position fix, velocity included, and of one whole epoch of a receiver under an open sky.
-#include "canyon/positioning/fix.hpp"
+#include "canyon/receiver/positioning/fix.hpp"
 
 #include <benchmark/benchmark.h>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/orbit/broadcast_sky.hpp"
-#include "canyon/orbit/nominal_constellation.hpp"
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/receiver/receiver.hpp"
+#include "canyon/sky/orbit/broadcast_sky.hpp"
+#include "canyon/sky/orbit/nominal_constellation.hpp"
 
 namespace canyon::receiver {
 namespace {

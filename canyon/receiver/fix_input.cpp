@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/options/values.hpp"
+#include "canyon/base/options/values.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/receiver/receiver.hpp"
-#include "canyon/relative/rtk_filter.hpp"
+#include "canyon/receiver/relative/rtk_filter.hpp"
 
 namespace canyon::receiver {
 namespace {

@@ -7,13 +7,13 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/geodesy/gps_time.hpp"
-#include "canyon/gnss/signal_groups.hpp"
-#include "canyon/options/fwd.hpp"
-#include "canyon/orbit/sky.hpp"
-#include "canyon/positioning/fix.hpp"
-#include "canyon/positioning/positioning_options.hpp"
-#include "canyon/positioning/pseudorange_model.hpp"
+#include "canyon/base/geodesy/gps_time.hpp"
+#include "canyon/base/options/fwd.hpp"
+#include "canyon/receiver/positioning/fix.hpp"
+#include "canyon/receiver/positioning/positioning_options.hpp"
+#include "canyon/receiver/positioning/pseudorange_model.hpp"
+#include "canyon/sky/gnss/signal_groups.hpp"
+#include "canyon/sky/orbit/sky.hpp"
 
 namespace canyon::receiver {
 

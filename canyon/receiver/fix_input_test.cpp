@@ -5,7 +5,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "canyon/geodesy/constants.hpp"
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/receiver/receiver.hpp"
 
 namespace canyon::receiver::ranging_test {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "canyon/gnss/signals.hpp"
 #include "canyon/receiver/receiver_options.hpp"
-#include "canyon/tracking/noise.hpp"
+#include "canyon/receiver/tracking/noise.hpp"
+#include "canyon/sky/gnss/signals.hpp"
 
 // What a receiver draws by its options and seed alone: receivers and cells of maps have it from here.
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/frames.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/frames.hpp"
 
 namespace canyon::receiver {
 

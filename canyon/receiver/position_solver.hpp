@@ -5,11 +5,11 @@
 #include <optional>
 #include <vector>
 
-#include "canyon/positioning/position_filter.hpp"
 #include "canyon/receiver/corrections.hpp"
+#include "canyon/receiver/positioning/position_filter.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/receiver/receiver_options.hpp"
-#include "canyon/relative/rtk_filter.hpp"
+#include "canyon/receiver/relative/rtk_filter.hpp"
 
 namespace canyon::receiver {
 

@@ -3,11 +3,11 @@
 #include <cassert>
 #include <cmath>
 
-#include "canyon/errors/space_errors.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/positioning/pseudorange_model.hpp"
-#include "canyon/tracking/channel.hpp"
-#include "canyon/tracking/channel_fading.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/receiver/positioning/pseudorange_model.hpp"
+#include "canyon/receiver/tracking/channel.hpp"
+#include "canyon/receiver/tracking/channel_fading.hpp"
+#include "canyon/sky/space_errors.hpp"
 
 namespace canyon::receiver {
 
@@ -28,8 +28,8 @@ double metres_per_turned_rad(double carrier_hz) {
 /// Delays by the models that receivers correct by [m].
 double modelled_m(const RangeState& s, bool ionosphere, bool troposphere) {
   const orbit::LineOfSight& line = s.view->line;
-  return errors::atmosphere_m(ionosphere, troposphere, *s.klobuchar, line.id.system, s.carrier_hz,
-                                   s.time, s.place, {line.azimuth_rad, line.elevation_rad});
+  return errors::atmosphere_m(ionosphere, troposphere, *s.klobuchar, line.id.system, s.carrier_hz, s.time,
+                              s.place, {line.azimuth_rad, line.elevation_rad});
 }
 
 double ionosphere_m(const RangeState& s) {
@@ -48,10 +48,10 @@ template <typename Delay>
 double central_mps(const RangeState& s, const Delay& delay_m) {
   const auto at = [&](const AntennaBeside& there) {
     const orbit::LineOfSight& line = s.view->line;
-    return delay_m(there, geodesy::azimuth_elevation_from_enu(
-                              there.enu_from_ecef *
-                              (line.position_at_reception_m + line.velocity_at_reception_mps * there.dt_s -
-                               there.antenna_ecef)));
+    return delay_m(
+        there, geodesy::azimuth_elevation_from_enu(
+                   there.enu_from_ecef * (line.position_at_reception_m +
+                                          line.velocity_at_reception_mps * there.dt_s - there.antenna_ecef)));
   };
   return at(*s.after) - at(*s.before);
 }
@@ -60,7 +60,7 @@ double ionosphere_mps(const RangeState& s) {
   if (!s.options->ionosphere || s.before == nullptr) return 0;
   return central_mps(s, [&](const AntennaBeside& there, const geodesy::AzimuthElevation& look) {
     return errors::atmosphere_m(true, false, *s.klobuchar, s.view->line.id.system, s.carrier_hz,
-                                     s.time + there.dt_s, there.place, look);
+                                s.time + there.dt_s, there.place, look);
   });
 }
 
@@ -86,37 +86,53 @@ std::vector<RangeTerm>& range_term_table() {
        [](S s) { return both(-kSpeedOfLight * s.view->line.state.clock_bias_s); }, nullptr,
        [](S s) { return both(-kSpeedOfLight * s.view->line.state.clock_drift); }},
       {"group delay", Of::Satellite,
-       [](S s) { return CodeAndCarrier{kSpeedOfLight * s.view->line.state.group_delay_of(*s.signal), 0}; }},
+       [](S s) {
+         return CodeAndCarrier{kSpeedOfLight * s.view->line.state.group_delay_of(*s.signal), 0};
+       }},
       {"ionosphere", Of::Space,
        [](S s) {
          const double delay_m = ionosphere_m(s);
          return CodeAndCarrier{delay_m, -delay_m};
        },
        [](S s) { return modelled_m(s, s.options->fix.correct_ionosphere, false); },
-       [](S s) { return CodeAndCarrier{0, -ionosphere_mps(s)}; }, "ionosphere_m",
-       "delay in the pseudorange, advance in the phase; 0 where `ionosphere` is off"},
+       [](S s) {
+         return CodeAndCarrier{0, -ionosphere_mps(s)};
+       },
+       "ionosphere_m", "delay in the pseudorange, advance in the phase; 0 where `ionosphere` is off"},
       {"troposphere", Of::Space, [](S s) { return both(troposphere_m(s)); },
        [](S s) { return modelled_m(s, false, s.options->fix.correct_troposphere); },
-       [](S s) { return CodeAndCarrier{0, troposphere_mps(s)}; }, "troposphere_m",
-       "delay in both; 0 where `troposphere` is off"},
-      {"orbit error", Of::Space,
        [](S s) {
-         return both(s.view->space && s.options->orbit_errors ? s.view->space->orbit_clock_m : 0);
+         return CodeAndCarrier{0, troposphere_mps(s)};
        },
+       "troposphere_m", "delay in both; 0 where `troposphere` is off"},
+      {"orbit error", Of::Space,
+       [](S s) { return both(s.view->space && s.options->orbit_errors ? s.view->space->orbit_clock_m : 0); },
        nullptr, nullptr, "orbit_error_m",
        "error of the broadcast orbit and clock (`sky.errors`), in code and phase"},
       {"receiver clock", Of::Receiver, [](S s) { return both(kSpeedOfLight * s.clock.bias_s); }, nullptr,
        [](S s) { return both(kSpeedOfLight * s.clock.drift); }},
-      {"bias", Of::Receiver, [](S s) { return CodeAndCarrier{s.bias_m, 0}; }, nullptr, nullptr, "bias_m",
+      {"bias", Of::Receiver,
+       [](S s) {
+         return CodeAndCarrier{s.bias_m, 0};
+       },
+       nullptr, nullptr, "bias_m",
        "delay of the receiver's own, in the pseudorange and not in its error (`biases`)"},
-      {"multipath", Of::Channel, [](S s) { return CodeAndCarrier{s.code_excess_m, s.carrier_excess_m}; }},
-      {"noise", Of::Channel, [](S s) { return CodeAndCarrier{s.code_noise_m, 0}; }},
+      {"multipath", Of::Channel,
+       [](S s) {
+         return CodeAndCarrier{s.code_excess_m, s.carrier_excess_m};
+       }},
+      {"noise", Of::Channel,
+       [](S s) {
+         return CodeAndCarrier{s.code_noise_m, 0};
+       }},
       {"turn of the carrier", Of::Channel,
-       [](S s) { return CodeAndCarrier{0, s.view->carrier_turn_rad * metres_per_turned_rad(s.carrier_hz)}; },
+       [](S s) {
+         return CodeAndCarrier{0, s.view->carrier_turn_rad * metres_per_turned_rad(s.carrier_hz)};
+       },
        nullptr,
        [](S s) {  // given per second of the receiver's clock
-         return CodeAndCarrier{0, s.view->carrier_turn_radps * metres_per_turned_rad(s.carrier_hz) *
-                                      (1 + s.clock.drift)};
+         return CodeAndCarrier{
+             0, s.view->carrier_turn_radps * metres_per_turned_rad(s.carrier_hz) * (1 + s.clock.drift)};
        }},
   };
   return table;

@@ -5,11 +5,11 @@
 #include <span>
 #include <vector>
 
-#include "canyon/geodesy/frames.hpp"
-#include "canyon/gnss/navigation_data.hpp"
-#include "canyon/gnss/signals.hpp"
-#include "canyon/propagation/paths.hpp"
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/paths/propagation/paths.hpp"
 #include "canyon/receiver/receiver_options.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
+#include "canyon/sky/gnss/signals.hpp"
 
 // The range of a signal is a sum of terms. This is their one list: receivers, solvers of map cells, virtual
 // stations, samples and columns iterate over it. docs/extending.md says how to add a term.

@@ -5,15 +5,15 @@
 #include <algorithm>
 #include <utility>
 
+#include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/disturbance/shadowing.hpp"
-#include "canyon/geodesy/time_scales.hpp"
-#include "canyon/gnss/signals.hpp"
-#include "canyon/positioning/fusion/dead_reckoning_options.hpp"
-#include "canyon/positioning/pseudorange_model.hpp"
+#include "canyon/paths/disturbance/shadowing.hpp"
 #include "canyon/receiver/channel_bank.hpp"
 #include "canyon/receiver/own_draws.hpp"
 #include "canyon/receiver/position_solver.hpp"
+#include "canyon/receiver/positioning/fusion/dead_reckoning_options.hpp"
+#include "canyon/receiver/positioning/pseudorange_model.hpp"
+#include "canyon/sky/gnss/signals.hpp"
 
 namespace canyon::receiver {
 

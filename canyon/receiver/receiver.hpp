@@ -10,16 +10,16 @@
 #include <string>
 #include <vector>
 
-#include "canyon/disturbance/disturbance.hpp"
-#include "canyon/positioning/fix.hpp"
-#include "canyon/positioning/fusion/dead_reckoning_options.hpp"
-#include "canyon/positioning/position_filter.hpp"
-#include "canyon/propagation/paths.hpp"
+#include "canyon/paths/disturbance/disturbance.hpp"
+#include "canyon/paths/propagation/paths.hpp"
+#include "canyon/receiver/positioning/fix.hpp"
+#include "canyon/receiver/positioning/fusion/dead_reckoning_options.hpp"
+#include "canyon/receiver/positioning/position_filter.hpp"
 #include "canyon/receiver/range_terms.hpp"
 #include "canyon/receiver/receiver_options.hpp"
-#include "canyon/tracking/noise.hpp"
-#include "canyon/tracking/signal_lock.hpp"
-#include "canyon/tracking/signal_options.hpp"
+#include "canyon/receiver/tracking/noise.hpp"
+#include "canyon/receiver/tracking/signal_lock.hpp"
+#include "canyon/receiver/tracking/signal_options.hpp"
 
 namespace canyon::relative {
 struct Corrections;

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <vector>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/orbit/sky.hpp"
-#include "canyon/tracking/channel.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/receiver/tracking/channel.hpp"
+#include "canyon/sky/orbit/sky.hpp"
 
 namespace canyon::receiver {
 namespace {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "canyon/city/city.hpp"
-#include "canyon/disturbance/faults/transmitter.hpp"
+#include "canyon/paths/disturbance/faults/transmitter.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "tests/support/signal_scene.hpp"
 

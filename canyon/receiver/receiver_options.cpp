@@ -7,7 +7,7 @@
 #include <set>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/options/values.hpp"
+#include "canyon/base/options/values.hpp"
 
 namespace canyon::receiver {
 

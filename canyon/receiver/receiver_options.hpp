@@ -7,17 +7,17 @@
 #include <string>
 #include <vector>
 
-#include "canyon/gnss/signal_groups.hpp"
-#include "canyon/options/fwd.hpp"
-#include "canyon/options/values.hpp"
-#include "canyon/positioning/fix.hpp"
-#include "canyon/positioning/fusion/dead_reckoning_options.hpp"
-#include "canyon/positioning/positioning_options.hpp"
+#include "canyon/base/options/fwd.hpp"
+#include "canyon/base/options/values.hpp"
 #include "canyon/receiver/fix_input.hpp"
-#include "canyon/relative/correction_link.hpp"
-#include "canyon/relative/rtk_filter.hpp"
-#include "canyon/tracking/noise.hpp"
-#include "canyon/tracking/signal_options.hpp"
+#include "canyon/receiver/positioning/fix.hpp"
+#include "canyon/receiver/positioning/fusion/dead_reckoning_options.hpp"
+#include "canyon/receiver/positioning/positioning_options.hpp"
+#include "canyon/receiver/relative/correction_link.hpp"
+#include "canyon/receiver/relative/rtk_filter.hpp"
+#include "canyon/receiver/tracking/noise.hpp"
+#include "canyon/receiver/tracking/signal_options.hpp"
+#include "canyon/sky/gnss/signal_groups.hpp"
 
 namespace canyon::receiver {
 

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "canyon/city/city.hpp"
-#include "canyon/disturbance/faults/spoofing.hpp"
+#include "canyon/paths/disturbance/faults/spoofing.hpp"
+#include "canyon/paths/signal/path_strength.hpp"
 #include "canyon/receiver/position_solver.hpp"
 #include "canyon/receiver/receiver.hpp"
-#include "canyon/signal/path_strength.hpp"
 #include "tests/support/signal_scene.hpp"
 
 namespace canyon::receiver {

@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/errors/space_errors.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/orbit/broadcast_sky.hpp"
-#include "canyon/orbit/nominal_constellation.hpp"
-#include "canyon/orbit/sky.hpp"
-#include "canyon/rinex/navigation_reader.hpp"
+#include "canyon/sky/orbit/broadcast_sky.hpp"
+#include "canyon/sky/orbit/nominal_constellation.hpp"
+#include "canyon/sky/orbit/sky.hpp"
+#include "canyon/sky/rinex/navigation_reader.hpp"
+#include "canyon/sky/space_errors.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/observe.hpp"
 #include "tests/support/refusal.hpp"

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/geodesy/constants.hpp"
 
 namespace canyon::python {
 

@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-#include "canyon/geodesy/frames.hpp"
+#include "canyon/base/geodesy/frames.hpp"
 
 namespace canyon::python {
 

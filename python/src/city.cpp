@@ -1,13 +1,13 @@
 // Declared in python/src/binding.hpp.
 #include <fmt/format.h>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/mesh_marks.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/load_city.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/run/load_city.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/settings.hpp"
 

@@ -4,9 +4,9 @@
 #include <sstream>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/live_receiver.hpp"
-#include "canyon/simulation/load_city.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/run/live_receiver.hpp"
+#include "canyon/run/load_city.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/epochs.hpp"
 #include "python/src/settings.hpp"

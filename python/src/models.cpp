@@ -5,10 +5,10 @@
 
 #include <cmath>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/output/epoch_values.hpp"
-#include "canyon/positioning/pseudorange_model.hpp"
+#include "canyon/outputs/output/epoch_values.hpp"
+#include "canyon/receiver/positioning/pseudorange_model.hpp"
 #include "python/src/binding.hpp"
 
 namespace canyon::python {

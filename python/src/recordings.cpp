@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/calibration/calibrate.hpp"
-#include "canyon/simulation/scenario/profile.hpp"
-#include "canyon/validation/alignment.hpp"
-#include "canyon/validation/comparison.hpp"
-#include "canyon/validation/figures.hpp"
-#include "canyon/validation/recorded_scene.hpp"
+#include "canyon/run/scenario/profile.hpp"
+#include "canyon/studies/calibration/calibrate.hpp"
+#include "canyon/studies/validation/alignment.hpp"
+#include "canyon/studies/validation/comparison.hpp"
+#include "canyon/studies/validation/figures.hpp"
+#include "canyon/studies/validation/recorded_scene.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {

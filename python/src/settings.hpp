@@ -1,14 +1,14 @@
 #pragma once
 
 #include "canyon/base/input_files.hpp"
+#include "canyon/base/options/describe.hpp"
+#include "canyon/base/options/node.hpp"
+#include "canyon/base/options/read.hpp"
 #include "canyon/base/secrets.hpp"
-#include "canyon/options/describe.hpp"
-#include "canyon/options/node.hpp"
-#include "canyon/options/read.hpp"
-#include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/live_receiver.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
-#include "canyon/simulation/simulator.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/run/live_receiver.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/run/simulator.hpp"
 #include "python/src/binding.hpp"
 
 namespace canyon::python {

@@ -1,5 +1,5 @@
 // Declared in python/src/binding.hpp.
-#include "canyon/gnss/satellite_id.hpp"
+#include "canyon/sky/gnss/satellite_id.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/settings.hpp"
 

@@ -12,7 +12,7 @@
 #include <thread>
 #include <utility>
 
-#include "canyon/simulation/simulator.hpp"
+#include "canyon/run/simulator.hpp"
 #include "python/src/binding.hpp"
 
 namespace canyon::python {

@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/trace_places.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/run/trace_places.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/settings.hpp"
 

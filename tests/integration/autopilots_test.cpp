@@ -12,11 +12,11 @@
 #include <optional>
 #include <variant>
 
-#include "canyon/live/session.hpp"
-#include "canyon/mavlink/frames.hpp"
-#include "canyon/simulation/environment.hpp"
-#include "canyon/simulation/load_city.hpp"
-#include "canyon/transport/transport.hpp"
+#include "canyon/base/mavlink/frames.hpp"
+#include "canyon/base/transport/transport.hpp"
+#include "canyon/outputs/live/session.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/run/load_city.hpp"
 #include "tests/support/autopilots.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary_folder.hpp"

@@ -10,15 +10,15 @@
 #include <string>
 #include <vector>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/mesh_export.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/orbit/sky.hpp"
-#include "canyon/simulation/environment.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/sky/orbit/sky.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/temporary_folder.hpp"
 

@@ -1,18 +1,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "canyon/buildings/sources/overpass.hpp"
-#include "canyon/disturbance/faults/receiver_faults.hpp"
-#include "canyon/disturbance/faults/satellite_faults.hpp"
+#include "canyon/base/options/read.hpp"
+#include "canyon/base/options/values.hpp"
+#include "canyon/city/buildings/sources/overpass.hpp"
 #include "canyon/io.hpp"
-#include "canyon/options/read.hpp"
-#include "canyon/options/values.hpp"
+#include "canyon/paths/disturbance/faults/receiver_faults.hpp"
+#include "canyon/paths/disturbance/faults/satellite_faults.hpp"
 #include "tests/support/option_values.hpp"
 #include "tests/support/simulation_support.hpp"
 
 // Every struct of options that has a list of fields. Scenarios walk those that they hold once more, by their
-// own readers (canyon/simulation/scenario/scenario_keys_test.cpp), and the key of a heat map's store those
-// that it depends on, its Request's among them (canyon/heatmap/engine/engine_key_test.cpp).
+// own readers (canyon/run/scenario/scenario_keys_test.cpp), and the key of a heat map's store those
+// that it depends on, its Request's among them (canyon/studies/heatmap/engine/engine_key_test.cpp).
 
 namespace canyon {
 namespace {

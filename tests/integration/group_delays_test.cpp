@@ -6,8 +6,8 @@
 //   by two, whose combination it corrects by its rules: L2C, E5b, B2I beside them.
 //
 // It has no rule for L5, E5a, B3I, B1C, B2a and clocks of F/NAV in these modes, and takes GLONASS's clock for
-// that of the ionosphere-free pair (the ICD: of L1): canyon/orbit/group_delays_test.cpp has those by hand.
-// rnx2rtkp_test.cpp shows that G1 and SBAS have none.
+// that of the ionosphere-free pair (the ICD: of L1): canyon/sky/orbit/group_delays_test.cpp has those by
+// hand. rnx2rtkp_test.cpp shows that G1 and SBAS have none.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -22,10 +22,10 @@
 #include <string>
 #include <vector>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/gnss/broadcast_messages.hpp"
-#include "canyon/rinex/navigation_reader.hpp"
+#include "canyon/sky/gnss/broadcast_messages.hpp"
+#include "canyon/sky/rinex/navigation_reader.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/shared_data.hpp"

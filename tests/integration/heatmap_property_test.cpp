@@ -14,16 +14,16 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/city/synthetic_city.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/heatmap/cells/cell_method.hpp"
-#include "canyon/heatmap/engine/engine.hpp"
-#include "canyon/orbit/nominal_constellation.hpp"
-#include "canyon/orbit/sky.hpp"
-#include "canyon/positioning/fix.hpp"
-#include "canyon/rinex/navigation_reader.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/receiver/positioning/fix.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/sky/orbit/nominal_constellation.hpp"
+#include "canyon/sky/orbit/sky.hpp"
+#include "canyon/sky/rinex/navigation_reader.hpp"
+#include "canyon/studies/heatmap/cells/cell_method.hpp"
+#include "canyon/studies/heatmap/engine/engine.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/temporary_folder.hpp"
 

@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
+#include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/geodesy/time_scales.hpp"
-#include "canyon/heatmap/engine/engine.hpp"
-#include "canyon/heatmap/engine/map_source.hpp"
-#include "canyon/heatmap/engine/map_summary.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/studies/heatmap/engine/engine.hpp"
+#include "canyon/studies/heatmap/engine/map_source.hpp"
+#include "canyon/studies/heatmap/engine/map_summary.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/temporary_folder.hpp"
 

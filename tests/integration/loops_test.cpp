@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/geodesy/constants.hpp"
+#include "canyon/base/geodesy/constants.hpp"
 #include "tests/integration/run_scenario.hpp"
 
 namespace canyon {

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/frames.hpp"
 #include "tests/integration/run_scenario.hpp"
 
 namespace canyon {

@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/orbit/broadcast_sky.hpp"
-#include "canyon/positioning/position_filter.hpp"
-#include "canyon/rinex/navigation_reader.hpp"
-#include "canyon/rinex/observation_reader.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/receiver/positioning/position_filter.hpp"
+#include "canyon/sky/orbit/broadcast_sky.hpp"
+#include "canyon/sky/rinex/navigation_reader.hpp"
+#include "canyon/sky/rinex/observation_reader.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon {

@@ -10,10 +10,10 @@
 #include <map>
 #include <sstream>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/time_scales.hpp"
-#include "canyon/rinex/navigation_reader.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/time_scales.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/sky/rinex/navigation_reader.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/shared_data.hpp"

@@ -13,10 +13,10 @@
 #include <string>
 #include <vector>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/time_scales.hpp"
-#include "canyon/gnss/signals.hpp"
-#include "canyon/rinex/observation_reader.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/time_scales.hpp"
+#include "canyon/sky/gnss/signals.hpp"
+#include "canyon/sky/rinex/observation_reader.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/refusal.hpp"

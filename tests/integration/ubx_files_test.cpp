@@ -10,13 +10,13 @@
 #include <set>
 #include <sstream>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/time_scales.hpp"
-#include "canyon/gnss/broadcast_messages.hpp"
-#include "canyon/orbit/broadcast_sky.hpp"
-#include "canyon/output/stream.hpp"
-#include "canyon/rinex/navigation_reader.hpp"
-#include "canyon/rinex/observation_reader.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/time_scales.hpp"
+#include "canyon/outputs/output/stream.hpp"
+#include "canyon/sky/gnss/broadcast_messages.hpp"
+#include "canyon/sky/orbit/broadcast_sky.hpp"
+#include "canyon/sky/rinex/navigation_reader.hpp"
+#include "canyon/sky/rinex/observation_reader.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/observation_epochs.hpp"
 #include "tests/support/program.hpp"

@@ -6,14 +6,14 @@
 #include <map>
 #include <string>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/heatmap/engine/engine.hpp"
-#include "canyon/output/columns.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/outputs/output/columns.hpp"
 #include "canyon/receiver/range_terms.hpp"
-#include "canyon/samples/generator.hpp"
-#include "canyon/samples/path_interpolator.hpp"
-#include "canyon/simulation/correction_links.hpp"
-#include "canyon/simulation/environment.hpp"
+#include "canyon/run/correction_links.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/run/samples/generator.hpp"
+#include "canyon/run/samples/path_interpolator.hpp"
+#include "canyon/studies/heatmap/engine/engine.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/circular_sky.hpp"
 

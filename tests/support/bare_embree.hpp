@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "canyon/city/city.hpp"
-#include "canyon/raytrace/embree.hpp"
+#include "canyon/city/raytrace/embree.hpp"
 
 namespace canyon::bench {
 

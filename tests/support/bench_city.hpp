@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/frames.hpp"
 #include "tests/support/source_dir.hpp"
 
 namespace canyon::bench {

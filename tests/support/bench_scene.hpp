@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "canyon/raytrace/ray_scene.hpp"
+#include "canyon/city/raytrace/ray_scene.hpp"
 #include "tests/support/bench_city.hpp"
 
 namespace canyon::bench {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "canyon/base/random.hpp"
-#include "canyon/validation/statistics.hpp"
+#include "canyon/studies/validation/statistics.hpp"
 
 // The bootstrap by its definition, one resample after the other: the reference for the intervals of figures.
 

@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <variant>
 
-#include "canyon/output/columns.hpp"
+#include "canyon/outputs/output/columns.hpp"
 
 namespace canyon::test {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/orbit/sky.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/sky/orbit/sky.hpp"
 
 namespace canyon::test {
 

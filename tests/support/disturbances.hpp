@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "canyon/disturbance/disturbance.hpp"
+#include "canyon/paths/disturbance/disturbance.hpp"
 
 namespace canyon::test {
 

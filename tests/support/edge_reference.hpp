@@ -5,7 +5,7 @@
 #include <complex>
 #include <optional>
 
-#include "canyon/propagation/index/knife_edge.hpp"
+#include "canyon/paths/propagation/index/knife_edge.hpp"
 
 // Closed forms that rays around edges are compared with.
 

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/rinex/observation_reader.hpp"
+#include "canyon/sky/rinex/observation_reader.hpp"
 
 namespace canyon::test {
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "canyon/base/options/describe.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/options/describe.hpp"
 
 namespace canyon::test {
 

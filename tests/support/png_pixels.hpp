@@ -8,7 +8,7 @@
 #include <cstring>
 #include <string>
 
-#include "canyon/drawing/palette.hpp"
+#include "canyon/outputs/drawing/palette.hpp"
 
 namespace canyon::test {
 

@@ -9,10 +9,10 @@
 #include <string_view>
 #include <vector>
 
-#include "canyon/broadcast/bits.hpp"
-#include "canyon/geodesy/time_scales.hpp"
-#include "canyon/gnss/satellite_id.hpp"
-#include "canyon/rtcm/frames.hpp"
+#include "canyon/base/geodesy/time_scales.hpp"
+#include "canyon/receiver/rtcm/frames.hpp"
+#include "canyon/sky/broadcast/bits.hpp"
+#include "canyon/sky/gnss/satellite_id.hpp"
 
 // Messages of RTCM 3, written field by field.
 

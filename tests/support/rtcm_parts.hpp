@@ -7,7 +7,7 @@
 #include <string>
 #include <tuple>
 
-#include "canyon/mavlink/frames.hpp"
+#include "canyon/base/mavlink/frames.hpp"
 
 namespace canyon::mavlink {
 

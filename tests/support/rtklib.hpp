@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <ctime>
 
-#include "canyon/geodesy/gps_time.hpp"
-#include "canyon/gnss/satellite_id.hpp"
+#include "canyon/base/geodesy/gps_time.hpp"
+#include "canyon/sky/gnss/satellite_id.hpp"
 
 // The few functions of RTKLIB 2.4.3 b34 (librtklib-dev, which packages no header) that check Canyon's orbits,
 // and the layout of the structs that they take. broadcast_sky_rtklib_test.cpp would not agree with a wrong

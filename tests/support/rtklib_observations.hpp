@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "canyon/rinex/observation_reader.hpp"
+#include "canyon/sky/rinex/observation_reader.hpp"
 #include "tests/support/rtklib.hpp"
 
 namespace canyon::test {

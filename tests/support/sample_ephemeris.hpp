@@ -1,7 +1,7 @@
 #pragma once
 
-#include "canyon/geodesy/gps_time.hpp"
-#include "canyon/gnss/navigation_data.hpp"
+#include "canyon/base/geodesy/gps_time.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
 
 namespace canyon::test {
 

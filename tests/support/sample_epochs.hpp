@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/simulation/epoch.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/run/epoch.hpp"
 
 namespace canyon::test {
 

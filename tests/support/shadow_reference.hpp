@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "canyon/city/city.hpp"
-#include "canyon/heatmap/kernels/shadows.hpp"
+#include "canyon/studies/heatmap/kernels/shadows.hpp"
 
 namespace canyon::heatmap::reference {
 

@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/orbit/sky.hpp"
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/receiver/receiver.hpp"
+#include "canyon/sky/orbit/sky.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/observe.hpp"
 

@@ -5,11 +5,11 @@
 #include <map>
 #include <vector>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/frames.hpp"
-#include "canyon/orbit/sky.hpp"
-#include "canyon/positioning/fix.hpp"
-#include "canyon/tracking/noise.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/receiver/positioning/fix.hpp"
+#include "canyon/receiver/tracking/noise.hpp"
+#include "canyon/sky/orbit/sky.hpp"
 
 namespace canyon::test {
 

@@ -7,7 +7,7 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/websocket.hpp>
 
-#include "canyon/view/server.hpp"
+#include "canyon/outputs/view/server.hpp"
 
 namespace canyon::test {
 

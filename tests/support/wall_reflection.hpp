@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "canyon/propagation/paths.hpp"
+#include "canyon/paths/propagation/paths.hpp"
 
 namespace canyon::test {
 

@@ -1,4 +1,4 @@
-// From a heat map's values to colours, as Canyon's own pictures have them (canyon/heatmap/pictures/map_style.hpp).
+// From a heat map's values to colours, as Canyon's own pictures have them (canyon/studies/heatmap/pictures/map_style.hpp).
 
 import type { MapLayer } from './format';
 

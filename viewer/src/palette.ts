@@ -1,4 +1,4 @@
-// Colours: Okabe and Ito's, the same in all of Canyon's pictures (canyon/drawing/palette.hpp).
+// Colours: Okabe and Ito's, the same in all of Canyon's pictures (canyon/outputs/drawing/palette.hpp).
 
 /** By the index of words.visibility: LOS, LOS with multipath, NLOS, blocked. */
 export const kVisibilityColours = ['#009E73', '#0072B2', '#E69F00', '#7A7A7A'] as const;

@@ -2,8 +2,8 @@
 
 #include <Eigen/Geometry>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/output/epoch_values.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/outputs/output/epoch_values.hpp"
 
 namespace canyon::adapters {
 namespace {

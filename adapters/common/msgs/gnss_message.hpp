@@ -4,8 +4,8 @@
 #include <string>
 
 #include "adapters/common/ros_names.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/live/epoch_publisher.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/outputs/live/epoch_publisher.hpp"
 #include "gnss.pb.h"
 
 namespace canyon::adapters {

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "adapters/common/testing/sample_report.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/output/epoch_values.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/outputs/output/epoch_values.hpp"
 #include "tests/support/carried_columns.hpp"
 
 namespace canyon::adapters {

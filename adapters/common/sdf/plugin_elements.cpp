@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "canyon/base/options/node.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/options/node.hpp"
 
 namespace canyon::adapters {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "adapters/common/resource_files.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/options/describe.hpp"
-#include "canyon/options/read.hpp"
+#include "canyon/base/options/describe.hpp"
+#include "canyon/base/options/read.hpp"
 
 namespace canyon::adapters {
 

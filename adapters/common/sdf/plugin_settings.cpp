@@ -7,7 +7,7 @@
 #include "adapters/common/sdf/plugin_elements.hpp"
 #include "canyon/base/input_files.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/propagation/propagator.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
 
 namespace canyon::adapters {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "adapters/common/host_settings.hpp"
 #include "adapters/common/resource_files.hpp"
-#include "canyon/options/describe.hpp"
+#include "canyon/base/options/describe.hpp"
 
 namespace canyon::adapters {
 

@@ -7,10 +7,10 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/geodesy/time_scales.hpp"
 #include "tests/support/documented.hpp"
 #include "tests/support/option_values.hpp"
 #include "tests/support/source_dir.hpp"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "canyon/city/link_shapes.hpp"
-#include "canyon/live/world_scene.hpp"
+#include "canyon/outputs/live/world_scene.hpp"
 
 namespace canyon::test {
 

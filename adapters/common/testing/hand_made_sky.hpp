@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "canyon/geodesy/constants.hpp"
-#include "canyon/live/epoch_publisher.hpp"
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/outputs/live/epoch_publisher.hpp"
 
 namespace canyon::test {
 

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "adapters/common/ros_names.hpp"
-#include "canyon/geodesy/frames.hpp"
-#include "canyon/live/epoch_publisher.hpp"
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/outputs/live/epoch_publisher.hpp"
 #include "tests/support/sample_signals.hpp"
 
 namespace canyon::test {

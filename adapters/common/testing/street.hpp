@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/geodesy/constants.hpp"
+#include "canyon/base/geodesy/constants.hpp"
 
 // A street from south to north between two walls, 20 m apart, with a car whose antenna stands 7 m from the
 // eastern and 13 m from the western wall, 2 m above the ground. Frozen satellites whose paths have closed

@@ -1,0 +1,147 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "canyon/base/transport/transport.hpp"
+
+namespace canyon::transport {
+
+/// A transport that several use, to send and to listen: messages to an autopilot and its poses go over one
+/// port. Whatever comes is handed to every listener.
+class Link {
+ public:
+  using Listener = std::function<void(const Received& received)>;
+
+  /// Opens it. Throws as open_transport() does.
+  explicit Link(std::string_view address) : Link(open_transport(address)) {}
+  explicit Link(std::unique_ptr<Transport> transport) : transport_(std::move(transport)) {}
+
+  [[nodiscard]] Transport& transport() { return *transport_; }
+  /// Returns what forget() takes.
+  [[nodiscard]] int listen(Listener listener) {
+    listeners_.emplace(++last_, std::move(listener));
+    return last_;
+  }
+  void forget(int listener) { listeners_.erase(listener); }
+  /// Serves the transport, and hands on what it received.
+  /// Listeners may send; what they call does not come here again.
+  void serve() {
+    if (std::exchange(serving_, true)) return;
+    transport_->serve();
+    for (const Received& received : transport_->take_received()) {
+      for (const auto& [number, listener] : listeners_) listener(received);
+    }
+    serving_ = false;
+  }
+  /// Forgets a listener, and with the last one ends the transport.
+  void finish(int listener, const std::optional<Correction>& correction) {
+    if (listeners_.erase(listener) > 0 && listeners_.empty()) transport_->finish(correction);
+  }
+  /// Adds a line to take_notes().
+  void note(std::string line) { notes_.push_back(std::move(line)); }
+  [[nodiscard]] std::vector<std::string> take_notes() {
+    std::vector<std::string> notes = transport_->take_notes();
+    for (std::string& line : std::exchange(notes_, {})) notes.push_back(std::move(line));
+    return notes;
+  }
+
+ private:
+  std::unique_ptr<Transport> transport_;
+  std::vector<std::string> notes_;
+  std::map<int, Listener> listeners_;
+  int last_ = 0;
+  bool serving_ = false;
+};
+
+/// Keeps a value for each sender (Received::reader), for kMost at a time: beyond that the one is forgotten
+/// that was not asked for for longest.
+template <typename Kept>
+class Readers {
+ public:
+  static constexpr std::size_t kMost = 64;
+
+  /// @param fresh arguments of a new reader's value
+  template <typename... Fresh>
+  [[nodiscard]] Kept& of(std::uint64_t reader, Fresh&&... fresh) {
+    if (kept_.count(reader) == 0 && kept_.size() >= kMost) {
+      const auto first = std::min_element(asked_.begin(), asked_.end(),
+                                          [](const auto& a, const auto& b) { return a.second < b.second; });
+      kept_.erase(first->first);
+      asked_.erase(first);
+    }
+    asked_[reader] = ++count_;
+    return kept_.try_emplace(reader, std::forward<Fresh>(fresh)...).first->second;
+  }
+  /// Null: there is none.
+  [[nodiscard]] Kept* find(std::uint64_t reader) {
+    const auto found = kept_.find(reader);
+    if (found == kept_.end()) return nullptr;
+    asked_[reader] = ++count_;
+    return &found->second;
+  }
+
+ private:
+  std::map<std::uint64_t, Kept> kept_;
+  std::map<std::uint64_t, std::uint64_t> asked_;  // when, counted
+  std::uint64_t count_ = 0;
+};
+
+/// Joins bytes that are cut anywhere into lines.
+class LineCutter {
+ public:
+  /// @param longest bytes of a line; longer ones are passed over
+  explicit LineCutter(std::size_t longest) : longest_(longest) {}
+
+  /// @param take gets every line that ends here, without its end; nothing in the place of one that was too
+  /// long
+  template <typename Take>
+  void receive(std::string_view bytes, const Take& take) {
+    for (std::size_t end = bytes.find('\n'); end != std::string_view::npos; end = bytes.find('\n')) {
+      add(bytes.substr(0, end));
+      finish(take);
+      bytes.remove_prefix(end + 1);
+    }
+    add(bytes);
+  }
+  /// The same of bytes that were received: a datagram ends its last line.
+  template <typename Take>
+  void receive(const Received& received, const Take& take) {
+    receive(std::string_view(received.bytes), take);
+    if (received.whole && (too_long_ || !line_.empty())) finish(take);
+  }
+  /// The line without an end so far; empty where it is too long.
+  [[nodiscard]] const std::string& rest() const { return line_; }
+  /// Takes the rest for a line.
+  template <typename Take>
+  void finish(const Take& take) {
+    const std::string line = std::exchange(line_, {});
+    const bool too_long = std::exchange(too_long_, false);
+    take(too_long ? std::nullopt : std::optional<std::string_view>(line));
+  }
+
+ private:
+  void add(std::string_view bytes) {
+    too_long_ = too_long_ || line_.size() + bytes.size() > longest_;
+    if (too_long_) {
+      line_.clear();
+    } else {
+      line_ += bytes;
+    }
+  }
+
+  std::size_t longest_;
+  std::string line_;
+  bool too_long_ = false;
+};
+
+}  // namespace canyon::transport

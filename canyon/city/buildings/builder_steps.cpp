@@ -1,0 +1,250 @@
+#include "canyon/city/buildings/builder_steps.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/statistics.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/city/buildings/shapes/footprint.hpp"
+#include "canyon/city/city.hpp"
+
+namespace canyon::buildings {
+namespace {
+
+constexpr double kStep_m = 10;
+// A chord of this length lies s^2 / (8 R) = 5 mm below the sphere.
+constexpr double kFlatSpacing_m = 500;
+constexpr double kMetresPerDegree = 111'320;  // of latitude, for step lengths only
+
+}  // namespace
+
+Eigen::Vector3d MapFrame::mesh_from_map(const LonLat& place, double height_m) const {
+  return frame_.local_from_geodetic(geodesy::Geodetic::from_degrees(place.y(), place.x(), height_m));
+}
+
+Eigen::Vector3d MapFrame::map_from_mesh(const Eigen::Vector3d& point) const {
+  const geodesy::Geodetic place = frame_.geodetic_from_local(point);
+  return {geodesy::degrees(place.longitude_rad), geodesy::degrees(place.latitude_rad), place.height_m};
+}
+
+std::optional<double> MapFrame::ground_height_m(const LonLat& place) const {
+  if (terrain_ == nullptr) return frame_.origin().height_m;
+  return terrain_->height_m(place);
+}
+
+std::optional<Eigen::Vector3d> MapFrame::ground(const LonLat& place) const {
+  const std::optional<double> height = ground_height_m(place);
+  if (!height) return std::nullopt;
+  return mesh_from_map(place, *height);
+}
+
+std::optional<Ground> ground_along(const std::vector<MapPolygon>& polygons, const MapFrame& map_frame,
+                                   bool terrain) {
+  Ground ground;
+  double sum = 0;
+  std::size_t count = 0;
+  const auto add = [&](const LonLat& place) {
+    const std::optional<double> height = map_frame.ground_height_m(place);
+    if (!height) return;
+    const double z = map_frame.mesh_from_map(place, *height).z();
+    sum += z;
+    if (count++ == 0 || z < ground.lowest_z) {
+      ground.lowest_z = z;
+      ground.lowest_height_m = *height;
+    }
+  };
+  for (const MapPolygon& polygon : polygons) {
+    for (std::size_t i = 0; i < polygon.outer.size(); ++i) {
+      const LonLat& a = polygon.outer[i];
+      add(a);
+      if (!terrain) continue;
+      const LonLat& b = polygon.outer[(i + 1) % polygon.outer.size()];
+      const double length_m = (b - a).norm() * kMetresPerDegree;  // at least the true one
+      const int steps = static_cast<int>(std::min(1000.0, std::ceil(length_m / kStep_m)));
+      for (int k = 1; k < steps; ++k) add(a + (b - a) * k / steps);
+    }
+  }
+  if (count == 0) return std::nullopt;
+  ground.mean_z = sum / static_cast<double>(count);
+  return ground;
+}
+
+void append_ground(city::Mesh& mesh, const geodesy::LocalFrame& frame, const Terrain* terrain,
+                   const Eigen::AlignedBox2d& bounds, double terrain_spacing_m) {
+  if (terrain == nullptr) {
+    append_sheet(mesh, bounds.min(), bounds.max(), kFlatSpacing_m, [&](const Eigen::Vector2d& at) {
+      // The drop below the frame's plane, to first order in it: what is left is d^4 / (8 R^3), 1 mm at 38 km.
+      return frame.origin().height_m - frame.geodetic_from_local({at.x(), at.y(), 0}).height_m;
+    });
+    return;
+  }
+  terrain->append(mesh, frame, bounds.min(), bounds.max(), terrain_spacing_m);
+}
+
+namespace {
+
+constexpr auto kHeightKeys = {"height", "building:height", "est_height", "building:levels"};
+constexpr auto kFacadeKeys = {"building:facade:material", "facade:material", "building:material",
+                              "building:cladding"};
+constexpr auto kUseKeys = {"building", "building:structure", "start_date"};
+constexpr auto kRoofKeys = {"roof:material", "building:roof:material"};
+
+bool has_any(const TagMap& tags, std::initializer_list<const char*> keys) {
+  return std::any_of(keys.begin(), keys.end(), [&tags](const char* key) { return tags.count(key) > 0; });
+}
+
+/// Takes all of these where there is none of them.
+void inherit(TagMap& tags, const TagMap& from, std::initializer_list<const char*> keys) {
+  if (has_any(tags, keys)) return;
+  for (const char* key : keys) {
+    const auto found = from.find(key);
+    if (found != from.end()) tags.insert(*found);
+  }
+}
+
+}  // namespace
+
+bool is_facade_known(const TagMap& tags) {
+  return std::any_of(kFacadeKeys.begin(), kFacadeKeys.end(), [&tags](const char* key) {
+    const auto found = tags.find(key);
+    return found != tags.end() && material_from_tag(found->second) != city::Material::Unknown;
+  });
+}
+
+double length_tag_m(const TagMap& tags, const char* key, double low, double high, double otherwise) {
+  const auto found = tags.find(key);
+  if (found == tags.end()) return otherwise;
+  const std::optional<double> value = parse_length_m(found->second);
+  return value && *value >= low && *value <= high ? *value : otherwise;
+}
+
+TagMap FeatureTags::of(std::size_t feature, bool* inherited) const {
+  TagMap tags = map_.features[feature].tags;
+  if (!building_[feature]) return tags;
+  const TagMap& from = map_.features[*building_[feature]].tags;
+  const bool own_height = has_any(tags, kHeightKeys);
+  inherit(tags, from, kHeightKeys);
+  inherit(tags, from, kFacadeKeys);
+  inherit(tags, from, kRoofKeys);
+  if (inherited != nullptr) *inherited = !own_height && has_any(tags, kHeightKeys);
+  return tags;
+}
+
+Shape FeatureTags::shape(std::size_t feature) const {
+  std::vector<std::string> ignored;
+  return shape_from_tags(of(feature), heights_, map_.features[feature].id, ignored);
+}
+
+city::FacadeMix FeatureTags::facades(std::size_t feature) const {
+  TagMap tags = map_.features[feature].tags;
+  if (building_[feature]) {
+    for (const char* key : kUseKeys) inherit(tags, map_.features[*building_[feature]].tags, {key});
+  }
+  return facades_from_tags(tags);
+}
+
+void count_surveyed(BuildReport& report, FeatureKind kind) {
+  ++report.surveyed;
+  if (kind == FeatureKind::Structure) {
+    ++report.structures;
+  } else {
+    ++(kind == FeatureKind::Part ? report.parts : report.buildings);
+  }
+}
+
+void count_guesses(BuildReport& report, const Shape& shape, bool facade_known) {
+  switch (shape.height_source) {
+    case HeightSource::Tag:
+      ++report.heights_tagged;
+      break;
+    case HeightSource::Levels:
+      ++report.heights_from_levels;
+      break;
+    case HeightSource::Default:
+      ++report.heights_default;
+      break;
+  }
+  if (shape.roof != RoofShape::Flat && shape.roof_source == HeightSource::Default) ++report.roofs_default;
+  if (!facade_known) ++report.materials_default;
+}
+
+void add_guesses(ReadReport& notes, const BuildReport& report, const MapData& map,
+                 const HeightDefaults& heights, bool level) {
+  const std::size_t all =
+      report.heights_tagged + report.heights_from_levels + report.heights_default + report.surveyed;
+  if (2 * report.heights_default > all) {
+    notes.say(
+        ReadReport::Level::Guess,
+        fmt::format(
+            "{} of {} heights are guesses: the map has neither heights nor levels there; 'default_height_m', "
+            "'heights' by type or another map change them",
+            report.heights_default, all));
+  }
+  constexpr double kLevel_m = 5;
+  const std::vector<double> lowest = level ? lowest_heights_m(map) : std::vector<double>();
+  const std::vector<double> ends = quantiles(lowest, std::array{0.05, 0.95});
+  if (!ends.empty() && ends[1] - ends[0] > kLevel_m) {
+    notes.say(
+        ReadReport::Level::Guess,
+        fmt::format(
+            "the lowest points of the buildings differ by {:.0f} m (5 to 95 % of them), but the ground is "
+            "level, since no terrain is given: many buildings stand too high or too low on it; give "
+            "heights of the ground (terrain)",
+            ends[1] - ends[0]));
+  }
+  std::set<std::string, std::less<>> types;
+  for (const MapFeature& feature : map.features) {
+    for (const char* key : {"building", "building:part"}) {
+      if (const auto tag = feature.tags.find(key); tag != feature.tags.end()) types.insert(tag->second);
+    }
+  }
+  const HeightDefaults known;
+  for (const auto& [type, height_m] : known.by_type) types.insert(type);
+  for (const auto& [type, height_m] : heights.by_type) {
+    if (types.count(type) > 0) continue;
+    const auto meant = closest(type, {types.begin(), types.end()});
+    notes.say(ReadReport::Level::Guess,
+              fmt::format("heights: the map has no building of type '{}'{}", type,
+                          meant ? fmt::format("; did you mean '{}'?", *meant) : ""));
+  }
+}
+
+std::string format_report(const BuildReport& r) {
+  std::string text;
+  const auto line = [&text](const char* label, const std::string& rest) {
+    text += fmt::format("{:<12}{}\n", label, rest);
+  };
+  // ", 3 so", only where there are any.
+  const auto also = [](std::size_t n, const char* what) {
+    return n == 0 ? std::string() : fmt::format(", {} {}", n, what);
+  };
+  line("buildings", fmt::format("{}{}{}", r.buildings, also(r.outlines_cut, "of them beside or below parts"),
+                                also(r.outlines_replaced, "more replaced by their parts")));
+  line("parts", fmt::format("{}{}{}", r.parts, also(r.parts_alone, "without an outline"),
+                            also(r.parts_beyond, "reaching beyond theirs")));
+  if (r.structures > 0)
+    line("structures", fmt::format("{} bridges, tunnels, installations, furniture", r.structures));
+  if (r.tunnels > 0 || r.bridges > 0)
+    line("roads", fmt::format("{} under roofs, {} bridges", r.tunnels, r.bridges));
+  if (r.surveyed > 0) line("surfaces", fmt::format("{} with surfaces of their own", r.surveyed));
+  if (r.trees > 0 || r.woods > 0) line("foliage", fmt::format("{} trees, {} woods", r.trees, r.woods));
+  if (r.foliage_left_out > 0) {
+    line("foliage", fmt::format("{} trees, rows and woods of the map left out (foliage takes them)",
+                                r.foliage_left_out));
+  }
+  line("heights",
+       fmt::format("{} tagged, {} from levels, {} by default{}", r.heights_tagged, r.heights_from_levels,
+                   r.heights_default, also(r.heights_inherited, "taken from the building of a part")));
+  line("guesses",
+       fmt::format("{} roof heights, {} facade materials (concrete)", r.roofs_default, r.materials_default));
+  line("geometry", fmt::format("{} repaired, {} skipped", r.repaired, r.skipped));
+  return text;
+}
+
+}  // namespace canyon::buildings

@@ -1,0 +1,474 @@
+#include "canyon/city/buildings/sources/city_model.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/named.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/city/meshes/polygon.hpp"
+
+namespace canyon::buildings {
+namespace {
+
+enum class Role : std::uint8_t { Building, Part, Structure, Tree, Wood, Relief };
+
+/// The objects of CityGML 1.0 to 3.0 and CityJSON 1.0 to 2.0 that stand outdoors.
+const auto kRoles = dictionary<Role>(
+    {{"Building", Role::Building},
+     {"BuildingPart", Role::Part},
+     {"BuildingInstallation|BuildingConstructiveElement|Bridge|BridgePart|BridgeInstallation|"
+      "BridgeConstructionElement|BridgeConstructiveElement|Tunnel|TunnelPart|TunnelInstallation|"
+      "TunnelConstructiveElement|OtherConstruction|CityFurniture",
+      Role::Structure},
+     {"SolitaryVegetationObject", Role::Tree},
+     {"PlantCover", Role::Wood},
+     {"TINRelief", Role::Relief}});
+
+Eigen::AlignedBox3d extent_of(const std::vector<MapSurface>& surfaces) {
+  Eigen::AlignedBox3d box;
+  for (const MapSurface& surface : surfaces) {
+    for (const Eigen::Vector3d& corner : surface.outer) box.extend(corner);
+  }
+  return box;
+}
+
+MapRing lon_lat(const std::vector<Eigen::Vector3d>& points) {
+  MapRing ring;
+  ring.reserve(points.size());
+  for (const Eigen::Vector3d& p : points) ring.emplace_back(p.x(), p.y());
+  return ring;
+}
+
+/// The outlines of surfaces, those that stand upright left out.
+std::vector<MapPolygon> outlines_of(const std::vector<MapSurface>& surfaces) {
+  constexpr double kThinnest_deg2 = 1e-13;  // 1 cm by 1 m
+  std::vector<MapPolygon> outlines;
+  for (const MapSurface& surface : surfaces) {
+    MapRing ring = lon_lat(surface.outer);
+    if (std::abs(meshes::twice_area(ring)) < 2 * kThinnest_deg2) continue;
+    MapPolygon& outline = outlines.emplace_back();
+    outline.outer = std::move(ring);
+    for (const auto& inner : surface.inners) outline.inners.push_back(lon_lat(inner));
+  }
+  return outlines;
+}
+
+/// Counts the buildings and parts, and those with each attribute by which facades are drawn.
+std::string attributes_line(const MapData& data) {
+  std::size_t all = 0, uses = 0, years = 0, structures = 0, materials = 0;
+  for (const MapFeature& feature : data.features) {
+    const bool part = feature.kind == FeatureKind::Part;
+    if (!part && feature.kind != FeatureKind::Building) continue;
+    ++all;
+    const auto own = feature.tags.find(part ? "building:part" : "building");
+    const auto whole = feature.tags.find("building");
+    uses += (own != feature.tags.end() && own->second != "yes") ||
+            (whole != feature.tags.end() && whole->second != "yes");
+    years += feature.tags.count("start_date");
+    structures += feature.tags.count("building:structure");
+    materials += feature.tags.count("building:material");
+  }
+  return fmt::format(
+      "attributes  of {} buildings and parts {} have a use, {} a year, {} a structure, {} a material", all,
+      uses, years, structures, materials);
+}
+
+}  // namespace
+
+CityModel::CityModel(const CityReadOptions& options) : options_(options) {
+  options_.model.validate();
+  options_.heights.validate();
+}
+
+void CityModel::begin_file(const std::filesystem::path& file) {
+  finish_file();
+  file_ = file;
+  handedness_ = nullptr;
+  ++files_;
+  tally_before_ = tally_;
+}
+
+void CityModel::drop_file() {
+  data_.features.resize(first_feature_);
+  lods_.resize(first_feature_);
+  data_.relief.resize(first_relief_);
+  tally_ = tally_before_;
+  tags_of_wholes_.clear();
+  here_.clear();
+  for (const std::size_t index : systems_of_file_) --systems_[index].files;
+  systems_of_file_.clear();
+  --files_;
+}
+
+/// Tells objects apart, one that is given twice aside.
+std::string CityModel::id_and_place(const MapFeature& feature) {
+  const LonLat middle = feature.bounds().center();
+  return fmt::format("{} {:.7f} {:.7f}", feature.id, middle.x(), middle.y());
+}
+
+std::size_t CityModel::system(const std::string& ogc_name, bool east_first, int line) {
+  std::string name = reference_name(ogc_name);
+  if (name.empty() && !options_.model.crs.empty()) {
+    name = reference_name(options_.model.crs);
+    if (name.empty()) {
+      throw InputError(fmt::format("crs '{}' is not a reference system of EPSG", options_.model.crs),
+                       "give its code, e.g. EPSG:25832, or EPSG:25832+7837 with heights");
+    }
+    say(Level::Remark,
+        ogc_name.empty()
+            ? fmt::format("reference system taken from crs, {}", name)
+            : fmt::format("reference system \"{}\" is not known; {} taken from crs", ogc_name, name));
+  }
+  if (name.empty()) {
+    throw InputError(file_, line,
+                     ogc_name.empty()
+                         ? std::string("names no reference system: the place of the city is unknown")
+                         : fmt::format("reference system \"{}\" is not one of EPSG or OGC's CRS84", ogc_name),
+                     "name it with crs (--crs), e.g. EPSG:25832");
+  }
+  east_first = east_first || ogc_name.find("CRS84") != std::string::npos;
+  auto found = std::find_if(systems_.begin(), systems_.end(), [&](const System& system) {
+    return system.name == name && system.east_first == east_first;
+  });
+  if (found == systems_.end()) {
+    systems_.push_back({name, ReferenceSystem(file_, name, options_.heights), east_first, {}, 0});
+    found = std::prev(systems_.end());
+    data_.notes.append(found->reference.notes());
+  }
+  const auto index = static_cast<std::size_t>(found - systems_.begin());
+  if (systems_of_file_.insert(index).second) {
+    ++found->files;
+    found->swap.reset();
+  }
+  return index;
+}
+
+Eigen::Vector3d CityModel::east_first(std::size_t index, const Eigen::Vector3d& point) {
+  System& system = systems_[index];
+  if (!system.swap) {
+    const auto plausible = [&](bool swap) {
+      return system.reference.finds(swap ? LonLat(point.y(), point.x()) : LonLat(point.x(), point.y()));
+    };
+    const bool by_authority = !system.east_first && system.reference.north_first();
+    const bool likely = plausible(by_authority);
+    const bool other = !system.east_first && plausible(!by_authority);
+    if (!likely && !other) return by_authority ? Eigen::Vector3d(point.y(), point.x(), point.z()) : point;
+    // Many files put east first whatever the authority says.
+    const bool unsure = likely && other && by_authority;
+    const int told = unsure && handedness_ ? handedness_() : 0;
+    system.swap = told != 0 ? told < 0 : likely ? by_authority : !by_authority;
+    if (*system.swap != by_authority) {
+      say(unsure ? Level::Guess : Level::Remark,
+          fmt::format("coordinates have {} first, against the order of {}'s axes, and are read so{}",
+                      by_authority ? "east or longitude" : "north or latitude", system.name,
+                      told != 0 ? ": its roofs look up then" : ""));
+    } else if (unsure && told == 0) {
+      say(Level::Guess,
+          fmt::format(
+              "coordinates are read with north or latitude first, the order of {}'s axes; the other one has "
+              "a place, too",
+              system.name));
+    }
+  }
+  return *system.swap ? Eigen::Vector3d(point.y(), point.x(), point.z()) : point;
+}
+
+void CityModel::to_wgs84(std::size_t index, std::vector<Eigen::Vector3d>& points) {
+  systems_[index].reference.to_wgs84(points);
+  for (Eigen::Vector3d& point : points) {
+    if (!longitude_ && point.allFinite())
+      longitude_ = options_.box ? options_.box->middle_longitude() : point.x();
+    if (longitude_) point.x() = longitude_near(point.x(), *longitude_);
+  }
+}
+
+void CityModel::place(std::size_t index, const Eigen::Matrix4d& matrix, const Eigen::Vector3d& origin,
+                      std::vector<Eigen::Vector3d>& points) {
+  for (Eigen::Vector3d& p : points) p = (matrix * p.homogeneous()).head<3>();
+  if (!systems_[index].reference.geographic()) {
+    for (Eigen::Vector3d& p : points) p += origin;
+    to_wgs84(index, points);
+    return;
+  }
+  std::vector<Eigen::Vector3d> placed{origin};
+  to_wgs84(index, placed);
+  const Eigen::Vector3d& at = placed.front();
+  if (!at.allFinite()) {
+    std::fill(points.begin(), points.end(), at);
+    return;
+  }
+  const geodesy::LocalFrame frame(geodesy::Geodetic::from_degrees(at.y(), longitude_near(at.x(), 0), at.z()));
+  for (Eigen::Vector3d& p : points) {
+    const geodesy::Geodetic point = frame.geodetic_from_local(p);
+    p = {longitude_near(geodesy::degrees(point.longitude_rad), at.x()), geodesy::degrees(point.latitude_rad),
+         point.height_m};
+  }
+}
+
+bool CityModel::in_box(const Eigen::AlignedBox2d& bounds) const {
+  if (!options_.box) return true;
+  const LonLatBox whole = options_.box->unwrapped();
+  return Eigen::AlignedBox2d(LonLat(whole.west, whole.south), LonLat(whole.east, whole.north))
+      .intersects(bounds);
+}
+
+void CityModel::keep(MapFeature feature, const CityObject& object) {
+  const Eigen::AlignedBox2d bounds = feature.bounds();
+  if (!in_box(bounds)) {
+    ++tally_.outside;
+    return;
+  }
+  // Tiles repeat the objects on their seams.
+  const std::string key = id_and_place(feature);
+  if (files_ > 1 && seen_.count(key) > 0) {
+    ++tally_.repeated;
+    return;
+  }
+  const auto [first, fresh] = here_.emplace(object.named ? feature.id : key, key);
+  if (!fresh && first->second == key)
+    return leave_out("objects that the file has twice, with the same id at the same place", 1, Level::Remark);
+  if (!fresh) say(Level::Remark, "objects at different places have the same id: all are built");
+  ++tally_.kinds[object.lod < 0 ? object.type : fmt::format("{} LoD {:g}", object.type, object.lod)];
+  data_.features.push_back(std::move(feature));
+  lods_.push_back(object.lod);
+}
+
+bool CityModel::builds(std::string_view type) {
+  return kRoles.count(type) > 0;
+}
+
+void CityModel::add(CityObject object) {
+  const auto role = kRoles.find(object.type);
+  if (role == kRoles.end()) {
+    leave_out("city objects of type " + (object.type.empty() ? "(none)" : object.type), 1, Level::Remark);
+    return;
+  }
+  if (is_gone(object.attributes)) {
+    leave_out(object.type + " objects that are demolished or not built by their attributes", 1,
+              Level::Remark);
+    return;
+  }
+  switch (role->second) {
+    case Role::Building:
+    case Role::Part:
+      add_building(std::move(object), role->second == Role::Part);
+      break;
+    case Role::Structure:
+      if (object.surfaces.empty() || object.lod < 1) {
+        leave_out(
+            fmt::format("{} objects without surfaces up to LoD {}", object.type, options_.model.lod_text()));
+      } else {
+        MapFeature feature;
+        feature.id = object.id;
+        feature.kind = FeatureKind::Structure;
+        feature.surfaces = std::move(object.surfaces);
+        feature.belongs_to = object.parent;
+        keep(std::move(feature), object);
+      }
+      break;
+    case Role::Tree:
+      add_tree(std::move(object));
+      break;
+    case Role::Wood:
+      add_wood(std::move(object));
+      break;
+    case Role::Relief:
+      if (object.surfaces.empty()) {
+        leave_out("reliefs without triangles");
+        break;
+      }
+      ++tally_.kinds[fmt::format("TINRelief LoD {:g}", object.lod)];
+      std::move(object.surfaces.begin(), object.surfaces.end(), std::back_inserter(data_.relief));
+      break;
+  }
+}
+
+void CityModel::add_building(CityObject object, bool part) {
+  MapFeature feature;
+  feature.id = object.id;
+  feature.kind = part ? FeatureKind::Part : FeatureKind::Building;
+  feature.tags = std::move(object.attributes);
+  add_tags_of_attributes(feature.tags);
+  feature.tags[part ? "building:part" : "building"] = building_use(feature.tags);
+  feature.belongs_to = object.parent;
+  if (object.has_parts) tags_of_wholes_[object.id] = feature.tags;
+  if (object.lod >= 1) {
+    feature.surfaces = std::move(object.surfaces);
+  } else {
+    feature.polygons = outlines_of(object.surfaces);
+  }
+  if (feature.surfaces.empty() && feature.polygons.empty()) {
+    if (!object.has_parts) {
+      leave_out(
+          fmt::format("buildings and parts without a geometry up to LoD {}", options_.model.lod_text()));
+    }
+    return;
+  }
+  keep(std::move(feature), object);
+}
+
+bool CityModel::leaves_out_low(const MapFeature& feature) {
+  constexpr double kLowest_m = 1;  // what is lower hides nothing from an antenna
+  const auto height = feature.tags.find("height");
+  const auto value = height == feature.tags.end() ? std::nullopt : parse_double(height->second);
+  if (!value || *value >= kLowest_m) return false;
+  leave_out("plants lower than 1 m", 1, Level::Remark);
+  return true;
+}
+
+void CityModel::add_tree(CityObject object) {
+  const Eigen::AlignedBox3d extent = extent_of(object.surfaces);
+  MapFeature feature;
+  feature.id = object.id;
+  feature.kind = FeatureKind::Tree;
+  feature.tags = std::move(object.attributes);
+  add_tags_of_attributes(feature.tags);
+  if (object.place) {
+    feature.line = {object.place->head<2>()};
+    feature.base_m = object.place->z();
+  } else if (!extent.isEmpty()) {
+    feature.line = {extent.center().head<2>()};
+    feature.base_m = extent.min().z();
+  } else {
+    leave_out("trees without a place");
+    return;
+  }
+  if (!extent.isEmpty()) {
+    feature.base_m = extent.min().z();
+    constexpr double kMetresPerDegree = 111'200;
+    const double across = std::cos(geodesy::radians(extent.center().y()));
+    const double crown_m = kMetresPerDegree * std::max(extent.sizes().x() * across, extent.sizes().y());
+    feature.tags.emplace("height", fmt::format("{:.2f}", extent.sizes().z()));
+    feature.tags.emplace("diameter_crown", fmt::format("{:.2f}", crown_m));
+  }
+  if (!leaves_out_low(feature)) keep(std::move(feature), object);
+}
+
+void CityModel::add_wood(CityObject object) {
+  MapFeature feature;
+  feature.id = object.id;
+  feature.kind = FeatureKind::Wood;
+  feature.tags = std::move(object.attributes);
+  add_tags_of_attributes(feature.tags);
+  feature.polygons = outlines_of(object.surfaces);
+  if (feature.polygons.empty()) {
+    leave_out("plant covers without an area");
+    return;
+  }
+  const double thick_m = extent_of(object.surfaces).sizes().z();
+  constexpr double kThick_m = 1;  // a flat one on a slope has its height from an attribute
+  if (thick_m >= kThick_m) feature.tags.emplace("height", fmt::format("{:.2f}", thick_m));
+  if (!leaves_out_low(feature)) keep(std::move(feature), object);
+}
+
+void CityModel::finish_file() {
+  std::vector<MapFeature>& features = data_.features;
+  // The level of detail of the parts of each whole.
+  std::map<std::string, double> lod_of_parts;
+  for (std::size_t i = first_feature_; i < features.size(); ++i) {
+    MapFeature& feature = features[i];
+    if (feature.kind != FeatureKind::Part || feature.belongs_to.empty()) continue;
+    double& best = lod_of_parts.emplace(feature.belongs_to, lods_[i]).first->second;
+    best = std::max(best, lods_[i]);
+    const auto whole = tags_of_wholes_.find(feature.belongs_to);
+    if (whole == tags_of_wholes_.end()) continue;
+    for (const char* key :
+         {"building", "building:material", "building:structure", "roof:material", "start_date"}) {
+      const auto tag = whole->second.find(key);
+      if (tag != whole->second.end()) feature.tags.insert(*tag);
+    }
+  }
+  // A whole of less detail is its parts once more.
+  std::size_t kept = first_feature_;
+  for (std::size_t i = first_feature_; i < features.size(); ++i) {
+    const auto parts = lod_of_parts.find(features[i].id);
+    const bool replaced = parts != lod_of_parts.end() && features[i].kind != FeatureKind::Part &&
+                          std::floor(lods_[i]) < std::floor(parts->second);
+    if (replaced) {
+      say(Level::Remark, "a building is replaced by its parts, which have more detail");
+      continue;
+    }
+    if (kept != i) {
+      features[kept] = std::move(features[i]);
+      lods_[kept] = lods_[i];
+    }
+    ++kept;
+  }
+  features.resize(kept);
+  lods_.resize(kept);
+  for (std::size_t i = first_feature_; i < kept; ++i) seen_.insert(id_and_place(features[i]));
+  here_.clear();
+  first_feature_ = kept;
+  first_relief_ = data_.relief.size();
+  tags_of_wholes_.clear();
+  systems_of_file_.clear();
+}
+
+void CityModel::describe(MapData& data) const {
+  const auto remark = [&](const std::string& line) { data.notes.say(Level::Remark, line); };
+  std::vector<std::string> kinds;
+  kinds.reserve(tally_.kinds.size());
+  for (const auto& [kind, count] : tally_.kinds) kinds.push_back(fmt::format("{} {}", count, kind));
+  remark(fmt::format("objects     {}", fmt::join(kinds, ", ")));
+  for (const System& system : systems_) {
+    if (system.files == 0) continue;
+    remark(fmt::format(
+        "reference   {} ({}){}", system.name, system.reference.title(),
+        files_ > 1 ? fmt::format(" of {} file{}", system.files, system.files == 1 ? "" : "s") : ""));
+  }
+  remark(attributes_line(data));
+  if (!data.relief.empty()) remark(fmt::format("relief      {} surfaces of the ground", data.relief.size()));
+  if (tally_.outside > 0) remark(fmt::format("box         {} objects outside left out", tally_.outside));
+  if (tally_.repeated > 0)
+    remark(fmt::format("tiles       {} objects are in several files, taken once", tally_.repeated));
+}
+
+MapData CityModel::finish(const std::filesystem::path& name) {
+  finish_file();
+  const std::string file = name.filename().string();
+  std::stable_sort(data_.features.begin(), data_.features.end(),
+                   [](const MapFeature& a, const MapFeature& b) { return a.id < b.id; });
+  if (data_.features.empty() && !options_.box) {  // else nothing may be in the box
+    std::string why;
+    for (const std::string& line : tally_.notes.lines()) {
+      if (line.starts_with("left out ")) why += (why.empty() ? " (" : ", ") + line;
+    }
+    if (!why.empty()) why += ")";
+    const bool elsewhere = why.find(kElsewhere) != std::string::npos;
+    throw InputError(name, 0,
+                     fmt::format("has no building or other object with a geometry up to LoD {}{}",
+                                 options_.model.lod_text(), why),
+                     elsewhere
+                         ? "check its reference system; eastings with their zone in front (32691000) are "
+                           "EPSG:4647 and the like (--crs)"
+                         : "give a file of buildings, or a higher lod");
+  }
+  for (const MapFeature& feature : data_.features) data_.bounds.extend(feature.bounds());
+  data_.source = file;
+  describe(data_);
+  data_.notes.append(tally_.notes, file);
+  if (data_.features.empty()) return std::move(data_);
+  const LonLat middle = data_.bounds.center();
+  for (const System& system : systems_) {
+    if (!data_.geoid_undulation_m && system.reference.geoid().above_sea_level())
+      data_.geoid_undulation_m = system.reference.geoid().undulation_m(middle);
+    if (system.reference.in_area_of_use(middle)) continue;
+    data_.notes.say(
+        Level::Guess,
+        fmt::format(
+            "{}: lies at longitude {:.4f}, latitude {:.4f}, outside the area that its reference system "
+            "{} is made for; check that system and the coordinates",
+            file, middle.x(), middle.y(), system.name));
+  }
+  return std::move(data_);
+}
+
+}  // namespace canyon::buildings

@@ -1,0 +1,173 @@
+#pragma once
+
+#include <cpl_conv.h>
+#include <cpl_string.h>
+#include <gdal.h>
+#include <gdal_frmts.h>
+#include <gdal_utils.h>
+#include <ogr_srs_api.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <type_traits>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/city/buildings/sources/map_data.hpp"
+#include "canyon/city/buildings/sources/model_kind.hpp"
+
+namespace canyon {
+
+/// The address of a function of GDAL's shared library, which is loaded at the first call: it and what it
+/// needs are a hundred libraries, and most runs ask nothing of them. Throws InputError where it is not there.
+[[nodiscard]] void* gdal_function(const char* name);
+
+// Within this namespace these hide GDAL's own. A function that is not among them does not link.
+// clang-format off
+#define CANYON_GDAL_FUNCTIONS(X) \
+  X(CPLErrorReset) X(CPLGetErrorHandlerUserData) X(CPLGetLastErrorMsg) X(CPLPopErrorHandler) \
+  X(CPLPushErrorHandler) X(CPLPushErrorHandlerEx) X(CPLQuietErrorHandler) X(CPLSetThreadLocalConfigOption) \
+  X(CSLDestroy) X(GDALApplyGeoTransform) X(GDALClose) X(GDALCreate) X(GDALCreateCopy) \
+  X(GDALDataTypeIsComplex) X(GDALGetBlockSize) X(GDALGetColorInterpretationName) X(GDALGetDataTypeSizeBytes) \
+  X(GDALGetDatasetDriver) X(GDALGetDriverByName) X(GDALGetDriverShortName) X(GDALGetFileList) \
+  X(GDALGetGeoTransform) X(GDALGetMaskBand) X(GDALGetMaskFlags) X(GDALGetRasterBand) \
+  X(GDALGetRasterColorInterpretation) X(GDALGetRasterCount) X(GDALGetRasterDataType) X(GDALGetRasterOffset) \
+  X(GDALGetRasterScale) X(GDALGetRasterUnitType) X(GDALGetRasterXSize) X(GDALGetRasterYSize) \
+  X(GDALGetSpatialRef) X(GDALInvGeoTransform) X(GDALOpen) X(GDALOpenEx) X(GDALRasterIO) \
+  X(GDALRegister_AAIGrid) X(GDALRegister_AIGrid) X(GDALRegister_COG) X(GDALRegister_DTED) \
+  X(GDALRegister_EHdr) X(GDALRegister_GTiff) X(GDALRegister_HFA) X(GDALRegister_MEM) X(GDALRegister_SRTMHGT) \
+  X(GDALRegister_USGSDEM) X(GDALRegister_VRT) X(GDALRegister_XYZ) X(GDALSetDescription) \
+  X(GDALSetGeoTransform) X(GDALSetMetadataItem) X(GDALSetProjection) X(GDALSetRasterNoDataValue) \
+  X(GDALSetRasterUnitType) X(GDALTranslate) X(GDALTranslateOptionsFree) X(GDALTranslateOptionsNew) \
+  X(OCTCoordinateTransformationOptionsSetBallparkAllowed) X(OCTDestroyCoordinateTransformation) \
+  X(OCTDestroyCoordinateTransformationOptions) X(OCTNewCoordinateTransformationEx) \
+  X(OCTNewCoordinateTransformationOptions) X(OCTTransformEx) X(OSRClone) X(OSRCopyGeogCSFrom) \
+  X(OSRDemoteTo2D) X(OSRExportToWktEx) X(OSRGetAreaOfUse) X(OSRGetAttrValue) X(OSRGetAuthorityCode) \
+  X(OSRGetAuthorityName) X(OSRGetAxesCount) X(OSRGetAxis) X(OSRGetLinearUnits) X(OSRGetName) \
+  X(OSRGetTargetLinearUnits) X(OSRIsCompound) X(OSRIsGeographic) X(OSRIsLocal) X(OSRIsProjected) \
+  X(OSRIsSame) X(OSRNewSpatialReference) X(OSRRelease) X(OSRSetAttrValue) X(OSRSetAxisMappingStrategy) \
+  X(OSRSetFromUserInput) X(OSRStripVertical) X(VSIFCloseL) X(VSIFOpenL) X(VSIFReadL) X(VSIFree) \
+  X(VSIReadDirRecursive) X(VSIStatL)
+// clang-format on
+#define CANYON_GDAL_FUNCTION(name)                                                          \
+  inline constexpr auto name = [](auto... arguments) {                                      \
+    static const auto function = reinterpret_cast<decltype(&::name)>(gdal_function(#name)); \
+    return function(arguments...);                                                          \
+  };
+CANYON_GDAL_FUNCTIONS(CANYON_GDAL_FUNCTION)
+#undef CANYON_GDAL_FUNCTION
+#undef CANYON_GDAL_FUNCTIONS
+
+}  // namespace canyon
+
+/// GDAL's C handles as owners, for the sources of this folder. Every handle is used by one thread at a time.
+namespace canyon::buildings::gdal {
+
+template <const auto& close>
+struct Close {
+  template <typename Handle>
+  void operator()(Handle handle) const {
+    close(handle);
+  }
+};
+template <typename Handle, const auto& close>
+using Owner = std::unique_ptr<std::remove_pointer_t<Handle>, Close<close>>;
+using Dataset = Owner<GDALDatasetH, GDALClose>;
+using SpatialReference = Owner<OGRSpatialReferenceH, OSRRelease>;
+using Transformation = Owner<OGRCoordinateTransformationH, OCTDestroyCoordinateTransformation>;
+
+/// The first line of a message, at most 200 characters.
+[[nodiscard]] inline std::string short_line(std::string text) {
+  text.resize(std::min(text.find_first_of("\r\n"), text.size()));
+  if (text.size() > 200) text = text.substr(0, 197) + "...";
+  return text;
+}
+
+/// While it lives, GDAL and PROJ print nothing on this thread; message() has their text.
+class Quiet {
+ public:
+  Quiet() {
+    CPLPushErrorHandler(CPLQuietErrorHandler);
+    CPLErrorReset();
+  }
+  ~Quiet() { CPLPopErrorHandler(); }
+  Quiet(const Quiet&) = delete;
+  Quiet& operator=(const Quiet&) = delete;
+
+  /// The last error; empty where there was none.
+  [[nodiscard]] std::string message() const { return short_line(CPLGetLastErrorMsg()); }
+};
+
+/// While it lives, an option of GDAL's has a value on this thread.
+class Option {
+ public:
+  Option(const char* name, const char* value) : name_(name) { CPLSetThreadLocalConfigOption(name, value); }
+  ~Option() { CPLSetThreadLocalConfigOption(name_, nullptr); }
+  Option(const Option&) = delete;
+  Option& operator=(const Option&) = delete;
+
+ private:
+  const char* name_;
+};
+
+/// The bytes of a file by GDAL's name of it, such as one in an archive; empty where it cannot be opened.
+[[nodiscard]] inline ByteReader bytes_of(const std::string& name) {
+  const Quiet quiet;
+  VSILFILE* const opened = VSIFOpenL(name.c_str(), "rb");
+  if (opened == nullptr) return nullptr;
+  const std::shared_ptr<VSILFILE> file(opened, [](VSILFILE* f) { VSIFCloseL(f); });
+  return [file](char* to, std::size_t size) {
+    const Quiet silent;
+    return VSIFReadL(to, 1, size, file.get());
+  };
+}
+
+/// Any description that GDAL knows ("EPSG:7415", "EPSG:4326+5773", WKT), x east or longitude, y north or
+/// latitude whatever the authority's axis order. Null where it is not known.
+[[nodiscard]] inline SpatialReference spatial_reference(const std::string& text) {
+  const Quiet quiet;
+  SpatialReference reference(OSRNewSpatialReference(nullptr));
+  if (OSRSetFromUserInput(reference.get(), text.c_str()) != OGRERR_NONE) return nullptr;
+  OSRSetAxisMappingStrategy(reference.get(), OAMS_TRADITIONAL_GIS_ORDER);
+  return reference;
+}
+
+/// The horizontal part alone, x east or longitude, y north or latitude.
+[[nodiscard]] inline SpatialReference horizontal_part(OGRSpatialReferenceH whole) {
+  SpatialReference reference(OSRClone(whole));
+  OSRStripVertical(reference.get());
+  OSRDemoteTo2D(reference.get(), nullptr);
+  OSRSetAxisMappingStrategy(reference.get(), OAMS_TRADITIONAL_GIS_ORDER);
+  return reference;
+}
+
+/// Null where PROJ has no way. Without `ballpark`, ways that leave out a datum shift or a geoid, because its
+/// grid is not installed, count as none: PROJ would take them in silence.
+[[nodiscard]] inline Transformation transformation(OGRSpatialReferenceH from, OGRSpatialReferenceH to,
+                                                   bool ballpark) {
+  const Quiet quiet;
+  OGRCoordinateTransformationOptionsH options = OCTNewCoordinateTransformationOptions();
+  OCTCoordinateTransformationOptionsSetBallparkAllowed(options, ballpark ? 1 : 0);
+  Transformation result(OCTNewCoordinateTransformationEx(from, to, options));
+  OCTDestroyCoordinateTransformationOptions(options);
+  return result;
+}
+
+/// The exact way, else, with a note, one that takes the datums as the same. Throws InputError, in the name of
+/// `file`, where PROJ has none. @param way for messages: "from X to Y"
+[[nodiscard]] inline Transformation best_transformation(OGRSpatialReferenceH from, OGRSpatialReferenceH to,
+                                                        const std::filesystem::path& file,
+                                                        const std::string& way, ReadReport& notes) {
+  if (Transformation exact = transformation(from, to, false)) return exact;
+  Transformation guess = transformation(from, to, true);
+  if (!guess) {
+    throw InputError(file, 0, "PROJ cannot transform " + way,
+                     "convert it to another reference system first, rasters with gdalwarp -t_srs EPSG:4326");
+  }
+  notes.say(ReadReport::Level::Guess, file.filename().string() + ": PROJ knows no exact way " + way +
+                                          "; the datums are taken as the same");
+  return guess;
+}
+
+}  // namespace canyon::buildings::gdal

@@ -1,0 +1,361 @@
+#include "canyon/city/buildings/sources/osm_objects.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+#include <limits>
+#include <optional>
+#include <osmium/osm.hpp>
+#include <string_view>
+
+namespace canyon::buildings {
+namespace {
+
+/// No wall is longer than this: who touches the box has a node in the widened one.
+constexpr double kBoxMargin_deg = 0.02;
+
+bool tags_matter(const osmium::TagList& list, bool foliage) {
+  return std::any_of(list.begin(), list.end(),
+                     [&](const osmium::Tag& tag) { return key_matters(tag.key(), foliage); });
+}
+
+void make_set(std::vector<OsmId>& ids) {
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+}
+
+bool contains(const std::vector<OsmId>& set, OsmId id) {
+  return std::binary_search(set.begin(), set.end(), id);
+}
+
+/// The place in `objects` for a new version of an object; nullptr where a newer one is already there.
+template <typename Object>
+Object* place_for(std::map<OsmId, Object>& objects, OsmId id, std::uint32_t version) {
+  const auto [at, fresh] = objects.try_emplace(id);
+  if (!fresh && at->second.version >= version) return nullptr;
+  at->second = Object{};
+  at->second.version = version;
+  return &at->second;
+}
+
+/// Calls `add` with each visible object, which keeps those that matter by place_for(), and drops those of
+/// which a newer version is deleted or does not matter. In one file in the order of ids no object is twice.
+template <typename Object, typename Add>
+void read_newest(const std::vector<OsmFile>& files, osmium::osm_entity_bits::type bits,
+                 std::map<OsmId, Object>& objects, const Add& add) {
+  bool each_once = files.size() == 1;
+  OsmId last = std::numeric_limits<OsmId>::min();
+  for_each_object(files, bits, [&](const osmium::OSMObject& object) {
+    each_once = each_once && object.id() > last;
+    last = object.id();
+    if (object.visible()) add(object);
+  });
+  if (each_once || objects.empty()) return;
+  for_each_object(files, bits, [&](const osmium::OSMObject& object) {
+    const auto kept = objects.find(object.id());
+    if (kept == objects.end()) return;
+    const std::uint32_t version = kept->second.version;
+    if (object.version() > version || (object.version() == version && !object.visible())) objects.erase(kept);
+  });
+}
+
+class ObjectReader {
+ public:
+  ObjectReader(const std::vector<std::filesystem::path>& paths, const OsmReadOptions& options)
+      : options_(options) {
+    for (const auto& path : paths) files_.push_back(open_osm_file(path));
+    if (options.box) {
+      wide_ = options.box->unwrapped();
+      middle_longitude_ = options.box->middle_longitude();
+      wide_.west -= kBoxMargin_deg;
+      wide_.south -= kBoxMargin_deg;
+      wide_.east += kBoxMargin_deg;
+      wide_.north += kBoxMargin_deg;
+    }
+  }
+
+  OsmObjects read() {
+    read_relations();
+    if (options_.box) read_nodes_in_box();
+    read_ways();
+    if (options_.box) drop_what_is_far();
+    read_nodes();
+    resolve();
+    return std::move(objects_);
+  }
+
+ private:
+  void tell(ReadReport::Level level, const char* what, const osmium::OSMObject& object) {
+    objects_.notes.tell(level, what, osm_name(osmium::item_type_to_name(object.type()), object.id()));
+  }
+
+  /// The tags of an object that can matter.
+  static TagMap tags_of(const osmium::OSMObject& object) {
+    TagMap tags;
+    for (const osmium::Tag& tag : object.tags()) tags.emplace(tag.key(), tag.value());
+    return tags;
+  }
+
+  [[nodiscard]] bool is_foliage_left_out(const osmium::TagList& tags) const {
+    return !options_.foliage && (tags.has_tag("natural", "tree") || tags.has_tag("natural", "tree_row") ||
+                                 tags.has_tag("natural", "wood") || tags.has_tag("landuse", "forest"));
+  }
+
+  void read_relations() {
+    read_newest(
+        files_, osmium::osm_entity_bits::relation, objects_.relations,
+        [&](const osmium::OSMObject& object) { add_relation(static_cast<const osmium::Relation&>(object)); });
+    for (const auto& [id, relation] : objects_.relations) {
+      for (const OsmMember& member : relation.members) {
+        if (member.type == 'w') member_ways_.push_back(member.ref);
+      }
+    }
+    make_set(member_ways_);
+  }
+
+  void add_relation(const osmium::Relation& relation) {
+    const char* type = relation.tags()["type"];
+    if (type == nullptr) return;
+    const bool multipolygon = std::string_view(type) == "multipolygon";
+    if (!multipolygon && std::string_view(type) != "building") return;
+    TagMap tags = tags_of(relation);
+    OsmClass kind = classify(tags, options_.foliage);
+    if (multipolygon && !kind.kind && !says_nothing(tags)) return;
+    OsmRelation* place = place_for(objects_.relations, relation.id(), relation.version());
+    if (place == nullptr) return;
+    place->tags = std::move(tags);
+    place->kind = std::move(kind);
+    place->multipolygon = multipolygon;
+    for (const osmium::RelationMember& member : relation.members()) {
+      place->members.push_back({osmium::item_type_to_char(member.type()), member.ref(), member.role()});
+    }
+  }
+
+  [[nodiscard]] bool in_wide_box(const osmium::Location& location) const {
+    const double lon = longitude_near(location.lon_without_check(), *middle_longitude_);
+    const double lat = location.lat_without_check();
+    return lon >= wide_.west && lon <= wide_.east && lat >= wide_.south && lat <= wide_.north;
+  }
+
+  void read_nodes_in_box() {
+    for_each_object(files_, osmium::osm_entity_bits::node, [&](const osmium::OSMObject& object) {
+      const auto& node = static_cast<const osmium::Node&>(object);
+      if (node.visible() && node.location().valid() && in_wide_box(node.location())) {
+        nodes_in_box_.push_back(node.id());
+      }
+    });
+    make_set(nodes_in_box_);
+  }
+
+  void read_ways() {
+    read_newest(files_, osmium::osm_entity_bits::way, objects_.ways,
+                [&](const osmium::OSMObject& object) { add_way(static_cast<const osmium::Way&>(object)); });
+  }
+
+  void add_way(const osmium::Way& way) {
+    const bool member = contains(member_ways_, way.id());
+    const bool foliage = is_foliage_left_out(way.tags());
+    if (!member && !foliage && !tags_matter(way.tags(), options_.foliage)) return;
+    OsmWay fresh;
+    fresh.version = way.version();
+    fresh.tags = tags_of(way);
+    fresh.kind = classify(fresh.tags, options_.foliage);
+    if (!member && !foliage && !fresh.kind.kind) return;
+    const auto known = objects_.ways.find(way.id());
+    const bool newer = known != objects_.ways.end() && known->second.version < fresh.version;
+    for (const osmium::NodeRef& node : way.nodes()) {
+      fresh.nodes.push_back(node.ref());
+      // "out geom" of Overpass and osmium's add-locations-to-ways put the places here.
+      const bool placed = node.location().valid();
+      if (placed && !places_in_ways_.emplace(node.ref(), node.location()).second && newer)
+        places_in_ways_[node.ref()] = node.location();
+      fresh.near_box =
+          fresh.near_box || contains(nodes_in_box_, node.ref()) || (placed && in_wide_box(node.location()));
+    }
+    if (options_.box && !member && !fresh.near_box) return;
+    if (foliage && !fresh.kind.kind) {
+      ++objects_.foliage_left_out;
+      if (!member) return;
+    }
+    if (OsmWay* place = place_for(objects_.ways, way.id(), way.version())) *place = std::move(fresh);
+  }
+
+  /// Members of relations were kept wherever they are.
+  void drop_what_is_far() {
+    std::vector<OsmId> keep;
+    for (auto at = objects_.relations.begin(); at != objects_.relations.end();) {
+      const auto& members = at->second.members;
+      const bool close = std::any_of(members.begin(), members.end(), [&](const OsmMember& member) {
+        if (member.type == 'r') return true;  // of a type=building relation; few
+        const auto way = objects_.ways.find(member.ref);
+        return member.type == 'w' && way != objects_.ways.end() && way->second.near_box;
+      });
+      if (!close) {
+        at = objects_.relations.erase(at);
+        continue;
+      }
+      for (const OsmMember& member : members) {
+        if (member.type == 'w') keep.push_back(member.ref);
+      }
+      ++at;
+    }
+    make_set(keep);
+    for (auto at = objects_.ways.begin(); at != objects_.ways.end();) {
+      at = contains(keep, at->first) || at->second.near_box ? std::next(at) : objects_.ways.erase(at);
+    }
+    nodes_in_box_ = {};
+  }
+
+  void read_nodes() {
+    for (const auto& [id, way] : objects_.ways) {
+      wanted_.insert(wanted_.end(), way.nodes.begin(), way.nodes.end());
+    }
+    make_set(wanted_);
+    places_.resize(wanted_.size());
+    versions_.resize(wanted_.size());
+    read_newest(files_, osmium::osm_entity_bits::node, objects_.trees,
+                [&](const osmium::OSMObject& object) { add_node(static_cast<const osmium::Node&>(object)); });
+  }
+
+  void add_node(const osmium::Node& node) {
+    const auto found = std::lower_bound(wanted_.begin(), wanted_.end(), node.id());
+    const bool wanted = found != wanted_.end() && *found == node.id();
+    const bool tagged = !node.tags().empty() && tags_matter(node.tags(), options_.foliage);
+    if (is_foliage_left_out(node.tags()) && node.location().valid() &&
+        (!options_.box || in_wide_box(node.location()))) {
+      ++objects_.foliage_left_out;
+    }
+    if ((!wanted && !tagged) || node.location().is_undefined()) return;
+    if (!node.location().valid())
+      return tell(ReadReport::Level::Loss,
+                  "{} nodes beyond the poles or the antimeridian (longitude 180 deg), left out", node);
+    if (wanted) {
+      const auto at = static_cast<std::size_t>(found - wanted_.begin());
+      if (places_[at].is_undefined() || node.version() > versions_[at]) {
+        places_[at] = node.location();
+        versions_[at] = node.version();
+      }
+    }
+    if (!tagged || (options_.box && !in_wide_box(node.location()))) return;
+    TagMap tags = tags_of(node);
+    const OsmClass kind = classify(tags, options_.foliage);
+    if (!kind.kind) return;
+    if (*kind.kind == FeatureKind::Tree) {
+      OsmTree* place = place_for(objects_.trees, node.id(), node.version());
+      if (place == nullptr) return;
+      place->tags = std::move(tags);
+      place->place = place_of(node.location());
+    } else if (*kind.kind == FeatureKind::Building && kind.left_out.empty()) {
+      tell(ReadReport::Level::Remark, "{} points tagged building, left out since they have no outline", node);
+    }
+  }
+
+  [[nodiscard]] osmium::Location location_of(OsmId node) const {
+    const auto at =
+        static_cast<std::size_t>(std::lower_bound(wanted_.begin(), wanted_.end(), node) - wanted_.begin());
+    if (places_[at].is_defined()) return places_[at];
+    const auto found = places_in_ways_.find(node);
+    return found != places_in_ways_.end() && found->second.valid() ? found->second : osmium::Location();
+  }
+
+  /// Longitudes near the middle of the box, else near the first place that is asked for.
+  [[nodiscard]] LonLat place_of(const osmium::Location& location) {
+    if (!middle_longitude_) middle_longitude_ = location.lon();
+    return {longitude_near(location.lon(), *middle_longitude_), location.lat()};
+  }
+
+  void resolve() {
+    for (auto& [id, way] : objects_.ways) {
+      way.places.reserve(way.nodes.size());
+      for (const OsmId node : way.nodes) {
+        const osmium::Location location = location_of(node);
+        if (location.is_undefined()) break;
+        way.places.push_back(place_of(location));
+      }
+      if (way.places.size() != way.nodes.size()) way.places.clear();
+    }
+  }
+
+  std::vector<OsmFile> files_;
+  const OsmReadOptions& options_;
+  LonLatBox wide_;                          ///< unwrapped
+  std::optional<double> middle_longitude_;  ///< [deg]
+  OsmObjects objects_;
+  std::vector<OsmId> member_ways_;   ///< sorted
+  std::vector<OsmId> nodes_in_box_;  ///< sorted
+  std::vector<OsmId> wanted_;        ///< sorted; the two below go with it
+  std::vector<osmium::Location> places_;
+  std::vector<std::uint32_t> versions_;
+  std::unordered_map<OsmId, osmium::Location> places_in_ways_;
+};
+
+bool is_street(const osmium::OSMObject& way) {
+  const auto is_set = [&](const char* key) {
+    return !std::string_view(way.tags().get_value_by_key(key, "no")).starts_with("no");
+  };
+  constexpr std::string_view kStreets[] = {"trunk",       "primary",       "secondary",   "tertiary",
+                                           "residential", "living_street", "unclassified"};
+  std::string_view kind = way.tags().get_value_by_key("highway", "");
+  if (kind.ends_with("_link")) kind.remove_suffix(5);
+  return !is_set("tunnel") && !is_set("area") &&
+         std::find(std::begin(kStreets), std::end(kStreets), kind) != std::end(kStreets);
+}
+
+}  // namespace
+
+std::string osm_name(const char* kind, OsmId id) {
+  const OsmId file = id < 0 ? -(id / kOwnIds) : 0;
+  return file == 0 ? fmt::format("{}/{}", kind, id)
+                   : fmt::format("{}/{}@{}", kind, id + file * kOwnIds, file + 1);
+}
+
+OsmObjects read_osm_objects(const std::vector<std::filesystem::path>& paths, const OsmReadOptions& options) {
+  return ObjectReader(paths, options).read();
+}
+
+StreetMap read_streets(const std::vector<std::filesystem::path>& paths) {
+  std::vector<OsmFile> files;
+  for (const auto& path : paths) files.push_back(open_osm_file(path));
+  struct Street {
+    std::uint32_t version = 0;
+    std::vector<OsmId> nodes;
+  };
+  struct Place {
+    std::uint32_t version = 0;
+    osmium::Location location;
+  };
+  std::map<OsmId, Street> ways;
+  std::map<OsmId, Place> places;
+  read_newest(files, osmium::osm_entity_bits::way, ways, [&](const osmium::OSMObject& object) {
+    if (!is_street(object)) return;
+    Street* street = place_for(ways, object.id(), object.version());
+    if (street == nullptr) return;
+    for (const osmium::NodeRef& node : static_cast<const osmium::Way&>(object).nodes()) {
+      street->nodes.push_back(node.ref());
+      places[node.ref()].location = node.location();  // most files have it with the node alone
+    }
+  });
+  for_each_object(files, osmium::osm_entity_bits::node, [&](const osmium::OSMObject& object) {
+    const auto place = places.find(object.id());
+    if (place != places.end() && object.visible() && object.version() >= place->second.version)
+      place->second = {object.version(), static_cast<const osmium::Node&>(object).location()};
+  });
+  StreetMap streets;
+  std::map<OsmId, std::size_t> index;
+  for (const auto& [id, place] : places) {
+    if (!place.location.valid()) continue;
+    index.emplace(id, streets.places.size());
+    streets.places.emplace_back(place.location.lon(), place.location.lat());
+  }
+  for (const auto& [id, street] : ways) {
+    for (std::size_t i = 1; i < street.nodes.size(); ++i) {
+      const auto a = index.find(street.nodes[i - 1]), b = index.find(street.nodes[i]);
+      if (a != index.end() && b != index.end()) streets.pieces.emplace_back(a->second, b->second);
+    }
+  }
+  return streets;
+}
+
+}  // namespace canyon::buildings

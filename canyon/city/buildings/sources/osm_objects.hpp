@@ -1,0 +1,124 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <osmium/osm/entity_bits.hpp>
+#include <osmium/osm/object.hpp>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "canyon/city/buildings/sources/map_data.hpp"
+#include "canyon/city/buildings/sources/osm_reader.hpp"
+
+namespace canyon::buildings {
+
+/// The kind of feature that an OSM object's tags describe.
+struct OsmClass {
+  std::optional<FeatureKind> kind;  ///< empty: nothing of interest
+  std::string left_out;             ///< why it is not built although it is of that kind; empty: it is
+};
+
+/// True where a key can matter to classify(): a quick sieve.
+[[nodiscard]] bool key_matters(std::string_view key, bool foliage);
+
+/// Sorts a way or relation by its tags. An object with both `building` and `building:part` is a Building:
+/// other parts cut their share out of it.
+[[nodiscard]] OsmClass classify(const TagMap& tags, bool foliage);
+
+/// True where the tags say nothing about the object itself (type, source, notes): an old-style multipolygon,
+/// whose outer ways carry the tags.
+[[nodiscard]] bool says_nothing(const TagMap& tags);
+
+/// Ids below zero are of objects that no server has seen (JOSM), and count in their file alone: those of the
+/// n-th file (from 0) are lower by n * kOwnIds.
+using OsmId = std::int64_t;
+inline constexpr OsmId kOwnIds = OsmId{1} << 48;
+/// "way/123"; "way/-1@2" of the second file.
+[[nodiscard]] std::string osm_name(const char* kind, OsmId id);
+
+struct OsmWay {
+  std::uint32_t version = 0;
+  TagMap tags;
+  OsmClass kind;
+  std::vector<OsmId> nodes;
+  bool near_box = false;       ///< with a box: a node of it lies in the widened box
+  std::vector<LonLat> places;  ///< of `nodes`, once resolve() found them all; else empty
+};
+
+struct OsmMember {
+  char type = 'w';  ///< n, w, r
+  OsmId ref = 0;
+  std::string role;
+};
+
+struct OsmRelation {
+  std::uint32_t version = 0;
+  TagMap tags;
+  OsmClass kind;
+  bool multipolygon = false;  ///< else type=building
+  std::vector<OsmMember> members;
+};
+
+struct OsmTree {
+  std::uint32_t version = 0;
+  TagMap tags;
+  LonLat place = LonLat::Zero();
+};
+
+/// The objects of several files that can matter, each id once (the highest version, or the first file's of
+/// equal ones), ways with the places of their nodes.
+struct OsmObjects {
+  std::map<OsmId, OsmTree> trees;
+  std::map<OsmId, OsmWay> ways;
+  std::map<OsmId, OsmRelation> relations;
+  ReadReport notes;                  ///< of single objects
+  std::size_t foliage_left_out = 0;  ///< trees, tree rows and woods, where none are wanted
+};
+
+/// Reads in passes (relations, ways, nodes), so that memory goes with what is wanted, not with the files.
+/// With a box, only what has a node in the box, widened by two hundredths of a degree, is kept, whole.
+/// Throws InputError, as read_osm().
+[[nodiscard]] OsmObjects read_osm_objects(const std::vector<std::filesystem::path>& paths,
+                                          const OsmReadOptions& options);
+
+/// The ring of a closed way: last point and points repeated in a row taken out. Empty where the way is not
+/// closed or has fewer than three corners; `problem` says which.
+[[nodiscard]] MapRing ring_of(const OsmWay& way, std::string& problem);
+
+/// Members that bound a multipolygon, as ways whose places are known, with their roles.
+using RingMembers = std::vector<std::pair<const OsmWay*, std::string>>;
+
+/// Polygons of a multipolygon relation by libosmium's area assembler: open ways are joined, roles decided by
+/// the geometry. Where rings cross each other or themselves, closed member ways are taken by their roles as
+/// they are (repair() makes the best of them) and `note` says so. Empty where neither works; `note` says why.
+[[nodiscard]] std::vector<MapPolygon> assemble(OsmId id, const RingMembers& members, std::string& note);
+
+/// True where polygons, line and box have a point in common (borders included; in degrees as if on a plane).
+[[nodiscard]] bool touches(const MapFeature& feature, const LonLatBox& box);
+
+// Private to osm_objects.cpp.
+/// A file of OpenStreetMap, or its text where that had to be changed for libosmium.
+struct OsmFile {
+  std::filesystem::path path;
+  std::string format;
+  std::optional<std::string> text;
+};
+
+/// Tells the format by the content. Throws InputError for what is not OpenStreetMap's, and for a download
+/// that Overpass gave up.
+[[nodiscard]] OsmFile open_osm_file(const std::filesystem::path& path);
+
+using UseOsmObject = std::function<void(const osmium::OSMObject&)>;
+/// Calls `use` with each object of the kinds `bits` in each file, those that are not visible among them; ids
+/// and references below zero as OsmId says.
+/// Throws InputError for a file that is damaged or of another version.
+void for_each_object(const std::vector<OsmFile>& files, osmium::osm_entity_bits::type bits,
+                     const UseOsmObject& use);
+
+}  // namespace canyon::buildings

@@ -1,0 +1,374 @@
+// Height, roof and material of a building by its tags: OSM wiki, "Simple 3D Buildings".
+#include "canyon/city/buildings/sources/shape.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/named.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/city/buildings/sources/map_data.hpp"
+
+namespace canyon::buildings {
+namespace {
+
+constexpr double kHighest_m = 2000;          // above it a value is a slip
+constexpr double kThinnest_m = 0.1;          // a building lower than this is a slip
+constexpr double kMostLevels = 200;          // the highest building has 163
+constexpr double kSlab_m = 0.3;              // thickness of a roof on pillars
+constexpr double kLowestTaggedLevel_m = 2;   // storey heights outside do not tell how
+constexpr double kHighestTaggedLevel_m = 8;  // high the storeys are
+
+constexpr std::array<std::pair<RoofShape, std::string_view>, 10> kRoofNames{
+    {{RoofShape::Flat, "flat"},
+     {RoofShape::Gabled, "gabled"},
+     {RoofShape::Hipped, "hipped"},
+     {RoofShape::Pyramidal, "pyramidal"},
+     {RoofShape::Skillion, "skillion"},
+     {RoofShape::Dome, "dome"},
+     {RoofShape::Onion, "onion"},
+     {RoofShape::Round, "round"},
+     {RoofShape::Gambrel, "gambrel"},
+     {RoofShape::Mansard, "mansard"}}};
+
+// Shapes without a form of their own, by the nearest one that has the same eaves and ridge.
+const auto kRoofFallbacks = dictionary<RoofShape>(
+    {{"gable|pitched|saltbox|double_saltbox|gabled_height_moved|gabled_row|crosspitched|"
+      "cross_gabled",
+      RoofShape::Gabled},
+     {"quadruple_saltbox|hip|half-hipped|half_hipped|side_hipped|side_half-hipped|"
+      "hipped-and-gabled",
+      RoofShape::Hipped},
+     {"pyramid|conical|cone", RoofShape::Pyramidal},
+     {"spherical", RoofShape::Dome},
+     {"lean_to|mono_pitched", RoofShape::Skillion},
+     {"barrel", RoofShape::Round},
+     {"terrace", RoofShape::Flat}});
+
+/// A feature's tags, read with complaints.
+class Tags {
+ public:
+  Tags(const std::map<std::string, std::string>& tags, const std::string& id,
+       std::vector<std::string>& warnings)
+      : tags_(tags), id_(id), warnings_(warnings) {}
+
+  [[nodiscard]] std::string_view text(const char* key) const { return tag(tags_, key); }
+  void warn(std::string_view problem) const { warnings_.push_back(fmt::format("{}: {}", id_, problem)); }
+
+  /// The first of `keys` that holds a length within [lowest, kHighest_m].
+  [[nodiscard]] std::optional<double> length_m(std::initializer_list<const char*> keys, double lowest) const {
+    for (const char* key : keys) {
+      const std::string_view value = text(key);
+      if (value.empty()) continue;
+      const std::optional<double> length = parse_length_m(value);
+      if (length && *length >= lowest && *length <= kHighest_m) return length;
+      if (length) {
+        warn(fmt::format("{}={} is outside [{}, {}] m; left out", key, shown(value), lowest, kHighest_m));
+      } else {
+        warn(fmt::format("{}={} is not a length; left out", key, shown(value)));
+      }
+    }
+    return {};
+  }
+
+  /// A number of storeys, possibly fractional.
+  [[nodiscard]] std::optional<double> levels(const char* key) const {
+    const std::string_view value = text(key);
+    if (value.empty()) return {};
+    std::string point(value.substr(0, 64));
+    std::replace(point.begin(), point.end(), ',', '.');
+    const std::optional<double> count = parse_double(point);
+    if (count && *count >= 0 && *count <= kMostLevels) return count;
+    warn(fmt::format("{}={} is not a number of storeys within [0, {}]; left out", key, shown(value),
+                     kMostLevels));
+    return {};
+  }
+
+  /// A value for a message: short, one line.
+  [[nodiscard]] static std::string shown(std::string_view value) {
+    std::string out(value.substr(0, 40));
+    std::replace_if(
+        out.begin(), out.end(), [](unsigned char c) { return c < 0x20; }, ' ');
+    return "'" + out + (value.size() > 40 ? "...'" : "'");
+  }
+
+ private:
+  const std::map<std::string, std::string>& tags_;
+  const std::string& id_;
+  std::vector<std::string>& warnings_;
+};
+
+RoofShape read_roof_shape(const Tags& tags) {
+  std::string_view text = tags.text("roof:shape");
+  if (text.empty()) text = tags.text("building:roof:shape");
+  if (text.empty()) return RoofShape::Flat;
+  const std::string word = lower_case(text);
+  for (const auto& [shape, shape_name] : kRoofNames) {
+    if (word == shape_name) return shape;
+  }
+  const auto fallback = kRoofFallbacks.find(word);
+  if (fallback != kRoofFallbacks.end()) return fallback->second;
+  tags.warn(fmt::format("roof:shape={} is not known; built flat", Tags::shown(text)));
+  return RoofShape::Flat;
+}
+
+/// roof:angle in radians: the slope of the roof's faces.
+std::optional<double> read_roof_angle(const Tags& tags) {
+  std::string text(tags.text("roof:angle").substr(0, 64));
+  if (text.empty()) return std::nullopt;
+  for (const std::string_view unit : {"\xC2\xB0", "degrees", "deg"})
+    if (text.ends_with(unit)) text.resize(text.size() - unit.size());
+  std::replace(text.begin(), text.end(), ',', '.');
+  constexpr double kSteepest_deg = 85;
+  const std::optional<double> angle_deg = parse_double(text);
+  if (angle_deg && *angle_deg > 0 && *angle_deg <= kSteepest_deg) return geodesy::radians(*angle_deg);
+  tags.warn(fmt::format("roof:angle={} is not an angle in (0, {}] deg; left out",
+                        Tags::shown(tags.text("roof:angle")), kSteepest_deg));
+  return std::nullopt;
+}
+
+city::Material first_material(const Tags& tags, std::initializer_list<const char*> keys) {
+  for (const char* key : keys) {
+    const city::Material material = material_from_tag(tags.text(key));
+    if (material != city::Material::Unknown) return material;
+  }
+  return city::Material::Concrete;
+}
+
+// Commercial buildings only where they are new; see facades_from_tags().
+const auto kFacadesOfUses = dictionary<city::FacadeMix>(
+    {{"house|detached|semidetached_house|terrace|bungalow|cabin|hut|farm|church|chapel|cathedral|mosque|"
+      "temple|shrine|synagogue|monastery|castle|garage|garages|shed|barn|stable",
+      city::FacadeMix::Traditional},
+     {"office|commercial|hotel|retail|mall", city::FacadeMix::ThermallyEfficient}});
+
+/// "apartments" of building=apartments or building:part=apartments; empty for plain yes.
+std::string building_type(const Tags& tags) {
+  for (const char* key : {"building", "building:part"}) {
+    const std::string_view value = tags.text(key);
+    if (!value.empty() && value != "yes" && value != "no") return std::string(value);
+  }
+  return {};
+}
+
+/// Builds a Shape from its tags, in the order in which one depends on another.
+class ShapeReader {
+ public:
+  ShapeReader(const Tags& tags, const HeightDefaults& defaults) : tags_(tags), defaults_(defaults) {
+    shape_.roof = read_roof_shape(tags);
+    height_ = tags.length_m({"height", "building:height", "est_height"}, kThinnest_m);
+    min_height_ = tags.length_m({"min_height", "building:min_height"}, 0);
+    levels_ = tags.levels("building:levels");
+    if (!levels_) levels_ = tags.levels("building:levels:aboveground");
+    min_level_ = tags.levels("building:min_level");
+    roof_levels_ = tags.levels("roof:levels").value_or(0);
+    if (pitched()) {
+      roof_height_ = tags.length_m({"roof:height"}, 0);
+    } else if (!tags.text("roof:shape").empty()) {
+      roof_levels_ = 0;
+    }
+  }
+
+  Shape read() {
+    reconcile_tags();
+    set_storey_height();
+    set_height();
+    set_bottom();
+    if (pitched()) set_roof_height();
+    set_bottom_on_pillars();
+    set_roof_direction();
+    shape_.facade = first_material(
+        tags_, {"building:facade:material", "facade:material", "building:material", "building:cladding"});
+    shape_.roof_material = first_material(tags_, {"roof:material", "building:roof:material"});
+    return shape_;
+  }
+
+ private:
+  [[nodiscard]] bool pitched() const { return shape_.roof != RoofShape::Flat; }
+  [[nodiscard]] std::string shown(const char* key) const { return Tags::shown(tags_.text(key)); }
+
+  void reconcile_tags() {
+    if (height_ && min_height_ && *min_height_ > *height_ - kThinnest_m) {
+      tags_.warn(fmt::format("min_height={} reaches height={}; min_height left out", shown("min_height"),
+                             shown("height")));
+      min_height_.reset();
+    }
+    // building:levels counts from the ground, those below building:min_level included; some count otherwise.
+    if (levels_ && min_level_ && *levels_ > 0 && *levels_ <= *min_level_) {
+      tags_.warn(fmt::format(
+          "building:levels={} does not reach above building:min_level={}; taken as the storeys above it",
+          *levels_, *min_level_));
+      *levels_ += *min_level_;
+    }
+  }
+
+  /// The storey height that height and storeys imply where both are tagged, else the default.
+  void set_storey_height() {
+    level_m_ = defaults_.level_m;
+    if (height_ && levels_ && *levels_ > 0) {
+      const double walls_m = *height_ - roof_height_.value_or(0);
+      const double implied_m = walls_m / (*levels_ + (roof_height_ ? 0 : roof_levels_));
+      if (implied_m >= kLowestTaggedLevel_m && implied_m <= kHighestTaggedLevel_m) level_m_ = implied_m;
+    }
+    if (!min_height_ && min_level_ && *min_level_ > 0) min_height_ = *min_level_ * level_m_;
+  }
+
+  void set_height() {
+    if (height_) {
+      shape_.height_m = *height_;
+      shape_.height_source = HeightSource::Tag;
+      return;
+    }
+    if (levels_ && *levels_ + roof_levels_ > 0) {
+      shape_.height_m = height_of_levels();
+      if (shape_.height_m <= kHighest_m) {
+        shape_.height_source = HeightSource::Levels;
+        return;
+      }
+      tags_.warn(fmt::format("storeys and roof add up to {} m; left out", shape_.height_m));
+    }
+    const auto by_type = defaults_.by_type.find(type_);
+    shape_.height_m = by_type != defaults_.by_type.end() ? by_type->second : defaults_.building_m;
+    shape_.height_source = HeightSource::Default;
+  }
+
+  [[nodiscard]] double height_of_levels() const {
+    const double walls_m = *levels_ * defaults_.level_m;
+    if (roof_height_) return walls_m + *roof_height_;
+    if (roof_levels_ > 0 || !pitched()) return walls_m + roof_levels_ * defaults_.level_m;
+    // A roof without a height stands on the storeys: one storey high, at most half of what is below it.
+    const double below_m = walls_m - std::min(walls_m, min_height_.value_or(0));
+    return walls_m + std::min(defaults_.level_m, below_m / 2);
+  }
+
+  void set_bottom() {
+    if (min_height_.value_or(0) > shape_.height_m - kThinnest_m) {
+      if (height_) {  // min_height_ is that of building:min_level: the height is the surer one
+        tags_.warn(fmt::format("building:min_level={} reaches height={}; left out", min_level_.value_or(0),
+                               shown("height")));
+        min_height_.reset();
+      } else {  // all that is known is that something stands above min_height
+        shape_.height_m = min_height_.value_or(0) + std::max(defaults_.level_m, kThinnest_m);
+        shape_.height_source = HeightSource::Default;
+      }
+    }
+    shape_.min_height_m = min_height_.value_or(0);
+  }
+
+  void set_roof_height() {
+    const double most_m = shape_.height_m - shape_.min_height_m;
+    if (roof_height_ && *roof_height_ > most_m * (1 + 1e-9)) {
+      tags_.warn(fmt::format("roof:height={} is higher than the building's {} m; left out",
+                             shown("roof:height"), most_m));
+      roof_height_.reset();
+    }
+    if (roof_height_ && *roof_height_ == 0) {
+      shape_.roof = RoofShape::Flat;
+      shape_.roof_source = HeightSource::Tag;
+      return;
+    }
+    const double default_m = std::min(defaults_.level_m, most_m / 3);
+    const std::optional<double> roof_m = roof_height_ ? roof_height_ : roof_of_levels(most_m, default_m);
+    if (!roof_height_) shape_.roof_angle_rad = read_roof_angle(tags_);
+    shape_.roof_source = roof_height_ || (!roof_m && shape_.roof_angle_rad) ? HeightSource::Tag
+                         : roof_m                                           ? HeightSource::Levels
+                                                                            : HeightSource::Default;
+    shape_.roof_height_m = std::min(roof_m.value_or(default_m), most_m);
+    // Rounding must not push the eaves below the bottom.
+    while (shape_.height_m - shape_.roof_height_m < shape_.min_height_m) {
+      shape_.roof_height_m = std::nextafter(shape_.roof_height_m, 0.0);
+    }
+  }
+
+  /// The roof's height by its own storeys, else what the building's storeys leave of the height.
+  [[nodiscard]] std::optional<double> roof_of_levels(double most_m, double default_m) const {
+    if (roof_levels_ > 0) {
+      const double wanted_m = roof_levels_ * (height_ ? level_m_ : defaults_.level_m);
+      if (wanted_m <= most_m * (1 + 1e-9)) return wanted_m;
+      tags_.warn(
+          fmt::format("roof:levels={} are higher than the building's {} m; left out", roof_levels_, most_m));
+    } else if (height_ && levels_ && *levels_ > 0) {
+      const double left_m = *height_ - *levels_ * defaults_.level_m;
+      if (left_m >= default_m / 2 && left_m <= most_m / 2) return left_m;  // a plausible share
+    }
+    return std::nullopt;
+  }
+
+  /// A roof on pillars is free below; a bridge between buildings has one storey.
+  void set_bottom_on_pillars() {
+    if (min_height_ || (type_ != "roof" && type_ != "carport" && type_ != "bridge")) return;
+    const double thickness_m = type_ == "bridge" ? defaults_.level_m : kSlab_m;
+    shape_.min_height_m = std::max(0.0, shape_.height_m - shape_.roof_height_m - thickness_m);
+  }
+
+  void set_roof_direction() {
+    std::string_view direction = tags_.text("roof:direction");
+    if (direction.empty()) direction = tags_.text("roof:slope:direction");
+    if (!direction.empty() && direction != "along" && direction != "across") {
+      shape_.roof_direction_rad = parse_direction_rad(direction);
+      if (!shape_.roof_direction_rad) {
+        tags_.warn(fmt::format("roof:direction={} is not a direction; left out", Tags::shown(direction)));
+      }
+    }
+    const std::string_view orientation = tags_.text("roof:orientation");
+    shape_.roof_across = orientation == "across" || direction == "across";
+    if (!orientation.empty() && orientation != "across" && orientation != "along") {
+      tags_.warn(
+          fmt::format("roof:orientation={} is neither along nor across; left out", Tags::shown(orientation)));
+    }
+  }
+
+  const Tags& tags_;
+  const HeightDefaults& defaults_;
+  const std::string type_ = building_type(tags_);
+  // Tags that count; a tag that contradicts another is emptied.
+  std::optional<double> height_, min_height_, levels_, min_level_, roof_height_;
+  double roof_levels_ = 0;
+  double level_m_ = 0;  ///< height of a storey
+  Shape shape_;
+};
+
+}  // namespace
+
+std::string_view name(RoofShape shape) {
+  for (const auto& [value, text] : kRoofNames) {
+    if (value == shape) return text;
+  }
+  return "flat";
+}
+
+std::string_view name(HeightSource source) {
+  constexpr std::array<std::string_view, 3> kNames{"height", "levels", "default"};
+  return kNames[static_cast<std::size_t>(source)];
+}
+
+Shape shape_from_tags(const std::map<std::string, std::string>& raw, const HeightDefaults& defaults,
+                      const std::string& id, std::vector<std::string>& warnings) {
+  return ShapeReader(Tags(raw, id, warnings), defaults).read();
+}
+
+city::FacadeMix facades_from_tags(const std::map<std::string, std::string>& tags) {
+  using city::FacadeMix;
+  // Coated glass came to buildings about 1980 and has been usual in new ones since about 1995.
+  constexpr int kFirstCoated = 1980, kUsuallyCoated = 1995;
+  const auto text = [&tags](const char* key) {
+    const auto found = tags.find(key);
+    return found != tags.end() ? lower_case(found->second) : std::string();
+  };
+  std::string use = text("building");
+  if (use.empty() || use == "yes") use = text("building:part");
+  const std::optional<double> year = parse_double(text("start_date").substr(0, 4));
+  if (year && *year > 1000 && *year < kFirstCoated) return FacadeMix::Traditional;
+  const std::string structure = text("building:structure");
+  if (structure == "wood" || structure == "masonry") return FacadeMix::Traditional;
+  const auto known = kFacadesOfUses.find(use);
+  if (known == kFacadesOfUses.end()) return FacadeMix::ByBuilding;
+  const bool fits = known->second != FacadeMix::ThermallyEfficient || (year && *year >= kUsuallyCoated);
+  return fits ? known->second : FacadeMix::ByBuilding;
+}
+
+}  // namespace canyon::buildings

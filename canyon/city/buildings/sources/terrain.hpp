@@ -1,0 +1,63 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/city/buildings/sources/map_data.hpp"
+#include "canyon/city/buildings/sources/map_options.hpp"
+#include "canyon/city/fwd.hpp"
+
+namespace canyon::buildings {
+
+/// The ground: height rasters, read through GDAL (formats: see Raster), in any projection,
+/// or the relief of a city model. Heights are ellipsoidal [m] after the geoid.
+class Terrain {
+ public:
+  /// Opens rasters; the first that covers a place answers. Throws InputError: missing, not a raster, no
+  /// georeference, no height band, a vertical datum whose grid is not installed while no undulation is given.
+  explicit Terrain(const std::vector<std::filesystem::path>& rasters, TerrainOptions options = {});
+  /// The relief of a city model, MapData::relief.
+  [[nodiscard]] static Terrain of_relief(const std::vector<MapSurface>& relief);
+  ~Terrain();
+  Terrain(Terrain&&) noexcept;
+
+  /// Bilinear between pixel centres, linear in triangles; empty outside the rasters and on no-data. Any
+  /// thread. Throws InputError for a damaged raster.
+  [[nodiscard]] std::optional<double> height_m(const LonLat& place) const;
+  /// z [m] at which the vertical line of `frame` through (x, y) [m] meets the ground, to 0.1 mm; Earth's
+  /// curvature included. Empty likewise.
+  [[nodiscard]] std::optional<double> local_height_m(const geodesy::LocalFrame& frame,
+                                                     const Eigen::Vector2d& place) const;
+  /// Ellipsoidal height of mean sea level [m], of the raster that answers; empty where none does, and where
+  /// its heights are ellipsoidal or taken as such.
+  [[nodiscard]] std::optional<double> geoid_undulation_m(const LonLat& place) const;
+  /// Which geoid was added and why, that heights are taken as ellipsoidal, and impossible heights among those
+  /// that were asked for.
+  [[nodiscard]] ReadReport notes() const;
+
+  /// Appends a triangulated sheet over [min, max] (east, north [m]) of `frame`, posts at most `spacing_m`
+  /// apart, as one object named "terrain". Throws InputError, with the share that is covered, where the
+  /// rasters do not cover the box, and for a spacing that is not positive or asks for more than 25 million
+  /// posts. A relief is appended as its own triangles and may end before the box does. Between posts the
+  /// sheet is flat: Earth's curvature adds spacing^2 / (8 R), 2 cm at 1 km.
+  void append(city::Mesh& mesh, const geodesy::LocalFrame& frame, const Eigen::Vector2d& min,
+              const Eigen::Vector2d& max, double spacing_m) const;
+
+ private:
+  struct Impl;
+  Terrain(std::unique_ptr<Impl> impl, const std::string& note);
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Appends a sheet over [min, max] (east, north [m]), posts in even steps of at most `spacing_m`, as one
+/// object named "terrain". @param z of a post, by its place
+void append_sheet(city::Mesh& mesh, const Eigen::Vector2d& min, const Eigen::Vector2d& max, double spacing_m,
+                  const std::function<double(const Eigen::Vector2d&)>& z);
+
+}  // namespace canyon::buildings

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <geos_c.h>
+
+#include <memory>
+#include <vector>
+
+#include "canyon/city/meshes/polygon.hpp"
+
+namespace canyon::meshes::geos {
+
+/// The calling thread's context of GEOS's reentrant functions; made at its first use, freed with the thread.
+/// Messages of GEOS are dropped: callers look at what comes back.
+[[nodiscard]] GEOSContextHandle_t context();
+
+struct Destroy {
+  void operator()(GEOSGeometry* geometry) const { GEOSGeom_destroy_r(context(), geometry); }
+  void operator()(GEOSCoordSequence* sequence) const { GEOSCoordSeq_destroy_r(context(), sequence); }
+  void operator()(GEOSMakeValidParams* params) const { GEOSMakeValidParams_destroy_r(context(), params); }
+};
+/// Owned geometry; null stands for an operation that GEOS gave up. Must die on the thread that made it.
+using Geometry = std::unique_ptr<GEOSGeometry, Destroy>;
+
+/// A polygon of rings (at least 3 points each, not closed), valid or not. Null for fewer points.
+[[nodiscard]] Geometry polygon(const std::vector<Point2>& outer,
+                               const std::vector<std::vector<Point2>>& holes = {});
+/// A line through points, or the point where there is one. Null for none.
+[[nodiscard]] Geometry line(const std::vector<Point2>& points);
+/// A collection of polygons, valid or not.
+[[nodiscard]] Geometry collection(std::vector<Geometry> polygons);
+/// The polygons within a geometry of any type, rings oriented as Polygon2 says and not closed; empty for
+/// null.
+[[nodiscard]] std::vector<Polygon2> polygons(const GEOSGeometry* geometry);
+/// Whether sides of closed rings meet away from their ends more than `most` times, and 10 times more for each
+/// side, or lie beside each other so often that this is not found: what GEOS makes of them would be out of
+/// proportion.
+[[nodiscard]] bool is_tangled(const std::vector<std::vector<Point2>>& rings, std::size_t most = 1000);
+/// Points of a ring or line string, in order.
+[[nodiscard]] std::vector<Point2> points(const GEOSGeometry* line);
+
+}  // namespace canyon::meshes::geos

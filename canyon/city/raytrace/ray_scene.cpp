@@ -1,0 +1,489 @@
+#include "canyon/city/raytrace/ray_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/city/raytrace/embree.hpp"
+
+namespace canyon::raytrace {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+std::runtime_error embree_failure(RTCDevice device, const char* what) {
+  return std::runtime_error(
+      fmt::format("Embree: {} (error {})", what, static_cast<int>(rtcGetDeviceError(device))));
+}
+
+[[maybe_unused]] bool is_ray(const Ray& ray) {
+  return ray.origin.allFinite() && std::abs(ray.direction.squaredNorm() - 1) < 1e-6 && !(ray.max_range_m < 0);
+}
+
+/// A mesh in Embree, with its vertices for exact ranges.
+struct BuiltMesh {
+  std::shared_ptr<const city::Mesh> mesh;
+  Eigen::AlignedBox3d bounds;
+  Vector3d centre = Vector3d::Zero();
+  double radius = 0;  ///< of the vertices about the centre
+  embree::Scene scene;
+
+  BuiltMesh() = default;
+  BuiltMesh(RTCDevice device, std::shared_ptr<const city::Mesh> of, const std::string& name, bool filtered)
+      : mesh(std::move(of)) {
+    city::check_mesh(*mesh, name);
+    for (const Vector3d& v : mesh->vertices) bounds.extend(v);
+    if (!bounds.isEmpty()) {
+      centre = bounds.center();
+      radius = 0.5 * bounds.diagonal().norm();
+    }
+    scene.reset(rtcNewScene(device));
+    if (!scene) throw embree_failure(device, "no scene");
+    int flags = RTC_SCENE_FLAG_ROBUST;
+    if (filtered) flags |= embree::kFilterSceneFlag;
+    rtcSetSceneFlags(scene.get(), static_cast<RTCSceneFlags>(flags));
+    rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
+    if (!mesh->triangles.empty()) attach_triangles(device);
+    rtcCommitScene(scene.get());
+    if (rtcGetDeviceError(device) != RTC_ERROR_NONE) throw embree_failure(device, "scene not built");
+  }
+
+  [[nodiscard]] const Vector3d& vertex(std::uint32_t triangle, int corner) const {
+    return mesh->vertices[mesh->triangles[triangle][static_cast<std::size_t>(corner)]];
+  }
+  /// Not unit length: twice the area.
+  [[nodiscard]] Vector3d area_normal(std::uint32_t triangle) const {
+    const Vector3d& a = vertex(triangle, 0);
+    return (vertex(triangle, 1) - a).cross(vertex(triangle, 2) - a);
+  }
+
+ private:
+  void attach_triangles(RTCDevice device) {
+    const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh->vertices.size()));
+    auto* corners = static_cast<std::uint32_t*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                3 * sizeof(std::uint32_t), mesh->triangles.size()));
+    if (points == nullptr || corners == nullptr) {
+      rtcReleaseGeometry(geometry);
+      throw embree_failure(device, "no memory for the triangles");
+    }
+    for (const Vector3d& v : mesh->vertices) {
+      for (int k = 0; k < 3; ++k) *points++ = static_cast<float>(v[k] - centre[k]);
+    }
+    for (const auto& t : mesh->triangles) corners = std::copy(t.begin(), t.end(), corners);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene.get(), geometry, 0);
+    rtcReleaseGeometry(geometry);
+  }
+};
+
+/// Queries see changes to it after commit() alone.
+struct Instance {
+  BuiltMesh built;
+  Isometry3d pose = Isometry3d::Identity();
+  bool posed = false;
+  bool visible = true;
+  bool removed = false;
+};
+
+/// A placed instance as rays need it. Embree's own instances would have a tree over all of them built at each
+/// commit: 0.3 ms for a hundred, where hosts move and hide things many times a second. A look at the sphere
+/// of each costs a ray about 1 ns.
+struct Mover {
+  Vector3d centre;  ///< of its bounds, ENU
+  double radius = 0;
+  Eigen::Matrix3d instance_from_enu;
+  const BuiltMesh* built = nullptr;
+
+  /// Whether the ray comes into the sphere between its ends. Decides nothing that floats could see: the
+  /// sphere is larger than the mesh.
+  [[nodiscard]] bool near(const Ray& ray, double min_range_m, double max_range_m) const {
+    const Vector3d to_centre = centre - ray.origin;
+    const double along = to_centre.dot(ray.direction);
+    return to_centre.squaredNorm() - along * along <= radius * radius && along + radius >= min_range_m &&
+           along - radius <= max_range_m;
+  }
+};
+
+}  // namespace
+
+/// Lowest vertices of a mesh, by squares.
+class LowestPoints {
+ public:
+  explicit LowestPoints(const city::Mesh& mesh) {
+    for (const Vector3d& vertex : mesh.vertices) {
+      const auto low = [&vertex](double& z) { z = std::min(z, vertex.z()); };
+      low(of_all_);
+      low(squares_.try_emplace(square_of(vertex.x(), vertex.y()), vertex.z()).first->second);
+    }
+    if (mesh.vertices.empty()) of_all_ = 0;
+  }
+
+  /// Of the square of (x, y) and the eight about it; of all where these have none.
+  [[nodiscard]] double near(double x, double y) const {
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const double east_m : {-kSide_m, 0.0, kSide_m}) {
+      for (const double north_m : {-kSide_m, 0.0, kSide_m}) {
+        const auto square = squares_.find(square_of(x + east_m, y + north_m));
+        if (square != squares_.end()) lowest = std::min(lowest, square->second);
+      }
+    }
+    return std::isfinite(lowest) ? lowest : of_all_;
+  }
+
+ private:
+  using Square = std::pair<double, double>;
+  static constexpr double kSide_m = 75;
+  static Square square_of(double x, double y) { return {std::floor(x / kSide_m), std::floor(y / kSide_m)}; }
+
+  std::map<Square, double> squares_;
+  double of_all_ = std::numeric_limits<double>::infinity();
+};
+
+struct RayScene::Impl {
+  /// Without AVX-512, which rounds otherwise than AVX2 and is no faster: a ray past an edge must not depend
+  /// on the processor. Embree's smaller triangle4i is not watertight.
+  embree::Device device{rtcNewDevice("ignore_config_files=1,max_isa=avx2")};
+  BuiltMesh city;
+  std::vector<city::Surface> surfaces;               ///< one per triangle of the city
+  std::vector<Mover> movers;                         ///< of `placed`, in its order
+  std::vector<std::unique_ptr<Instance>> instances;  ///< [id - 1]; null once removed
+  std::vector<PlacedInstance> placed;
+  double movers_radius = 0;            ///< of the placed instances about the city's centre
+  std::optional<LowestPoints> ground;  ///< of a city without terrain
+
+  explicit Impl(std::shared_ptr<const city::Mesh> mesh) {
+    if (!device) throw std::runtime_error("Embree: no device");
+    city = BuiltMesh(device.get(), std::move(mesh), "city", true);
+    surfaces.resize(city.mesh->triangles.size());
+    for (const city::Object& object : city.mesh->objects) {
+      std::fill_n(surfaces.begin() + object.first_triangle, object.triangle_count, object.surface);
+    }
+    if (std::find(surfaces.begin(), surfaces.end(), city::Surface::Terrain) == surfaces.end())
+      ground.emplace(*city.mesh);
+  }
+
+  Instance& instance(InstanceId id) {
+    if (id == 0 || id > instances.size() || !instances[id - 1] || instances[id - 1]->removed) {
+      throw InputError(fmt::format("there is no movable instance {}", id),
+                       "use an id that add_instance() returned and that was not removed");
+    }
+    return *instances[id - 1];
+  }
+
+  static void fill(RTCRay& out, const Vector3d& origin, const Vector3d& direction, double min_range_m,
+                   float max_range_m) {
+    out.org_x = static_cast<float>(origin.x());
+    out.org_y = static_cast<float>(origin.y());
+    out.org_z = static_cast<float>(origin.z());
+    out.tnear = static_cast<float>(min_range_m);
+    out.dir_x = static_cast<float>(direction.x());
+    out.dir_y = static_cast<float>(direction.y());
+    out.dir_z = static_cast<float>(direction.z());
+    out.time = 0;
+    out.tfar = max_range_m;
+    out.mask = 0xFFFFFFFFu;
+    out.id = 0;
+    out.flags = 0;
+  }
+  void fill(RTCRay& out, const Ray& ray, double min_range_m) const {
+    assert(is_ray(ray));
+    fill(out, ray.origin - city.centre, ray.direction, min_range_m, static_cast<float>(ray.max_range_m));
+  }
+  /// In the mover's frame; it has the same ranges. Both centres are taken out in doubles, so that floats
+  /// carry only small numbers.
+  static void fill(RTCRay& out, const Ray& ray, double min_range_m, float max_range_m, const Mover& mover) {
+    fill(out, mover.instance_from_enu * (ray.origin - mover.centre), mover.instance_from_enu * ray.direction,
+         min_range_m, max_range_m);
+  }
+
+  [[nodiscard]] bool occluded_by_movers(const Ray& ray, double min_range_m, embree::Query& query) const {
+    for (const Mover& mover : movers) {
+      if (!mover.near(ray, min_range_m, ray.max_range_m)) continue;
+      RTCRay probe;
+      fill(probe, ray, min_range_m, static_cast<float>(ray.max_range_m), mover);
+      query.occluded1(mover.built->scene.get(), &probe);
+      if (probe.tfar < 0) return true;
+    }
+    return false;
+  }
+
+  /// Range from the ray's origin to the triangle's plane in doubles; `fallback` where the ray is too nearly
+  /// in the plane for that to be better.
+  static double exact_range(const Ray& ray, const Vector3d& corner, const Vector3d& unit_normal,
+                            double fallback) {
+    const double approach = ray.direction.dot(unit_normal);
+    if (std::abs(approach) < 1e-4) return fallback;
+    return (corner - ray.origin).dot(unit_normal) / approach;
+  }
+
+  struct Crossing {
+    std::uint32_t triangle;
+    double range;
+  };
+  /// Every triangle of the city on the ray, each once, in no particular order.
+  void crossings(const Ray& ray, std::vector<Crossing>& found) const {
+    found.clear();
+    if (city.mesh->triangles.empty()) return;
+    embree::Query query(
+        [](const RTCFilterFunctionNArguments* arguments) {
+          assert(arguments->N == 1);
+          auto& list = *static_cast<std::vector<Crossing>*>(embree::Query::user(arguments));
+          list.push_back({RTCHitN_primID(arguments->hit, 1, 0),
+                          static_cast<double>(RTCRayN_tfar(arguments->ray, 1, 0))});
+          arguments->valid[0] = 0;  // go on
+        },
+        &found);
+    RTCRayHit hit;
+    fill(hit.ray, ray, 0);
+    hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query.intersect1(city.scene.get(), &hit);
+    // Embree may offer a triangle that it has split more than once.
+    std::sort(found.begin(), found.end(),
+              [](const Crossing& a, const Crossing& b) { return a.triangle < b.triangle; });
+    found.erase(std::unique(found.begin(), found.end(),
+                            [](const Crossing& a, const Crossing& b) { return a.triangle == b.triangle; }),
+                found.end());
+    for (Crossing& c : found) {
+      c.range =
+          exact_range(ray, city.vertex(c.triangle, 0), city.area_normal(c.triangle).normalized(), c.range);
+    }
+  }
+};
+
+RayScene::RayScene(const city::Mesh& city) : RayScene(std::make_shared<const city::Mesh>(city)) {}
+RayScene::RayScene(std::shared_ptr<const city::Mesh> city) : impl_(std::make_unique<Impl>(std::move(city))) {}
+RayScene::~RayScene() = default;
+RayScene::RayScene(RayScene&&) noexcept = default;
+RayScene& RayScene::operator=(RayScene&&) noexcept = default;
+
+InstanceId RayScene::add_instance(const city::Mesh& mesh) {
+  const auto id = static_cast<InstanceId>(impl_->instances.size() + 1);
+  const std::string name = fmt::format("movable instance {}", id);
+  if (mesh.triangles.empty()) throw InputError(name + " has no triangles", "give it a mesh");
+  auto instance = std::make_unique<Instance>();
+  instance->built = BuiltMesh(impl_->device.get(), std::make_shared<const city::Mesh>(mesh), name, false);
+  impl_->instances.push_back(std::move(instance));
+  return id;
+}
+
+void RayScene::set_pose(InstanceId id, const Isometry3d& enu_from_instance) {
+  Instance& instance = impl_->instance(id);
+  const Eigen::Matrix3d rotation = enu_from_instance.linear();
+  if (!enu_from_instance.matrix().allFinite()) {
+    throw InputError(fmt::format("the pose of movable instance {} is not finite", id), "check what moves it");
+  }
+  if (!(rotation * rotation.transpose()).isIdentity(1e-6) || rotation.determinant() < 0) {
+    throw InputError(fmt::format("the pose of movable instance {} is not a rotation and a translation", id),
+                     "normalise its quaternion");
+  }
+  instance.pose = enu_from_instance;
+  instance.posed = true;
+}
+
+void RayScene::set_visible(InstanceId id, bool visible) {
+  impl_->instance(id).visible = visible;
+}
+
+void RayScene::remove_instance(InstanceId id) {
+  impl_->instance(id).removed = true;
+}
+
+void RayScene::commit() {
+  impl_->placed.clear();
+  impl_->movers.clear();
+  impl_->movers_radius = 0;
+  for (std::size_t i = 0; i < impl_->instances.size(); ++i) {
+    Instance* instance = impl_->instances[i].get();
+    if (instance == nullptr) continue;
+    if (instance->removed) {
+      impl_->instances[i].reset();
+      continue;
+    }
+    if (!instance->posed || !instance->visible) continue;
+    const BuiltMesh& built = instance->built;
+    const Vector3d centre = instance->pose * built.centre;
+    // A millionth and a millimetre more than the mesh, for what floats make of it.
+    impl_->movers.push_back(
+        {centre, built.radius * (1 + 1e-6) + 1e-3, instance->pose.linear().transpose(), &built});
+    impl_->placed.push_back({static_cast<InstanceId>(i + 1), built.mesh.get(), instance->pose, built.bounds});
+    impl_->movers_radius =
+        std::max(impl_->movers_radius, (centre - impl_->city.centre).norm() + built.radius);
+  }
+}
+
+const city::Mesh& RayScene::city() const {
+  return *impl_->city.mesh;
+}
+
+const std::vector<PlacedInstance>& RayScene::placed_instances() const {
+  return impl_->placed;
+}
+
+std::optional<Hit> RayScene::cast(const Ray& ray, double min_range_m) const {
+  embree::Query query;
+  RTCRayHit found;
+  impl_->fill(found.ray, ray, min_range_m);
+  found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.intersect1(impl_->city.scene.get(), &found);
+  bool any = found.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+  std::optional<std::size_t> mover_hit;
+  for (std::size_t i = 0; i < impl_->movers.size(); ++i) {
+    const Mover& mover = impl_->movers[i];
+    if (!mover.near(ray, min_range_m, static_cast<double>(found.ray.tfar))) continue;
+    RTCRayHit nearer;
+    Impl::fill(nearer.ray, ray, min_range_m, found.ray.tfar, mover);
+    nearer.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query.intersect1(mover.built->scene.get(), &nearer);
+    if (nearer.hit.geomID == RTC_INVALID_GEOMETRY_ID || (any && !(nearer.ray.tfar < found.ray.tfar)))
+      continue;
+    any = true;
+    mover_hit = i;
+    found.ray.tfar = nearer.ray.tfar;
+    found.hit.primID = nearer.hit.primID;
+  }
+  if (!any) return std::nullopt;
+
+  Hit hit;
+  hit.triangle = found.hit.primID;
+  Vector3d corner;
+  if (mover_hit) {
+    const BuiltMesh& built = *impl_->movers[*mover_hit].built;
+    const PlacedInstance& placed = impl_->placed[*mover_hit];
+    hit.instance = placed.id;
+    hit.normal = (placed.enu_from_instance.linear() * built.area_normal(hit.triangle)).normalized();
+    corner = placed.enu_from_instance * built.vertex(hit.triangle, 0);
+  } else {
+    hit.normal = impl_->city.area_normal(hit.triangle).normalized();
+    corner = impl_->city.vertex(hit.triangle, 0);
+  }
+  hit.front = ray.direction.dot(hit.normal) < 0;
+  hit.range_m =
+      std::max(min_range_m, Impl::exact_range(ray, corner, hit.normal, static_cast<double>(found.ray.tfar)));
+  return hit;
+}
+
+bool RayScene::occluded(const Ray& ray, double min_range_m) const {
+  bool result = false;
+  occluded({&ray, 1}, {&result, 1}, min_range_m);
+  return result;
+}
+
+// Rays one at a time: satellites stand all over the sky, and for such rays packets (rtcOccluded8: 0.59 of a
+// bare loop's rate, see ray_scene_bench.cpp) are slower than Embree's single-ray traversal, which spreads one
+// ray over the children of a wide node. Rays are converted some at a time, because Embree loads four floats
+// at once and would wait for stores of one that have only just been made.
+void RayScene::occluded(std::span<const Ray> rays, std::span<bool> result, double min_range_m) const {
+  assert(rays.size() == result.size());
+  const RTCScene city = impl_->city.scene.get();
+  embree::Query query;
+  std::array<RTCRay, 16> probes;
+  for (std::size_t i = 0; i < rays.size(); i += probes.size()) {
+    const std::size_t count = std::min(probes.size(), rays.size() - i);
+    for (std::size_t k = 0; k < count; ++k) impl_->fill(probes[k], rays[i + k], min_range_m);
+    for (std::size_t k = 0; k < count; ++k) query.occluded1(city, &probes[k]);
+    for (std::size_t k = 0; k < count; ++k) {
+      result[i + k] = probes[k].tfar < 0 || impl_->occluded_by_movers(rays[i + k], min_range_m, query);
+    }
+  }
+}
+
+bool RayScene::occluded_by_city(const Ray& ray) const {
+  embree::Query query;
+  RTCRay probe;
+  impl_->fill(probe, ray, 0);
+  query.occluded1(impl_->city.scene.get(), &probe);
+  return probe.tfar < 0;
+}
+
+bool RayScene::occluded_by_instances(const Ray& ray) const {
+  if (impl_->movers.empty()) return false;
+  embree::Query query;
+  return impl_->occluded_by_movers(ray, 0, query);
+}
+
+double RayScene::surface_offset_m(const Vector3d& point) const {
+  const double reach = std::max(impl_->city.radius, impl_->movers_radius);
+  return 0.5e-3 + 4e-7 * (reach + (point - impl_->city.centre).norm());
+}
+
+void check_place(const Vector3d& place, std::string_view what) {
+  if (place.norm() <= 1e7) return;  // false of NaN
+  throw InputError(fmt::format("{} ({:g}, {:g}, {:g}) is not finite, or more than 10000 km away", what,
+                               place.x(), place.y(), place.z()),
+                   "places are metres east, north and up in the city's frame; check what moves the antenna");
+}
+
+Placement RayScene::placement(const Vector3d& point) const {
+  check_place(point, "the place");
+  std::vector<Impl::Crossing> found;
+
+  // Straight up: terrain and roofs.
+  impl_->crossings({point, Vector3d::UnitZ()}, found);
+  bool terrain_above = false, roof_above = false;
+  for (const Impl::Crossing& c : found) {
+    if (c.range < kSkin_m) continue;
+    terrain_above |= impl_->surfaces[c.triangle] == city::Surface::Terrain;
+    roof_above |= impl_->surfaces[c.triangle] == city::Surface::Building;
+  }
+  if (terrain_above) {
+    impl_->crossings({point, -Vector3d::UnitZ()}, found);
+    double nearest = std::numeric_limits<double>::infinity();
+    bool stands_on_terrain = false;
+    for (const Impl::Crossing& c : found) {
+      if (impl_->surfaces[c.triangle] != city::Surface::Terrain || c.range >= nearest) continue;
+      nearest = c.range;
+      stands_on_terrain = impl_->city.area_normal(c.triangle).z() > 0;
+    }
+    if (!stands_on_terrain) return Placement::UnderTerrain;
+  }
+  if (!roof_above) return Placement::Free;
+
+  std::array<int, kLevelRays> leaves{};
+  for (int i = 0; i < kLevelRays; ++i) {
+    const double azimuth = level_ray_azimuth_rad(i);
+    const Vector3d direction(std::sin(azimuth), std::cos(azimuth), 0);
+    impl_->crossings({point, direction}, found);
+    for (const Impl::Crossing& c : found) {
+      if (impl_->surfaces[c.triangle] != city::Surface::Building) continue;
+      leaves[static_cast<std::size_t>(i)] += impl_->city.area_normal(c.triangle).dot(direction) > 0 ? 1 : -1;
+    }
+  }
+  return is_inside(leaves) ? Placement::InsideBuilding : Placement::Free;
+}
+
+std::optional<double> RayScene::terrain_height(double x, double y) const {
+  const double top = impl_->city.centre.z() + impl_->city.radius + 1;
+  const Vector3d origin(x, y, top);
+  if (!origin.allFinite()) return std::nullopt;
+  std::vector<Impl::Crossing> found;
+  impl_->crossings({origin, -Vector3d::UnitZ()}, found);
+  std::optional<double> height;
+  for (const Impl::Crossing& c : found) {
+    if (impl_->surfaces[c.triangle] != city::Surface::Terrain) continue;
+    height = std::max(height.value_or(-1e300), top - c.range);
+  }
+  return height;
+}
+
+double RayScene::height_above_ground(const Vector3d& point) const {
+  if (impl_->ground) return point.z() - impl_->ground->near(point.x(), point.y());
+  const std::optional<double> ground_m = terrain_height(point.x(), point.y());
+  return ground_m ? point.z() - *ground_m : 0;
+}
+
+}  // namespace canyon::raytrace

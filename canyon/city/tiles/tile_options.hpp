@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "canyon/base/options/fwd.hpp"
+#include "canyon/base/text.hpp"
+
+namespace canyon::tiles {
+
+// Options for 3D Tiles. Part of canyon::canyon, since scenarios name them; the code that they steer is in
+// canyon::io.
+/// `city: {tiles: ...}`: which part of a tileset is read, and how fine. One of file and url is set.
+struct TileOptions {
+  std::optional<std::filesystem::path> file;  ///< tileset.json, or an archive (.3tz)
+  /// http or https; $NAME or ${NAME} in its query stands for an environment variable.
+  std::string url;
+  double error_m = 1;  ///< geometric error up to which a tile is fine enough; [0, 10,000]
+  std::optional<std::array<double, 4>> bbox_deg;  ///< west, south, east, north
+  /// Around the places of a scenario's trajectory and receivers, where there is no box; [10, 50,000].
+  double margin_m = 500;
+  int most_tiles = 2000;   ///< contents that are read; [1, 1,000,000]
+  bool elsewhere = false;  ///< tiles may lie outside the tileset's folder or server
+  std::string cache;       ///< folder of downloads; empty: $XDG_CACHE_HOME/canyon or ~/.cache/canyon
+  int timeout_s = 30;      ///< after which a silent server is given up; [1, 3600]
+  /// Throws InputError naming the field and its bound.
+  void validate() const;
+};
+/// Visits its fields.
+void visit(options::Visitor& v, TileOptions& o);
+
+/// Whether a text is an address of the web: begins with http:// or https://.
+[[nodiscard]] bool is_web_address(const std::string& text);
+
+/// An address without its query and password, which may hold keys, as a path: for messages and files.
+[[nodiscard]] std::string public_address(const std::string& address);
+
+/// Whether the query of an address has a value that is not an environment variable's.
+[[nodiscard]] bool holds_key(const std::string& address);
+
+/// Whether a path names a tileset: an address of the web, an archive (.3tz), the name tileset.json, or a
+/// .json file that begins as one.
+[[nodiscard]] bool is_tileset(const std::filesystem::path& path);
+
+// Addresses of files in archives of a tileset (.3tz): `/vsizip/{archive}/file`, as GDAL opens them.
+inline constexpr std::string_view kInArchive = "/vsizip/{";
+
+/// Whether a path names an archive of a tileset: ends in .3tz.
+[[nodiscard]] inline bool is_archive(const std::filesystem::path& path) {
+  return lower_case(path.extension().string()) == ".3tz";
+}
+
+/// Whether an address is that of a file in an archive.
+[[nodiscard]] inline bool is_in_archive(std::string_view address) {
+  return address.substr(0, kInArchive.size()) == kInArchive;
+}
+
+/// The address of a file in an archive. @param archive a whole path
+[[nodiscard]] inline std::string in_archive(const std::string& archive, std::string_view file) {
+  return std::string(kInArchive).append(archive).append("}/").append(file);
+}
+
+}  // namespace canyon::tiles

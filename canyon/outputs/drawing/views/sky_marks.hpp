@@ -1,0 +1,46 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "canyon/outputs/drawing/canvas.hpp"
+#include "canyon/outputs/drawing/views/sky_picture.hpp"
+#include "canyon/outputs/drawing/views/sky_render.hpp"
+
+// Draws marks, names and tracks on pictures of the sky. Sizes in units of a sheet 990 wide.
+
+namespace canyon::drawing {
+
+inline constexpr Colour kSkySilhouette = rgb(0xC9CCD1);
+
+/// Fills the parts of the sky that surroundings hide.
+void draw_sky_mask(Canvas& canvas, const SkyLens& lens, const SkyMask& mask);
+/// Horizon, circles of elevation, lines of azimuth with their names beyond the rim; the elevation mask [rad]
+/// as a dashed circle unless 0.
+void draw_sky_grid(Canvas& canvas, const SkyLens& lens, double elevation_mask_rad);
+/// Middle of the letters or figures beyond the rim, where that azimuth is.
+[[nodiscard]] Point sky_rim_label(const SkyLens& lens, int azimuth_deg);
+
+/// LOS disc, LOS with multipath ringed disc, NLOS triangle, blocked cross.
+void draw_satellite_mark(Canvas& canvas, const Point& at, propagation::Visibility visibility);
+/// Draws in the colour of the satellite's visibility: a diamond for a reflected signal, a square for one bent
+/// around an edge, a small pale disc for a scattered one.
+void draw_reflection_mark(Canvas& canvas, const Point& at, propagation::Visibility visibility,
+                          propagation::PathKind kind);
+/// Pieces of one visibility each. `cased`: with a pale rim, for ground that is not plain.
+void draw_trail(Canvas& canvas, const SkyLens& lens, const std::vector<SkyPoint>& trail, bool cased);
+
+/// Where a text stands clear of marks and of texts placed before: right, left, above or below its mark.
+class SkyLabels {
+ public:
+  /// Keeps the surroundings of a mark free. Returns its number.
+  std::size_t add_mark(const Point& at, double half_size);
+  /// Draws `text` beside the mark `own` at `at`.
+  void draw(Canvas& canvas, const Point& at, std::size_t own, const std::string& text, TextStyle style);
+
+ private:
+  std::vector<Rect> taken_;
+};
+
+}  // namespace canyon::drawing

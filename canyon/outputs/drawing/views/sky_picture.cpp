@@ -1,0 +1,321 @@
+#include "canyon/outputs/drawing/views/sky_picture.hpp"
+
+#include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/base/options/values.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/outputs/drawing/views/sky_marks.hpp"
+#include "canyon/outputs/drawing/views/sky_render.hpp"
+
+namespace canyon::drawing {
+namespace {
+
+using propagation::PathKind;
+using propagation::Visibility;
+
+constexpr std::array kVisibilities{Visibility::LOS, Visibility::LOSMultipath, Visibility::NLOS,
+                                   Visibility::Blocked};
+constexpr double kRadius = 340;  // of the horizon
+constexpr Point kCentre{410, 456};
+constexpr double kSkyWidth = 990;
+constexpr double kSkyHeight = 836;
+
+/// Says on the picture itself how it differs from a map.
+void draw_fisheye_notes(Canvas& canvas, const Point& at) {
+  canvas.text(at, fmt::format("lines on walls: every {:g} m", kWallLines_m),
+              {.size = 12, .level = Level::Middle});
+  canvas.text({at.x, at.y + 18}, "of height above the antenna",
+              {.size = 10.5, .colour = kFaintInk, .level = Level::Middle});
+  canvas.text({at.x, at.y + 56}, "Looking up", {.size = 13, .bold = true});
+  canvas.text({at.x, at.y + 78}, "north up: east is LEFT,", {.size = 12, .level = Level::Middle});
+  canvas.text({at.x, at.y + 96}, "west is RIGHT", {.size = 12, .level = Level::Middle});
+}
+
+/// Writes across the disc why nothing is received.
+void draw_placement(Canvas& canvas, raytrace::Placement placement) {
+  if (placement == raytrace::Placement::Free) return;
+  const std::string text = fmt::format(
+      "antenna {}: no signal",
+      placement == raytrace::Placement::InsideBuilding ? "inside a building" : "under the terrain");
+  const TextStyle style{
+      .size = 15, .colour = kVermilion, .bold = true, .align = Align::Centre, .level = Level::Middle};
+  const double width = canvas.text_width(text, style) + 36;
+  const Point at{kCentre.x, kCentre.y + 0.45 * kRadius};
+  canvas.rectangle({at.x - 0.5 * width, at.y - 17, width, 34}, kPaper, Stroke{kVermilion, 1.6});
+  canvas.text(at, text, style);
+}
+
+void draw_legend(Canvas& canvas, const SkyDrawing& drawing, bool fisheye) {
+  const double x = kCentre.x + kRadius + 62;
+  double y = kCentre.y - kRadius + 10;
+  canvas.text({x, y}, "Satellites", {.size = 13, .bold = true});
+  y += 26;
+  for (const Visibility visibility : kVisibilities) {
+    const auto count = std::count_if(drawing.satellites.begin(), drawing.satellites.end(),
+                                     [&](const SkySatellite& s) { return s.now.visibility == visibility; });
+    draw_satellite_mark(canvas, {x + 10, y}, visibility);
+    canvas.text({x + 30, y}, std::string(propagation::name(visibility)),
+                {.size = 12, .level = Level::Middle});
+    canvas.text({x + 172, y}, fmt::format("{}", count),
+                {.size = 12, .align = Align::Right, .level = Level::Middle});
+    y += 25;
+  }
+  if (drawing.has_fix) {
+    const auto used = std::count_if(drawing.satellites.begin(), drawing.satellites.end(),
+                                    [](const SkySatellite& s) { return s.used; });
+    canvas.text({x, y}, "G05", {.size = 12, .bold = true, .level = Level::Middle});
+    canvas.text({x + 36, y}, "used in the fix", {.size = 12, .level = Level::Middle});
+    canvas.text({x + 172, y}, fmt::format("{}", used),
+                {.size = 12, .align = Align::Right, .level = Level::Middle});
+    y += 25;
+  }
+  if (fisheye) {
+    // Reflections always stand in the legend, other ways where there are any.
+    for (const auto& [kind, text] : {std::pair{PathKind::Diffuse, "scattered by a facade"},
+                                     {PathKind::Diffracted, "bent around an edge"},
+                                     {PathKind::Reflected, "arrives by reflection"}}) {
+      const auto is_of_kind = [wanted = kind](const SkyReflection& r) { return r.kind == wanted; };
+      if (kind != PathKind::Reflected &&
+          std::none_of(drawing.satellites.begin(), drawing.satellites.end(), [&](const SkySatellite& s) {
+            return std::any_of(s.reflections.begin(), s.reflections.end(), is_of_kind);
+          })) {
+        continue;
+      }
+      draw_reflection_mark(canvas, {x + 10, y}, Visibility::NLOS, kind);
+      canvas.text({x + 30, y}, text, {.size = 12, .level = Level::Middle});
+      y += 18;
+    }
+    canvas.text({x + 30, y}, "+34 m: longer by this",
+                {.size = 10.5, .colour = kFaintInk, .level = Level::Middle});
+    y += 25;
+  }
+  y += 19;
+
+  canvas.text({x, y}, "Sky", {.size = 13, .bold = true});
+  y += 24;
+  if (!drawing.mask.azimuths.empty()) {
+    canvas.rectangle({x, y - 8, 20, 15}, fisheye ? kSkyWall : kSkySilhouette, Stroke{kFaintInk, 0.6});
+    canvas.text({x + 30, y}, fmt::format("hidden ({:.0f} %)", 100 * drawing.mask.hidden_share()),
+                {.size = 12, .level = Level::Middle});
+    y += 25;
+  }
+  if (drawing.elevation_mask_rad > 0) {
+    canvas.polyline({{x, y}, {x + 20, y}}, {kVermilion, 1.3, {5, 4}});
+    canvas.text(
+        {x + 30, y},
+        fmt::format("mask {:g}\u00B0", std::round(geodesy::degrees(drawing.elevation_mask_rad) * 10) / 10),
+        {.size = 12, .level = Level::Middle});
+    y += 25;
+  }
+  if (std::any_of(drawing.satellites.begin(), drawing.satellites.end(),
+                  [](const SkySatellite& s) { return !s.trails.empty(); })) {
+    canvas.polyline({{x, y}, {x + 20, y}}, {colour_of(Visibility::LOS), 2.6});
+    canvas.text({x + 30, y}, drawing.trail_meaning, {.size = 12, .level = Level::Middle});
+    y += 25;
+  }
+  if (fisheye) draw_fisheye_notes(canvas, {x, y});
+}
+
+void draw_reflections(Canvas& canvas, const SkyLens& lens, const SkyDrawing& drawing, SkyLabels& labels) {
+  struct Mark {
+    Point at;
+    std::size_t number = 0;
+    double excess_m = 0;
+  };
+  std::vector<Mark> marks;
+  // Lines first, so that no line crosses a mark.
+  for (const bool lines : {true, false}) {
+    for (const SkySatellite& s : drawing.satellites) {
+      const Point from = lens.point(s.now.azimuth_rad, s.now.elevation_rad);
+      for (const SkyReflection& r : s.reflections) {
+        if (!(r.elevation_rad >= 0)) continue;
+        const Point at = lens.point(r.azimuth_rad, r.elevation_rad);
+        const bool diffuse = r.kind == PathKind::Diffuse;  // one of many ways: paler, and not named
+        if (lines) {
+          canvas.polyline({from, at}, {kPaper.with_alpha(diffuse ? 0.2 : 0.5), 2.6});
+          canvas.polyline({from, at},
+                          {colour_of(s.now.visibility).with_alpha(diffuse ? 0.4 : 1), 1.2, {5, 3}});
+        } else {
+          draw_reflection_mark(canvas, at, s.now.visibility, r.kind);
+          const std::size_t number = labels.add_mark(at, diffuse ? 4 : 7);
+          if (!diffuse) marks.push_back({at, number, r.excess_m});
+        }
+      }
+    }
+  }
+  for (const Mark& mark : marks) {
+    labels.draw(canvas, mark.at, mark.number, fmt::format("+{:.0f} m", mark.excess_m),
+                {.size = 10.5, .halo = 2, .halo_colour = kPaper.with_alpha(0.85)});
+  }
+}
+
+/// Draws everything but the background; `draw_background` puts it on the disc.
+void draw_sheet(Canvas& canvas, const SkyDrawing& drawing, const SkyLens& lens,
+                const std::function<void(Canvas&)>& draw_background) {
+  const bool fisheye = lens.looking_up;
+  draw_title(canvas, kCentre.x - kRadius - 30, drawing.title, drawing.subtitle);
+  draw_background(canvas);
+  draw_sky_grid(canvas, lens, drawing.elevation_mask_rad);
+  for (const SkySatellite& s : drawing.satellites) {
+    for (const auto& trail : s.trails) draw_trail(canvas, lens, trail, fisheye);
+  }
+  SkyLabels labels;
+  for (const SkySatellite& s : drawing.satellites) {
+    labels.add_mark(lens.point(s.now.azimuth_rad, s.now.elevation_rad), 8);
+  }
+  for (int azimuth_deg = 0; azimuth_deg < 360; azimuth_deg += 30)
+    labels.add_mark(sky_rim_label(lens, azimuth_deg), 9);
+  if (fisheye) draw_reflections(canvas, lens, drawing, labels);
+  for (const SkySatellite& s : drawing.satellites) {
+    draw_satellite_mark(canvas, lens.point(s.now.azimuth_rad, s.now.elevation_rad), s.now.visibility);
+  }
+  for (std::size_t i = 0; i < drawing.satellites.size(); ++i) {
+    const SkySatellite& s = drawing.satellites[i];
+    labels.draw(canvas, lens.point(s.now.azimuth_rad, s.now.elevation_rad), i, s.name,
+                {.size = 12.5,
+                 .colour = s.now.visibility == Visibility::Blocked ? kFaintInk : kInk,
+                 .bold = drawing.has_fix && s.used,
+                 .halo = 2.2,
+                 .halo_colour = kPaper.with_alpha(0.85)});
+  }
+  draw_placement(canvas, drawing.placement);
+  draw_legend(canvas, drawing, fisheye);
+}
+
+std::string render_sheet(const SkySheet& sheet, const std::function<void(Canvas&)>& draw) {
+  if (sheet.format == PictureFormat::Svg) return render_svg(kSkyWidth, kSkyHeight, draw);
+  return render_png(sheet.width_px, static_cast<int>(std::lround(sheet.width_px * kSkySheetAspect)),
+                    sheet.width_px / kSkyWidth, draw);
+}
+
+std::function<void(Canvas&)> chart(const SkyDrawing& drawing) {
+  return [&drawing](Canvas& canvas) {
+    const SkyLens lens = sky_sheet_lens(drawing.projection, false);
+    draw_sheet(canvas, drawing, lens, [&](Canvas& c) {
+      c.circle(kCentre, kRadius, kGround);
+      draw_sky_mask(c, lens, drawing.mask);
+    });
+  };
+}
+
+}  // namespace
+
+void SkySheet::validate() const {
+  options::check(*this, "sky picture");
+}
+
+void visit(options::Visitor& v, SkySheet& o) {
+  static constexpr std::string_view kFormats[]{"png", "svg"};
+  v.choice({"format", "", "of the file"}, o.format, kFormats);
+  v.integer({"width_px", "px", "of a PNG; the height is 836/990 of it"}, o.width_px, 200, 4000);
+}
+
+SkyLens sky_sheet_lens(SkyProjection projection, bool looking_up) {
+  return {kCentre, kRadius, projection, looking_up};
+}
+
+Picture draw_sky(const SkyDrawing& drawing) {
+  return render(kSkyWidth, kSkyHeight, chart(drawing));
+}
+
+std::string draw_sky(const SkyDrawing& drawing, const SkySheet& sheet) {
+  sheet.validate();
+  return render_sheet(sheet, chart(drawing));
+}
+
+std::string draw_fisheye(const SkyDrawing& drawing, const SkySurroundings& surroundings,
+                         const SkySheet& sheet) {
+  sheet.validate();
+  // The image covers whole pixels, so that it goes into the picture as it is.
+  const double scale = sheet.width_px / kSkyWidth;
+  const double left = std::floor((kCentre.x - kRadius) * scale),
+               top = std::floor((kCentre.y - kRadius) * scale);
+  const int width = static_cast<int>(std::ceil((kCentre.x + kRadius) * scale) - left);
+  const int height = static_cast<int>(std::ceil((kCentre.y + kRadius) * scale) - top);
+  const SkyLens pixels{
+      {kCentre.x * scale - left, kCentre.y * scale - top}, kRadius * scale, drawing.projection, true};
+  const RgbImage image =
+      render_sky(*surroundings.scene, *surroundings.mesh, surroundings.antenna_enu, pixels, width, height);
+  return render_sheet(sheet, [&](Canvas& canvas) {
+    draw_sheet(canvas, drawing, sky_sheet_lens(drawing.projection, true), [&](Canvas& c) {
+      c.image({left / scale, top / scale, width / scale, height / scale}, width, height, image.pixels);
+    });
+  });
+}
+
+namespace {
+
+constexpr int kElevationSteps = 180;
+constexpr double kElevationStep_rad = 0.5 * geodesy::kPi / kElevationSteps;
+constexpr int kBisections = 5;
+
+}  // namespace
+
+bool SkyMask::hidden(double azimuth_rad, double elevation_rad) const {
+  if (azimuths.empty()) return false;
+  const double turns = azimuth_rad / (2 * geodesy::kPi);
+  const double sector = (turns - std::floor(turns)) * static_cast<double>(azimuths.size());
+  const auto& stretches = azimuths[std::min(static_cast<std::size_t>(sector), azimuths.size() - 1)];
+  return std::any_of(stretches.begin(), stretches.end(), [elevation_rad](const Stretch& s) {
+    return elevation_rad >= s.low_rad && elevation_rad <= s.high_rad;
+  });
+}
+
+double SkyMask::hidden_share() const {
+  if (azimuths.empty()) return 0;
+  double hidden = 0;  // a band of the sphere has the area of its height: sin(high) - sin(low)
+  for (const auto& stretches : azimuths) {
+    for (const Stretch& s : stretches) hidden += std::sin(s.high_rad) - std::sin(s.low_rad);
+  }
+  return hidden / static_cast<double>(azimuths.size());
+}
+
+SkyMask make_sky_mask(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu, int sectors) {
+  SkyMask mask;
+  mask.azimuths.resize(static_cast<std::size_t>(sectors));
+  const auto look = [&](int a) {
+    auto& stretches = mask.azimuths[static_cast<std::size_t>(a)];
+    const double azimuth = (a + 0.5) * 2 * geodesy::kPi / sectors;
+    const auto hidden = [&](double elevation_rad) {
+      raytrace::Ray ray;
+      ray.origin = antenna_enu;
+      ray.direction = geodesy::enu_from_azimuth_elevation(azimuth, elevation_rad);
+      return scene.occluded(ray);
+    };
+    // The elevation between two others at which hidden turns to open, by bisection.
+    const auto border = [&](double low, double high, bool hidden_at_low) {
+      for (int i = 0; i < kBisections; ++i) {
+        const double middle = 0.5 * (low + high);
+        (hidden(middle) == hidden_at_low ? low : high) = middle;
+      }
+      return 0.5 * (low + high);
+    };
+    bool before = false;
+    for (int e = 0; e < kElevationSteps; ++e) {
+      const double elevation = (e + 0.5) * kElevationStep_rad;
+      const bool now = hidden(elevation);
+      if (now && !before) {
+        stretches.push_back(
+            {e == 0 ? 0 : border(elevation - kElevationStep_rad, elevation, false), 0.5 * geodesy::kPi});
+      } else if (!now && before) {
+        stretches.back().high_rad = border(elevation - kElevationStep_rad, elevation, true);
+      }
+      before = now;
+    }
+  };
+  tbb::parallel_for(tbb::blocked_range<int>(0, sectors, 16), [&look](const tbb::blocked_range<int>& range) {
+    for (int a = range.begin(); a != range.end(); ++a) look(a);
+  });
+  return mask;
+}
+
+}  // namespace canyon::drawing

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "canyon/base/distribution.hpp"
+#include "canyon/city/fwd.hpp"
+#include "canyon/outputs/drawing/canvas.hpp"
+#include "canyon/outputs/drawing/plot.hpp"
+
+namespace canyon::drawing {
+
+/// One epoch on the map, in the city's ENU frame [m].
+struct TrackPoint {
+  Eigen::Vector2d truth = Eigen::Vector2d::Zero();
+  std::optional<Eigen::Vector2d> fix;  ///< empty: no fix
+  double error_m = 0;                  ///< horizontal, of the fix
+};
+
+/// A run from above.
+struct TrackDrawing {
+  std::string title;
+  std::string subtitle;
+  const city::Mesh* mesh = nullptr;  ///< must outlive the drawing; may be null (open field)
+  std::vector<TrackPoint> points;    ///< in order of time; not empty
+  std::size_t epochs = 0;            ///< that the points are of, and those without a fix
+  std::size_t without_fix = 0;
+  Distribution error_m;  ///< horizontal, of all fixes
+};
+
+/// The part of a city that a map shows [m, ENU]: the true track and all but the farthest 2 % of the fixes
+/// (none that is off by more than the track is long across, or 100 m), with a margin of a tenth, at least 60
+/// m wide and high and not slimmer than 1 to 2. z is 0.
+[[nodiscard]] city::Box map_extent(const std::vector<TrackPoint>& points);
+
+/// Buildings shaded by the height of their roofs, the true track, fixes coloured by horizontal error, hollow
+/// marks where there is no fix, arrows at the rim towards fixes off the map, colour bars, scale bar and north
+/// arrow.
+[[nodiscard]] Picture draw_track(const TrackDrawing& drawing);
+
+/// Buildings as filled roofs, higher ones on top; `area` of the canvas shows `extent`. Buildings that
+/// reach beyond it are not cut off. Returns the highest roof seen [m]; 0 where there is none.
+double draw_buildings(Canvas& canvas, const Rect& area, const city::Mesh& mesh, const city::Box& extent);
+
+/// Edges of roofs as seen from above, steps of roofs included, those of buildings in the extent [m, ENU].
+using Outlines = std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>>;
+[[nodiscard]] Outlines building_outlines(const city::Mesh& mesh, const city::Box& extent);
+
+/// The point of `area` at which a point of the plane lies; `area` shows `extent`, north up. Both axes have
+/// one scale when area and extent have the same shape.
+[[nodiscard]] Point map_point(const Rect& area, const city::Box& extent, const Eigen::Vector2d& east_north);
+
+// Scale bar, north arrow and other marks on maps. `area` of the canvas shows `extent` [m, ENU], north up.
+/// Draws ticks below the area and to its left, with their labels and the axes' names.
+void draw_frame_ticks(Canvas& canvas, const Rect& area, const city::Box& extent);
+
+/// A bar of a round length, at the area's lower left.
+void draw_scale_bar(Canvas& canvas, const Rect& area, const city::Box& extent);
+
+/// Draws the arrow at the area's upper right.
+void draw_north_arrow(Canvas& canvas, const Rect& area);
+
+/// A vertical bar from `colour(0)` at its foot to `colour(1)`, `label` above it and ticks on its right;
+/// returns the y below it.
+double draw_colour_bar(Canvas& canvas, const Rect& bar, const std::string& label, const Scale& scale,
+                       const std::function<Colour(double)>& colour);
+
+}  // namespace canyon::drawing

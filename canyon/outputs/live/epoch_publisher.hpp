@@ -1,0 +1,92 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/base/transport/link.hpp"
+#include "canyon/outputs/output/encoder.hpp"
+#include "canyon/outputs/output/stream.hpp"
+#include "canyon/run/live_receiver.hpp"
+
+namespace canyon::live {
+
+/// A host's receiver and its report of one update.
+struct ReceiverReport {
+  std::int64_t sim_time_ns = 0;  ///< time of the host's clock
+  /// Null if the truth has not come (pose_topic silent or too old): there is no epoch, for this `reason`.
+  const simulation::LiveReceiver::Step* step = nullptr;
+  std::string reason;
+  Eigen::Vector3d antenna_world_m = Eigen::Vector3d::Zero();                ///< in the host's world frame
+  Eigen::Quaterniond link_attitude_world = Eigen::Quaterniond::Identity();  ///< world from link
+  double world_yaw_from_enu_rad = 0;  ///< yaw in the world frame = yaw in ENU + this
+  /// One range [m] per ray, as the paper's ray sensor has them: direct and mirror ray of each satellite of
+  /// step->arrival.views in turn; infinite for none. Empty where no scan is published.
+  std::vector<double> scan_ranges_m;
+  double scan_max_range_m = 0;
+  double compute_s = 0;  ///< real time that the epoch took
+};
+
+/// An output of a host. Called from one thread at a time, the simulation's or one that it waits for: quick.
+/// Where it throws it has failed: HostedReceiver says so and ends it, and goes on without it.
+class EpochPublisher {
+ public:
+  virtual ~EpochPublisher() = default;
+  virtual void publish(const ReceiverReport& report) = 0;
+  /// An update of the world without an epoch, at this time of the host's clock: a driver at the other end of
+  /// a line gets its answers, and what is late in the line arrives.
+  virtual void serve(std::int64_t /*sim_time_ns*/) {}
+  /// The world was reset or time jumped back.
+  virtual void reset() {}
+  /// Notes since the last call, one line each.
+  [[nodiscard]] virtual std::vector<std::string> take_notes() { return {}; }
+};
+
+/// Opens the link of a host's own address, such as a topic; null: the address is the engine's.
+using LinkOpener = std::function<std::shared_ptr<transport::Link>(const output::StreamRequest& request)>;
+
+/// Epochs in any of the engine's formats by any of its transports: "nmea=tcp://127.0.0.1:10110" (see
+/// output::parse_stream() and transport::open_transport()). Files are whole when it is destroyed. Updates
+/// without an epoch send nothing: readers take a silent receiver for a lost one. Latencies pass by the host's
+/// clock.
+/// @param setting the setting of the stream, for messages: "nmea_port"
+/// @param receivers of the host's receiver, which a stream that names none is of, and of its base, if any:
+/// "base/rtcm=tcp://127.0.0.1:2102"
+/// @param open asked first
+/// @param device gets what a driver sends to the host's receiver over its line: corrections and restarts;
+/// null: nobody. It outlives the publisher.
+/// Throws InputError, which names `setting`, where the stream cannot be opened.
+[[nodiscard]] std::unique_ptr<EpochPublisher> make_stream_publisher(
+    const std::string& setting, std::string_view stream,
+    const std::vector<output::ReceiverDescription>& receivers, const LinkOpener& open = {},
+    simulation::LiveReceiver* device = nullptr);
+
+/// `stream` with `{model}` replaced by a model's name and `{number}` by the number at its end, 0 without one,
+/// so that one setting serves several vehicles: of x500_1 "ubx=pty:/tmp/gps{number}" is "ubx=pty:/tmp/gps1".
+/// Throws InputError, which names `setting`, for other names in braces.
+[[nodiscard]] std::string stream_of_model(const std::string& setting, const std::string& stream,
+                                          const std::string& model);
+
+/// Warnings of the sky that receivers share are said once. Thread-safe.
+class SkyWarnings {
+ public:
+  /// Takes a receiver's warnings. @param say gets each line that no receiver has said of its sky before
+  void take(simulation::LiveReceiver& receiver,
+            const std::function<void(const std::string& line, bool of_sky)>& say);
+
+ private:
+  std::mutex mutex_;
+  std::set<std::string> said_;
+};
+
+/// Writes a line to a host's console.
+enum class Tone { Warning, Error };
+using Say = std::function<void(Tone tone, const std::string& line)>;
+
+}  // namespace canyon::live

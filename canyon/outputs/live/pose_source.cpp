@@ -1,0 +1,183 @@
+#include "canyon/outputs/live/pose_source.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/run/motion/trajectory.hpp"
+
+namespace canyon::live {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+PoseSource::PoseSource(const simulation::PoseSourceOptions& options, const geodesy::LocalFrame& frame,
+                       double geoid_undulation_m)
+    : options_(options),
+      frame_(frame),
+      sent_zero_m_(options.format == simulation::PoseFormat::MAVLink ? geoid_undulation_m : 0),
+      decoder_(make_decoder(options)),
+      track_(options.from, options.track) {}
+
+std::optional<simulation::ReportedPose> PoseSource::in_city(const PoseReport& report, double now_s) {
+  if (!options_.id.empty() && report.id != options_.id) return std::nullopt;
+  simulation::ReportedPose sent;
+  sent.stamp_s = report.stamp_s.value_or(now_s);
+  Eigen::Matrix3d turn;
+  double scale = 1;
+  if (report.place) {
+    // An autopilot without a fix says latitude 0, longitude 0.
+    constexpr double kFarFromZero_m = 100e3;
+    const bool zero = report.place->latitude_rad == 0 && report.place->longitude_rad == 0 &&
+                      frame_.local_from_geodetic({0, 0, 0}).norm() > kFarFromZero_m;
+    if (zero || !std::isfinite(report.place->height_m)) {
+      sent.pose.position_m.setConstant(std::nan(""));
+      return sent;
+    }
+    geodesy::Geodetic place = *report.place;
+    place.height_m += sent_zero_m_;
+    sent.pose.position_m = frame_.local_from_geodetic(place);
+    turn = frame_.ecef_from_local_rotation().transpose() *
+           geodesy::enu_from_ecef_rotation(*report.place).transpose();
+  } else {
+    turn = Eigen::AngleAxisd(options_.heading_rad, Vector3d::UnitZ()).toRotationMatrix();
+    scale = options_.scale;
+    sent.pose.position_m = options_.origin_enu_m + turn * (scale * *report.position_m);
+  }
+  if (report.velocity_mps) sent.linear_velocity = turn * (scale * *report.velocity_mps);
+  if (!simulation::is_possible(
+          {sent.pose.position_m, sent.linear_velocity.value_or(Vector3d::Zero()), 0, 0, false})) {
+    sent.pose.position_m.setConstant(std::nan(""));
+    return sent;
+  }
+  if (report.attitude) {
+    sent.pose.attitude = Quaterniond(turn) * *report.attitude;
+    if (report.rates_body_radps) sent.angular_velocity = sent.pose.attitude * *report.rates_body_radps;
+    return sent;
+  }
+  // A vehicle that sends no attitude looks where it goes.
+  Vector3d velocity = sent.linear_velocity.value_or(Vector3d::Zero());
+  if (!sent.linear_velocity && before_ && sent.stamp_s > before_->first) {
+    velocity = (sent.pose.position_m - before_->second) / (sent.stamp_s - before_->first);
+  }
+  before_ = {sent.stamp_s, sent.pose.position_m};
+  if (velocity.head<2>().norm() >= simulation::Trajectory::kStandstill_mps) {
+    attitude_ = Eigen::AngleAxisd(std::atan2(velocity.y(), velocity.x()), Vector3d::UnitZ());
+  }
+  sent.pose.attitude = attitude_;
+  sent.angular_velocity = Vector3d::Zero();
+  return sent;
+}
+
+void PoseSource::count(const PoseReport& report, const simulation::ReportedPose& sent) {
+  // Streets end long before, and the city's axes are 1 deg off the vehicle's.
+  constexpr double kFar_m = 100e3;
+  ++count_;
+  last_stamp_s_ = report.stamp_s;
+  const double distance_m = sent.pose.position_m.norm();
+  if (distance_m <= kFar_m) {
+    said_far_ = false;
+  } else if (!std::exchange(said_far_, true)) {
+    far_m_ = distance_m;
+  }
+}
+
+void PoseSource::watch_pace(double stamp_s, double now_s) {
+  constexpr double kAfter_s = 2, kFastest = 20;
+  if (!pace_from_) pace_from_ = {stamp_s, now_s};
+  const double passed_s = now_s - pace_from_->second;
+  if (passed_s < kAfter_s) return;
+  const double pace = (stamp_s - pace_from_->first) / passed_s;
+  if (pace > kFastest && !std::exchange(said_pace_, true)) {
+    pace_note_ = fmt::format(
+        "warning: stamps go by {:.0f} s for each second that passes, so the vehicle seems to stand: are "
+        "they in seconds?",
+        pace);
+  }
+  pace_from_ = {stamp_s, now_s};
+}
+
+void PoseSource::receive(const transport::Received& received, std::int64_t now_ns,
+                         const std::function<void()>& taken) {
+  decoder_->receive(received, [&](const PoseReport& report) {
+    if (!take(report, now_ns)) return;
+    if (report.stamp_s) watch_pace(*report.stamp_s, seconds(now_ns));
+    if (taken) taken();
+  });
+}
+
+void PoseSource::receive_log(const transport::Received& received, bool since_zero,
+                             const std::function<void(std::int64_t)>& taken,
+                             const std::function<bool()>& anew) {
+  decoder_->receive(received, [&](const PoseReport& report) {
+    if (!options_.id.empty() && report.id != options_.id) return;
+    constexpr double kLongest_s = 1e9;
+    const double stamp_s = report.stamp_s.value_or(std::nan(""));
+    const double step_s = stamp_s - last_stamp_s_.value_or(stamp_s);
+    if (step_s < -options_.track.timeout_s || step_s > kLongestGap_s) {
+      if (!anew()) {
+        ++of_another_clock_;
+        return;
+      }
+      track_.reset();
+      first_stamp_s_.reset();
+      last_stamp_s_.reset();
+      before_.reset();
+    }
+    const double now_s = stamp_s - (since_zero ? 0 : first_stamp_s_.value_or(stamp_s));
+    if (!(std::abs(now_s) < kLongest_s)) {
+      ++impossible_;
+      return;
+    }
+    if (!first_stamp_s_) first_stamp_s_ = stamp_s;
+    const auto now_ns = static_cast<std::int64_t>(std::llround(now_s * 1e9));
+    if (take(report, now_ns)) taken(now_ns);
+  });
+}
+
+bool PoseSource::take(const PoseReport& report, std::int64_t now_ns) {
+  const auto sent = in_city(report, seconds(now_ns));
+  if (!sent) return false;
+  switch (track_.add(*sent, now_ns)) {
+    case simulation::PoseTrack::Taken::Yes:
+      count(report, *sent);
+      return true;
+    case simulation::PoseTrack::Taken::NoPose:
+      ++impossible_;
+      break;
+    case simulation::PoseTrack::Taken::Old:
+      // Two poses without stamps of a vehicle that stands are alike if they are read together.
+      if (report.stamp_s) ++old_;
+      break;
+  }
+  return false;
+}
+
+std::vector<std::string> PoseSource::take_notes() {
+  std::vector<std::string> notes;
+  if (std::string complaint = decoder_->take_complaint(); !complaint.empty()) notes.push_back(complaint);
+  if (std::string unused = decoder_->take_unused(); !unused.empty()) notes.push_back(unused);
+  if (!pace_note_.empty()) notes.push_back(std::exchange(pace_note_, {}));
+  if (const double far_m = std::exchange(far_m_, 0); far_m > 0) {
+    notes.push_back(
+        fmt::format("warning: the vehicle is {:.0f} km from the city's origin ({:.4f}, {:.4f}), where no "
+                    "street is: check the "
+                    "poses' latitude and longitude, or the source's east_m, north_m and scale",
+                    far_m / 1e3, geodesy::degrees(frame_.origin().latitude_rad),
+                    geodesy::degrees(frame_.origin().longitude_rad)));
+  }
+  if (const auto n = std::exchange(impossible_, 0); n > 0) {
+    notes.push_back(
+        fmt::format("{} {} dropped: not finite, without a stamp, more than 10000 km from the city's origin, "
+                    "or faster than 1000 km/s",
+                    n, n == 1 ? "pose was" : "poses were"));
+  }
+  if (const auto n = std::exchange(old_, 0); n > 0) {
+    notes.push_back(fmt::format("{} {} twice or too late: dropped", n, n == 1 ? "pose came" : "poses came"));
+  }
+  return notes;
+}
+
+}  // namespace canyon::live

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "canyon/base/distribution.hpp"
+#include "canyon/run/epoch.hpp"
+#include "canyon/run/live_receiver.hpp"
+#include "canyon/run/scenario/fwd.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+
+namespace canyon::live {
+
+/// Figures of a run so far.
+struct Figures {
+  double host_s = 0;           ///< the scenario's time
+  std::uint64_t epochs = 0;    ///< all receivers'
+  std::uint64_t fixes = 0;     ///< epochs with a fix
+  std::uint64_t no_truth = 0;  ///< epochs without a pose in time
+  std::uint64_t missed = 0;    ///< left out because the machine was too slow
+  std::uint64_t poses = 0;
+  std::string no_fix;  ///< the latest epoch without a fix, "rover: too few satellites"; empty: all have one
+  Distribution latency{0};  ///< from a pose to the bytes of its epoch [s]
+};
+
+struct RunOptions {
+  const std::atomic<bool>* stop = nullptr;  ///< set: the run ends; null: never
+  /// Take notes, and the warnings of receivers and their skies (empty: `note` does), one line each.
+  std::function<void(const std::string&)> note, warn;
+  /// Called once a second of real time.
+  std::function<void(const Figures&)> progress;
+};
+
+/// Receivers of a scenario in real time: poses in, epochs out (docs/live.md).
+///
+/// Each vehicle has one source of poses. An epoch is due at its instant; it is computed when a pose of that
+/// instant or a later one is there, or LiveOptions::wait_s behind it, and sent at once. Receivers are
+/// computed on as many threads as there are cores. Where no pose has come for the source's time-out there is
+/// no truth: the epoch has no signal and no fix, and its true place is NaN.
+///
+/// The numbers are those of simulation::LiveReceiver; of a trajectory those of Simulation::run().
+class Session {
+ public:
+  /// Opens every address. Without start in the scenario or its trajectory the run begins at the next full
+  /// second of real time. Throws InputError as Simulation does, for addresses that cannot be opened, sources
+  /// that name unknown receivers or two that name the same one, and receivers that no source moves.
+  /// @param scenario without `live`: its trajectory, no streams
+  Session(simulation::Scenario scenario, std::shared_ptr<simulation::CityScene> scene);
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  [[nodiscard]] geodesy::GpsTime start() const;
+  [[nodiscard]] double interval_s() const;
+  [[nodiscard]] const simulation::Scenario& scenario() const;
+  /// Runs to the end of the trajectory, of duration_s, of every log, or until stopped. Streams end whole.
+  /// @param sinks take every epoch as Simulation::run() gives them, and are finished
+  Figures run(const std::vector<simulation::EpochSink*>& sinks, const RunOptions& options);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace canyon::live

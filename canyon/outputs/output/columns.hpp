@@ -1,0 +1,133 @@
+#pragma once
+
+#include <complex>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "canyon/outputs/output/observations/raw_observations.hpp"
+#include "canyon/receiver/tracking/signal_options.hpp"
+#include "canyon/run/epoch.hpp"
+
+// The columns of epochs, satellites, signals and paths, each declared once, in columns.cpp. The CSV files,
+// the tables of Python and xarray, a study's kept epochs and their NetCDF, the viewer's tables, and the
+// tables in docs/ read this list; docs/extending.md says how to add a column.
+
+namespace canyon::output {
+
+/// The subject of a table's row. Members that the table does not need are null.
+struct Row {
+  const simulation::Epoch& epoch;
+  const receiver::SatelliteObservation* satellite = nullptr;
+  const receiver::SignalObservation* signal = nullptr;  ///< of a row of satellites: the first
+  const propagation::Path* path = nullptr;
+  std::int64_t number = 0;                   ///< of the path among its satellite's, from 0
+  std::complex<double> amplitude = {};       ///< of the path: first_signal_amplitude()
+  std::optional<PhaseArcs::Link> link = {};  ///< of the signal's phase to the one before it
+};
+
+/// A unit as CF and UDUNITS write it: "m s-1" of "m/s", "1" of none.
+[[nodiscard]] std::string cf_unit(std::string_view unit);
+
+/// Type of a column's values in the viewer's chunks, little-endian.
+enum class ViewType : std::uint8_t { F64, F32, I32, U32, U16, U8 };
+
+struct Column {
+  enum class Kind : std::uint8_t {
+    Number,   ///< `number`; NaN: no value
+    Integer,  ///< `integer`
+    Seconds,  ///< `integer` [ns], written as seconds
+    Word,     ///< `integer` indexes `word`; -1: no value
+    Text      ///< `text`; empty: no value
+  };
+
+  const char* name = "";
+  const char* unit = "";   ///< "m", "deg", "dB-Hz", "satellites"; empty: none
+  const char* help = "";   ///< one line of Markdown
+  const char* empty = "";  ///< where a row has no value: "no fix"
+  Kind kind = Kind::Number;
+  int decimals = 0;  ///< of a Number in CSV
+  double (*number)(const Row& row) = nullptr;
+  std::int64_t (*integer)(const Row& row) = nullptr;
+  std::string (*text)(const Row& row) = nullptr;
+  std::string_view (*word)(std::int64_t index) = nullptr;
+  std::int64_t words = 0;  ///< indices run from 0 to words - 1
+
+  const char* standard_name = "";     ///< of the CF conventions; empty: none fits
+  bool csv = true;                    ///< the CSV file has it
+  std::optional<ViewType> view = {};  ///< the viewer's table has it; empty: it has not
+  const char* view_name = "";         ///< its name there
+  int view_steps = 0;                 ///< rounded to so many steps a unit there; 0: not rounded
+  const char* kept = "";              ///< its name among a study's kept epochs; empty: not kept
+
+  constexpr Column cf(const char* its_standard_name) const {
+    Column column = *this;
+    column.standard_name = its_standard_name;
+    return column;
+  }
+  [[nodiscard]] constexpr Column not_in_csv() const {
+    Column column = *this;
+    column.csv = false;
+    return column;
+  }
+  constexpr Column in_view(ViewType type, const char* as = nullptr, int steps = 0) const {
+    Column column = *this;
+    column.view = type;
+    column.view_name = as != nullptr ? as : name;
+    column.view_steps = steps;
+    return column;
+  }
+  constexpr Column in_studies(const char* as) const {
+    Column column = *this;
+    column.kept = as;
+    return column;
+  }
+
+  /// The value of a Number, Integer or Word (its index) in units, of Seconds in seconds; NaN: no value, and
+  /// of Text.
+  [[nodiscard]] double value(const Row& row) const;
+  /// output::cf_unit() of the unit; latitude and longitude by their names; empty for words and texts.
+  [[nodiscard]] std::string cf_unit() const;
+};
+
+enum class TableKind : std::uint8_t { Epochs, Satellites, Signals, Paths };
+struct Table {
+  TableKind kind;
+  std::string_view name;  ///< "epochs"
+  std::span<const Column> columns;
+};
+/// All of them, in the order of TableKind.
+[[nodiscard]] std::span<const Table> tables();
+[[nodiscard]] inline const Table& table(TableKind kind) {
+  return tables()[static_cast<std::size_t>(kind)];
+}
+
+/// Rows of a Markdown table of what the CSV file has: column, unit, meaning, empty where.
+[[nodiscard]] std::string markdown(const Table& table);
+
+/// Makes one receiver's rows of a table, epoch after epoch in order of time.
+class TableRows {
+ public:
+  using Take = void (*)(void* to, const Row& row);
+
+  /// @param signal of the receiver: strengths of paths are of its first tracked signal
+  TableRows(TableKind kind, tracking::SignalOptions signal);
+
+  /// Calls `take(row)` for each row of an epoch, in the order of the CSV file.
+  template <typename TakeRow>
+  void each(const simulation::Epoch& epoch, TakeRow&& take) {
+    each(epoch, &take,
+         [](void* to, const Row& row) { (*static_cast<std::remove_reference_t<TakeRow>*>(to))(row); });
+  }
+
+ private:
+  void each(const simulation::Epoch& epoch, void* to, Take take);
+
+  TableKind kind_;
+  tracking::SignalOptions signal_;
+  PhaseArcs arcs_;
+};
+
+}  // namespace canyon::output

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <span>
+
+#include "canyon/outputs/output/view_tables.hpp"
+#include "canyon/paths/propagation/paths.hpp"
+#include "canyon/receiver/tracking/signal_options.hpp"
+#include "canyon/run/epoch.hpp"
+
+namespace canyon::output {
+
+/// Epochs of one receiver as rows of "canyon view 1" (docs/view-format.md).
+class EpochRows {
+ public:
+  /// Place [m, ECEF] -> city's frame [m, east north up].
+  using ToLocal = std::function<Eigen::Vector3d(const Eigen::Vector3d& ecef)>;
+
+  /// @param signal of the receiver: the loss of a path is its first signal's
+  /// @param paths_per_satellite kept at most: the first (the direct one where there is one) and the
+  /// strongest, without strength the shortest
+  /// @param words what texts in the rows stand for; several receivers may share them
+  EpochRows(tracking::SignalOptions signal, std::size_t paths_per_satellite,
+            std::shared_ptr<ViewWords> words = std::make_shared<ViewWords>());
+
+  /// @param number of the epoch, @param time_s since the begin of the view
+  /// @param skyline row of the table skylines; -1: none
+  /// @param satellites ascending; others are passed over. Rows name a satellite by its place there
+  void add(const simulation::Epoch& epoch, std::size_t number, double time_s, int skyline,
+           const ToLocal& local, std::span<const gnss::SatelliteId> satellites);
+
+  /// Values that an epoch does not hold. Places are in the city's frame [m].
+  struct Shown {
+    double time_s = 0;  ///< since the begin of the view
+    int skyline = -1;
+    Eigen::Vector3d antenna_m = Eigen::Vector3d::Zero();
+    Eigen::Vector3d fix_m =
+        Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());  ///< NaN without one
+  };
+  /// The parts of add(), of whoever has no whole epochs: an epoch without its satellites; a satellite, by its
+  /// place `index` in the view's list; a path. `row` has what the table's columns need.
+  void add_epoch(const simulation::Epoch& epoch, const Shown& shown);
+  void add_satellite(const Row& row, std::size_t number, std::size_t index, int flags, std::size_t paths);
+  void add_path(const Row& row);
+
+  /// The words stay.
+  void clear();
+  [[nodiscard]] ViewWords& words() { return *words_; }
+  [[nodiscard]] const ViewWords& words() const { return *words_; }
+
+  ViewRows epochs{kViewEpochs}, satellites{kViewSatellites}, paths{kViewPaths}, bodies{kViewBodies};
+
+ private:
+  void add_bodies(const std::vector<propagation::Body>& about, std::size_t number);
+  std::size_t add_paths(Row row, const propagation::SatelliteView& view);
+
+  tracking::SignalOptions signal_;
+  std::size_t paths_per_satellite_;
+  std::shared_ptr<ViewWords> words_;
+};
+
+}  // namespace canyon::output

@@ -1,0 +1,259 @@
+#include "canyon/outputs/output/nmea.hpp"
+
+#include <fmt/compile.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/time_scales.hpp"
+#include "canyon/outputs/output/encoder.hpp"
+#include "canyon/outputs/output/epoch_values.hpp"
+#include "canyon/outputs/output/number.hpp"
+#include "canyon/outputs/output/ubx/fix_codes.hpp"
+
+// NMEA 0183 v4.11. The standard is not free; the sentences, talkers, system and signal identifiers are as in
+// u-blox F9 HPG 1.32 Interface Description (UBX-22008968), chapter 2, and gpsd's "NMEA Revealed".
+
+namespace canyon::output {
+namespace {
+
+using geodesy::degrees;
+using gnss::System;
+
+constexpr double kKnotsPerMps = 3600.0 / 1852.0;
+
+struct SystemCodes {
+  std::string_view talker;
+  char system_id;
+  char signal_id;           ///< L1 C/A, G1 C/A, E1, B1I, L1 C/A
+  int first, last, offset;  ///< satellites that have a number, and its distance from theirs
+};
+
+/// The codes stand in the order of System.
+const SystemCodes& codes(System system) {
+  static constexpr std::array<SystemCodes, gnss::kSystemCount> kCodes{{{"GP", '1', '1', 1, 32, 0},
+                                                                       {"GL", '2', '1', 1, 32, 64},
+                                                                       {"GA", '3', '7', 1, 36, 0},
+                                                                       {"GB", '4', '1', 1, 63, 0},
+                                                                       {"GQ", '5', '1', 1, 10, 0},
+                                                                       {"GP", '1', '1', 20, 51, 13}}};
+  return kCodes.at(static_cast<std::size_t>(system));
+}
+
+/// NMEA has the satellites of SBAS among GPS's.
+System listed_with(System system) {
+  return system == System::SBAS ? System::GPS : system;
+}
+
+/// Talker of the sentences about the solution: the system's own where there is one system, else GN.
+std::string_view solution_talker(const receiver::ReceiverEpoch& seen) {
+  std::set<System> systems;
+  if (seen.fix.solved()) {
+    for (const auto id : seen.fix.used) systems.insert(listed_with(id.system));
+  } else {
+    for (const auto& satellite : seen.satellites) systems.insert(listed_with(satellite.id.system));
+  }
+  return systems.size() == 1 ? codes(*systems.begin()).talker : std::string_view("GN");
+}
+
+/// Date and time of day, UTC: hundredths where they are exact, else milliseconds.
+struct Clock {
+  std::string time, date;
+};
+Clock utc_clock(geodesy::GpsTime t) {
+  constexpr std::int64_t kMillisecond = 1'000'000;
+  const geodesy::CalendarTime utc = geodesy::utc_from_gps(round_to(t, kMillisecond));
+  const auto ms = static_cast<int>(utc.nanosecond / kMillisecond);
+  const std::string fraction = ms % 10 == 0 ? fmt::format("{:02d}", ms / 10) : fmt::format("{:03d}", ms);
+  return {fmt::format("{:02d}{:02d}{:02d}.{}", utc.hour, utc.minute, utc.second, fraction),
+          fmt::format("{:02d}{:02d}{:02d}", utc.day, utc.month, utc.year % 100)};
+}
+
+/// Whole degrees and minutes with 6 decimals (rounding below 1 mm), and the hemisphere.
+std::string angle_field(double angle_rad, int degree_digits, char positive, char negative) {
+  constexpr std::int64_t kSteps = 1'000'000;  // of a minute
+  const std::int64_t total = std::llround(std::abs(degrees(angle_rad)) * 60.0 * kSteps);
+  const std::int64_t whole = total / (60 * kSteps);
+  const std::int64_t rest = total % (60 * kSteps);
+  return fmt::format("{:0{}d}{:02d}.{:06d},{}", whole, degree_digits, rest / kSteps, rest % kSteps,
+                     angle_rad < 0 && total != 0 ? negative : positive);
+}
+
+std::string position_fields(const positioning::Fix& fix) {
+  if (!fix.solved()) return ",,,";
+  return angle_field(fix.position.latitude_rad, 2, 'N', 'S') + ',' +
+         angle_field(fix.position.longitude_rad, 3, 'E', 'W');
+}
+
+/// GGA's age of differential data and reference station (0000 to 4095).
+std::string correction_fields(const positioning::Fix& fix) {
+  if (!corrected(fix.kind())) return ",";
+  return (fix.correction_age_s ? fixed(*fix.correction_age_s, 1) : "") + ',' +
+         (fix.correction_station ? fmt::format("{:04d}", *fix.correction_station) : "");
+}
+
+std::string dop_field(const positioning::Fix& fix, double positioning::Dop::*member) {
+  if (!fix.solved() || !fix.dop) return {};
+  return fixed((*fix.dop).*member, 2);
+}
+
+std::string rmc(const receiver::ReceiverEpoch& seen, std::string_view talker, const Clock& clock) {
+  const positioning::Fix& fix = seen.fix;
+  std::string speed, course;
+  if (fix.solved() && fix.velocity_enu_mps) {
+    const double east = fix.velocity_enu_mps->x(), north = fix.velocity_enu_mps->y();
+    speed = fixed(std::hypot(east, north) * kKnotsPerMps, 3);
+    if (east != 0 || north != 0) course = fixed(wrapped_azimuth_deg(std::atan2(east, north), 2), 2);
+  }
+  // Navigational status V: Canyon gives no integrity statement.
+  return nmea_sentence(fmt::format("{}RMC,{},{},{},{},{},{},,,{},V", talker, clock.time,
+                                   codes_of(fix.kind()).nmea_status, position_fields(fix), speed, course,
+                                   clock.date, codes_of(fix.kind()).nmea_mode));
+}
+
+std::string gga(const simulation::Epoch& epoch, std::string_view talker, const Clock& clock) {
+  const positioning::Fix& fix = epoch.observed.fix;
+  // Rounded as written, so that the sum of both is the ellipsoidal height; 0 where sea level is not known.
+  const double separation_m = std::round(epoch.geoid_undulation_m * 1e3) / 1e3;
+  const std::string height = fix.solved() ? fixed(fix.position.height_m - separation_m, 3) + ",M," +
+                                                fixed(separation_m, separation_m == 0 ? 1 : 3) + ",M"
+                                          : ",M,,M";
+  return nmea_sentence(fmt::format("{}GGA,{},{},{},{:02d},{},{},{}", talker, clock.time, position_fields(fix),
+                                   codes_of(fix.kind()).gga_quality, used_count(fix),
+                                   dop_field(fix, &positioning::Dop::hdop), height, correction_fields(fix)));
+}
+
+std::string gsa(const receiver::ReceiverEpoch& seen, std::string_view talker) {
+  const positioning::Fix& fix = seen.fix;
+  constexpr std::size_t kSlots = 12;
+  const std::string dops = dop_field(fix, &positioning::Dop::pdop) + ',' +
+                           dop_field(fix, &positioning::Dop::hdop) + ',' +
+                           dop_field(fix, &positioning::Dop::vdop);
+  const int mode = codes_of(fix.kind()).gsa_mode;
+  if (!fix.measured()) {
+    return nmea_sentence(fmt::format("{}GSA,A,{},,,,,,,,,,,,,{},", talker, mode, dops));
+  }
+  std::map<System, std::vector<int>> used;
+  for (const auto id : fix.used) {
+    std::vector<int>& numbers = used[listed_with(id.system)];
+    if (const auto number = nmea_satellite_number(id)) numbers.push_back(*number);
+  }
+  std::vector<std::string> bodies;
+  for (const auto& [system, numbers] : used) {
+    std::size_t first = 0;
+    do {
+      std::string slots;
+      for (std::size_t i = first; i < first + kSlots; ++i) {
+        slots += i < numbers.size() ? fmt::format("{:02d},", numbers[i]) : ",";
+      }
+      bodies.push_back(fmt::format("GSA,A,{},{}{},{}", mode, slots, dops, codes(system).system_id));
+      first += kSlots;
+    } while (first < numbers.size());
+  }
+  // Readers add up the satellites of successive GN sentences, but take only the last of a system's own.
+  if (bodies.size() > 1) talker = "GN";
+  std::string text;
+  for (const std::string& body : bodies) text += nmea_sentence(std::string(talker) + body);
+  return text;
+}
+
+std::string gst(const receiver::ReceiverEpoch& seen, std::string_view talker, const Clock& clock) {
+  const positioning::Fix& fix = seen.fix;
+  if (!fix.solved()) return nmea_sentence(fmt::format("{}GST,{},,,,,,,", talker, clock.time));
+  double variance = 0;
+  std::size_t count = 0;
+  for (const auto& satellite : seen.satellites) {
+    if (!satellite.used || !satellite.measurement) continue;
+    variance += satellite.measurement->sigma_m * satellite.measurement->sigma_m;
+    ++count;
+  }
+  const std::string rms = count > 0 ? fixed(std::sqrt(variance / static_cast<double>(count)), 3) : "";
+  // Error ellipse: eigenvalues of the horizontal covariance; its major axis from north, clockwise.
+  const Eigen::Matrix3d& p = fix.covariance_enu;
+  const double mean = 0.5 * (p(0, 0) + p(1, 1));
+  const double spread = std::hypot(0.5 * (p(0, 0) - p(1, 1)), p(0, 1));
+  double orientation = degrees(0.5 * std::atan2(2 * p(0, 1), p(1, 1) - p(0, 0)));
+  if (orientation < 0) orientation += 180.0;
+  return nmea_sentence(fmt::format(
+      "{}GST,{},{},{},{},{},{},{},{}", talker, clock.time, rms, fixed(std::sqrt(mean + spread), 3),
+      fixed(std::sqrt(std::max(0.0, mean - spread)), 3), fixed(orientation, 2), fixed(std::sqrt(p(1, 1)), 3),
+      fixed(std::sqrt(p(0, 0)), 3), fixed(std::sqrt(p(2, 2)), 3)));
+}
+
+/// HDT and not THS: gpsd and ArduPilot read both, PX4 and nmea_navsat_driver HDT alone.
+std::string hdt(const positioning::Fix& fix, std::string_view talker) {
+  const std::optional<double> heading = heading_deg(fix, 2);
+  return heading ? nmea_sentence(fmt::format("{}HDT,{},T", talker, fixed(*heading, 2))) : "";
+}
+
+std::string gsv(const receiver::ReceiverEpoch& seen) {
+  constexpr std::size_t kPerSentence = 4;
+  std::map<System, std::vector<std::string>> in_view;
+  for (const auto& satellite : seen.satellites) {
+    const auto number = nmea_satellite_number(satellite.id);
+    if (!number) continue;
+    const auto elevation = std::clamp(std::lround(degrees(satellite.elevation_rad)), 0L, 90L);
+    // Empty where nothing is tracked, and where signals have no strength.
+    std::string strength;
+    if (satellite.measurement && satellite.measurement->cn0_dbhz) {
+      strength = fmt::format(FMT_COMPILE("{:02d}"),
+                             std::clamp(std::lround(*satellite.measurement->cn0_dbhz), 0L, 99L));
+    }
+    in_view[listed_with(satellite.id.system)].push_back(
+        fmt::format(FMT_COMPILE(",{:02d},{:02d},{:03d},{}"), *number, elevation,
+                    std::lround(wrapped_azimuth_deg(satellite.azimuth_rad, 0)), strength));
+  }
+  std::string text;
+  for (const auto& [system, satellites] : in_view) {
+    const std::size_t sentences = (satellites.size() + kPerSentence - 1) / kPerSentence;
+    for (std::size_t i = 0; i < sentences; ++i) {
+      std::string body =
+          fmt::format("{}GSV,{},{},{:02d}", codes(system).talker, sentences, i + 1, satellites.size());
+      const std::size_t end = std::min(satellites.size(), (i + 1) * kPerSentence);
+      for (std::size_t k = i * kPerSentence; k < end; ++k) body += satellites[k];
+      text += nmea_sentence(fmt::format("{},{}", body, codes(system).signal_id));
+    }
+  }
+  return text.empty() ? nmea_sentence("GPGSV,1,1,00,1") : text;
+}
+
+class Nmea final : public Encoder {
+  std::string encode(const simulation::Epoch& epoch) override { return nmea_epoch(epoch); }
+};
+
+}  // namespace
+
+std::string nmea_sentence(std::string_view body) {
+  unsigned checksum = 0;
+  for (const char c : body) checksum ^= static_cast<unsigned char>(c);
+  return fmt::format(FMT_COMPILE("${}*{:02X}\r\n"), body, checksum);
+}
+
+std::optional<int> nmea_satellite_number(gnss::SatelliteId id) {
+  const SystemCodes& system = codes(id.system);
+  if (id.number < system.first || id.number > system.last) return std::nullopt;
+  return id.number + system.offset;
+}
+
+std::string nmea_gga(const simulation::Epoch& epoch) {
+  return gga(epoch, solution_talker(epoch.observed), utc_clock(epoch.observed.stated_utc()));
+}
+
+std::string nmea_epoch(const simulation::Epoch& epoch) {
+  const receiver::ReceiverEpoch& seen = epoch.observed;
+  const std::string_view talker = solution_talker(seen);
+  const Clock clock = utc_clock(seen.stated_utc());
+  return rmc(seen, talker, clock) + gga(epoch, talker, clock) + gsa(seen, talker) + gst(seen, talker, clock) +
+         hdt(seen.fix, talker) + gsv(seen);
+}
+
+std::unique_ptr<Encoder> encode_nmea(const ReceiverDescription&) {
+  return std::make_unique<Nmea>();
+}
+
+}  // namespace canyon::output

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "canyon/outputs/output/encoder.hpp"
+#include "canyon/outputs/output/observations/raw_observations.hpp"
+#include "canyon/receiver/rtcm/frames.hpp"
+#include "canyon/run/epoch.hpp"
+#include "canyon/sky/broadcast/bits.hpp"
+
+// RTCM 10403.3, Differential GNSS Services, version 3. Signs, fields and tables are named by its DF numbers
+// and tables.
+
+namespace canyon::output::rtcm {
+
+using canyon::rtcm::frame;
+
+/// Message 1005: where a station's antenna is [m, ECEF]; `computed`: a virtual one of a network.
+[[nodiscard]] broadcast::Bits station(const Eigen::Vector3d& antenna_ecef, bool computed = false);
+/// Message 1033: no antenna's phase centre moves here (IGS's ADVNULLANTENNA), the receiver is Canyon.
+[[nodiscard]] broadcast::Bits descriptors();
+/// Message 1230: GLONASS phases are aligned with the codes of these RINEX signals (1C, 2C), biases 0.
+[[nodiscard]] broadcast::Bits glonass_biases(const std::vector<std::string_view>& rinex_codes);
+/// What a receiver says of itself now and then: 1005 where its place is known, 1033, and 1230 where it has
+/// phases of GLONASS.
+[[nodiscard]] std::vector<broadcast::Bits> station_messages(const ReceiverDescription& receiver);
+
+/// Messages 1019 (GPS), 1042 (BeiDou), 1044 (QZSS), 1045 and 1046 (Galileo, by the message that it is of);
+/// 1020 (GLONASS). Values go to the nearest that the satellite's own message could hold. Empty for satellites
+/// without a number there.
+[[nodiscard]] broadcast::Bits ephemeris(const gnss::KeplerEphemeris& ephemeris);
+[[nodiscard]] broadcast::Bits ephemeris(const gnss::GlonassEphemeris& ephemeris);
+
+/// MSM7 of all systems.
+inline constexpr std::array kMsm7{1077, 1087, 1097, 1107, 1117, 1127};
+
+/// MSM4 and MSM7, 1074 to 1127, of a receiver's epochs.
+class Observations {
+ public:
+  /// @param glonass_channels frequency numbers
+  explicit Observations(std::map<gnss::SatelliteId, int> glonass_channels)
+      : glonass_channels_(std::move(glonass_channels)) {}
+
+  /// The messages of an epoch with these numbers; none without measurements. Epochs are in whole milliseconds
+  /// of the receiver's clock: pseudoranges and phases follow the rounding, as in the RINEX observation file.
+  /// Pseudoranges from 0 to 254 ms can be encoded. Lock times count from an arc's first epoch
+  /// here, so that a slip always shows as 0, however short the arc before it was. Give epochs in order of
+  /// time.
+  [[nodiscard]] std::vector<broadcast::Bits> messages(const receiver::ReceiverEpoch& seen,
+                                                      std::span<const int> numbers = kMsm7);
+
+ private:
+  struct Satellite;
+  [[nodiscard]] std::vector<Satellite> satellites_of(const RawEpoch& raw, gnss::System system) const;
+
+  std::map<gnss::SatelliteId, int> glonass_channels_;
+  RawObservations observations_{Tags::WholeMilliseconds};
+};
+
+/// Ephemerides of the satellites that a receiver measures: sent when one is new or has changed, and again
+/// every 30 s.
+class Ephemerides {
+ public:
+  [[nodiscard]] std::vector<broadcast::Bits> due(const simulation::Epoch& epoch);
+
+ private:
+  /// Satellite, and whether it is Galileo's F/NAV.
+  using Key = std::pair<gnss::SatelliteId, bool>;
+  struct Sent {
+    geodesy::GpsTime at;
+    broadcast::Bits message;
+  };
+  template <typename Ephemeris>
+  void add_due(const std::vector<Ephemeris>& records, const simulation::Epoch& epoch,
+               std::vector<broadcast::Bits>& messages);
+
+  std::map<Key, Sent> sent_;
+};
+
+}  // namespace canyon::output::rtcm

@@ -1,0 +1,77 @@
+// Declared in canyon/outputs/output/encoder.hpp.
+#include "canyon/outputs/output/encoder.hpp"
+#include "canyon/outputs/output/observations/raw_observations.hpp"
+#include "canyon/outputs/output/sbf/block.hpp"
+#include "canyon/outputs/output/sbf/commands.hpp"
+
+namespace canyon::output {
+namespace {
+
+/// A Septentrio receiver at the other end of a line: its answers, and the blocks of each epoch.
+class SbfDevice final : public Encoder {
+ public:
+  explicit SbfDevice(const ReceiverDescription& receiver)
+      : epochs_(receiver.glonass_channels, receiver.begin, Tags::WholeMilliseconds) {}
+
+  std::string encode(const simulation::Epoch& epoch) override {
+    told_.emplace(epochs_.next(epoch));
+    now_ms_ = told_->stated.nanoseconds() / 1'000'000;
+    messages_ = epochs_.received_messages(epoch);
+    return blocks(all_);
+  }
+  std::optional<std::string> encode_own(std::uint64_t reader) override {
+    sbf::Commands* const own = own_.find(reader);
+    if (own == nullptr || own->first().empty()) return std::nullopt;
+    return blocks(*own);
+  }
+
+  std::string receive(std::uint64_t reader, std::string_view bytes) override {
+    epochs_.receive(reader, bytes);
+    sbf::Commands& commands = reader == 0 ? all_ : own_.of(reader);
+    const bool new_one = commands.first().empty();
+    std::string answers = commands.receive(bytes, now_ms_);
+    if (new_one) first_command_ = commands.first();
+    if (const auto baud = commands.take_baud()) baud_ = baud;
+    if (const auto restart = commands.take_restart()) restart_ = restart;
+    return answers;
+  }
+  std::string take_first_command() override { return std::exchange(first_command_, {}); }
+  std::vector<std::shared_ptr<const relative::Corrections>> take_corrections() override {
+    return epochs_.take_corrections();
+  }
+  std::optional<int> take_baud() override { return std::exchange(baud_, std::nullopt); }
+  std::optional<disturbance::RestartKind> take_restart() override {
+    return std::exchange(restart_, std::nullopt);
+  }
+
+ private:
+  std::string blocks(sbf::Commands& commands) {
+    std::string bytes;
+    for (const broadcast::SentMessage& message : messages_) {
+      if (commands.sends(sbf::message_number(message.id.system)))
+        bytes += sbf::message_block(message, told_->stated, told_->glonass_channels);
+    }
+    for (const std::uint16_t number : sbf::epoch_blocks()) {
+      if (commands.is_due(number, now_ms_)) bytes += sbf::epoch_block(number, *told_);
+    }
+    return bytes;
+  }
+
+  DeviceEpochs epochs_;
+  sbf::Commands all_;
+  transport::Readers<sbf::Commands> own_;  ///< of each connection
+  std::optional<DeviceEpoch> told_;        ///< of the epoch of encode(), as long as it lives
+  std::vector<broadcast::SentMessage> messages_;
+  std::int64_t now_ms_ = 0;
+  std::string first_command_;
+  std::optional<int> baud_;
+  std::optional<disturbance::RestartKind> restart_;
+};
+
+}  // namespace
+
+std::unique_ptr<Encoder> encode_sbf(const ReceiverDescription& receiver) {
+  return std::make_unique<SbfDevice>(receiver);
+}
+
+}  // namespace canyon::output

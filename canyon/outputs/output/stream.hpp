@@ -1,0 +1,169 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "canyon/base/random.hpp"
+#include "canyon/base/transport/link.hpp"
+#include "canyon/outputs/output/encoder.hpp"
+#include "canyon/run/correction_links.hpp"
+#include "canyon/run/scenario/live_options.hpp"
+
+namespace canyon::output {
+
+/// A virtual reference station for each reader of a stream, at the place that its GGA sentences report.
+class VirtualStations {
+ public:
+  /// @param base of the base station that all of them are computed from
+  VirtualStations(const Format& format, ReceiverDescription base);
+
+  /// Takes bytes from a reader, cut anywhere. Anything but GGA sentences with a fix is ignored.
+  void receive(std::uint64_t reader, std::string_view bytes);
+  /// The bytes of the base's epoch for a reader; empty: it has not reported a place.
+  [[nodiscard]] std::optional<std::string> encode(std::uint64_t reader, const simulation::Epoch& epoch);
+
+ private:
+  struct Rover {
+    transport::LineCutter lines{256};
+    std::optional<Eigen::Vector3d> reported_ecef;
+    simulation::VirtualStation station;
+    std::unique_ptr<Encoder> encoder;
+    Eigen::Vector3d place_ecef = Eigen::Vector3d::Zero();  ///< of the station that `encoder` states
+  };
+
+  const Format* format_;
+  ReceiverDescription base_;
+  transport::Readers<Rover> rovers_;
+};
+
+using simulation::StreamOptions;
+using simulation::StreamRequest;
+
+/// "nmea=tcp://127.0.0.1:10110", with several receivers "rover/nmea=...", with options
+/// "nmea=pty:?rate_hz=5&latency_s=0.1". Throws InputError for other texts.
+[[nodiscard]] StreamRequest parse_stream(std::string_view text);
+
+/// Epochs of one receiver through an encoder to an address.
+class EncodedStream final : public simulation::EpochSink {
+ public:
+  using Clock = std::chrono::steady_clock;
+  /// The time by which latencies pass: real time, or that of a simulator, which may be slower or faster.
+  using Now = std::function<Clock::time_point()>;
+  /// Sends the format's first bytes. Throws as Transport::send() does.
+  /// @param stations what each reader gets beside the encoder's bytes, which all get; empty: nothing
+  EncodedStream(std::unique_ptr<Encoder> encoder, std::shared_ptr<transport::Link> link, std::size_t receiver,
+                const StreamOptions& options = {}, std::optional<VirtualStations> stations = {},
+                Now now = Clock::now);
+  ~EncodedStream() override;
+  EncodedStream(const EncodedStream&) = delete;
+  EncodedStream& operator=(const EncodedStream&) = delete;
+
+  /// Epochs of other receivers are passed over, and those that rate_hz leaves out.
+  void write(const simulation::Epoch& epoch) override;
+  /// Samples of the receiver's sensors before their epoch comes.
+  void write_samples(const simulation::SensorBatch& samples);
+  /// The first call ends the stream, sending at once what waits; later ones do nothing. The transport is
+  /// finished with the last stream of its link.
+  void finish() override;
+  [[nodiscard]] bool uses_sensors() const override { return encoder_->uses_sensors(); }
+  /// Call it between two epochs; write() does it as well.
+  void serve();
+  /// The part of serve() that is not the link's.
+  void send_due();
+  /// Sends at once what waits.
+  void send_waiting();
+  /// The instant at which serve() has the next bytes to send; empty: none wait.
+  [[nodiscard]] std::optional<Clock::time_point> next_due() const;
+  [[nodiscard]] std::vector<std::string> take_notes() { return link_->take_notes(); }
+  [[nodiscard]] std::size_t receiver() const { return receiver_; }
+  /// As Encoder::take_corrections().
+  [[nodiscard]] std::vector<std::shared_ptr<const relative::Corrections>> take_corrections() {
+    return encoder_->take_corrections();
+  }
+  /// As Encoder::take_restart().
+  [[nodiscard]] std::optional<disturbance::RestartKind> take_restart() { return encoder_->take_restart(); }
+
+ private:
+  struct Waiting {
+    Clock::time_point due;
+    std::string bytes;
+    std::vector<std::uint64_t> readers;  ///< none: all
+  };
+  [[nodiscard]] bool wanted(geodesy::GpsTime time);
+  /// What each reader gets of an epoch.
+  [[nodiscard]] std::vector<Waiting> encode(const simulation::Epoch& epoch);
+  /// Sends the pieces, or lets them wait for what is set.
+  void hand_over(std::vector<Waiting> pieces);
+  /// Each datagram behind the one before, at the link's speed.
+  void wait_one_by_one(const Waiting& what, Clock::time_point due);
+  void send(const Waiting& what);
+
+  std::unique_ptr<Encoder> encoder_;
+  std::shared_ptr<transport::Link> link_;
+  int listener_;
+  std::size_t receiver_;
+  StreamOptions options_;
+  std::optional<VirtualStations> stations_;
+  RandomStream delays_;
+  Now now_;
+  std::deque<Waiting> waiting_;
+  std::optional<std::int64_t> sent_;  // number of the last epoch, in intervals of rate_hz
+  bool finished_ = false;
+};
+
+/// Throws InputError for an unknown format, an address that cannot be opened, and a format that says nothing
+/// before its end anywhere but in a file.
+/// @param link that others use as well; null: one of its own. A format whose first bytes every reader gets
+/// needs a link of its own (InputError)
+[[nodiscard]] std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,
+                                                         ReceiverDescription description,
+                                                         std::shared_ptr<transport::Link> link = nullptr,
+                                                         EncodedStream::Now now = EncodedStream::Clock::now);
+
+/// Hands on to a stream's receiver what the other end sent since the last call: corrections, of which the
+/// newest counts, and a restart, as a fault. Returns a line where there was a restart.
+[[nodiscard]] std::string hand_on(EncodedStream& stream, simulation::LiveReceiver& receiver);
+/// Place of the receiver that a request names among `names`. Throws InputError for an unknown receiver, and
+/// for none with several.
+[[nodiscard]] std::size_t find_receiver(const StreamRequest& request, const std::vector<std::string>& names);
+/// Opens a stream for a simulation's receiver. Throws also for an unknown receiver, and for none of several.
+[[nodiscard]] std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request,
+                                                         const simulation::Simulation& simulation);
+/// A file of a format: open_stream() with "file:".
+[[nodiscard]] std::unique_ptr<EncodedStream> open_file(std::string_view format,
+                                                       const std::filesystem::path& path,
+                                                       std::size_t receiver,
+                                                       const ReceiverDescription& description = {});
+
+/// Holds a run back to the wall clock: write() returns when as much real time has passed since the first
+/// epoch as lies between the two. Give it to Simulation::run() in front of other sinks. While it waits it
+/// calls `meanwhile` every 50 ms or sooner; it stops waiting where `stop` (null: never) is set.
+class RealTimePacer final : public simulation::EpochSink {
+ public:
+  explicit RealTimePacer(const std::atomic<bool>* stop, std::function<void()> meanwhile = {})
+      : stop_(stop), meanwhile_(std::move(meanwhile)) {}
+  void write(const simulation::Epoch& epoch) override;
+  void finish() override {}
+
+ private:
+  struct Start {
+    geodesy::GpsTime epoch;
+    std::chrono::steady_clock::time_point wall;
+  };
+  const std::atomic<bool>* stop_;
+  std::function<void()> meanwhile_;
+  std::optional<Start> start_;
+};
+
+}  // namespace canyon::output

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/run/simulator.hpp"
+
+namespace canyon::output {
+
+/// Figures over a run. Percentiles interpolate linearly between order statistics (rank p (n - 1) from 0, as
+/// NumPy does); vertical errors count without their sign. A figure without any value to take it from (errors
+/// without a fix, means without an epoch, shares without a satellite) is NaN.
+struct RunSummary {
+  std::string receiver;
+  std::size_t epochs = 0;
+  std::size_t fixes = 0;
+  std::size_t by_fixed = 0, by_float = 0, by_differential = 0;  ///< epochs with a fix of that kind
+  std::size_t wrong_fixes = 0;                                  ///< of the fixed ones (wrong_fix())
+  double fixed_p95_m = 0;                                       ///< horizontal error while fixed; NaN without
+  double first_fixed_s = 0;  ///< from the first epoch to the first fixed one; NaN without
+  double horizontal_p50_m = 0, horizontal_p95_m = 0, horizontal_max_m = 0;  ///< NaN without fix
+  double vertical_p50_m = 0, vertical_p95_m = 0;
+  double mean_visible = 0, mean_blocked = 0,
+         mean_used = 0;  ///< per epoch, epochs without fix included (0 used)
+  double los_share = 0, los_multipath_share = 0, nlos_share = 0,
+         blocked_share = 0;  ///< of satellites above mask
+  double median_hdop = 0;
+  /// C/N0 of measurements above the mask, as stated; NaN where signals have no strength. LOS with
+  /// multipath counts as LOS.
+  double mean_cn0_los_dbhz = 0, mean_cn0_nlos_dbhz = 0;
+  std::size_t exclusions = 0;   ///< of satellites from fixes, by RAIM or the position filter, over all epochs
+  std::size_t raim_tested = 0;  ///< epochs with a statement of RAIM
+  std::size_t inconsistent = 0;  ///< of those, epochs where RAIM's test failed on what was left
+  /// Time from the first epoch without fix to the next fix; at the run's end to one interval behind the last
+  /// epoch.
+  double longest_outage_s = 0;
+  /// The epochs at which a fault was at work. Faults are in the order of their beginnings.
+  struct Fault {
+    std::string name;
+    std::size_t epochs = 0, fixes = 0;
+    double horizontal_p95_m = 0;  ///< NaN without fix
+  };
+  std::vector<Fault> faults;
+};
+
+/// Collects RunSummary of every receiver.
+class SummarySink final : public simulation::EpochSink {
+ public:
+  explicit SummarySink(std::vector<std::string> receiver_names);
+  ~SummarySink() override;
+  void write(const simulation::Epoch& epoch) override;
+  void finish() override;
+  [[nodiscard]] std::vector<RunSummary> summaries() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// A figure of RunSummary, declared once, in summary.cpp. The printed table, records and NetCDF of studies,
+/// the viewer, Python and docs/outputs.md read that list; docs/extending.md says how to add one.
+struct SummaryFigure {
+  const char* name;   ///< in Python and view.json
+  const char* unit;   ///< as Column::unit
+  int decimals;       ///< where it is printed; 0: a count
+  const char* label;  ///< in tables for people; empty: they do not have it
+  double factor;      ///< of the value in tables for people: 100 for shares, in percent
+  const char* kept;   ///< its variable in studies; empty: not kept
+  const char* help;   ///< one line of Markdown
+  double (*value)(const RunSummary& summary);
+  /// Whether it says something about that run; null: it does about every run.
+  bool (*applies)(const RunSummary& summary) = nullptr;
+
+  [[nodiscard]] bool says_something(const RunSummary& summary) const {
+    return applies == nullptr || applies(summary);
+  }
+  [[nodiscard]] bool is_count() const { return decimals == 0; }
+  /// Unit of value() times `factor`.
+  [[nodiscard]] const char* printed_unit() const { return factor == 100 ? "%" : unit; }
+};
+/// All of them in the order of tables and files.
+[[nodiscard]] std::span<const SummaryFigure> summary_figures();
+/// Rows of a Markdown table: figure, variable in studies, unit, meaning.
+[[nodiscard]] std::string markdown(std::span<const SummaryFigure> figures);
+
+/// The figures as a table for terminals, one column for each receiver (four side by side), "-" for NaN.
+/// It shows the first kMostSummarized receivers, and says how many follow. Ends with a newline;
+/// empty for no receivers. Plain text but for the receivers' names.
+[[nodiscard]] std::string format_summary_table(const std::vector<RunSummary>& summaries);
+inline constexpr std::size_t kMostSummarized = 16;
+
+}  // namespace canyon::output

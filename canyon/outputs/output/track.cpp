@@ -1,0 +1,150 @@
+// RFC 7946; colours by the simplestyle specification 1.1.0, which common viewers follow.
+#include "canyon/outputs/output/track.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/time_scales.hpp"
+#include "canyon/base/json.hpp"
+#include "canyon/base/spool.hpp"
+#include "canyon/outputs/output/encoder.hpp"
+#include "canyon/outputs/output/epoch_values.hpp"
+#include "canyon/outputs/output/number.hpp"
+
+namespace canyon::output {
+
+const std::array<ErrorClass, kErrorClassCount>& error_classes() {
+  static constexpr std::array<ErrorClass, kErrorClassCount> classes{{
+      {2, "error_0_2", "below 2 m", "56b4e9"},
+      {5, "error_2_5", "2 m to 5 m", "009e73"},
+      {10, "error_5_10", "5 m to 10 m", "f0e442"},
+      {30, "error_10_30", "10 m to 30 m", "e69f00"},
+      {std::numeric_limits<double>::infinity(), "error_30", "30 m and more", "d55e00"},
+  }};
+  return classes;
+}
+
+std::size_t error_class(double horizontal_m) {
+  for (std::size_t i = 0; i < kErrorClassCount; ++i) {
+    if (horizontal_m < error_classes()[i].below_m) return i;
+  }
+  return kErrorClassCount - 1;
+}
+
+std::optional<std::array<geodesy::Geodetic, 2>> antimeridian_crossing(const geodesy::Geodetic& from,
+                                                                      const geodesy::Geodetic& to) {
+  const double apart = to.longitude_rad - from.longitude_rad;
+  if (std::abs(apart) <= geodesy::kPi) return std::nullopt;
+  const double edge = std::copysign(geodesy::kPi, from.longitude_rad);
+  const double share = (edge - from.longitude_rad) / (apart + 2 * edge);
+  geodesy::Geodetic last = from;
+  last.longitude_rad = edge;
+  last.latitude_rad += share * (to.latitude_rad - from.latitude_rad);
+  last.height_m += share * (to.height_m - from.height_m);
+  geodesy::Geodetic first = last;
+  first.longitude_rad = -edge;
+  return std::array{last, first};
+}
+
+namespace {
+
+std::string colour(std::string_view rgb) {
+  return '#' + std::string(rgb);
+}
+
+/// Longitude, latitude [deg, 9 decimals: 0.1 mm], ellipsoidal height [m] (RFC 7946, 3.1.1 and 4).
+Json coordinates(const geodesy::Geodetic& point) {
+  return Json::array({rounded(geodesy::degrees(point.longitude_rad), 9),
+                      rounded(geodesy::degrees(point.latitude_rad), 9), rounded(point.height_m, 3)});
+}
+
+Json feature(Json properties, std::string_view type, Json coordinates) {
+  return {{"type", "Feature"},
+          {"properties", std::move(properties)},
+          {"geometry", {{"type", type}, {"coordinates", std::move(coordinates)}}}};
+}
+
+class GeoJson final : public Encoder {
+ public:
+  explicit GeoJson(std::string name) : name_(std::move(name)) {}
+
+  std::string begin() override { return "{\"type\":\"FeatureCollection\",\"features\":["; }
+  std::string encode(const simulation::Epoch& epoch) override {
+    const receiver::ReceiverEpoch& seen = epoch.observed;
+    add_truth(epoch.truth.position);
+    Json properties{{"kind", seen.fix.solved() ? "fix" : "outage"},
+                    {"name", name_},
+                    {"time", geodesy::format_utc(seen.time)},
+                    {"status", status_word(seen.fix)}};
+    if (seen.fix.solved()) {
+      properties["error_horizontal_m"] = rounded(horizontal_m(epoch.error_enu_m), 3);
+      properties["error_up_m"] = rounded(epoch.error_enu_m.z(), 3);
+      properties["hdop"] = seen.fix.dop ? Json(rounded(seen.fix.dop->hdop, 3)) : Json();
+      properties["used"] = used_count(seen.fix);
+      properties["marker-color"] = colour(error_classes()[error_class(horizontal_m(epoch.error_enu_m))].rgb);
+    } else {
+      properties["reason"] = no_fix_reason(seen.fix, epoch.placement);
+      properties["marker-color"] = colour(kOutageRgb);
+    }
+    properties["tracked"] = seen.visible;
+    properties["not_tracked"] = seen.blocked;
+    if (!epoch.faults.empty()) properties["faults"] = epoch.faults;
+    // An epoch without a fix has only the true place to show.
+    return next(feature(std::move(properties), "Point",
+                        coordinates(seen.fix.solved() ? seen.fix.position : epoch.truth.position)));
+  }
+
+  void end(const Put& put) override {
+    if (last_) {
+      // A LineString needs two positions (RFC 7946, 3.1.4).
+      const std::size_t depth = cut_ ? 2 : points_ > 1 ? 1 : 0;
+      constexpr std::array kTypes{"Point", "LineString", "MultiLineString"};
+      constexpr std::string_view kPlace = "\"coordinates\":null";
+      const std::string text = next(feature(
+          {{"kind", "truth"}, {"name", name_}, {"stroke", colour(kTruthRgb)}}, kTypes[depth], Json()));
+      const std::size_t at = text.rfind(kPlace) + kPlace.size();
+      put(text.substr(0, at - std::string_view("null").size()) + std::string(depth, '['));
+      truth_.read(put);
+      put(std::string(depth, ']') + text.substr(at));
+    }
+    put("\n]}\n");
+  }
+
+ private:
+  std::string next(const Json& feature) {
+    return (std::exchange(first_, false) ? "\n" : ",\n") + feature.dump();
+  }
+
+  /// The line is cut at the antimeridian (RFC 7946, 3.1.9).
+  void add_truth(const geodesy::Geodetic& place) {
+    if (const auto crossing = last_ ? antimeridian_crossing(*last_, place) : std::nullopt) {
+      truth_.add("," + coordinates((*crossing)[0]).dump() + "],[" + coordinates((*crossing)[1]).dump());
+      cut_ = true;
+    }
+    truth_.add((last_ ? "," : "") + coordinates(place).dump());
+    last_ = place;
+    ++points_;
+  }
+
+  std::string name_;
+  Spool spool_;
+  Spool::Text truth_{spool_};  ///< places of the lines, without the outer brackets
+  std::optional<geodesy::Geodetic> last_;
+  std::size_t points_ = 0;
+  bool cut_ = false;
+  bool first_ = true;
+};
+
+}  // namespace
+
+std::unique_ptr<Encoder> encode_geojson(const ReceiverDescription& receiver) {
+  return std::make_unique<GeoJson>(receiver.name);
+}
+
+}  // namespace canyon::output

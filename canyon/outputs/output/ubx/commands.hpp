@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "canyon/outputs/output/ubx/configuration.hpp"
+#include "canyon/outputs/output/ubx/frame.hpp"
+#include "canyon/paths/disturbance/faults/receiver_faults.hpp"
+#include "canyon/sky/gnss/satellite_id.hpp"
+
+namespace canyon::output::ubx {
+
+/// Answers of a device to polls.
+class Outputs {
+ public:
+  virtual ~Outputs() = default;
+  /// The payload of a message that can be polled, of the last epoch; empty where there is none.
+  [[nodiscard]] virtual std::optional<std::string> output(MessageId id,
+                                                          const Configuration& settings) const = 0;
+};
+
+/// Takes commands of one connection, answers them, and keeps what they set. CFG messages are acknowledged
+/// (ACK-ACK) or refused (ACK-NAK); polls of other messages are answered by the message, or not at all
+/// (UBX-13003221, 31.3; UBX-22008968, 3.4). `$PUBX,41` sets port and rate as CFG-PRT does.
+class Commands {
+ public:
+  /// Answers of one call are cut off behind as many bytes, as a sending buffer that is full.
+  static constexpr std::size_t kMostAnswer = 64 << 10;
+
+  /// @param factory settings from the start; @param systems that CFG-GNSS calls enabled
+  Commands(Generation generation, const Configuration& factory, const std::set<gnss::System>& systems,
+           const Outputs& outputs);
+
+  [[nodiscard]] std::string receive(std::string_view bytes);
+  /// The first command that changed a setting, "CFG 0x8A"; empty: there was none.
+  [[nodiscard]] const std::string& first() const { return first_; }
+  [[nodiscard]] std::optional<int> take_baud();
+  /// The restart that CFG-RST asked for since the last call.
+  [[nodiscard]] std::optional<disturbance::RestartKind> take_restart() {
+    return std::exchange(restart_, std::nullopt);
+  }
+
+  [[nodiscard]] const Configuration& configuration() const { return settings_.current; }
+  /// The interval of navigation solutions [ms].
+  [[nodiscard]] std::int64_t interval_ms() const;
+  /// False between CFG-RST's controlled stop and start.
+  [[nodiscard]] bool running() const { return running_; }
+
+ private:
+  enum class Reply : std::uint8_t { Acknowledge, Refuse, Silent };
+
+  void note_change(std::string command);
+  void take(MessageId id, std::string_view payload, std::string& answer);
+  Reply configure(std::uint8_t id, std::string_view payload, std::string& answer);
+  Reply message_rate(std::string_view payload, std::string& answer);
+  Reply port(std::string_view payload, std::string& answer);
+  Reply block(MessageId id, std::string_view payload, std::string& answer);
+  Reply save(std::string_view payload);
+  Reply restart(std::string_view payload);
+  Reply set_values(std::string_view payload);
+  Reply get_values(std::string_view payload, std::string& answer);
+  Reply delete_values(std::string_view payload);
+  void take_line(std::string_view sentence);
+  bool set_port(int port, std::uint64_t baud, std::uint64_t in, std::uint64_t out);
+
+  Generation generation_;
+  const Outputs& outputs_;
+  /// The present settings, those that survive a restart, and those of the factory.
+  struct {
+    Configuration current, saved, factory;
+  } settings_;
+  std::string systems_;  ///< CFG-GNSS
+  Parser parser_;
+  std::string first_;
+  bool running_ = true;
+  std::optional<disturbance::RestartKind> restart_;
+  std::uint64_t reported_baud_;
+};
+
+}  // namespace canyon::output::ubx

@@ -1,0 +1,114 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <initializer_list>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/outputs/output/columns.hpp"
+
+namespace canyon::output {
+
+/// "f64", "f32", "i32", "u32", "u16", "u8": the words of the viewer's header.
+[[nodiscard]] std::string_view name(ViewType type);
+/// Bytes of a value.
+[[nodiscard]] std::size_t size_of(ViewType type);
+
+struct ViewColumn {
+  std::string_view name;
+  ViewType type = ViewType::F64;
+  std::string_view unit;         ///< "m", "deg"; empty where there is none
+  std::string_view about;        ///< one line for people
+  const Column* from = nullptr;  ///< that gives its values; null: a column of the viewer's own
+};
+
+struct ViewTable {
+  std::string_view name;
+  /// The viewer's own in front, then those of the table of output::tables() with that name, where it has one.
+  std::span<const ViewColumn> columns;
+};
+
+/// The tables of "canyon view 1" in the order of the header; a chunk names them by that order.
+/// docs/view-format.md has the same list.
+[[nodiscard]] std::span<const ViewTable> view_tables();
+enum ViewTableIndex : std::uint32_t {
+  kViewEpochs,
+  kViewSkylines,
+  kViewSatellites,
+  kViewPaths,
+  kViewMapCells,
+  kViewMapValues,
+  kViewComparison,
+  kViewBodies
+};
+/// Rows of a Markdown table: column, type, unit, meaning.
+[[nodiscard]] std::string markdown(const ViewTable& table);
+
+/// Texts that indices in columns stand for, in the order of their first use; 0 is the empty text.
+class ViewWords {
+ public:
+  [[nodiscard]] std::size_t index(std::string_view column, const std::string& text);
+  /// The words of each column, also of those without any text but the empty one.
+  [[nodiscard]] const std::map<std::string, std::vector<std::string>, std::less<>>& lists() const {
+    return lists_;
+  }
+  void clear();
+  ViewWords() { clear(); }
+
+ private:
+  std::map<std::string, std::vector<std::string>, std::less<>> lists_;
+};
+
+/// Directions of a skyline, from north clockwise; one column for all is as many bytes in a row.
+inline constexpr int kSkylineSectors = 120;
+
+/// Bits of the column "flags" of satellites.
+enum SatelliteFlag : std::uint8_t { kAboveMask = 1, kUsed = 2, kMeasured = 4, kExcluded = 8 };
+
+/// Rows of one of the viewer's tables, kept by columns.
+class ViewRows {
+ public:
+  explicit ViewRows(ViewTableIndex table);
+
+  [[nodiscard]] ViewTableIndex table() const { return table_; }
+  [[nodiscard]] std::size_t size() const { return rows_; }
+  [[nodiscard]] bool empty() const { return rows_ == 0; }
+  /// A row: one value for each column, converted to its type. Precondition: as many as columns, in the range
+  /// of their types.
+  void add(std::initializer_list<double> values);
+  /// A row of a table with columns of output::tables(): values of its own columns, and the row of the others.
+  /// `words` takes the texts that indices stand for.
+  void add(std::initializer_list<double> own, const Row& row, ViewWords& words);
+  /// A row of a table of one column of bytes, as many as each row has.
+  void add_bytes(std::string_view bytes);
+  void clear();
+
+ private:
+  friend std::string encode_chunk(const std::vector<const ViewRows*>& tables);
+
+  void put(std::size_t column, double value);
+
+  ViewTableIndex table_;
+  std::span<const ViewColumn> about_;
+  std::size_t rows_ = 0;
+  std::vector<std::string> columns_;
+};
+
+/// The bytes of a chunk (docs/view-format.md): "canyonV1", u32 number of tables, u32 reserved, of each u32
+/// index in the header and u32 rows; then, each begun at a multiple of 8 bytes, the columns of each table.
+[[nodiscard]] std::string encode_chunk(const std::vector<const ViewRows*>& tables);
+
+/// Writes a chunk to a folder's file, packed; returns its bytes unpacked. Throws InputError where the folder
+/// does not take it.
+std::size_t write_chunk(const std::filesystem::path& folder, const std::string& file,
+                        const std::vector<const ViewRows*>& tables);
+
+/// RFC 1952, as browsers unpack it; the same bytes every time.
+[[nodiscard]] std::string gzip(std::string_view bytes);
+
+}  // namespace canyon::output

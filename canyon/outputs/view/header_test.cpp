@@ -1,0 +1,33 @@
+#include "canyon/outputs/view/header.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace canyon::view {
+namespace {
+
+TEST(Header, NamesEveryTableAndColumnAndHasNoNaN) {
+  Header header;
+  header.title = "a \"title\"";
+  header.receivers.push_back({"car", true, 10, {{"jammer", 1, 2}}, {}});
+  header.receivers.back().summary.horizontal_p50_m = std::numeric_limits<double>::quiet_NaN();
+  const std::string json = header_json(header);
+  for (const output::ViewTable& table : output::view_tables()) {
+    EXPECT_THAT(json, testing::HasSubstr("\"" + std::string(table.name) + "\""));
+    for (const output::ViewColumn& column : table.columns) {
+      EXPECT_THAT(json, testing::HasSubstr("\"name\":\"" + std::string(column.name) + "\""));
+    }
+  }
+  EXPECT_THAT(json, testing::HasSubstr("\"horizontal_p50_m\":null"));
+  for (const output::SummaryFigure& figure : output::summary_figures()) {
+    if (*figure.label == '\0') continue;
+    EXPECT_THAT(json, testing::HasSubstr("{\"name\":\"" + std::string(figure.name) + "\",\"label\""));
+  }
+  EXPECT_THAT(json, testing::HasSubstr("\"visibility\":[\"LOS\",\"LOS+multipath\",\"NLOS\",\"blocked\"]"));
+  EXPECT_THAT(json, testing::HasSubstr("\"time\":null"));
+}
+
+}  // namespace
+}  // namespace canyon::view

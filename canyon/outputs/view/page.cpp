@@ -1,0 +1,188 @@
+#include "canyon/outputs/view/page.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <optional>
+#include <string_view>
+#include <system_error>
+
+#include "canyon/base/gzip_file.hpp"
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/base/payload.hpp"
+#include "canyon/city/mesh_export.hpp"
+#include "canyon/city/mesh_parts.hpp"
+#include "canyon/outputs/output/view_tables.hpp"
+#include "canyon/outputs/view/header.hpp"
+#include "canyon/outputs/view/server.hpp"
+
+namespace canyon::view {
+namespace {
+
+/// The place of a page's data; viewer/index.html has it.
+constexpr std::string_view kMark = "<!--canyon:data-->";
+
+/// Unpacked bytes of a gzip file by its end (RFC 1952, 2.3.1: ISIZE); empty: it has no end.
+std::optional<std::uint32_t> unpacked_bytes(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::array<unsigned char, 4> end{};
+  if (!in.seekg(-4, std::ios::end) || !in.read(reinterpret_cast<char*>(end.data()), end.size())) return {};
+  std::uint32_t size = 0;
+  for (std::size_t i = 0; i < end.size(); ++i) size |= std::uint32_t{end[i]} << (8 * i);
+  return size;
+}
+
+/// JSON within a <script>: no "</script>" may stand in it.
+std::string for_script(std::string json) {
+  for (std::size_t at = json.find('<'); at != std::string::npos; at = json.find('<', at))
+    json.replace(at, 1, "\\u003c");
+  return json;
+}
+
+}  // namespace
+
+std::string read_bytes(const std::filesystem::path& path) {
+  check_input_file(path);
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw InputError(path, 0, "cannot be read", "check its name and permissions");
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+std::filesystem::path find_page() {
+  if (const char* named = std::getenv("CANYON_VIEWER"); named != nullptr && *named != '\0') return named;
+  std::error_code error;
+  std::vector<std::filesystem::path> places;
+  // An installed program has share/ beside bin/; for one that was built the source tree has the page.
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+  if (!error) places.push_back(program.parent_path().parent_path() / "share/canyon/viewer.html");
+  places.emplace_back(built_page);
+  for (const std::filesystem::path& place : places) {
+    if (std::filesystem::is_regular_file(place, error)) return place;
+  }
+  throw InputError("the viewer's page is not built",
+                   "run ./run view, which needs Node.js; or name a viewer.html in CANYON_VIEWER");
+}
+
+std::vector<std::string> view_files(const std::filesystem::path& folder) {
+  const char* const again = "write it anew: 'canyon simulate SCENARIO --out DIR --view'";
+  std::vector<std::string> files;
+  const auto take = [&](const std::string& name) {
+    const std::filesystem::path path = folder / name;
+    std::error_code missing;
+    const auto status = std::filesystem::symlink_status(path, missing);
+    if (!std::filesystem::exists(status)) throw InputError(path, 0, "is missing from the view", again);
+    if (!is_served_name(name) || !std::filesystem::is_regular_file(status))
+      throw InputError(folder / kHeaderFile, 0, "names what is no file of a view: " + name, again);
+    files.push_back(name);
+    return path;
+  };
+  try {
+    take(kHeaderFile);
+    files.clear();
+    const Json json = Json::parse(read_bytes(folder / kHeaderFile));
+    take(json.at("city").at("file").get<std::string>());
+    for (const Json& chunk : json.at("chunks")) {
+      const std::filesystem::path path = take(chunk.at("file").get<std::string>());
+      if (unpacked_bytes(path) != chunk.at("bytes").get<std::uint32_t>()) {
+        throw InputError(path, 0, "is cut off or damaged", again);
+      }
+    }
+  } catch (const JsonError&) {
+    throw InputError(folder / kHeaderFile, 0, "is not a view of Canyon's, or a damaged one", again);
+  }
+  return files;
+}
+
+std::size_t export_page(const std::filesystem::path& page, const std::filesystem::path& folder,
+                        const std::filesystem::path& target) {
+  const std::string html = read_bytes(page);
+  const std::size_t mark = html.find(kMark);
+  if (mark == std::string::npos) {
+    throw InputError(page, 0, "is not a page of Canyon's viewer", "build it anew: ./run view");
+  }
+  const std::vector<std::string> files = view_files(folder);
+  const std::string header = read_bytes(folder / kHeaderFile);
+
+  OutputFile out(target);
+  std::size_t size = 0;
+  const auto write = [&](std::string_view bytes) {
+    out.write(bytes);
+    size += bytes.size();
+  };
+  write(std::string_view(html).substr(0, mark));
+  write("<script type=\"application/json\" id=\"canyon-view\">" + for_script(header) + "</script>\n");
+  for (const std::string& file : files) {
+    write(fmt::format("<script type=\"text/plain\" data-canyon-file=\"{}\">", file));
+    write(base64(read_bytes(folder / file)));
+    write("</script>\n");
+  }
+  write(std::string_view(html).substr(mark + kMark.size()));
+  out.commit();
+  return size;
+}
+
+namespace {
+
+/// A part of a map's feature is named by it with "#2" behind, a city's building by itself.
+std::string feature_of(const std::string& object) {
+  const std::size_t part = object.rfind('#');
+  return part == std::string::npos || part == 0 ? object : object.substr(0, part);
+}
+
+SceneObject describe(const city::Mesh& mesh, const city::Object& object,
+                     const std::map<std::string, std::string>& height_sources) {
+  SceneObject result;
+  result.id = object.name;
+  result.surface = object.surface;
+  result.low_m = std::numeric_limits<double>::max();
+  result.high_m = std::numeric_limits<double>::lowest();
+  std::array<double, 256> area{};
+  for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      result.low_m = std::min(result.low_m, mesh.vertices[v].z());
+      result.high_m = std::max(result.high_m, mesh.vertices[v].z());
+    }
+    area[static_cast<std::uint8_t>(mesh.materials[t])] +=
+        (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]).norm();
+  }
+  result.material = static_cast<city::Material>(std::max_element(area.begin(), area.end()) - area.begin());
+  for (const std::string& name : {object.name, feature_of(object.name)}) {
+    const auto found = height_sources.find(name);
+    if (found == height_sources.end()) continue;
+    result.height_source = found->second;
+    break;
+  }
+  return result;
+}
+
+/// The glTF's bytes: its writer knows files only.
+std::string glb_of(const city::City& city, const std::filesystem::path& folder) {
+  const Temporary own(folder / "city", Temporary::Kind::Folder);
+  OutputFile file(own.temporary_path() / "city.glb");
+  city::write_glb(file, city);
+  file.commit();
+  return read_bytes(file.path());
+}
+
+}  // namespace
+
+SceneCity write_city(const city::City& city, const std::map<std::string, std::string>& height_sources,
+                     const std::filesystem::path& folder) {
+  SceneCity scene{city.name, city.frame.origin(), city.notes.lines(), {}, city.mesh.triangles.size()};
+  for (const city::Object& object : city::objects_with_triangles(city.mesh)) {
+    scene.objects.push_back(describe(city.mesh, object, height_sources));
+  }
+  write_file(folder / kCityChunk, output::gzip(glb_of(city, folder)));
+  return scene;
+}
+
+}  // namespace canyon::view

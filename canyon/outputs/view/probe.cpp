@@ -1,0 +1,121 @@
+#include "canyon/outputs/view/probe.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/outputs/output/view_messages.hpp"
+#include "canyon/outputs/view/recorder.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+
+namespace canyon::view {
+namespace {
+
+/// An antenna may stand so far outside the city [m]: as far as a trajectory may (Simulation).
+constexpr double kReach_m = 10'000;
+
+std::optional<std::int64_t> id_of(const Json& json) {
+  if (!json["id"].is_integer()) return std::nullopt;
+  return json["id"].get<std::int64_t>();
+}
+
+double number(const Json& json, const char* key, double low, double high) {
+  if (!json[key].is_number()) {
+    throw InputError(fmt::format("'{}' is not a number", key), "see docs/view-format.md, Messages");
+  }
+  const auto value = json[key].get<double>();
+  if (!(value >= low && value <= high)) {
+    throw InputError(fmt::format("'{}' is {}", key, value), fmt::format("it runs from {} to {}", low, high));
+  }
+  return value;
+}
+
+}  // namespace
+
+Probe::Probe(const simulation::Simulation& simulation, std::shared_ptr<simulation::CityScene> scene,
+             std::size_t paths_per_satellite)
+    : Probe(simulation.scenario(), simulation.begin(), simulation.interval_s(), std::move(scene),
+            paths_per_satellite,
+            static_cast<double>(std::max<std::size_t>(1, simulation.epoch_count()) - 1) *
+                simulation.interval_s()) {}
+
+Probe::Probe(const simulation::Scenario& scenario, geodesy::GpsTime begin, double interval_s,
+             std::shared_ptr<simulation::CityScene> scene, std::size_t paths_per_satellite, double last_s)
+    : scene_(std::move(scene)), paths_per_satellite_(paths_per_satellite), last_s_(last_s) {
+  std::shared_ptr<const simulation::BuiltSky> sky;
+  for (std::size_t r = 0; r < scenario.receivers.size(); ++r) {
+    receivers_.emplace_back(simulation::live_config(scenario, r, begin, interval_s), scene_, begin, sky);
+    sky = receivers_.back().shared_sky();
+  }
+  for (const Eigen::Vector3d& vertex : scene_->city.mesh.vertices) {
+    low_ = low_.cwiseMin(vertex);
+    high_ = high_.cwiseMax(vertex);
+  }
+}
+
+Probe::Question Probe::read(const Json& json) const {
+  if (json["type"] != "probe") {
+    throw InputError("the server does not know this message", "it answers \"type\": \"probe\"");
+  }
+  if (json["version"] != output::kViewMessages) {
+    throw InputError(fmt::format("the message is not of version {}", output::kViewMessages),
+                     "load the page anew: it is not this program's");
+  }
+  Question question;
+  const double receiver = number(json, "receiver", 0, static_cast<double>(receivers_.size()) - 1);
+  if (receiver != std::floor(receiver)) {
+    throw InputError(fmt::format("'receiver' is {}", receiver), "it is a whole number");
+  }
+  question.receiver = static_cast<std::size_t>(receiver);
+  question.time_s = number(json, "time_s", 0, last_s_);
+  const Json& place = json["place"];
+  if (!place.is_object()) {
+    throw InputError("'place' is missing", "give east_m, north_m and up_m in the city's frame");
+  }
+  const auto axis = [&](const char* key, int i) {
+    return number(place, key, std::floor(low_[i] - kReach_m), std::ceil(high_[i] + kReach_m));
+  };
+  question.place = {axis("east_m", 0), axis("north_m", 1), axis("up_m", 2)};
+  return question;
+}
+
+std::string Probe::trace(const Question& question, std::optional<std::int64_t> id) {
+  simulation::LiveReceiver& receiver = receivers_[question.receiver];
+  receiver.restart();
+  simulation::AntennaState antenna;
+  antenna.position_enu_m = question.place;
+  simulation::LiveReceiver::Step step = receiver.observe(question.time_s, antenna);
+  step.epoch.arrival = &step.arrival;
+
+  const receiver::ReceiverOptions& options = receiver.config().receiver().options;
+  output::EpochMessage message;
+  message.receiver = options.name;
+  message.id = id;
+  message.time_s = question.time_s;
+  message.skyline = skyline_bytes(scene_->scene, question.place);
+  output::EpochRows rows(options.signal, paths_per_satellite_);
+  return output::epoch_message(
+      std::move(message), step.epoch,
+      [this](const Eigen::Vector3d& ecef) { return scene_->city.frame.local_from_ecef(ecef); }, rows);
+}
+
+std::string Probe::answer(const std::string& message) {
+  const std::optional<Json> json = Json::try_parse(message);
+  const auto id = json ? id_of(*json) : std::nullopt;
+  try {
+    if (!json) throw InputError("this is not JSON", "numbers must be finite: JSON has no NaN");
+    return trace(read(*json), id);
+  } catch (const InputError& error) {
+    return output::error_message(id, error.what());
+  }
+}
+
+std::string no_probe(const std::string& message, std::string_view why) {
+  return output::error_message(id_of(Json::try_parse(message).value_or(Json())), why);
+}
+
+}  // namespace canyon::view

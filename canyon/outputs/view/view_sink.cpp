@@ -1,0 +1,197 @@
+#include "canyon/outputs/view/view_sink.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/outputs/output/encoder.hpp"
+#include "canyon/outputs/output/sinks.hpp"
+#include "canyon/outputs/output/view_messages.hpp"
+#include "canyon/outputs/view/header.hpp"
+#include "canyon/outputs/view/recorder.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+
+namespace canyon::view {
+namespace {
+
+/// The header of a run before its first epoch, without the city's objects.
+Header begun(const simulation::Simulation& simulation) {
+  const simulation::Scenario& scenario = simulation.scenario();
+  const city::City& city = simulation.environment().city();
+  Header header;
+  header.title = scenario.file.empty() ? "Canyon" : scenario.file.stem().string();
+  header.city = {city.name, city.frame.origin(), city.notes.lines(), {}, city.mesh.triangles.size()};
+  header.begin = simulation.begin();
+  header.interval_s = simulation.interval_s();
+  header.satellites = simulation.environment().sky().satellites();
+  std::sort(header.satellites.begin(), header.satellites.end());
+  for (const auto& receiver : scenario.receivers)
+    header.receivers.push_back(receiver_header(receiver.options));
+  return header;
+}
+
+class View final : public simulation::EpochSink {
+ public:
+  View(const simulation::Simulation& simulation, std::filesystem::path folder, ViewOptions options)
+      : simulation_(simulation),
+        folder_(std::move(folder)),
+        options_(std::move(options)),
+        figures_(simulation::receiver_names(simulation.scenario().receivers)),
+        header_(begun(simulation)) {
+    make_output_folder(folder_);
+    ResultFiles::refuse(folder_ / kHeaderFile);
+    header_.city = write_city(simulation.environment().city(), {}, folder_);
+    header_.paths_per_satellite = options_.paths_per_satellite;
+    for (std::size_t i = 0; i < simulation.scenario().receivers.size(); ++i) {
+      recorders_.push_back(std::make_unique<Recorder>(folder_, i, options_,
+                                                      simulation.scenario().receivers[i].options.signal,
+                                                      simulation.environment().scene(), words_));
+    }
+    if (!options_.watched) return;
+    Header live = header_;
+    live.live = true;
+    write_header(live, folder_);
+  }
+
+  void write(const simulation::Epoch& epoch) override {
+    Recorder& recorder = *recorders_.at(epoch.receiver);
+    const geodesy::LocalFrame& frame = simulation_.environment().city().frame;
+    const auto local = [&frame](const Eigen::Vector3d& ecef) { return frame.local_from_ecef(ecef); };
+    const double time_s = epoch.observed.time - simulation_.begin();
+    recorder.rows().add(epoch, recorder.epoch(), time_s, recorder.skyline(local(epoch.truth_ecef)), local,
+                        header_.satellites);
+    recorder.end_epoch(epoch.faults, time_s);
+    figures_.write(epoch);
+  }
+
+  void finish() override {
+    if (std::exchange(finished_, true)) return;
+    figures_.finish();
+    std::vector<output::RunSummary> summaries = figures_.summaries();
+    for (std::size_t i = 0; i < recorders_.size(); ++i) {
+      recorders_[i]->finish(header_);
+      header_.receivers[i].summary = std::move(summaries.at(i));
+    }
+    header_.words = *words_;
+    write_header(header_, folder_);
+  }
+
+ private:
+  const simulation::Simulation& simulation_;
+  std::filesystem::path folder_;
+  ViewOptions options_;
+  output::SummarySink figures_;
+  Header header_;
+  std::shared_ptr<output::ViewWords> words_ = std::make_shared<output::ViewWords>();
+  std::vector<std::unique_ptr<Recorder>> recorders_;
+  bool finished_ = false;
+};
+
+}  // namespace
+
+void check_run(const std::filesystem::path& folder, const simulation::Simulation& simulation) {
+  const Json shown = read_header(folder);
+  const Json ours = Json::parse(header_json(begun(simulation)));
+  const auto names = [](const Json& receivers) {
+    std::vector<Json> result;
+    for (const Json& receiver : receivers) result.push_back(receiver["name"]);
+    return result;
+  };
+  std::string_view differ;
+  if (shown["satellites"] != ours["satellites"]) differ = "satellites";
+  if (shown["time"] != ours["time"]) differ = "times";
+  if (names(shown["receivers"]) != names(ours["receivers"])) differ = "receivers";
+  if (!shows_city(shown, simulation.environment().city())) differ = "walls";
+  if (differ.empty()) return;
+  throw InputError(folder, 0, fmt::format("is of a run with other {} than the scenario's", differ),
+                   "give the scenario that it was computed from");
+}
+
+std::unique_ptr<simulation::EpochSink> make_view(const simulation::Simulation& simulation,
+                                                 const std::filesystem::path& folder, ViewOptions options) {
+  return std::make_unique<View>(simulation, folder, std::move(options));
+}
+
+struct RunRelay::Impl {
+  using Clock = std::chrono::steady_clock;
+
+  struct Receiver {
+    output::EpochRows rows;
+    MovingSkyline skyline;
+  };
+
+  Impl(const simulation::Simulation& s, Server& to, std::size_t paths, std::chrono::milliseconds each)
+      : simulation(s), server(to), step(each) {
+    for (std::size_t i = 0; i < s.scenario().receivers.size(); ++i) {
+      descriptions.push_back(output::describe_receiver(s, i));
+      receivers.push_back({output::EpochRows(descriptions.back().signal, paths), MovingSkyline()});
+    }
+    hello = output::hello_message(descriptions);
+    server.greet({hello});
+  }
+
+  /// All receivers of an instant, or none.
+  bool due(geodesy::GpsTime instant) {
+    if (shown == instant) return true;
+    const auto now = Clock::now();
+    if (server.clients() == 0 || (shown && now - last < step)) return false;
+    shown = instant;
+    last = now;
+    return true;
+  }
+
+  /// Sends a message, which pages that come later are greeted with as well.
+  void tell(const std::string& text) const {
+    server.greet({hello, text});
+    server.send(text);
+  }
+
+  const simulation::Simulation& simulation;
+  Server& server;
+  std::chrono::milliseconds step;
+  std::vector<output::ReceiverDescription> descriptions;
+  std::vector<Receiver> receivers;
+  std::string hello;
+  std::optional<geodesy::GpsTime> shown;
+  Clock::time_point last;
+};
+
+RunRelay::RunRelay(const simulation::Simulation& simulation, Server& server, std::size_t paths_per_satellite,
+                   std::chrono::milliseconds step)
+    : impl_(std::make_unique<Impl>(simulation, server, paths_per_satellite, step)) {}
+RunRelay::~RunRelay() = default;
+
+void RunRelay::write(const simulation::Epoch& epoch) {
+  Impl& impl = *impl_;
+  if (!impl.due(epoch.truth.time)) return;
+  const simulation::Environment& environment = impl.simulation.environment();
+  const geodesy::LocalFrame& frame = environment.city().frame;
+  Impl::Receiver& receiver = impl.receivers.at(epoch.receiver);
+  receiver.skyline.move(environment.scene(), frame.local_from_ecef(epoch.truth_ecef));
+  output::EpochMessage message;
+  message.receiver = impl.descriptions[epoch.receiver].name;
+  message.time_s = epoch.observed.time - impl.simulation.begin();
+  message.skyline = receiver.skyline.bytes();
+  impl.server.send(output::epoch_message(
+      std::move(message), epoch, [&](const Eigen::Vector3d& ecef) { return frame.local_from_ecef(ecef); },
+      receiver.rows));
+}
+
+void RunRelay::progress(std::size_t done, std::size_t planned) {
+  impl_->tell(output::progress_message(done, planned));
+}
+
+void RunRelay::finished() {
+  impl_->tell(output::finished_message());
+}
+
+}  // namespace canyon::view

@@ -1,0 +1,205 @@
+#include "canyon/paths/disturbance/faults/receiver_faults.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/base/options/values.hpp"
+
+namespace canyon::disturbance {
+namespace {
+
+double ratio(double db) {
+  return std::pow(10, db / 10);
+}
+
+}  // namespace
+
+void visit(options::Visitor& v, OscillatorOptions& o) {
+  v.number({"jump_s", "s", "offset of the receiver's clock during the fault"}, o.jump_s, {-0.1, 0.1});
+  v.number({"drift", "s/s", "offset of the clock's drift during the fault"}, o.drift, {-1e-4, 1e-4});
+}
+
+void OscillatorFault::happen(const propagation::Antenna& antenna, ReceiverEvents& events) {
+  events.clock_bias_s += options_.jump_s + options_.drift * (antenna.time - begin_);
+  events.clock_drift += options_.drift;
+}
+
+void DateOptions::validate() const {
+  options::check(*this, "date fault");
+  if (weeks == 0 && utc_s == 0) {
+    throw InputError("nothing is wrong with the date", "give weeks (-1024) or utc_s (1)");
+  }
+}
+
+void visit(options::Visitor& v, DateOptions& o) {
+  v.integer(
+      {"weeks", "weeks", "error of the stated date: -1024 after a rollover that the firmware does not know"},
+      o.weeks, -2048, 2048);
+  v.integer({"utc_s", "s", "error of the stated UTC: 1 for a leap second that was not inserted"}, o.utc_s,
+            -60, 60);
+}
+
+void DateFault::happen(const propagation::Antenna& /*antenna*/, ReceiverEvents& events) {
+  events.weeks_off += options_.weeks;
+  events.utc_off_s += options_.utc_s;
+}
+
+void AntennaFaultOptions::validate() const {
+  options::check(*this, "antenna fault");
+  if (elevation_from_rad > elevation_to_rad) {
+    throw InputError("elevation_from_deg is above elevation_to_deg", "exchange them");
+  }
+  if (period_s > 0 && on_s > period_s) {
+    throw InputError("on_s is longer than period_s", "give at most the period");
+  }
+}
+
+void visit(options::Visitor& v, AntennaFaultOptions& o) {
+  static constexpr std::string_view kStages[]{"before", "behind"};
+  v.angle({"azimuth_from_deg", "deg", "beginning of the sector, clockwise"}, o.azimuth_from_rad, {0, 360});
+  v.angle({"azimuth_to_deg", "deg", "end of the sector; the sector may contain north"}, o.azimuth_to_rad,
+          {0, 360});
+  v.angle({"elevation_from_deg", "deg",
+           "lower edge of the sector; reflections also arrive from below the horizon"},
+          o.elevation_from_rad, {-90, 90});
+  v.angle({"elevation_to_deg", "deg", "upper edge of the sector"}, o.elevation_to_rad, {-90, 90});
+  v.number({"loss_db", "dB", "loss of signals from the sector; none: nothing is received"}, o.loss_db,
+           options::or_none({0, std::numeric_limits<double>::infinity()}));
+  v.choice(
+      {"stage", "",
+       "the loss is before the antenna's amplifier (C/N0 falls as much) or behind it (by Friis' formula)"},
+      o.stage, kStages);
+  v.number({"amplifier_gain_db", "dB", "gain of that amplifier"}, o.amplifier_gain_db, {0, 60});
+  v.number({"amplifier_noise_db", "dB", "noise figure of that amplifier"}, o.amplifier_noise_db, {0, 20});
+  v.number({"receiver_noise_db", "dB", "noise figure of the receiver behind the cable"}, o.receiver_noise_db,
+           {0, 20});
+  v.number({"period_s", "s", "period of a loose contact; 0: permanent"}, o.period_s, {0, 1e6});
+  v.number({"on_s", "s", "duration of the loss in each period"}, o.on_s, {0, 1e6});
+}
+
+double AntennaFaultOptions::cn0_loss_db() const {
+  if (stage == AntennaStage::Before || std::isinf(loss_db)) return loss_db;
+  const auto noise = [&](double loss) {
+    return ratio(amplifier_noise_db) + (loss * ratio(receiver_noise_db) - 1) / ratio(amplifier_gain_db);
+  };
+  return 10 * std::log10(noise(ratio(loss_db)) / noise(1));
+}
+
+bool AntennaFault::concerns(const Eigen::Vector3d& direction) const {
+  const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(direction);
+  if (look.elevation_rad < options_.elevation_from_rad || look.elevation_rad > options_.elevation_to_rad) {
+    return false;
+  }
+  constexpr double kTurn = 2 * geodesy::kPi;
+  const auto clockwise = [](double from, double to) {
+    const double angle = std::fmod(to - from, kTurn);
+    return angle < 0 ? angle + kTurn : angle;
+  };
+  const double width = options_.azimuth_to_rad - options_.azimuth_from_rad;
+  if (std::abs(width) >= kTurn) return true;
+  return clockwise(options_.azimuth_from_rad, look.azimuth_rad) <=
+         clockwise(options_.azimuth_from_rad, options_.azimuth_to_rad);
+}
+
+void AntennaFault::apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) {
+  if (options_.period_s > 0 && std::fmod(antenna.time - begin_, options_.period_s) >= options_.on_s) return;
+  const double loss_db = options_.cn0_loss_db();
+  const double amplitude = std::pow(10, -loss_db / 20);
+  // The receiver's own noise stays, and everything that the antenna receives weakens alike.
+  for (propagation::Interference& wave : arrival.interference) {
+    if (concerns(wave.arrival)) wave.power_dbw -= loss_db;
+  }
+  for (propagation::SatelliteView& view : arrival.views) {
+    const Eigen::Vector3d direct =
+        geodesy::enu_from_azimuth_elevation(view.line.azimuth_rad, view.line.elevation_rad);
+    std::vector<propagation::Path>& paths = view.paths.paths;
+    const auto concerned = [&](const propagation::Path& path) {
+      return concerns(path.kind == propagation::PathKind::Direct ? direct : path.arrival);
+    };
+    if (std::isinf(loss_db)) {
+      std::erase_if(paths, concerned);
+      continue;
+    }
+    for (propagation::Path& path : paths) {
+      if (concerned(path)) path.amplitude_factor *= amplitude;
+    }
+  }
+}
+
+namespace {
+
+struct RestartTimes {
+  double search_s, ephemeris_s;
+};
+constexpr std::array<RestartTimes, 3> kUsual{{{1, 0}, {1, 19}, {2, 24}}};
+constexpr std::string_view kRestartNames[]{"hot", "warm", "cold"};
+
+}  // namespace
+
+std::string_view name(RestartKind kind) {
+  return kRestartNames[static_cast<std::size_t>(kind)];
+}
+
+double RestartOptions::duration_s() const {
+  const RestartTimes& usual = kUsual[static_cast<std::size_t>(kind)];
+  return search_s.value_or(usual.search_s) + ephemeris_s.value_or(usual.ephemeris_s);
+}
+
+void visit(options::Visitor& v, RestartOptions& o) {
+  v.choice(
+      {"kind", "",
+       "what the receiver still knows: hot (all), warm (time and position, no ephemerides), cold (nothing)"},
+      o.kind, kRestartNames);
+  v.number({"search_s", "s", "time until signals are measured again", "by the receiver's profile"},
+           o.search_s, {0, 1e4});
+  v.number({"ephemeris_s", "s", "additional time until the ephemeris of each satellite is read",
+            "by what satellites send when"},
+           o.ephemeris_s, {0, 1e4});
+}
+
+RestartFault::RestartFault(const RestartOptions& options, const FaultContext& context)
+    : restart_{context.begin, options.kind, options.search_s, options.ephemeris_s} {}
+
+void RestartFault::happen(const propagation::Antenna& /*antenna*/, ReceiverEvents& events) {
+  events.restart = restart_;
+}
+
+void visit(options::Visitor& v, ForceOptions& o) {
+  static constexpr std::string_view kFixes[]{"none", "single", "differential", "float", "fixed"};
+  v.require("fix", "give fix: none, single, differential, float or fixed");
+  v.choice({"fix", "", "what the receiver states, whatever it measures"}, o.fix, kFixes);
+  v.number({"horizontal_m", "m", "standard deviation that its position states and has, east and north each",
+            "single 1, differential 0.5, float 0.2, fixed 0.01"},
+           o.horizontal_m, {0, 1000, true});
+  v.number({"vertical_m", "m", "the same of its height", "single 2, differential 1, float 0.4, fixed 0.02"},
+           o.vertical_m, {0, 1000, true});
+}
+
+ForceFault::ForceFault(const ForceOptions& options, const FaultContext& context)
+    : stream_(context.seed, context.receiver + "/force/" + context.name) {
+  // Assumed: the order of what modules state under an open sky, horizontally and vertically, and of velocity.
+  constexpr std::array<std::array<double, 2>, 5> kUsual_m{
+      {{0, 0}, {1, 2}, {0.5, 1}, {0.2, 0.4}, {0.01, 0.02}}};
+  constexpr double kVelocity_mps = 0.05;
+  const auto& [horizontal_m, vertical_m] = kUsual_m.at(static_cast<std::size_t>(options.fix));
+  const double axis_m = options.horizontal_m.value_or(horizontal_m);
+  forced_.kind = options.fix;
+  forced_.sigma_m = {axis_m, axis_m, options.vertical_m.value_or(vertical_m)};
+  forced_.velocity_sigma_mps.setConstant(kVelocity_mps);
+}
+
+void ForceFault::happen(const propagation::Antenna& antenna, ReceiverEvents& events) {
+  constexpr double kCorrelation_s = 60;
+  const double kept = last_ ? std::exp(-(antenna.time - *last_) / kCorrelation_s) : 0;
+  last_ = antenna.time;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    double& error_m = forced_.error_m[i];
+    error_m = kept * error_m + std::sqrt(1 - kept * kept) * forced_.sigma_m[i] * stream_.normal();
+    forced_.velocity_error_mps[i] = forced_.velocity_sigma_mps[i] * stream_.normal();
+  }
+  events.forced = forced_;
+}
+
+}  // namespace canyon::disturbance

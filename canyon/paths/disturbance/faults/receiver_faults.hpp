@@ -1,0 +1,128 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "canyon/base/options/visitor.hpp"
+#include "canyon/base/random.hpp"
+#include "canyon/paths/disturbance/disturbance.hpp"
+#include "canyon/paths/disturbance/faults/fault.hpp"
+
+// Faults of one receiver: oscillator, date, antenna, restart, forced fix.
+
+namespace canyon::disturbance {
+
+/// An error beside the receiver's own clock, which ends with the fault.
+struct OscillatorOptions {
+  double jump_s = 0;  ///< +-0.1
+  double drift = 0;   ///< from the fault's begin on [s/s], +-1e-4
+};
+void visit(options::Visitor& v, OscillatorOptions& o);
+
+/// A firmware that misreads the date. Measurements and fix are as ever; what the receiver states is off.
+struct DateOptions {
+  int weeks = 0;  ///< +-2048; -1024: as after a rollover of the ten-bit week that it does not know of
+  int utc_s = 0;  ///< +-60; 1: a leap second that it has not inserted
+  void validate() const;
+};
+void visit(options::Visitor& v, DateOptions& o);
+
+enum class AntennaStage : std::uint8_t { Before, Behind };
+/// A part of the sky that the antenna does not see, or a cable that loses. Strength acts where signals have
+/// one; without a limit ("none") nothing arrives, for all receivers.
+struct AntennaFaultOptions {
+  double azimuth_from_rad = 0, azimuth_to_rad = 6.283185307179586;  ///< clockwise; [0, 360] deg
+  double elevation_from_rad = -1.5707963267948966, elevation_to_rad = 1.5707963267948966;
+  double loss_db = 20;                        ///< [0, infinity]
+  AntennaStage stage = AntennaStage::Before;  ///< of the amplifier at the antenna
+  double amplifier_gain_db = 27;              ///< [0, 60]; assumed: active antennas have 15 to 40
+  double amplifier_noise_db = 1.5;            ///< noise figure, [0, 20]; assumed: 0.8 to 2.5
+  double receiver_noise_db = 3;               ///< likewise, behind the cable; assumed: 2 to 6
+  /// A loose contact: on for the first `on_s` of each period [s]; no period: always.
+  double period_s = 0, on_s = 1;
+  void validate() const;
+
+  /// Loss of C/N0 [dB]: the whole loss before the amplifier; behind it that of Friis' formula for
+  /// the noise figures in a row (H. T. Friis, Proc. IRE 32(7), 1944), sources at 290 K.
+  [[nodiscard]] double cn0_loss_db() const;
+};
+void visit(options::Visitor& v, AntennaFaultOptions& o);
+
+/// "hot", "warm", "cold".
+[[nodiscard]] std::string_view name(RestartKind kind);
+/// A receiver that begins anew at the fault's begin.
+struct RestartOptions {
+  RestartKind kind = RestartKind::Cold;
+  /// Instead of the receiver's own times (receiver::KnownEphemerides): until signals are measured again, and
+  /// how long a satellite is then tracked before the fix uses it [s], [0, 1e4].
+  std::optional<double> search_s, ephemeris_s;
+
+  /// Duration in tables: the sum of both times, or the kind's usual one (1, 20 and 26 s).
+  [[nodiscard]] double duration_s() const;
+};
+void visit(options::Visitor& v, RestartOptions& o);
+
+/// A receiver that states the fix it is told to, for tests of what follows it. Its position is the true one
+/// with an error as large as it states: Gaussian, of a correlation time of 60 s.
+struct ForceOptions {
+  StatedFix fix = StatedFix::None;
+  /// Standard deviations of east and north each, and of the height [m], (0, 1000]; empty: usual ones.
+  std::optional<double> horizontal_m, vertical_m;
+};
+void visit(options::Visitor& v, ForceOptions& o);
+
+class OscillatorFault final : public Disturbance {
+ public:
+  OscillatorFault(const OscillatorOptions& options, const FaultContext& context)
+      : options_(options), begin_(context.begin) {}
+  void happen(const propagation::Antenna& antenna, ReceiverEvents& events) override;
+
+ private:
+  OscillatorOptions options_;
+  geodesy::GpsTime begin_;
+};
+
+class DateFault final : public Disturbance {
+ public:
+  DateFault(const DateOptions& options, const FaultContext& /*context*/) : options_(options) {}
+  void happen(const propagation::Antenna& antenna, ReceiverEvents& events) override;
+
+ private:
+  DateOptions options_;
+};
+
+class AntennaFault final : public Disturbance {
+ public:
+  AntennaFault(const AntennaFaultOptions& options, const FaultContext& context)
+      : options_(options), begin_(context.begin) {}
+  void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override;
+
+ private:
+  [[nodiscard]] bool concerns(const Eigen::Vector3d& direction) const;
+
+  AntennaFaultOptions options_;
+  geodesy::GpsTime begin_;
+};
+
+class RestartFault final : public Disturbance {
+ public:
+  RestartFault(const RestartOptions& options, const FaultContext& context);
+  void happen(const propagation::Antenna& antenna, ReceiverEvents& events) override;
+
+ private:
+  Restart restart_;
+};
+
+class ForceFault final : public Disturbance {
+ public:
+  ForceFault(const ForceOptions& options, const FaultContext& context);
+  void happen(const propagation::Antenna& antenna, ReceiverEvents& events) override;
+
+ private:
+  ForcedFix forced_;
+  RandomStream stream_;
+  std::optional<geodesy::GpsTime> last_;
+};
+
+}  // namespace canyon::disturbance

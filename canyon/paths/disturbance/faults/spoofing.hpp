@@ -1,0 +1,91 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/base/options/fwd.hpp"
+#include "canyon/paths/disturbance/disturbance.hpp"
+#include "canyon/paths/disturbance/faults/fault.hpp"
+#include "canyon/paths/disturbance/faults/transmitter.hpp"
+
+namespace canyon::disturbance {
+
+/// Course of a spoofer's pull-off: after a hold its place and its time move, evenly accelerated to a
+/// speed, and stop at an offset.
+struct PullOffOptions {
+  double hold_s = 10;            ///< [0, 1e5]
+  double rate_mps = 1;           ///< (0, 1e4]
+  double acceleration_mps2 = 0;  ///< to the rate, [0, 1e3]; 0: at once
+  /// The offsets at its end [m], [-1e6, 1e6]: of the place, and of the time (a delay of all codes alike).
+  double east_m = 0, north_m = 0, up_m = 0, clock_m = 0;
+
+  /// Way [m] and speed [m/s] `seconds` after it began. @param target_m >= 0
+  struct Progress {
+    double way_m = 0, speed_mps = 0;
+  };
+  [[nodiscard]] Progress progress(double seconds, double target_m) const;
+};
+void visit(options::Visitor& v, PullOffOptions& o);
+
+/// A transmitter that sends what satellites would.
+struct SpoofingOptions {
+  enum class Kind : std::uint8_t { Simulated, Meaconing };
+  enum class Carrier : std::uint8_t {
+    FollowsCode,  ///< Doppler as the code's delay changes
+    Held,         ///< stays at the true signals' while the code is drawn off ("frequency lock")
+  };
+  TransmitterOptions transmitter;
+  Kind kind = Kind::Simulated;
+  /// Simulated: what is shown; not given: the antenna's own place, so that codes and carriers are aligned
+  /// with the true ones. Meaconing: where the signals are picked up; not given: at the transmitter.
+  CourseOptions shows;
+  PullOffOptions pull_off;
+  Carrier carrier = Carrier::FollowsCode;
+  /// All codes are later by this [s], [-0.01, 0.01]; Meaconing: the delay of the repeater, 0 or above.
+  double delay_s = 0;
+  /// Power of each signal over the true one's in a clear line of sight, before the receiver's antenna [dB],
+  /// [-50, 80], where nothing stands before the transmitter.
+  double advantage_db = 3;
+  /// In its place: each signal's isotropically radiated power on the beam's axis [dBm], [-200, 60].
+  std::optional<double> power_dbm;
+  /// Power begins at ramp_from_db below that, and rises evenly in dB for ramp_s [s], [0, 1e5].
+  double ramp_s = 0;
+  double ramp_from_db = 20;
+  SatelliteSet satellites;  ///< that it copies
+  /// Names of gnss::signals_of(); empty: each system's signal near L1.
+  std::vector<std::string> signals;
+  /// Satellites lower than this where it says to be are not sent [deg], [0, 90].
+  double mask_deg = 5;
+
+  [[nodiscard]] bool aligned() const { return kind == Kind::Simulated && !shows.given(); }
+  /// Throws InputError naming what is missing or out of range.
+  void validate() const;
+};
+void visit(options::Visitor& v, SpoofingOptions& o);
+
+/// Adds a path of kind Transmitted to each satellite that it copies, adds satellites that the antenna does
+/// not see, and adds the copies as interference to all other satellites. The receiver's loops
+/// (tracking::Channel) decide which of two signals of one code they track. Receivers without signal strength
+/// receive satellites alone.
+class Spoofing : public Disturbance {
+ public:
+  /// Throws InputError where options do not validate().
+  Spoofing(const SpoofingOptions& options, FaultContext context);
+  void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override;
+
+ private:
+  struct Scene;
+  struct Copy;
+  [[nodiscard]] std::optional<Copy> copy(gnss::SatelliteId id, const Scene& scene, double dt_s) const;
+  [[nodiscard]] bool sends(gnss::SatelliteId id) const;
+
+  SpoofingOptions options_;
+  FaultContext context_;
+  Transmitter transmitter_;
+  std::optional<Course> shown_;
+  std::vector<gnss::SatelliteId> all_;
+  std::vector<const gnss::Signal*> signals_;
+};
+
+}  // namespace canyon::disturbance

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "canyon/base/options/fwd.hpp"
+#include "canyon/paths/disturbance/disturbance.hpp"
+#include "canyon/paths/disturbance/faults/fault.hpp"
+#include "canyon/paths/propagation/index/facets.hpp"
+#include "canyon/paths/propagation/paths.hpp"
+
+namespace canyon::disturbance {
+
+/// Pattern of a transmitter's antenna: isotropic, or one beam.
+struct BeamOptions {
+  /// Half power to half power [deg], (0, 360]; infinite: isotropic.
+  double width_deg = std::numeric_limits<double>::infinity();
+  double azimuth_deg = 0;        ///< of its axis, from north, clockwise, [0, 360)
+  double elevation_deg = 0;      ///< of its axis, [-90, 90]
+  double front_to_back_db = 20;  ///< of what leaves it far from its axis, [0, 60]
+};
+void visit(options::Visitor& v, BeamOptions& o);
+/// Gain over that of the axis [dB], <= 0: a parabola in dB, 12 (angle / width)^2, down to the front-to-back
+/// ratio (the antenna element of 3GPP TR 36.814, table A.2.1.1-2).
+[[nodiscard]] double beam_gain_db(const BeamOptions& beam, const Eigen::Vector3d& direction);
+
+struct TransmitterOptions {
+  CourseOptions course;
+  BeamOptions beam;
+  void validate() const;
+};
+/// Visits its fields: those of the course, and `beam`.
+void visit(options::Visitor& v, TransmitterOptions& o);
+
+/// One way of a transmitter's wave to an antenna.
+struct TransmitterWay {
+  Eigen::Vector3d arrival = Eigen::Vector3d::UnitZ();  ///< unit, ENU, from the antenna to where it comes from
+  double length_m = 0;
+  /// Power at an isotropic antenna over the transmitter's EIRP on the beam's axis [dB].
+  double gain_db = 0;
+  /// The loss by obstacles [dB]: 0 or above; less by some 1 dB beside an edge.
+  double obstruction_db = 0;
+  std::uint64_t reflector = 0;  ///< that it comes by; 0: none
+};
+
+/// A transmitter in a city.
+///
+/// In sight its power falls as in free space, (lambda / 4 pi d)^2, d at least a wavelength. Where the city
+/// stands between, the wave over the roofs is that of Bullington's equivalent knife edge over the profile of
+/// the surfaces below the line (K. Bullington, Proc. IRE 35(10), 1947; ITU-R P.526-15, 4.5.1, without its
+/// correction for terrain), and the waves around both sides of the first and the last wall are the same in
+/// the horizontal plane, each where its legs are clear; powers add.
+///
+/// Walls reflect by the method of images, once, the mean of both linear polarisations' power by their
+/// material's half space (signal::reflect_half_space()). Second reflections, and edges and walls in a row,
+/// are left out.
+class Transmitter {
+ public:
+  /// Throws InputError where options do not validate() or the context has no city.
+  Transmitter(const TransmitterOptions& options, const FaultContext& context);
+
+  [[nodiscard]] Eigen::Vector3d position(geodesy::GpsTime time) const { return course_.at(time); }
+  /// The straight way to an antenna, or what bends around what stands in it.
+  /// @param antenna_enu [m] in the city's frame
+  [[nodiscard]] TransmitterWay way(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                   double frequency_hz) const;
+  /// The straight way, and the ways by walls within kReach_m of the antenna.
+  [[nodiscard]] std::vector<TransmitterWay> ways(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                                 double frequency_hz) const;
+  static constexpr double kReach_m = 300;
+
+ private:
+  Course course_;
+  BeamOptions beam_;
+  std::shared_ptr<const raytrace::RayScene> rays_;
+  std::shared_ptr<const city::City> city_;
+  std::shared_ptr<const propagation::FacetSet> facets_;
+  double top_m_ = 0;  // of the city
+};
+
+/// One carrier of a jammer.
+struct EmissionOptions {
+  enum class Shape : std::uint8_t { Noise, Chirp, Tone };
+  Shape shape = Shape::Noise;
+  double centre_hz = 1575.42e6;  ///< [1e9, 2e9]; of a tone its frequency
+  double width_hz = 20e6;        ///< of noise and chirp, (0, 200e6]
+  double period_s = 10e-6;       ///< of a chirp's sweep, [1e-7, 1e-2]
+  double power_dbm = 10;         ///< equivalent isotropically radiated, on the beam's axis, [-100, 100]
+};
+void visit(options::Visitor& v, EmissionOptions& o);
+
+/// A transmitter that jams.
+struct JammingOptions {
+  TransmitterOptions transmitter;
+  propagation::Polarisation polarisation = propagation::Polarisation::Linear;
+  /// A known kind of jammer instead of emissions: "privacy_l1", "privacy_l1_l2", "noise_l1".
+  std::string preset;
+  std::vector<EmissionOptions> emissions;
+  /// Throws InputError naming what is missing or out of range.
+  void validate() const;
+};
+void visit(options::Visitor& v, JammingOptions& o);
+
+/// Adds its emissions to what interferes at the antenna (propagation::Arrival::interference), each as the
+/// city lets it through (Transmitter).
+class Jamming : public Disturbance {
+ public:
+  /// Throws InputError where options do not validate().
+  Jamming(const JammingOptions& options, FaultContext context);
+  void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override;
+
+ private:
+  std::vector<EmissionOptions> emissions_;
+  propagation::Polarisation polarisation_;
+  Transmitter transmitter_;
+};
+
+}  // namespace canyon::disturbance

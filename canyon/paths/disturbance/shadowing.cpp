@@ -1,0 +1,147 @@
+#include "canyon/paths/disturbance/shadowing.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "canyon/base/geodesy/frames.hpp"
+
+namespace canyon::disturbance {
+
+Shadowing::Shadowing(const ShadowingOptions& options, std::uint64_t seed, const std::string& key)
+    : options_((options.validate(), options)),
+      nodes_(options.shared_angle_rad),
+      shadows_(nodes_, seed, key + "/shadow"),
+      levels_stream_(seed, key + "/shadow level"),
+      levels_(nodes_.size()) {
+  SkyNodes::draw(levels_stream_, levels_);
+  RandomStream stream(seed, key + "/shadow place");
+  origin_m_ = stream.uniform() * options_.frame_m;
+  axis_ = {stream.normal(), stream.normal(), stream.normal()};
+  axis_.normalize();
+}
+
+void Shadowing::go_to(double way_m, double height_m) {
+  assert(way_m >= way_m_);
+  share_above_ =
+      options_.environment == ShadowingEnvironment::Custom ? 1 : options_.skyline.share_above(height_m);
+  if (way_m <= way_m_) return;
+  const double steps = (way_m - way_m_) / options_.correlation_m;
+  const double kept = std::exp(-steps), fresh = std::sqrt(-std::expm1(-2 * steps));
+  for (double& level : levels_) level = level * kept + fresh * coins(levels_stream_);
+  way_m_ = way_m;
+}
+
+Shadowing::Place Shadowing::place(const Eigen::Vector3d& direction) const {
+  const double frames =
+      (way_m_ + origin_m_ + options_.obstacle_distance_m * axis_.dot(direction)) / options_.frame_m;
+  const double frame = std::floor(frames);
+  return {static_cast<std::int64_t>(frame), (frames - frame) * options_.frame_m};
+}
+
+double Shadowing::passed(FrameStates::States states, double into_m) const {
+  if (states.now == states.before || into_m >= options_.transition_m) return states.now ? 1 : 0;
+  const double turned = into_m / options_.transition_m;
+  return states.now ? turned : 1 - turned;
+}
+
+ShadowingParameters Shadowing::parameters(double elevation_rad) const {
+  ShadowingParameters p = shadowing_parameters(options_, elevation_rad);
+  if (share_above_ == 1) return p;
+  const double share = share_above_ * p.shadowed_share();
+  p.enter = p.leave * share / (1 - share);
+  return p;
+}
+
+Shadowing::Shadow Shadowing::of(const Eigen::Vector3d& direction) {
+  nodes_.shares(direction, shares_);
+  const Place here = place(direction);
+  const ShadowingParameters p = parameters(std::asin(std::min(direction.z(), 1.0)));
+  const FrameStates::States states = shadows_.at(here.frame, shares_, {p.enter, p.leave});
+  const double share = passed(states, here.into_m);
+  const double mean = p.clear_mean_db + share * (p.shadowed_mean_db - p.clear_mean_db);
+  const double sigma = p.clear_sigma_db + share * (p.shadowed_sigma_db - p.clear_sigma_db);
+  return {mean + sigma * SkyNodes::blend(shares_, levels_), states.now};
+}
+
+DirectShadowing::DirectShadowing(const ShadowingOptions& options, std::uint64_t seed,
+                                 const std::string& receiver)
+    : obstacle_speed_mps_(options.obstacle_speed_mps),
+      shadowing_(options, seed, receiver),
+      skyline_(options, seed) {}
+
+void DirectShadowing::apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) {
+  if (before_) {
+    way_m_ += std::hypot((antenna.position_ecef - before_->position_ecef).norm(),
+                         obstacle_speed_mps_ * (antenna.time - before_->time));
+  }
+  before_ = antenna;
+  shadowing_.go_to(way_m_, arrival.height_above_ground_m);
+  if (arrival.placement != raytrace::Placement::Free) return;
+  skyline_.go_to(arrival.antenna_enu.head<2>(), arrival.height_above_ground_m, antenna.time);
+  for (propagation::SatelliteView& view : arrival.views) {
+    for (propagation::Path& path : view.paths.paths) {
+      double level_db = 0;
+      if (meets_obstacles(path) && skyline_.top_rad(std::atan2(path.arrival.x(), path.arrival.y())) > 0) {
+        level_db = skyline_.level_db(path.arrival,
+                                     above_skyline_rad(arrival.scene, arrival.antenna_enu, path.arrival));
+      }
+      if (path.kind == propagation::PathKind::Direct) {
+        level_db +=
+            shadowing_.of(geodesy::enu_from_azimuth_elevation(view.line.azimuth_rad, view.line.elevation_rad))
+                .level_db;
+      }
+      if (level_db != 0) path.amplitude_factor *= std::pow(10, level_db / 20);
+    }
+  }
+}
+
+namespace {
+
+/// Frames that are kept. The slowest published chain goes back farther with a probability of 1e-6.
+constexpr std::int64_t kSlots = 64;
+constexpr int kFarthest = 4096;
+
+}  // namespace
+
+FrameStates::FrameStates(const SkyNodes& nodes, std::uint64_t seed, std::string_view key)
+    : size_(nodes.size()),
+      root_(RandomStream(seed, key).next()),
+      frames_(kSlots, std::numeric_limits<std::int64_t>::min()),
+      numbers_(kSlots * size_) {}
+
+double FrameStates::uniform(std::int64_t frame, std::span<const SkyNodes::Share> shares) {
+  const std::size_t slot = static_cast<std::uint64_t>(frame) % kSlots;
+  const std::span<double> numbers = std::span(numbers_).subspan(slot * size_, size_);
+  if (frames_[slot] != frame) {
+    RandomStream stream(mix64(root_ + kGolden64 * static_cast<std::uint64_t>(frame)), "frame");
+    SkyNodes::draw(stream, numbers);
+    frames_[slot] = frame;
+  }
+  return upper_tail(-SkyNodes::blend(shares, numbers));
+}
+
+bool FrameStates::state(std::int64_t frame, std::span<const SkyNodes::Share> shares, Steps steps) {
+  const double stay = 1 - steps.leave;
+  const double low = std::min(steps.enter, stay), high = std::max(steps.enter, stay);
+  bool turned = false;  // by the frames gone back over
+  for (int back = 0;; ++back) {
+    const double u = uniform(frame - back, shares);
+    if (u < low || u >= high) return (u < low) != turned;
+    if (back == kFarthest)
+      return (u - low < (high - low) * steps.enter / (steps.enter + steps.leave)) != turned;
+    // Between the two the state stays. In chains that change more often than not, it turns.
+    if (steps.enter > stay) turned = !turned;
+  }
+}
+
+FrameStates::States FrameStates::at(std::int64_t frame, std::span<const SkyNodes::Share> shares,
+                                    Steps steps) {
+  States states;
+  states.before = state(frame - 1, shares, steps);
+  states.now = uniform(frame, shares) < (states.before ? 1 - steps.leave : steps.enter);
+  return states;
+}
+
+}  // namespace canyon::disturbance

@@ -1,0 +1,182 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "canyon/base/options/fwd.hpp"
+
+namespace canyon::disturbance {
+
+/// Source of the numbers.
+enum class ShadowingEnvironment {
+  Urban,     ///< as published for streets of a city
+  Suburban,  ///< as published for low houses with trees
+  Custom,    ///< ShadowingOptions::custom
+  Dense,     ///< Urban, and a skyline of obstacles that the map lacks (SkylineOptions)
+  Open,      ///< nothing casts a shadow
+  Auto,      ///< Open, Suburban, Urban or Dense by the city, see of_surroundings(); else Urban
+};
+
+/// Level of the direct signal [dB] against a clear line of sight, log-normal in each of two states, and the
+/// chain that chooses between them, one step each frame.
+struct ShadowingParameters {
+  double clear_mean_db = -0.3;     ///< [-40, 10]
+  double clear_sigma_db = 0.73;    ///< [0, 20]
+  double shadowed_mean_db = -8.0;  ///< [-40, 10]
+  double shadowed_sigma_db = 4.5;  ///< [0, 20]
+  double enter = 0.0787;           ///< probability that shadow follows a clear frame, [0, 1]
+  double leave = 0.1318;           ///< probability that a clear frame follows one in shadow, (0, 1]
+
+  /// Share of the way that lies in shadow: the stationary one of the chain.
+  [[nodiscard]] double shadowed_share() const { return enter / (enter + leave); }
+};
+
+/// Obstacles that a map lacks, on its skyline: parts of roofs, trees, awnings, signs, footbridges, buses,
+/// people. They rise at a distance to a height in a share of the azimuths, and are fixed in the world. An
+/// antenna above their tops sees over them. What is left out, skyline_numbers() says.
+struct SkylineOptions {
+  std::optional<double> share;          ///< of azimuths with an obstacle, [0, 1]
+  double height_m = 8;                  ///< mean of heights above kBase_m: gamma, shape 2; (0, 100]
+  double distance_m = 8;                ///< median of distances: log-normal; [1, 100]
+  double distance_sigma = 0.4;          ///< standard deviation of the distances' logarithm, [0, 2]
+  std::optional<double> foliage_share;  ///< of obstacles that are vegetation, [0, 1]; others have an edge
+  double crown_m = 5;                   ///< width of a crown, (0, 100]
+  double edge_radius_m = 1;             ///< that edges are rounded with, [0, 10]; 0: knife edges
+  double length_m = 25;                 ///< way after which other obstacles are met, [1, 1000]
+  double width_deg = 30;                ///< azimuth after which other obstacles are seen, [5, 90]
+  std::optional<double> moving_share;   ///< of the variance of heights: changes by traffic, [0, 1]
+  double moving_s = 20;                 ///< time in which that part changes, [0.1, 1e4]
+
+  /// Height above the ground at which obstacles begin [m]: the roof of a car.
+  static constexpr double kBase_m = 2;
+  /// Share of the obstacles whose tops are higher than this above the ground [m]; 1 up to kBase_m.
+  [[nodiscard]] double share_above(double above_m) const;
+  void validate() const;
+};
+
+/// Shadow by what no map has: vehicles, trees, poles, signs, people, bridges, edges that a city's mesh lacks.
+///
+/// The three-state model of the land mobile satellite channel (clear, moderate shadow, deep shadow;
+/// Perez-Fontan et al., IEEE Trans. Veh. Technol. 50(6), 2001, with the S-band tables of IEEE Trans.
+/// Broadcast. 44(1), 1998) without its deep shadow, which is that of buildings: those are in the map. Steps
+/// between the other two have their probabilities on condition that the third is not entered: enter = P12 /
+/// (P11 + P12), leave = P21 / (P21 + P22). docs/shadowing.md has the tables and where they come from. They
+/// are those of a vehicle: for an antenna above SkylineOptions::kBase_m the share of shadow is times
+/// SkylineOptions::share_above(), but not that of custom numbers.
+struct ShadowingOptions {
+  bool enabled = false;
+  ShadowingEnvironment environment = ShadowingEnvironment::Urban;
+  ShadowingParameters custom;  ///< at every elevation; used with ShadowingEnvironment::Custom
+  SkylineOptions skyline;
+  /// Satellites this far apart share shadows with a correlation of exp(-1/2) [rad], 5 to 60 deg.
+  double shared_angle_rad = 0.17453292519943295;  // 10 deg
+  /// Length of a frame [m], [0.1, 1000]: states last whole frames.
+  double frame_m = 4.4;
+  /// Way behind a change of state over which mean and deviation change linearly [m], [0, frame_m].
+  double transition_m = 2.2;
+  /// Way over which levels correlate by 1/e [m], (0, 1000].
+  double correlation_m = 1.7;
+  /// From antenna to what shadows it [m], [0, 1000]: while a satellite's direction turns by an angle, shadows
+  /// move over the antenna by at most this times the angle, and a bridge shades the satellites ahead before
+  /// those behind. 10 m: assumed, range 2 (a vehicle) to 30 (across a street).
+  double obstacle_distance_m = 10;
+  /// Speed at which what shadows passes an antenna at rest [m/s], [0, 100]: vehicles and people come and go,
+  /// leaves move. Added to the antenna's own speed by its square, so that only those at rest notice. 0.1 m/s:
+  /// assumed; an urban shadow of 33 m in the mean then ends after some five minutes. Range 0.01 (parked
+  /// vehicles) to 1 (traffic).
+  double obstacle_speed_mps = 0.1;
+
+  /// Whether anything is ever shadowed.
+  [[nodiscard]] bool active() const { return enabled && environment != ShadowingEnvironment::Open; }
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+/// The obstacles, with nothing left out: as the environment has it.
+[[nodiscard]] SkylineOptions skyline_numbers(const ShadowingOptions& options);
+
+/// ShadowingEnvironment::Auto made definite.
+/// @param closed_sky share of directions from 15 to 60 deg that the city hides, [0, 1]: below 0.02 open,
+/// below 0.07 suburban, else urban; from 0.15 on dense (docs/shadowing.md)
+/// @param outlines whether the map has flat roofs at heights that it does not state, and nothing else
+[[nodiscard]] ShadowingEnvironment of_surroundings(double closed_sky, bool outlines);
+/// Visits their fields. The environment is also a field of a scenario, by the key `surroundings`.
+void visit_environment(options::Visitor& v, std::string_view key, ShadowingEnvironment& environment);
+void visit(options::Visitor& v, SkylineOptions& o);
+void visit(options::Visitor& v, ShadowingOptions& o);
+
+/// Model of the environment at an elevation [rad], for a vehicle: linear between 40, 60 and 80 deg, held
+/// beyond (nothing is published there). Suburban chains are those of 40 deg everywhere.
+[[nodiscard]] ShadowingParameters shadowing_parameters(const ShadowingOptions& options, double elevation_rad);
+
+/// Region: its vehicles, and the side of the road on which they drive.
+enum class StreetRegion : std::uint8_t {
+  Europe,
+  Americas,
+  EastAsia,  ///< Hong Kong: on the left, with double-deckers
+  Tr37885,   ///< the vehicles of 3GPP TR 37.885 V15.3.0, table 6.1.2-1 and option B of 6.1.2: on the right
+};
+
+/// Class of a street, for the numbers that are not given.
+enum class StreetClass : std::uint8_t { Arterial, Street, Residential };
+
+/// Vehicles of one kind: a box, sheet metal below the sill of its windows and glass above.
+struct VehicleClass {
+  std::string_view name;
+  double length_m, width_m, height_m, sill_m;
+  std::array<double, 4> shares;  ///< by StreetRegion, each region's sum is 1
+};
+/// All that there are; docs/shadowing.md has the source or the range of each number.
+[[nodiscard]] std::span<const VehicleClass> vehicle_classes();
+
+/// Objects of a street that are in no map: traffic and, along the kerbs, trees, signs, awnings
+/// and footbridges. docs/shadowing.md tells physics from assumptions.
+struct StreetOptions {
+  bool enabled = false;
+  StreetRegion region = StreetRegion::Europe;
+  StreetClass street = StreetClass::Street;
+  int lanes = 0;                          ///< each way, [0, 6]; 0: by class
+  std::optional<double> vehicles_per_km;  ///< of each lane, [0, 65]; empty: by class
+  std::map<std::string, double>
+      vehicle_shares;               ///< of VehicleClass::name, over their sum; empty: the region's
+  std::optional<double> speed_mps;  ///< where nothing is in the way, (0, 50]; empty: by class
+  double cycle_s = 90;              ///< of traffic lights, [1, 1000]
+  double red_s = 40;                ///< of each cycle, [0, cycle_s]
+  /// Shares of each side, by class and region where empty: crowns, signs above the road, awnings; and
+  /// footbridges across; [0, 200], footbridges [0, 20].
+  std::optional<double> trees_per_km, signs_per_km, awnings_per_km, footbridges_per_km;
+  /// Height of the trajectory over the road [m], [0, 1000]; empty: height_above_terrain_m of the trajectory,
+  /// else kAntennaHeight_m.
+  std::optional<double> antenna_height_m;
+  /// The street's direction where the antenna does not move [deg], clockwise from north, [0, 360); empty: the
+  /// host's, else drawn by the seed.
+  std::optional<double> azimuth_deg;
+
+  /// The roof of a car and a magnetic mount: assumed, 1.5 to 2.2 m.
+  static constexpr double kAntennaHeight_m = 1.8;
+
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+void visit(options::Visitor& v, StreetOptions& o);
+
+/// A street in numbers: what StreetOptions says, and of its class and region what it leaves open.
+struct StreetNumbers {
+  int lanes = 2;
+  double vehicles_per_km = 0;
+  double speed_mps = 0;  ///< of vehicles that run: the free one, or what the density leaves of it
+  double trees_per_km = 0, signs_per_km = 0, awnings_per_km = 0, footbridges_per_km = 0;
+  double antenna_height_m = StreetOptions::kAntennaHeight_m;
+  bool left = false;             ///< vehicles drive on the left
+  std::array<double, 8> shares;  ///< of vehicle_classes(), summed up: the last one that counts is 1
+};
+/// Speeds by the triangular fundamental diagram: min(free, w (k_j / k - 1)) with the backward wave w = 5 m/s
+/// and the jam density k_j = 140 vehicles/km (G. F. Newell, Transp. Res. B 27(4), 1993, p. 281-313; numbers
+/// assumed, w 4 to 6 m/s, k_j 120 to 150).
+[[nodiscard]] StreetNumbers street_numbers(const StreetOptions& options);
+
+}  // namespace canyon::disturbance

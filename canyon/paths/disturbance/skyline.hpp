@@ -1,0 +1,124 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "canyon/base/geodesy/gps_time.hpp"
+#include "canyon/base/random.hpp"
+#include "canyon/paths/disturbance/shadowing_options.hpp"
+#include "canyon/paths/propagation/paths.hpp"
+
+namespace canyon::disturbance {
+
+/// Obstacles that a map lacks, about one antenna: in each azimuth one or none, with a height, a distance and
+/// a kind, standing on the map's skyline: parts of roofs, buildings that the map has too low, in the open
+/// what stands on the ground. It is a field over places, fixed in the world: a second pass and other
+/// receivers meet the same obstacles. SkylineOptions has the distributions.
+///
+/// Normal numbers stand at nodes of azimuth, each with a square lattice of places. A place blends the four
+/// nodes about it, an azimuth the two beside it, with weights of unit norm, so that every number is normal
+/// with unit variance. A part of the variance changes with time, for traffic.
+class Skyline {
+ public:
+  /// Obstacles of skyline_numbers(). Throws InputError where SkylineOptions::validate() does.
+  Skyline(const ShadowingOptions& options, std::uint64_t seed);
+
+  /// Whether there are no obstacles.
+  [[nodiscard]] bool empty() const { return *numbers_.share == 0; }
+  /// Moves the antenna. Calls may come in any order of time and place.
+  /// @param place east, north in the city's frame [m]; @param height_m of the antenna above the ground [m]
+  void go_to(const Eigen::Vector2d& place, double height_m, geodesy::GpsTime time);
+  /// The level that the obstacles leave of a path at the place of the last go_to() [dB], at most 0.
+  /// @param arrival direction that the path comes from: unit, ENU; below the horizon as above it
+  /// @param above_rad its angle over the map's skyline: above_skyline_rad()
+  [[nodiscard]] double level_db(const Eigen::Vector3d& arrival, double above_rad) const;
+  /// Angle of the obstacle's top over the map's skyline in an azimuth (clockwise from north) [rad], [0,
+  /// pi/2); 0 without one.
+  [[nodiscard]] double top_rad(double azimuth_rad) const;
+
+ private:
+  struct Obstacle {
+    double slope;  ///< tangent of its top's elevation; at most 0: none
+    double distance_m;
+    bool foliage;
+  };
+  [[nodiscard]] Obstacle obstacle(double azimuth_rad) const;
+  /// A number of unit variance at the antenna's place, in an azimuth node. @param slot of time
+  [[nodiscard]] double number(std::uint64_t field, std::size_t node, std::int64_t slot) const;
+
+  SkylineOptions numbers_;
+  std::uint64_t root_;
+  Eigen::Vector2d place_ = Eigen::Vector2d::Zero();
+  double height_m_ = 0;
+  /// The numbers of an azimuth node.
+  struct Node {
+    double height, distance, kind;
+  };
+  std::vector<Node> nodes_;
+};
+
+/// Whether obstacles on the skyline can be in the path's way: a facade is below them.
+[[nodiscard]] bool meets_obstacles(const propagation::Path& path);
+/// Angle of a direction (unit, ENU; below the horizon as above it) over the city's skyline in its azimuth
+/// [rad], within 1.5 deg; 0 where the city hides it. @param scene null: an open field
+[[nodiscard]] double above_skyline_rad(const raytrace::RayScene* scene, const Eigen::Vector3d& antenna_enu,
+                                       const Eigen::Vector3d& direction);
+
+/// Normal numbers over the sky that are alike in directions close to each other: those of nodes all over it,
+/// blended. A direction has the same number, whatever other directions are requested.
+///
+/// Nodes lie on a Fibonacci lattice, 1.1 `angle` apart. A direction at the angle g from a node has it with
+/// the weight exp(-2 (1 - cos g) / angle^2), and all weights of a direction have unit norm, so that
+/// independent numbers of unit variance at the nodes give one at each direction. Two directions at the angle
+/// g then correlate by
+///
+///     f(2 K cos(g / 2)) / f(2 K),  f(x) = sinh(x) / x, K = 2 / angle^2
+///
+/// (the integral of both weights over the sphere; exp(-g^2 / (2 angle^2)) for small angles) within 0.025
+/// (RMS; 0.15 at worst), by what sums over nodes differ from integrals.
+class SkyNodes {
+ public:
+  /// Share of one node's number in a direction.
+  struct Share {
+    std::size_t node;  ///< below size()
+    double weight;
+  };
+
+  /// @param angle_rad at which directions correlate by exp(-1/2), (0, pi/2]
+  explicit SkyNodes(double angle_rad);
+
+  [[nodiscard]] std::size_t size() const { return nodes_.size(); }
+  /// Fills `numbers` with one for each node: heads of 64 tossed coins, which are as good as normal where a
+  /// dozen nodes are blended (their probabilities differ by less than 0.001), in a tenth of the time.
+  static void draw(RandomStream& stream, std::span<double> numbers);
+  /// Shares of nodes' numbers in a direction (unit, ENU, not below the horizon). `shares` is the caller's:
+  /// nothing is allocated once it has grown.
+  void shares(const Eigen::Vector3d& direction, std::vector<Share>& shares) const;
+  /// The number of that direction.
+  [[nodiscard]] static double blend(std::span<const Share> shares, std::span<const double> numbers);
+
+ private:
+  double angle_rad_;
+  double count_;  // of the whole lattice, of which nodes_ are the upper part
+  std::vector<Eigen::Vector3d> nodes_;
+};
+
+/// P(normal > z), of a standard normal number.
+[[nodiscard]] inline double upper_tail(double z) {
+  return 0.5 * std::erfc(z * std::sqrt(0.5));
+}
+
+/// One of SkyNodes::draw()'s.
+[[nodiscard]] inline double coins(std::uint64_t bits) {
+  return (std::popcount(bits) - 32) / 4.0;
+}
+[[nodiscard]] inline double coins(RandomStream& stream) {
+  return coins(stream.next());
+}
+
+}  // namespace canyon::disturbance

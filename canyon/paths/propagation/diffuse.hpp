@@ -1,0 +1,92 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "canyon/city/fwd.hpp"
+#include "canyon/city/raytrace/ray_scene.hpp"
+#include "canyon/paths/propagation/paths.hpp"
+#include "canyon/paths/propagation/propagation_options.hpp"
+
+namespace canyon::propagation {
+
+/// F [sr], the directive lobe ((1 + cos psi) / 2)^exponent over the half space in front of a wall, psi from
+/// the specular direction of a wave incident at theta: with x = sin^2(theta) / 4
+///   F = 2^-exponent sum_j C(exponent, j) I_j,  I_j = 2 pi / (j + 1) for even j,
+///   I_j = 2 pi / (j + 1) cos(theta) sum_{w = 0}^{(j - 1) / 2} C(2w, w) x^w for odd j
+/// (Degli-Esposti et al., 2007). Relative error below 1e-12.
+/// @param exponent [0, 20], @param cos_incidence [0, 1]; InputError outside
+[[nodiscard]] double lobe_integral(int exponent, double cos_incidence);
+
+/// rho [1]: the power that a smooth wall of the material reflects at 1575.42 MHz, mean of both polarisations,
+/// of waves from everywhere in front of it: Fresnel's coefficients of a slab of the material's default
+/// thickness (signal::radio_material(), ITU-R P.2040-3) over the half space, within 0.006. 0 for foliage.
+[[nodiscard]] double reflectance(city::Material material);
+
+/// One class of paths from satellite over facades to antenna; point and triangle are of the facade next to
+/// the antenna. Points and directions in the city's ENU frame.
+struct DiffusePath {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< on a facade: of the strongest path in the class
+  Eigen::Vector3d arrival = Eigen::Vector3d::Zero();  ///< unit, from the antenna towards the point
+  double excess_m = 0;                                ///< of the class: mean weighted by power
+  double power = 0;  ///< over the line of sight's, at isotropic antennas: sum of the class, by strength
+  std::uint32_t triangle = 0;  ///< at `point`, of `instance`
+  std::uint32_t instance = 0;
+  std::uint32_t bin = 0;  ///< number of the class: floor(excess / class_m) of its paths
+};
+
+/// Effective roughness model (Degli-Esposti et al., 2007), the satellite at infinity: a facade patch of area
+/// dA at distance r from the antenna, lit by the satellite at theta_i and seen at theta_s, scatters by
+/// Lambert's lobe the power
+///   dP / P_los = S^2 rho cos(theta_i) cos(theta_s) dA / (pi r^2) = S^2 rho cos(theta_i) d(Omega) / pi,
+/// d(Omega) the solid angle that the antenna sees it in, rho the wall's reflectance; by the directive lobe
+///   dP / P_los = S^2 rho cos(theta_i) ((1 + cos psi) / 2)^alpha_R / F(theta_i) d(Omega) / cos(theta_s),
+/// psi between the direction to the antenna and the specular one, F = lobe_integral(). Either way a patch
+/// scatters S^2 rho of the power that falls on it. So each ray of an even sphere of directions (a golden
+/// spiral, fixed in ENU) stands for its share of solid angle, whatever it meets.
+///
+/// Over several facades: each ray is followed over one more wall, with the first wall's reflectance. A share
+/// S^2 of the rays leaves the first wall by Lambert's law, in directions of an even sequence; the others
+/// leave it as by a mirror. The patch that the ray meets next scatters towards the satellite. Walls beyond a
+/// patch that scattered are Lambertian with all that they reflect: a mirror there has the same mean power.
+/// Paths over mirrors alone are not diffuse (FirstOrderSearch, SecondOrderSearch).
+///
+/// Whether a patch of the city is lit is known for cells of its facade and directions of about a degree
+/// (FacadeLight). Patches of placed instances, and shadows that these throw, have rays of their own.
+///
+/// Strengths: the power of a class is multiplied by 10^((median + sigma n) / 10), n normal, by seed, number
+/// of the class and the cube of strength_piece_m in which its point lies. So it changes as antenna or
+/// satellite move on along a facade, and is the same for every receiver. Of placed instances all points count
+/// as one.
+///
+/// Const, thread-safe; no allocation once its thread's memory and the results have grown. The scene must
+/// outlive it.
+class DiffuseScattering {
+ public:
+  /// Throws InputError for options that do not validate().
+  /// @param seed of strengths
+  DiffuseScattering(const city::Mesh& city, const raytrace::RayScene& scene, DiffuseOptions options = {},
+                    std::uint64_t seed = 0);
+
+  [[nodiscard]] const DiffuseOptions& options() const;
+
+  /// Classes of satellites in the given directions (unit, ENU, antenna to satellite) with wanted[i], by
+  /// excess, at most options().max_paths each; result[i] belongs to directions[i] and is empty where not
+  /// wanted. Wanted directions must be unit to 1e-6 (InputError). Buildings and vehicles scatter, terrain and
+  /// foliage do not; patches must see the satellite. Spans of one length; raytrace::check_place(antenna)
+  /// passes.
+  void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
+             std::span<const bool> wanted, std::span<std::vector<DiffusePath>> result) const;
+
+  /// Path::glint of a Reflected or Diffracted path over a building or a vehicle.
+  [[nodiscard]] Eigen::Vector3d glint(const Path& path) const;
+
+ private:
+  struct Impl;
+  std::shared_ptr<const Impl> impl_;
+};
+
+}  // namespace canyon::propagation

@@ -1,0 +1,161 @@
+// Diffuse scattering for the satellites of fifty that the city hides, at the places and under the sky of
+// propagator_bench.cpp, and what it gains in certainty with more rays.
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "canyon/city/city.hpp"
+#include "canyon/paths/propagation/diffuse.hpp"
+#include "tests/support/bench_scene.hpp"
+
+namespace {
+
+using canyon::propagation::DiffuseOptions;
+using canyon::propagation::DiffusePath;
+using canyon::propagation::DiffuseScattering;
+
+struct Fixture : canyon::bench::BenchScene {
+  /// Marks the blocked satellites of each place, at most twenty; by place and then satellite.
+  std::unique_ptr<bool[]> wanted = std::make_unique<bool[]>(sky.size() * city.places.size());
+  double wanted_per_place = 0;
+
+  Fixture() {
+    for (std::size_t p = 0; p < city.places.size(); ++p) {
+      int hidden = 0;
+      for (std::size_t i = 0; i < sky.size(); ++i) {
+        const bool blocked = scene.occluded({city.places[p], sky[i]}, scene.surface_offset_m(city.places[p]));
+        wanted[p * sky.size() + i] = blocked && ++hidden <= 20;
+      }
+      wanted_per_place += std::min(hidden, 20) / static_cast<double>(city.places.size());
+    }
+  }
+  [[nodiscard]] std::span<const bool> wanted_at(std::size_t place) const {
+    return {wanted.get() + place * sky.size(), sky.size()};
+  }
+};
+
+const Fixture& fixture() {
+  static const Fixture fixture;
+  return fixture;
+}
+
+/// One satellite at one place, all classes together.
+struct Total {
+  double power = 0;
+  double excess_m = 0;  ///< mean weighted by power
+};
+
+/// All wanted satellites at every twentieth place.
+std::vector<Total> totals(DiffuseOptions options) {
+  options.min_power_db = -100;
+  options.max_paths = 64;
+  const Fixture& f = fixture();
+  const DiffuseScattering scattering(f.city.city.mesh, f.scene, options);
+  std::vector<std::vector<DiffusePath>> paths(f.sky.size());
+  std::vector<Total> result;
+  for (std::size_t p = 0; p < f.city.places.size(); p += 20) {
+    scattering.trace(f.city.places[p], f.sky, f.wanted_at(p), paths);
+    for (std::size_t i = 0; i < f.sky.size(); ++i) {
+      if (!f.wanted_at(p)[i]) continue;
+      Total& total = result.emplace_back();
+      for (const DiffusePath& path : paths[i]) {
+        total.power += path.power;
+        total.excess_m += path.power * path.excess_m;
+      }
+      if (total.power > 0) total.excess_m /= total.power;
+    }
+  }
+  return result;
+}
+
+void diffuse(benchmark::State& state, int lobe_exponent) {
+  const Fixture& f = fixture();
+  DiffuseOptions options;
+  options.rays = static_cast<int>(state.range(0));
+  options.lobe_exponent = lobe_exponent;
+  const DiffuseScattering scattering(f.city.city.mesh, f.scene, options);
+  std::vector<std::vector<DiffusePath>> paths(f.sky.size());
+  std::size_t place = 0;
+  for (auto _ : state) {
+    scattering.trace(f.city.places[place], f.sky, f.wanted_at(place), paths);
+    benchmark::DoNotOptimize(paths.data());
+    place = (place + 1) % f.city.places.size();
+  }
+  double with = 0, found = 0;
+  for (std::size_t p = 0; p < f.city.places.size(); ++p) {
+    scattering.trace(f.city.places[p], f.sky, f.wanted_at(p), paths);
+    for (const auto& one : paths) {
+      with += one.empty() ? 0 : 1;
+      found += static_cast<double>(one.size());
+    }
+  }
+  const auto places = static_cast<double>(f.city.places.size());
+  state.counters["wanted"] = f.wanted_per_place;  // satellites of an epoch
+  state.counters["with"] = with / places;         // of these, with a path
+  state.counters["paths"] = found / places;
+
+  // Against 4096 rays, of the satellites whose total is above -35 dB with these: quantiles of the error of
+  // the total power and of the mean excess.
+  options.rays = 4096;
+  const std::vector<Total> truth = totals(options);
+  options.rays = static_cast<int>(state.range(0));
+  const std::vector<Total> these = totals(options);
+  double bias_db = 0;
+  int missed = 0;
+  std::vector<double> db, m;
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    if (truth[k].power < std::pow(10, -3.5)) continue;
+    if (these[k].power <= 0) {
+      ++missed;
+      continue;
+    }
+    const double error_db = 10 * std::log10(these[k].power / truth[k].power);
+    bias_db += error_db;
+    db.push_back(std::abs(error_db));
+    m.push_back(std::abs(these[k].excess_m - truth[k].excess_m));
+  }
+  std::sort(db.begin(), db.end());
+  std::sort(m.begin(), m.end());
+  const auto quantile = [](const std::vector<double>& sorted, double q) {
+    return sorted[static_cast<std::size_t>(q * static_cast<double>(sorted.size() - 1))];
+  };
+  state.counters["judged"] = static_cast<double>(db.size());
+  state.counters["missed"] = missed;
+  state.counters["bias_dB"] = bias_db / static_cast<double>(db.size());
+  state.counters["dB_p50"] = quantile(db, 0.5);
+  state.counters["dB_p90"] = quantile(db, 0.9);
+  state.counters["m_p50"] = quantile(m, 0.5);
+  state.counters["m_p90"] = quantile(m, 0.9);
+}
+
+void Lambert(benchmark::State& state) {
+  diffuse(state, 0);
+}
+BENCHMARK(Lambert)
+    ->Arg(48)
+    ->Arg(96)
+    ->Arg(128)
+    ->Arg(160)
+    ->Arg(192)
+    ->Arg(224)
+    ->Arg(256)
+    ->Arg(384)
+    ->Arg(1024)
+    ->Unit(benchmark::kMicrosecond);
+
+void Directive(benchmark::State& state) {
+  diffuse(state, 3);
+}
+BENCHMARK(Directive)->Arg(96)->Arg(192)->Arg(384)->Arg(1024)->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return canyon::bench::run_benchmarks(argc, argv, fixture);
+}

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "canyon/city/fwd.hpp"
+#include "canyon/paths/propagation/index/bounds_blocks.hpp"
+#include "canyon/paths/propagation/index/knife_edge.hpp"
+
+namespace canyon::propagation {
+
+/// A straight convex edge between two faces, or the free edge of a single one: what diffracts as one.
+///
+/// Angles about an edge are counted from face 0 through the air to face 1: the direction from the edge into
+/// face 0 is normal[0] x direction and lies at 0, the one into face 1 is direction x normal[1] and lies at
+/// `exterior_rad`. A free edge has its sheet as both faces, normals to both sides, 2 pi of air between them.
+struct Edge {
+  Eigen::Vector3d start = Eigen::Vector3d::Zero();       ///< [m]
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  ///< unit
+  double length_m = 0;
+  double exterior_rad = 0;  ///< of air between the faces, (pi, 2 pi]
+  std::array<Eigen::Vector3d, 2> normal{Eigen::Vector3d::UnitZ(),
+                                        Eigen::Vector3d::UnitZ()};  ///< unit, of the faces, into the air
+  std::array<std::uint32_t, 2> triangle{};  ///< one of each face's at the edge; equal for a free edge
+  double deviation_m = 0;                   ///< of the farthest vertex from the straight line
+
+  /// Unit; halves the air between the faces.
+  [[nodiscard]] Eigen::Vector3d outward() const;
+  /// A free edge: 2 pi of air about a sheet, open or closed to no thickness.
+  [[nodiscard]] bool is_free() const { return normal[0].dot(normal[1]) < -1 + 1e-9; }
+  /// Whether a place lies more than `clearance_m` + twice the deviation above the plane of a face.
+  [[nodiscard]] bool is_seen_from(const Eigen::Vector3d& place, double clearance_m) const {
+    const Eigen::Vector3d from = place - start;
+    return std::max(normal[0].dot(from), normal[1].dot(from)) > clearance_m + 2 * deviation_m;
+  }
+};
+
+/// The path of a plane wave around an edge.
+struct EdgePoint {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< on the edge
+  double leg_m = 0;                                 ///< from the antenna to the point, above 0
+  double excess_m = 0;                              ///< longer than the straight line, at least 0
+  double bending_rad = 0;  ///< between the leg and the direction to the satellite, [0, pi]
+  bool shadowed = false;   ///< the edge's own faces, were they endless, stand in the straight line
+};
+
+/// The diffraction point for an antenna and a satellite at infinity in direction `s` (unit), in closed form.
+///
+/// The path |P - A| - s.(P - A) is stationary over the edge's points P where the leg makes with the edge the
+/// angle that the satellite's direction makes with it (Keller's cone: J. B. Keller, "Geometrical theory of
+/// diffraction", J. Opt. Soc. Am. 52 (1962), 116-130). With w the vector from the antenna to the nearest
+/// point of the edge's line and c = s.u that point lies |w| c / sqrt(1 - c^2) along u from there; it is a
+/// minimum, as the path is convex. Excess = leg (1 - cos(bending)), computed as leg |e - s|^2 / 2, e the
+/// leg's direction, which loses no digits near the shadow boundary: within 1e-12 of the leg + 4e-16 of the
+/// coordinates.
+///
+/// Empty where the point is beyond the edge's ends (1 nm of slack), where antenna or satellite lie behind
+/// both faces, where the satellite stands within 1e-6 rad of the edge's own direction, or the antenna within
+/// 1 um of its line. Other obstacles are not looked at.
+[[nodiscard]] std::optional<EdgePoint> diffraction_point(const Edge& edge, const Eigen::Vector3d& antenna,
+                                                         const Eigen::Vector3d& s);
+
+/// Edges within reach of an antenna, prepared for testing many directions at once: structure of arrays in
+/// floats about the antenna.
+struct NearEdges {
+  std::vector<std::uint32_t> edge;  ///< index into the set; not padded
+  std::vector<float> along_x, along_y, along_z;
+  std::vector<float> foot_x, foot_y, foot_z;  ///< nearest point of the edge's line, from the antenna [m]
+  std::vector<float> squared_distance;        ///< of the line [m^2]
+  std::vector<float> low, high;               ///< cosines, along the edge, of the directions to its ends
+  double farthest_m = 0;                      ///< of the lines
+  /// Normals of both faces.
+  std::vector<float> first_x, first_y, first_z, second_x, second_y, second_z;
+  /// After pad() arrays but `edge` are padded to a multiple of this with edges that match nothing; before,
+  /// they are longer than that.
+  static constexpr std::size_t kLanes = 32;
+
+  void clear();
+  void append(std::uint32_t index, const Edge& edge, const Eigen::Vector3d& antenna);
+  void pad();
+
+ private:
+  void resize(std::size_t size);
+};
+
+/// Marks edges that may diffract a satellite in direction `s` to the antenna with an excess path of at most
+/// `max_excess_m`. Never misses one that diffraction_point() finds; `marks` gets the padded length.
+void mark_diffracting(const NearEdges& near, const Eigen::Vector3d& s, double max_excess_m,
+                      std::vector<std::uint8_t>& marks);
+
+/// The diffracting edges of a mesh, made once. Foliage has none. Const members are thread-safe.
+class EdgeSet {
+ public:
+  /// No edges.
+  EdgeSet() = default;
+  /// Triangles meet at an edge when they share the positions of two vertices. About each edge the faces are
+  /// put in order by angle, so that walls that two buildings share, roofs that go on over them and faces
+  /// given twice make no edge. Edges are merged where one goes on from the other with the same faces:
+  /// directions and normals within 0.5 deg, vertices within 0.5 mm of the line of the longest. Throws
+  /// InputError for options that do not validate(); the mesh must pass city::check_mesh().
+  explicit EdgeSet(const city::Mesh& mesh, EdgeOptions options = {});
+
+  [[nodiscard]] std::span<const Edge> edges() const { return edges_; }
+
+  /// Edges with a point within `reach_m` of the antenna that are seen from there (Edge::is_seen_from()).
+  void gather(const Eigen::Vector3d& antenna, double reach_m, double clearance_m, NearEdges& out) const;
+
+ private:
+  void order_in_blocks();
+
+  std::vector<Edge> edges_;  ///< so ordered that neighbours lie together
+  BoundsBlocks blocks_;
+};
+
+}  // namespace canyon::propagation

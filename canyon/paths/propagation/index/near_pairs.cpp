@@ -1,0 +1,104 @@
+#include "canyon/paths/propagation/index/near_pairs.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace canyon::propagation {
+
+using Eigen::Vector3d;
+
+void NearPairs::hold(const FacetSet& set, const BeamIndex& beams, const Vector3d& antenna,
+                     std::span<const Vector3d> directions, double reach_m) {
+  set_ = &set;
+  beams_ = &beams;
+  reach_m_ = reach_m;
+  if (!stay_.begins(antenna, directions)) return;
+  bins_.build(stay_.directions());
+  beams.gather(antenna, reach_m + Stay::kAntennas.reach_m(), blocks_);
+  entries_.clear();
+  matches_.clear();
+}
+
+NearPairs::Matches NearPairs::behind(std::uint32_t facet) {
+  const auto at = std::lower_bound(entries_.begin(), entries_.end(), facet,
+                                   [](const Entry& entry, std::uint32_t of) { return entry.facet < of; });
+  if (at != entries_.end() && at->facet == facet)
+    return {true, std::span(matches_).subspan(at->begin, at->end - at->begin)};
+  const Facet& mirror = set_->facets()[facet];
+  const double height = mirror.normal.dot(stay_.centre()) - mirror.offset;
+  if (height < 1.1 * Stay::kAntennas.extent_m(mirror.normal)) return {};
+  const Beam beam =
+      make_beam(mirror, stay_.centre() - 2 * height * mirror.normal, height, reach_m_, Stay::kAntennas);
+  beams_->find(beam, blocks_, bins_, nullptr, found_, Stay::kSpread);
+  Entry entry{facet, static_cast<std::uint32_t>(matches_.size()), 0};
+  matches_.insert(matches_.end(), found_.begin(), found_.end());
+  entry.end = static_cast<std::uint32_t>(matches_.size());
+  entries_.insert(at, entry);
+  return {true, found_};
+}
+
+namespace {
+
+/// Cosine, along an edge, of the direction to a point `along_m` from the foot of a line.
+double cosine_of(double along_m, double distance_m) {
+  const double range = std::hypot(along_m, distance_m);
+  return range > 0 ? along_m / range : 0;
+}
+
+}  // namespace
+
+void NearBends::hold(const EdgeSet& set, const Vector3d& antenna, std::span<const Vector3d> directions,
+                     double reach_m, double clearance_m, NearEdges& near) {
+  if (!stay_.begins(antenna, directions)) return;
+  see(set, reach_m, clearance_m, near);
+  if (found_.size() < directions.size()) found_.resize(directions.size());
+  for (Found& found : found_) found.max_excess_m = -1;
+}
+
+/// The excess E of a path around an endless edge is leg |e - s|^2 / 2, e the direction of the leg to it. It
+/// is stationary, so that it changes by (s - e) . dA as the antenna moves and by leg (e - s) . ds as the
+/// satellite does: its root by at most |dA| / sqrt(2 leg) and sqrt(leg / 2) |ds|.
+void NearBends::see(const EdgeSet& set, double reach_m, double clearance_m, NearEdges& near) {
+  const double radius = Stay::kAntennas.reach_m();
+  set.gather(stay_.centre(), reach_m + radius, clearance_m - radius, near);
+  seen_.clear();
+  seen_.reserve(near.edge.size());
+  for (const std::uint32_t index : near.edge) {
+    const auto& edge = set.edges()[index];
+    Seen& s = seen_.emplace_back();
+    const Vector3d to_start = edge.start - stay_.centre();
+    const double start = to_start.dot(edge.direction);
+    s.edge = index;
+    s.foot = to_start - start * edge.direction;
+    s.distance_m = s.foot.norm();
+    const double nearest = s.distance_m - radius, farthest = s.distance_m + radius;
+    const double low = start - radius, high = start + edge.length_m + radius;
+    const bool certain = nearest > 0.1;
+    s.low = certain ? cosine_of(low, low > 0 ? farthest : nearest) - Stay::kSpread - 1e-6 : -2;
+    s.high = certain ? cosine_of(high, high > 0 ? nearest : farthest) + Stay::kSpread + 1e-6 : 2;
+    s.root_m =
+        certain ? radius / std::sqrt(2 * nearest) + 1.1 * Stay::kSpread * std::sqrt(reach_m / 2) + 1e-3 : 1e6;
+  }
+}
+
+std::span<const std::uint32_t> NearBends::of(const EdgeSet& set, std::uint32_t satellite,
+                                             double max_excess_m) {
+  Found& found = found_[satellite];
+  if (found.max_excess_m == max_excess_m) return found.edges;
+  found.max_excess_m = max_excess_m;
+  found.edges.clear();
+  const Vector3d& s = stay_.directions()[satellite];
+  const double root = std::sqrt(max_excess_m);
+  for (const Seen& seen : seen_) {
+    const auto& edge = set.edges()[seen.edge];
+    const double cosine = edge.direction.dot(s);
+    if (cosine < seen.low || cosine > seen.high) continue;
+    if (edge.normal[0].dot(s) < -Stay::kSpread && edge.normal[1].dot(s) < -Stay::kSpread) continue;
+    const double excess = seen.distance_m * std::sqrt(std::max(0.0, 1 - cosine * cosine)) - seen.foot.dot(s);
+    const double most = root + seen.root_m;
+    if (excess <= most * most) found.edges.push_back(seen.edge);
+  }
+  return found.edges;
+}
+
+}  // namespace canyon::propagation

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "canyon/paths/propagation/index/beam_index.hpp"
+#include "canyon/paths/propagation/index/direction_bins.hpp"
+#include "canyon/paths/propagation/index/edges.hpp"
+#include "canyon/paths/propagation/index/facets.hpp"
+#include "canyon/paths/propagation/index/places.hpp"
+
+namespace canyon::propagation {
+
+/// Remembers during a Stay which facets may reflect satellites over a facet next to the antenna. For each
+/// facet it is searched once. Never misses a facet that BeamIndex::find() needs; what is found must be
+/// verified, so that results do not depend on it. Of one set of facets and one reach; its memory is that of
+/// the facets in one antenna's view.
+class NearPairs {
+ public:
+  /// Makes it hold for an antenna.
+  void hold(const FacetSet& set, const BeamIndex& beams, const Eigen::Vector3d& antenna,
+            std::span<const Eigen::Vector3d> directions, double reach_m);
+  /// Facets and directions behind a facet next to the antenna; empty if the facet is too near to be held.
+  /// Valid until the next call.
+  struct Matches {
+    bool held = false;
+    std::span<const BeamIndex::Match> matches;
+  };
+  [[nodiscard]] Matches behind(std::uint32_t facet);
+
+ private:
+  /// Matches [begin, end).
+  struct Entry {
+    std::uint32_t facet = 0, begin = 0, end = 0;
+  };
+
+  const FacetSet* set_ = nullptr;
+  const BeamIndex* beams_ = nullptr;
+  double reach_m_ = 0;
+  Stay stay_;
+  DirectionBins bins_;
+  BeamIndex::Blocks blocks_;
+  std::vector<Entry> entries_;  ///< by facet
+  std::vector<BeamIndex::Match> matches_, found_;
+};
+
+/// Remembers during a Stay which edges may bend which satellites. Never misses one that mark_diffracting()
+/// marks; what is found must be verified, so that results do not depend on it. Of one set of edges and one
+/// reach; its memory is that of the edges in one antenna's view.
+class NearBends {
+ public:
+  /// Makes it hold for an antenna. @param near memory of the caller, replaced
+  void hold(const EdgeSet& set, const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
+            double reach_m, double clearance_m, NearEdges& near);
+  /// Edges of the same set that may bend a satellite by at most `max_excess_m`; valid until the next call.
+  [[nodiscard]] std::span<const std::uint32_t> of(const EdgeSet& set, std::uint32_t satellite,
+                                                  double max_excess_m);
+
+ private:
+  /// An edge as it is seen from everywhere in the stay.
+  struct Seen {
+    std::uint32_t edge;
+    Eigen::Vector3d foot;  ///< as in NearEdges
+    double distance_m, low, high;
+    double root_m;  ///< by how much the root of its excess may change [sqrt(m)]
+  };
+  struct Found {
+    double max_excess_m = -1;
+    std::vector<std::uint32_t> edges;
+  };
+  void see(const EdgeSet& set, double reach_m, double clearance_m, NearEdges& near);
+
+  Stay stay_;
+  std::vector<Seen> seen_;
+  std::vector<Found> found_;  ///< by satellite
+};
+
+}  // namespace canyon::propagation

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <memory>
+#include <mutex>
+#include <shared_mutex>
+#include <unordered_map>
+
+#include "canyon/city/raytrace/ray_scene.hpp"
+
+namespace canyon::propagation {
+
+/// Caches what is made of the meshes of movable instances, each when it is first seen. Ids are never used
+/// again, so an entry stays true. Thread-safe.
+template <typename Prepared>
+class PerInstance {
+ public:
+  /// `make(mesh)` gives a std::unique_ptr<const Prepared>; called once for each instance.
+  template <typename Make>
+  const Prepared& of(const raytrace::PlacedInstance& placed, const Make& make) const {
+    {
+      const std::shared_lock lock(mutex_);
+      const auto found = prepared_.find(placed.id);
+      if (found != prepared_.end()) return *found->second;
+    }
+    const std::unique_lock lock(mutex_);
+    auto& entry = prepared_[placed.id];
+    if (!entry) entry = make(*placed.mesh);
+    return *entry;
+  }
+
+ private:
+  mutable std::shared_mutex mutex_;
+  mutable std::unordered_map<raytrace::InstanceId, std::unique_ptr<const Prepared>> prepared_;
+};
+
+/// Where a set of facets or edges stands: at the pose of a movable instance, or, as the city does, in its own
+/// frame (null). Poses are rigid (RayScene sees to it).
+class SetPose {
+ public:
+  SetPose(const Eigen::Isometry3d* enu_from_set = nullptr) : pose_(enu_from_set) {}
+
+  [[nodiscard]] bool is_own() const { return pose_ == nullptr; }
+  [[nodiscard]] const Eigen::Isometry3d* get() const { return pose_; }
+  /// A direction of the set in ENU, and the other way.
+  [[nodiscard]] Eigen::Vector3d turned(const Eigen::Vector3d& v) const {
+    return is_own() ? v : Eigen::Vector3d(pose_->linear() * v);
+  }
+  [[nodiscard]] Eigen::Vector3d turned_back(const Eigen::Vector3d& v) const {
+    return is_own() ? v : Eigen::Vector3d(pose_->linear().transpose() * v);
+  }
+  /// A point of the set in ENU, and the other way.
+  [[nodiscard]] Eigen::Vector3d moved(const Eigen::Vector3d& v) const {
+    return is_own() ? v : Eigen::Vector3d(*pose_ * v);
+  }
+  [[nodiscard]] Eigen::Vector3d moved_back(const Eigen::Vector3d& v) const {
+    return is_own() ? v : Eigen::Vector3d(pose_->linear().transpose() * (v - pose_->translation()));
+  }
+
+ private:
+  const Eigen::Isometry3d* pose_;
+};
+
+}  // namespace canyon::propagation

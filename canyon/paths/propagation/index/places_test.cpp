@@ -1,0 +1,74 @@
+#include "canyon/paths/propagation/index/places.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace canyon::propagation {
+namespace {
+
+struct Kept {
+  int number = 0;
+};
+
+/// Counts the living.
+struct Counted {
+  static inline int alive = 0;
+  Counted() { ++alive; }
+  ~Counted() { --alive; }
+};
+
+TEST(Places, AntennasInTurnsHaveTheirOwn) {
+  const Places<Kept> places;
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(places.about({20.0 * i, 0, 2}).get(), nullptr);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(places.about({20.0 * i, 2, 2}).get(), nullptr);
+  for (int i = 0; i < 100; ++i) {
+    const auto lease = places.about({20.0 * i, 3, 2});
+    ASSERT_NE(lease.get(), nullptr);
+    lease.get()->number = i;
+  }
+  for (int i = 99; i >= 0; --i) EXPECT_EQ(places.about({20.0 * i, 6, 2.3}).get()->number, i);
+}
+
+TEST(Places, WhatIsTakenIsNotGivenAgain) {
+  const Places<Kept> places;
+  for (int i = 0; i < 2; ++i) (void)places.about({0, 0, 0});
+  const auto first = places.about({1, 0, 0});
+  ASSERT_NE(first.get(), nullptr);
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(places.about({1, 0, 0}).get(), nullptr);
+  const auto second = places.about({1, 0, 0});
+  ASSERT_NE(second.get(), nullptr);
+  EXPECT_NE(second.get(), first.get());
+}
+
+TEST(Places, AntennasThatAreFarHaveNothing) {
+  const Places<Kept> places;
+  (void)places.about({0, 0, 0});
+  EXPECT_EQ(places.about({5.1, 0, 0}).get(), nullptr);
+  EXPECT_EQ(places.about({0, 0, 0.6}).get(), nullptr);
+}
+
+/// A map asks for place after place: what is kept must not stay with the entries that go from hand to hand.
+TEST(Places, WhatIsKeptGoesWithItsPlace) {
+  const Places<Counted> places;
+  const int most = static_cast<int>(Places<Counted>::kMost);
+  for (int i = 0; i < most; ++i) {
+    for (int k = 0; k < 3; ++k) (void)places.about({20.0 * i, 0, 2});
+  }
+  EXPECT_GT(Counted::alive, most / 4);
+  for (int i = 0; i < 2 * most; ++i) {
+    for (int k = 0; k < i % 3; ++k) (void)places.about({20.0 * i, 100, 2});
+  }
+  EXPECT_EQ(Counted::alive, 0);
+}
+
+TEST(Places, OldPlacesAreForgotten) {
+  const Places<Kept> places;
+  (void)places.about({-20, 0, 0});
+  for (std::uint64_t i = 0; i <= Places<Kept>::kMost; ++i)
+    (void)places.about({20.0 * static_cast<double>(i), 0, 0});
+  EXPECT_EQ(places.about({-20, 0, 0}).get(), nullptr);
+}
+
+}  // namespace
+}  // namespace canyon::propagation

@@ -1,0 +1,153 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "canyon/city/fwd.hpp"
+#include "canyon/city/raytrace/ray_scene.hpp"
+#include "canyon/paths/propagation/diffraction.hpp"
+#include "canyon/paths/propagation/diffuse.hpp"
+#include "canyon/paths/propagation/paths.hpp"
+#include "canyon/paths/propagation/propagation_options.hpp"
+
+namespace canyon::propagation {
+
+/// A path that costs much to find, and that an antenna a metre farther has as well: of the second order, or
+/// diffuse.
+struct FarPath {
+  std::uint32_t satellite = 0;  ///< index of its direction
+  Path path;                    ///< at the place where it was found
+  /// Of the second order: unit normals of the facets next to the antenna and next to the satellite.
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero(), far_normal = Eigen::Vector3d::Zero();
+
+  /// The path at another place and a little later: over the same planes, or from the same point of a facade.
+  /// Its detour is exact over planes for the satellite's old direction, and for a point over one facade; what
+  /// the satellite's way adds is of first order. Whether the way is still clear is not asked.
+  /// @param antenna, direction of the satellite there, unit, ENU; @param from_antenna, from_direction where
+  /// the path was found. Empty: the antenna is behind the facet.
+  [[nodiscard]] std::optional<Path> seen_from(const Eigen::Vector3d& antenna,
+                                              const Eigen::Vector3d& direction,
+                                              const Eigen::Vector3d& from_antenna,
+                                              const Eigen::Vector3d& from_direction) const;
+};
+
+/// A movable instance that stood about an antenna.
+struct StandingInstance {
+  raytrace::InstanceId id = 0;
+  Eigen::Isometry3d enu_from_instance = Eigen::Isometry3d::Identity();
+  Eigen::AlignedBox3d bounds;  ///< of the mesh, in its own frame
+
+  /// Whether it is the same, within a centimetre and 2e-3 rad.
+  [[nodiscard]] bool is_like(const StandingInstance& other) const;
+};
+
+/// The instances of a scene, by id, that are nearer to `antenna` than `reach_m`.
+[[nodiscard]] std::vector<StandingInstance> instances_about(const raytrace::RayScene& scene,
+                                                            const Eigen::Vector3d& antenna, double reach_m);
+
+/// What was found at one place, for antennas near it (Propagator::retrace()).
+struct TracedPlace {
+  Eigen::Vector3d antenna = Eigen::Vector3d::Zero();
+  std::vector<Eigen::Vector3d> directions;  ///< of the satellites, unit, ENU; empty: nothing was traced
+  std::vector<KnownEdge> edges;             ///< of the city that bend signals here
+  std::vector<FarPath> far;                 ///< by kind, satellite
+  std::vector<StandingInstance> instances;  ///< in reach
+};
+
+/// Traces satellites at places in a city. Const, thread-safe; facets are prepared once, and copies share
+/// them. The scene must outlive the propagator; its movable instances block and (specular) reflect, as they
+/// stood at its last commit(). `city` is the mesh that the scene was built from; it is not kept.
+class Propagator {
+ public:
+  /// Throws InputError for options that do not validate(). @param seed of what the facades draw
+  /// (DiffuseScattering)
+  Propagator(const city::Mesh& city, const raytrace::RayScene& scene, PropagationOptions options = {},
+             std::uint64_t seed = 0);
+
+  [[nodiscard]] const PropagationOptions& options() const;
+  /// Whether there are other copies.
+  [[nodiscard]] bool is_shared() const { return impl_.use_count() > 1; }
+
+  /// Paths of satellites in the given directions (unit, ENU, antenna to satellite) at one antenna.
+  /// result[i] belongs to directions[i]. The antenna must be finite (InputError).
+  ///
+  /// Specular: image method on planar facets: for facet normal n, satellite direction s and
+  /// antenna height h over the facet's plane, the reflected direction is r = s - 2 (s.n) n, excess path 2 h
+  /// (n.s); kept when r hits that facet's plane first, from its front, and the reflection point sees the
+  /// satellite. A facet is a maximal group of adjacent triangles in one plane (to 0.5 mm); buildings and
+  /// vehicles reflect, foliage only blocks. Facets in one plane that touch or coincide give one path. The
+  /// reflection point and the excess path are exact to the facet's plane (1e-9 m in a city of 10 km); paths
+  /// whose reflection point lies within RayScene::surface_offset_m() of an outer edge may be kept or missed,
+  /// and an antenna within twice that of a facet's plane gets none from it.
+  ///
+  /// Specular, second order (reflection_order 2; see SecondOrderSearch): satellite -> facet A -> facet B ->
+  /// antenna by double images, excess = 2 h_B (n_B.s) + 2 h_A (n_A.s), h_B the antenna's height over B's
+  /// plane and h_A that of its image in B over A's. A and B may be of the city or of instances, both limits
+  /// hold for both reflections, all three legs are clear; reflection points within twice surface_offset_m()
+  /// of the other facet's plane (deep in a corner) give no path. Excess paths are exact to 1e-9 m and points
+  /// to 1e-6 m for the facets' planes; facets within 0.5 mm of their triangles make the points of a real city
+  /// exact to some millimetres. Paths of the lower orders are the same as without it.
+  ///
+  /// Diffraction: EdgeDiffraction::trace(), excess_m the edge's own detour and edge_nu its nu (both are set;
+  /// arriving_wave() counts them once). A blocked satellite with nothing else is NLOS; beside a direct path
+  /// the edge's wave is a path, but the satellite stays LOS. Edges drawn beside a path through vegetation
+  /// count as beside a clear one.
+  ///
+  /// Diffuse: DiffuseScattering::trace(), for satellites without a direct path. point and arrival are of the
+  /// strongest path of a class.
+  ///
+  /// All: Direct comes first, then by excess path, of equal ones the lower order first. The lists are the
+  /// caller's; where they have grown, and what each thread and place keeps, nothing is allocated.
+  ///
+  /// Mirror: the paper's algorithm 2 and equation 1, m = d (1 + sin(pi/2 - 2 theta)), d the range of the ray
+  /// at azimuth + 180 deg and the same elevation theta, only for satellites whose direct ray is blocked. The
+  /// direct ray has no limit: walls farther than max_range_m block too. Material and incidence are those of
+  /// the facet that the mirror ray meets.
+  ///
+  /// @param place takes the far paths and edges that antennas near this one share (retrace()); null: nobody
+  /// asks for them
+  void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
+             std::span<SatellitePaths> result, TracedPlace* place = nullptr) const;
+
+  /// Of those paths that trace() finds at this antenna the ones that change from step to step: direct ones,
+  /// reflections of the first order, and around edges only those that `edges` names (places nearby mostly
+  /// have the same). Each path is as trace() has it. Left out are reflections of the second order and diffuse
+  /// paths, which cost most. Specular (asserted).
+  void trace_near(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
+                  std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const;
+  /// The same with the far paths of a place nearby (FarPath::seen_from()). False: its satellites are others,
+  /// or an instance in reach has moved; nothing is done.
+  [[nodiscard]] bool retrace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
+                             const TracedPlace& place, std::span<SatellitePaths> result) const;
+  /// Whether retrace() may be called, and costs less than trace().
+  [[nodiscard]] bool has_far_paths() const;
+
+ private:
+  struct Impl;
+  std::shared_ptr<const Impl> impl_;
+};
+
+/// The paper's equation 1 [m]: additional path for a mirror ray of range `range_m` at elevation
+/// `elevation_rad`, d (1 + sin(pi/2 - 2 theta)) = 2 d cos^2(theta).
+[[nodiscard]] double mirror_excess_m(double range_m, double elevation_rad);
+
+/// The paper's algorithm 2 on ranges that another ray caster measured: LOS where the direct ray is free, else
+/// NLOS by the mirror ray, else blocked. The surface that the ray met is unknown: the path is as strong as
+/// one over concrete at the incidence of a vertical wall that faces the arrival, its elevation, and all
+/// reflectors have the same name.
+/// @param direction unit, ENU, antenna to satellite
+/// @param mirror_range_m of the ray at azimuth + 180 deg and the same elevation; empty: it met nothing in
+/// reach
+[[nodiscard]] SatellitePaths mirror_paths(const Eigen::Vector3d& antenna, const Eigen::Vector3d& direction,
+                                          bool direct_blocked, std::optional<double> mirror_range_m);
+/// Direction of the mirror ray of a satellite in `direction`.
+[[nodiscard]] inline Eigen::Vector3d mirror_direction(const Eigen::Vector3d& direction) {
+  return {-direction.x(), -direction.y(), direction.z()};
+}
+
+}  // namespace canyon::propagation

@@ -1,0 +1,154 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "canyon/base/geodesy/gps_time.hpp"
+#include "canyon/receiver/positioning/positioning_options.hpp"
+#include "canyon/receiver/positioning/pseudorange_model.hpp"
+
+// State and equations of the position filter. Private to canyon/positioning.
+
+namespace canyon::positioning {
+
+/// States: ECEF position and velocity, clock drift [m/s], each constellation's clock [m].
+inline constexpr int kPosition = 0;
+inline constexpr int kVelocity = 3;
+inline constexpr int kDrift = 6;
+inline constexpr int kClock = 7;
+inline constexpr int kStates = kClock + static_cast<int>(gnss::kConstellations.size());
+using StateVector = Eigen::Matrix<double, kStates, 1>;
+using StateMatrix = Eigen::Matrix<double, kStates, kStates>;
+
+/// Standard deviation of states unknown at a start: a fix's own position and clocks, which its measurements
+/// then determine again. 1e-8 of the weight of a pseudorange of 1 m.
+inline constexpr double kUnknown_m = 1e4;
+
+/// Place of a system's clock among kConstellations.
+inline std::size_t clock_index(gnss::System system) {
+  return static_cast<std::size_t>(clock_system(system));
+}
+inline int clock_of(gnss::System system) {
+  return kClock + static_cast<int>(clock_index(system));
+}
+
+/// A measurement's linear equation: innovation = gradient . error + noise.
+struct Row {
+  StateVector gradient = StateVector::Zero();
+  double innovation = 0;
+  double sigma = 1;  ///< that gains go by
+  /// The satellite of a pseudorange; empty: a Doppler, whose errors do not last.
+  std::optional<gnss::SatelliteId> satellite;
+  double share = 1;  ///< Measurement::stated_share
+};
+/// A row that was taken, and its gain.
+struct Taken {
+  Row row;
+  StateVector gain;
+};
+/// Covariance of the state's error and the error of a satellite's pseudorange that lasts, as multiples of the
+/// latter's deviation.
+struct Lasting {
+  gnss::SatelliteId satellite;
+  StateVector covariance = StateVector::Zero();
+  geodesy::GpsTime taken;  ///< when a pseudorange of it last passed the gate
+};
+
+/// How the clock of the pseudoranges goes beside the drift of the Dopplers. Phones set it anew at each epoch.
+struct OwnClock {
+  std::optional<gnss::System> of;  ///< whose clock it is; empty: none is known
+  double clock_m = 0;              ///< at the last epoch, by the median of the pseudoranges
+  double rate_mps = 0;
+  double mean_square_m2 = 0;
+};
+
+/// State of the filter at an instant.
+struct Track {
+  geodesy::GpsTime time;
+  geodesy::GpsTime measured;  ///< when a measurement last passed the gate
+  std::optional<geodesy::GpsTime> astray_since;
+  std::array<std::optional<geodesy::GpsTime>, gnss::kConstellations.size()> system_astray_since;
+  std::array<bool, gnss::kConstellations.size()> known{};  ///< the constellation has a clock
+  StateVector x = StateVector::Zero();
+  StateMatrix p = StateMatrix::Zero();  ///< covariance that gains go by: of white errors as the weights say
+  /// Covariance of the state's error under these gains, where errors last and are as large as residuals show.
+  StateMatrix stated = StateMatrix::Zero();
+  std::vector<Lasting> lasting;
+  /// Share of the motion's noise in `stated`: that of the latest pseudoranges' variances (Row::share), for
+  /// the gains are those of the whole errors.
+  double noise_share = 1;
+
+  [[nodiscard]] Eigen::Vector3d position() const { return x.segment<3>(kPosition); }
+  [[nodiscard]] Eigen::Vector3d velocity() const { return x.segment<3>(kVelocity); }
+  [[nodiscard]] bool knows(gnss::System system) const { return known[clock_index(system)]; }
+};
+
+/// P h in ascending order of h's elements, as Eigen sums. Plain loops: Eigen's products of 12 x 12 matrices
+/// take ten seconds to compile.
+[[nodiscard]] StateVector times(const StateMatrix& p, const StateVector& h);
+
+/// Scalar updates at one point of linearisation, by Joseph's form: P = (I - K h) P (I - K h)^T + K R K^T.
+class Update {
+ public:
+  explicit Update(Track& track) : track_(track) {}
+  /// Goes on from `begun`, an update of another track that is otherwise equal.
+  Update(Track& track, const Update& begun)
+      : track_(track), correction_(begun.correction_), taken_(begun.taken_) {}
+
+  /// False, and nothing changed, where the innovation is beyond `gate_sigmas`.
+  bool take(const Row& row, double gate_sigmas);
+  /// Takes the result of `other` in place of its own.
+  void adopt(const Update& other) {
+    track_.p = other.track_.p;
+    track_.stated = other.track_.stated;
+    correction_ = other.correction_;
+    taken_ = other.taken_;
+  }
+  void finish() { track_.x += correction_; }
+  [[nodiscard]] const std::vector<Taken>& taken() const { return taken_; }
+
+ private:
+  Track& track_;
+  StateVector correction_ = StateVector::Zero();
+  std::vector<Taken> taken_;
+};
+
+/// Brings Track::stated up to date with rows that were taken: the covariance of an estimate whose gains K
+/// come from another model of the errors than these have (Gelb, Applied Optimal Estimation, 7.2; Schmidt's
+/// consider states). A pseudorange's error has a white part and one that lasts, of deviations w and b; C is
+/// the covariance of the state's error and the latter over b:
+///   S - K m' - m K' + K K' (h' S h + w^2 + b^2 + 2 b h' C),  m = S h + b C,  then C - K h' C - K b.
+/// @param excess variance of errors over that of the weights. With error_correlation_s all of it lasts, of
+/// corrected pseudoranges what is above 1: their noise is white.
+void state_accuracy(Track& track, std::span<const Taken> taken, double excess,
+                    const PositionFilterOptions& options);
+
+/// One epoch's satellites around a position.
+struct Epoch {
+  geodesy::GpsTime time;
+  std::vector<RangedSatellite> satellites;
+  std::vector<bool> passed;        ///< one per satellite
+  std::vector<std::size_t> order;  ///< of satellites, as pseudoranges were looked at
+};
+
+/// Covariance [m^2/s^2, ECEF] of an unknown velocity.
+[[nodiscard]] Eigen::Matrix3d unknown_velocity(const Eigen::Vector3d& position_ecef);
+
+/// Over dt white acceleration of density q gives position and velocity q dt^3 / 3, q dt^2 / 2, q dt
+/// (Bar-Shalom, Li & Kirubarajan, Estimation with Applications to Tracking and Navigation, eq. 6.2.2-4), and
+/// likewise the clock from its drift, plus white frequency.
+/// Errors that last keep exp(-dt / error_correlation_s) of themselves.
+void predict(Track& track, double dt, const PositionFilterOptions& options);
+
+[[nodiscard]] Row pseudorange_row(const Track& track, const RangedSatellite& satellite);
+[[nodiscard]] Row doppler_row(const Track& track, const RangedSatellite& satellite);
+
+/// The clock's steps `dt` seconds after the last epoch, and clocks of constellations that had none.
+void mind_clocks(Track& track, OwnClock& own, const Epoch& epoch, double dt);
+
+}  // namespace canyon::positioning

@@ -1,0 +1,508 @@
+#include "canyon/receiver/positioning/fix.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/statistics.hpp"
+#include "canyon/receiver/positioning/least_squares.hpp"
+#include "canyon/receiver/positioning/pseudorange_model.hpp"
+
+namespace canyon::positioning {
+namespace {
+
+using geodesy::kSpeedOfLight;
+using gnss::System;
+
+/// Mask and atmosphere wait until the last step was below this: Newton's next error is then about 5 m, 1e-6
+/// rad of elevation.
+constexpr double kPlaceKnown_m = 1e4;
+constexpr double kEarthRadius_m = 6.371e6;
+/// Radius beyond every orbit: an iteration that got there does not come back.
+constexpr double kAstray_m = 1e9;
+/// While still far from the place only an exactly degenerate geometry stops the iteration.
+constexpr double kWorkingThreshold = 1e-13;
+
+class Solver {
+ public:
+  Solver(geodesy::GpsTime receiver_time, const std::vector<Measurement>& measurements, const orbit::Sky& sky,
+         const FixOptions& options, const std::map<System, gnss::Klobuchar>& klobuchar,
+         const Eigen::Vector3d& start)
+      : receiver_time_(receiver_time), options_(options), klobuchar_(klobuchar), position_(start) {
+    satellites_ = ranged_satellites(receiver_time, measurements, sky, options);
+    // A large receiver clock bias would cost digits in every residual.
+    if (!satellites_.empty()) offset_m_ = satellites_.front().pseudorange_m;
+    for (RangedSatellite& satellite : satellites_) satellite.pseudorange_m -= offset_m_;
+  }
+
+  Fix solve() {
+    Fix fix = locate();
+    if (fix.solved() && options_.raim.enabled) fix = monitor(std::move(fix));
+    return fix;
+  }
+
+  /// At a place that was found by other means, of the satellites that RAIM keeps.
+  Fix at(const Eigen::Vector3d& place) {
+    Fix fix, own = solve();
+    fix.consistent = own.consistent;
+    fix.excluded = std::move(own.excluded);
+    position_ = place;
+    for (RangedSatellite& satellite : satellites_) {
+      satellite.excluded = std::count(fix.excluded.begin(), fix.excluded.end(), satellite.measured->id) > 0;
+      for (int i = 0; i < 3; ++i) place_satellite(satellite, place);
+    }
+    look_up(satellites_, place, receiver_time_, options_, klobuchar_);
+    if (!choose(fix)) return fix;
+    iterate(fix, true);
+    if (fix.status == FixStatus::Singular) return fix;
+    fix.status = FixStatus::Fix;
+    finish(fix);
+    return fix;
+  }
+
+ private:
+  Fix locate() {
+    const Fix fix = attempt();
+    if (fix.solved() || fix.status == FixStatus::WeakGeometry || fix.iterations == 0) return fix;
+    // With few satellites Newton may run to the mirrored solution or away; the ground below the satellites is
+    // a safer place to begin. (2000 sets of four satellites: the Earth's centre led 9 astray, both together
+    // 1, with a GDOP of 744.)
+    position_.setZero();
+    for (const RangedSatellite& satellite : satellites_) position_ += satellite.state.position_m.normalized();
+    if (!(position_.norm() > 0)) return fix;
+    position_ *= kEarthRadius_m / position_.norm();
+    clock_m_.fill(0);
+    for (RangedSatellite& satellite : satellites_) {
+      satellite.above_mask = true;
+      satellite.atmosphere_m = 0;
+    }
+    const Fix again = attempt();
+    return !again.solved() && fix.status == FixStatus::Singular ? fix : again;
+  }
+
+  Fix attempt() {
+    Fix fix;
+    double step = std::numeric_limits<double>::infinity();
+    bool place_known = false;
+    int looks = 0;
+    while (fix.iterations < options_.max_iterations) {
+      place_known = place_known || step < kPlaceKnown_m;
+      if (place_known) {
+        look_up(satellites_, position_, receiver_time_, options_, klobuchar_, looks++);
+      }
+      if (!choose(fix)) return fix;
+      ++fix.iterations;
+      step = iterate(fix);
+      if (fix.status == FixStatus::Singular) return fix;
+      if (!(position_.norm() < kAstray_m)) {
+        fix.status = FixStatus::NotConverged;
+        return fix;
+      }
+      // Mask and atmosphere were looked up where this step began, less than convergence_m away.
+      if (place_known && step < options_.convergence_m) {
+        fix.status = FixStatus::Fix;
+        break;
+      }
+    }
+    // A weak geometry magnifies the rounding of ranges (about 1e-8 m) above the criterion: it has converged.
+    if (fix.status != FixStatus::Fix && place_known && step < 1 && fix.rank == fix.unknowns &&
+        step < 1e-8 * std::sqrt(least_squares_.cofactor().trace()) / smallest_sigma_m_) {
+      fix.status = FixStatus::Fix;
+    }
+    finish(fix);
+    return fix;
+  }
+
+  /// Satellites and clocks of the next step; false, with the status, where they are too few.
+  bool choose(Fix& fix) {
+    std::array<int, gnss::kSystemCount> count{};
+    fix.available = 0;
+    for (const RangedSatellite& satellite : satellites_) {
+      if (!satellite.above_mask) continue;
+      ++fix.available;
+      if (!satellite.excluded) ++count[static_cast<std::size_t>(satellite.measured->id.system)];
+    }
+    clocks_ = clocks_of(count);
+    rows_ = 0;
+    for (RangedSatellite& satellite : satellites_) {
+      satellite.active = satellite.above_mask && !satellite.excluded && column_of(satellite) >= 0;
+      if (satellite.active) ++rows_;
+    }
+    if (options_.weights.weighting == Weighting::Equal) weigh_equally();
+    fix.unknowns = 3 + std::max(clocks_.count, 1);
+    if (enough_satellites(rows_, clocks_.count, options_)) return true;
+    fix.status = FixStatus::TooFewSatellites;
+    fix.rank = 0;
+    return false;
+  }
+
+  /// Gives all the rms of their sigmas, so that the covariance stays that of the measurements.
+  void weigh_equally() {
+    double sum = 0;
+    for (const RangedSatellite& satellite : satellites_) {
+      if (satellite.active) sum += satellite.measured->sigma_m * satellite.measured->sigma_m;
+    }
+    for (RangedSatellite& satellite : satellites_) {
+      if (satellite.active) satellite.sigma_m = std::sqrt(sum / rows_);
+    }
+  }
+
+  [[nodiscard]] int column_of(const RangedSatellite& satellite) const {
+    return clocks_.column[static_cast<std::size_t>(satellite.measured->id.system)];
+  }
+
+  /// One Gauss-Newton step; its length [m]. @param clocks_alone the position stays
+  double iterate(Fix& fix, bool clocks_alone = false) {
+    design_.setZero(rows_, 3 + clocks_.count);
+    residual_.resize(rows_);
+    smallest_sigma_m_ = std::numeric_limits<double>::infinity();
+    int row = 0;
+    for (RangedSatellite& satellite : satellites_) {
+      // Flight time and position converge together: 1e-6 m of range turn the Earth by 1e-11 m.
+      place_satellite(satellite, position_);
+      if (!satellite.active) continue;
+      const double sigma = satellite.sigma_m;
+      smallest_sigma_m_ = std::min(smallest_sigma_m_, sigma);
+      const int column = column_of(satellite);
+      design_.row(row).head<3>() = -satellite.direction.transpose() / sigma;
+      design_(row, column) = 1 / sigma;
+      residual_(row) = (satellite.pseudorange_m - satellite.range_m - satellite.atmosphere_m -
+                        clock_m_[static_cast<std::size_t>(satellite.measured->id.system)]) /
+                       sigma;
+      ++row;
+    }
+    least_squares_.compute(design_);
+    fix.rank = static_cast<int>(least_squares_.rank(kRankThreshold));
+    if (least_squares_.rank(kWorkingThreshold) < fix.unknowns) {
+      fix.status = FixStatus::Singular;
+      return 0;
+    }
+    auto dx = least_squares_.solve(residual_);
+    if (clocks_alone) {
+      dx.head<3>().setZero();
+      dx.tail(clocks_.count) = LeastSquares(design_.rightCols(clocks_.count)).solve(residual_);
+    }
+    for (Eigen::Index i = 0; i < design_.rows(); ++i) {
+      double moved = 0;
+      for (Eigen::Index j = 0; j < dx.size(); ++j) moved += design_(i, j) * dx(j);
+      residual_(i) -= moved;
+    }
+    position_ += dx.head<3>();
+    for (std::size_t system = 0; system < gnss::kSystemCount; ++system) {
+      if (clocks_.column[system] >= 0) clock_m_[system] += dx(clocks_.column[system]);
+    }
+    return dx.norm();
+  }
+
+  void finish(Fix& fix) {
+    if (fix.status == FixStatus::Fix && fix.rank < fix.unknowns) fix.status = FixStatus::Singular;
+    if (fix.status == FixStatus::NotSolved) {
+      fix.status = fix.rank < fix.unknowns ? FixStatus::Singular : FixStatus::NotConverged;
+    }
+    if (!fix.solved()) return;
+    const geodesy::Geodetic place = geodesy::geodetic_from_ecef(position_);
+    if (!is_near_ground(place.height_m)) {
+      fix.status = FixStatus::NotConverged;
+      return;
+    }
+    Design unit = design_;
+    int row = 0;
+    for (const RangedSatellite& satellite : satellites_) {
+      if (satellite.active) unit.row(row++) *= satellite.sigma_m;
+    }
+    const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(place);
+    if (const std::optional<Cofactor> q = cofactor(unit, kRankThreshold)) {
+      Cofactor enu = *q;
+      enu.topLeftCorner<3, 3>() = geodesy::rotated(enu_from_ecef, q->topLeftCorner<3, 3>());
+      fix.dop = dop_from_cofactor(enu);
+    }
+    if (!strong_enough(fix.dop, options_)) {
+      fix.dop.reset();
+      fix.status = FixStatus::WeakGeometry;
+      return;
+    }
+    fix.position_ecef = position_;
+    fix.position = place;
+    Eigen::VectorXd shares(rows_);
+    row = 0;
+    for (const RangedSatellite& satellite : satellites_) {
+      if (satellite.active) shares(row++) = satellite.measured->stated_share;
+    }
+    const bool corrected = (shares.array() != 1).any();
+    const Cofactor covariance = corrected ? least_squares_.covariance(shares) : least_squares_.cofactor();
+    fix.covariance_enu = geodesy::rotated(enu_from_ecef, covariance.topLeftCorner<3, 3>());
+    if (options_.covariance_by_residuals) {
+      fix.covariance_enu *=
+          excess_variance(residual_.cwiseQuotient(shares).squaredNorm(), rows_ - fix.unknowns);
+      add_ionosphere(enu_from_ecef, fix);
+    }
+    row = 0;
+    for (const RangedSatellite& satellite : satellites_) {
+      if (!satellite.active) continue;
+      fix.used.push_back(satellite.measured->id);
+      fix.residuals_m.push_back(residual_(row++) * satellite.sigma_m);
+    }
+    for (const System system : gnss::kConstellations) {
+      const auto index = static_cast<std::size_t>(system);
+      if (clocks_.column[index] >= 0)
+        fix.clock_bias_s[system] = (clock_m_[index] + offset_m_) / kSpeedOfLight;
+    }
+    solve_velocity(fix, enu_from_ecef);
+  }
+
+  /// Adds to the covariance how the fix moves if all delays of the ionosphere are wrong by the same share:
+  /// residuals do not show that.
+  void add_ionosphere(const Eigen::Matrix3d& enu_from_ecef, Fix& fix) {
+    Eigen::VectorXd delays(rows_);
+    int row = 0;
+    for (const RangedSatellite& satellite : satellites_) {
+      if (satellite.active) delays(row++) = satellite.ionosphere_m / satellite.sigma_m;
+    }
+    const auto moved = least_squares_.solve(delays);
+    const Eigen::Vector3d enu = kIonosphereLeft * (enu_from_ecef * moved.head<3>());
+    fix.covariance_enu += enu * enu.transpose();
+  }
+
+  /// RAIM's global test of the last step's residuals: their weighted squares are chi-square distributed with
+  /// as many degrees as there are measurements above the unknowns. Empty without redundancy.
+  [[nodiscard]] std::optional<bool> consistent(const Fix& fix) const {
+    const int redundancy = rows_ - fix.unknowns;
+    if (redundancy < 1) return std::nullopt;
+    const double scale = options_.raim.sigma_scale;
+    return residual_.squaredNorm() <=
+           scale * scale * chi_square_quantile(options_.raim.false_alarm, redundancy);
+  }
+
+  /// Fault detection and exclusion (Kuusniemi 2005): while the global test fails, the satellite with the
+  /// largest normalised residual goes; once it passes, what went first is tried again, since the first
+  /// exclusions are made beside other faults. With one redundant measurement all normalised residuals are
+  /// equal, and identify no fault: exclusions that lead there and still do not agree have nothing to
+  /// say for themselves, and are taken back (docs/receiver.md has the measurement).
+  Fix monitor(Fix fix) {
+    fix.consistent = consistent(fix);
+    if (fix.consistent != false) return fix;
+    const Fix all_in_view = fix;
+    std::vector<RangedSatellite*> gone;
+    while (fix.consistent == false && static_cast<int>(gone.size()) < options_.raim.max_exclusions) {
+      if (rows_ - fix.unknowns < 2) return all_in_view;
+      RangedSatellite* worst = worst_satellite();
+      if (worst == nullptr) return all_in_view;
+      worst->excluded = true;
+      Fix next = attempt();
+      if (!next.solved()) return all_in_view;
+      gone.push_back(worst);
+      next.consistent = consistent(next);
+      fix = std::move(next);
+    }
+    if (fix.consistent != true && rows_ - fix.unknowns < 2) return all_in_view;
+    if (fix.consistent == true) {
+      for (std::size_t i = 0; i + 1 < gone.size(); ++i) {
+        RangedSatellite* again = gone[i];
+        again->excluded = false;
+        position_ = fix.position_ecef;
+        Fix next = attempt();
+        if (next.solved() && (next.consistent = consistent(next)) == true) {
+          fix = std::move(next);
+        } else {
+          again->excluded = true;
+        }
+      }
+    }
+    for (const RangedSatellite* satellite : gone) {
+      if (satellite->excluded) fix.excluded.push_back(satellite->measured->id);
+    }
+    return fix;
+  }
+
+  /// The satellite of the largest normalised residual in the last step; null where the others check none.
+  [[nodiscard]] RangedSatellite* worst_satellite() {
+    const std::optional<Eigen::Index> worst = largest_normalised_residual(design_, residual_);
+    if (!worst) return nullptr;
+    Eigen::Index row = 0;
+    for (RangedSatellite& satellite : satellites_) {
+      if (satellite.active && row++ == *worst) return &satellite;
+    }
+    return nullptr;
+  }
+
+  /// doppler_equation() of satellites over its deviation, and its solution for velocity and clock drift.
+  struct Rates {
+    std::vector<gnss::SatelliteId> ids;
+    Design design;
+    Eigen::VectorXd rate, weight, residual;  // weight: of rows, on top
+    LeastSquares least_squares;
+    Eigen::Vector4d x;
+
+    [[nodiscard]] int redundancy() const { return static_cast<int>((weight.array() > 0).count()) - 4; }
+    [[nodiscard]] double squares() const { return residual.cwiseProduct(weight).squaredNorm(); }
+    [[nodiscard]] bool solve() {
+      if (redundancy() < 0) return false;
+      Design weighted = design;
+      for (Eigen::Index i = 0; i < 4; ++i) weighted.col(i) = design.col(i).cwiseProduct(weight);
+      least_squares.compute(weighted);
+      if (least_squares.rank(kRankThreshold) < 4) return false;
+      x = least_squares.solve(rate.cwiseProduct(weight));
+      residual = rate;
+      for (Eigen::Index i = 0; i < 4; ++i) residual -= x(i) * design.col(i);
+      return true;
+    }
+  };
+
+  [[nodiscard]] Rates rates() const {
+    Rates all;
+    for (const RangedSatellite& satellite : satellites_) {
+      if (satellite.active && satellite.measured->doppler_hz) all.ids.push_back(satellite.measured->id);
+    }
+    const auto rows = static_cast<Eigen::Index>(all.ids.size());
+    all.design.resize(rows, 4);
+    all.rate.resize(rows);
+    all.weight.setOnes(rows);
+    Eigen::Index row = 0;
+    for (const RangedSatellite& satellite : satellites_) {
+      if (!satellite.active || !satellite.measured->doppler_hz) continue;
+      const DopplerEquation doppler = doppler_equation(satellite);
+      all.design.row(row).head<3>() = -satellite.direction.transpose() / (doppler.g * doppler.sigma_mps);
+      all.design(row, 3) = (1 - doppler.measured_mps / kSpeedOfLight) / doppler.sigma_mps;
+      all.rate(row) = (doppler.measured_mps - satellite.direction.dot(doppler.satellite_mps) / doppler.g +
+                       kSpeedOfLight * satellite.state.clock_drift) /
+                      doppler.sigma_mps;
+      ++row;
+    }
+    return all;
+  }
+
+  /// Without those that are beyond `gate` of what the Dopplers scatter about the velocity of least absolute
+  /// residuals (iterated weights 1 / |r|), which outliers do not move; as they are where too few would
+  /// remain.
+  static void leave_out_contradictions(Rates& rates, double gate) {
+    constexpr int kWeighings = 15, kChoices = 3;
+    Rates robust = rates;
+    for (int i = 0; i < kWeighings; ++i) {
+      robust.weight = robust.residual.cwiseAbs().cwiseMax(1).cwiseSqrt().cwiseInverse();
+      if (!robust.solve()) return;
+    }
+    const auto rows = static_cast<double>(rates.ids.size());
+    for (int i = 0; i < kChoices; ++i) {
+      const Eigen::VectorXd sizes = robust.residual.cwiseAbs();
+      const double scatter =
+          kMadToSigma * median(std::vector<double>(sizes.data(), sizes.data() + sizes.size()));
+      const double widest = gate * std::max(1.0, scatter * std::sqrt(rows / (rows - 4)));
+      for (Eigen::Index k = 0; k < sizes.size(); ++k) robust.weight(k) = sizes(k) < widest ? 1 : 0;
+      if (robust.redundancy() < 1 || !robust.solve()) return;
+    }
+    rates = robust;
+  }
+
+  /// Velocity and clock drift by the Dopplers of what is used, but those that contradict the others where
+  /// RAIM's global test fails.
+  void solve_velocity(Fix& fix, const Eigen::Matrix3d& enu_from_ecef) const {
+    const auto contradict = [this](const Rates& by) {
+      const int n = by.redundancy();
+      return n > 0 && by.squares() > chi_square_quantile(options_.raim.false_alarm, n);
+    };
+    Rates all = rates();
+    if (!all.solve()) return;
+    if (contradict(all)) {
+      leave_out_contradictions(all, std::sqrt(chi_square_quantile(options_.raim.false_alarm, 1)));
+      for (Eigen::Index i = 0; i < all.weight.size(); ++i) {
+        if (all.weight(i) == 0) fix.excluded.push_back(all.ids[static_cast<std::size_t>(i)]);
+      }
+    }
+    fix.velocity_enu_mps = enu_from_ecef * all.x.head<3>();
+    fix.velocity_covariance_enu =
+        geodesy::rotated(enu_from_ecef, all.least_squares.cofactor().topLeftCorner<3, 3>());
+    if (options_.covariance_by_residuals || contradict(all)) {
+      *fix.velocity_covariance_enu *= excess_variance(all.squares(), all.redundancy());
+    }
+    fix.clock_drift = all.x(3) / kSpeedOfLight;
+  }
+
+  geodesy::GpsTime receiver_time_;
+  const FixOptions& options_;
+  const std::map<System, gnss::Klobuchar>& klobuchar_;
+  Eigen::Vector3d position_;
+  std::vector<RangedSatellite> satellites_;
+  double offset_m_ = 0;
+  std::array<double, gnss::kSystemCount> clock_m_{};  ///< receiver minus system, minus offset_m_
+  Clocks clocks_;
+  int rows_ = 0;
+  double smallest_sigma_m_ = 1;
+  Design design_;               ///< weighted
+  Eigen::VectorXd residual_;    ///< weighted; after a step what it leaves
+  LeastSquares least_squares_;  ///< of the last step; its cofactor is (A^T W A)^-1 [m^2]
+};
+
+}  // namespace
+
+std::string_view name(FixStatus status) {
+  return status == FixStatus::Fix ? "fix" : "no fix";
+}
+
+std::string_view reason(FixStatus status) {
+  constexpr std::string_view kReasons[]{"not solved",
+                                        "solved",
+                                        "too few satellites",
+                                        "satellite geometry does not determine a position",
+                                        "least squares found no place near the ground",
+                                        "satellite geometry is too weak",
+                                        "antenna inside a building or under the terrain"};
+  return kReasons[static_cast<std::size_t>(status)];
+}
+
+std::string_view name(FixKind kind) {
+  constexpr std::array<std::string_view, 7> kNames{"none",  "single",         "differential", "float",
+                                                   "fixed", "dead reckoning", "combined"};
+  return kNames.at(static_cast<std::size_t>(kind));
+}
+
+std::string_view name(FusionPhase phase) {
+  constexpr std::array<std::string_view, 3> kNames{"initialising", "calibrating", "navigating"};
+  return kNames.at(static_cast<std::size_t>(phase));
+}
+
+double Baseline::heading_rad() const {
+  const double azimuth = std::atan2(vector_enu.x(), vector_enu.y());
+  return azimuth < 0 ? azimuth + 2 * geodesy::kPi : azimuth;
+}
+
+double Baseline::pitch_rad() const {
+  return std::atan2(vector_enu.z(), vector_enu.head<2>().norm());
+}
+
+double Baseline::heading_sigma_rad() const {
+  const double length_m = vector_enu.head<2>().norm();
+  const Eigen::Vector2d across = Eigen::Vector2d(vector_enu.y(), -vector_enu.x()) / length_m;
+  const double variance = across.dot(covariance_enu.topLeftCorner<2, 2>() * across);
+  return length_m > 0 ? std::sqrt(variance) / length_m : std::numeric_limits<double>::infinity();
+}
+
+std::optional<double> residual_m(const Fix& fix, gnss::SatelliteId id) {
+  const auto at = std::lower_bound(fix.used.begin(), fix.used.end(), id);
+  const auto index = static_cast<std::size_t>(at - fix.used.begin());
+  if (!fix.solved() || at == fix.used.end() || *at != id || index >= fix.residuals_m.size()) return {};
+  return fix.residuals_m[index];
+}
+
+Fix solve_fix(geodesy::GpsTime receiver_time, const std::vector<Measurement>& measurements,
+              const orbit::Sky& sky, const FixOptions& options,
+              const std::map<System, gnss::Klobuchar>& klobuchar, const Eigen::Vector3d& start) {
+  options.validate();
+  if (!start.allFinite()) {
+    throw InputError("the initial position of the fix is not finite", "the Earth's centre (0, 0, 0) works");
+  }
+  return Solver(receiver_time, measurements, sky, options, klobuchar, start).solve();
+}
+
+Fix fix_at(const Eigen::Vector3d& place, geodesy::GpsTime receiver_time,
+           const std::vector<Measurement>& measurements, const orbit::Sky& sky, const FixOptions& options,
+           const std::map<System, gnss::Klobuchar>& klobuchar) {
+  return Solver(receiver_time, measurements, sky, options, klobuchar, place).at(place);
+}
+
+}  // namespace canyon::positioning

@@ -1,0 +1,137 @@
+#include "canyon/receiver/positioning/fusion/inertial_errors.hpp"
+
+#include <algorithm>
+
+#include "canyon/base/geodesy/constants.hpp"
+
+namespace canyon::positioning {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/// Wrong axes and scales act as long as a turn or a push lasts: white noise of this correlation time [s].
+constexpr double kManoeuvre_s = 2;
+/// A bias of 1/f noise moves by about its lowest Allan deviation over this time [s].
+constexpr double kBiasTime_s = 100;
+
+/// The time derivative of the errors: F of dx/dt = F x.
+ErrorMatrix dynamics(const InertialState& state, const FeltMotion& felt, const Vector3d& gravity_mps2) {
+  const Matrix3d c = state.rotation();
+  const Matrix3d earth = skew({0, 0, geodesy::kEarthRotationRate});
+  const Vector3d up = state.position_m.normalized();
+  ErrorMatrix f = ErrorMatrix::Zero();
+  f.block<3, 3>(kAttitudeError, kAttitudeError) = -earth;
+  f.block<3, 3>(kAttitudeError, kGyroscopeBias) = -c;
+  f.block<3, 1>(kAttitudeError, kTurnScale) = -c.col(2) * felt.angular_rate_radps.z();
+  f.block<3, 3>(kVelocityError, kAttitudeError) = -skew(c * felt.specific_force_mps2);
+  f.block<3, 3>(kVelocityError, kVelocityError) = -2 * earth;
+  // Gravity falls with the square of the distance from the Earth's centre (Groves 14.31).
+  f.block<3, 3>(kVelocityError, kPositionError) =
+      2 * gravity_mps2.norm() / state.position_m.norm() * up * up.transpose();
+  f.block<3, 3>(kVelocityError, kAccelerometerBias) = -c;
+  f.block<3, 3>(kPositionError, kVelocityError) = Matrix3d::Identity();
+  return f;
+}
+
+/// Spectral density of a triad's noise while it feels `value`.
+double density(const TriadModel& triad, double value) {
+  const double wrong = std::hypot(triad.scale, triad.axes_rad) * value;
+  return triad.white * triad.white + 2 * kManoeuvre_s * wrong * wrong;
+}
+double bias_density(const TriadModel& triad) {
+  return triad.walk * triad.walk + 2 * triad.drift * triad.drift / kBiasTime_s;
+}
+
+}  // namespace
+
+FeltMotion SensorErrors::corrected(const ImuReading& reading) const {
+  FeltMotion felt{reading.specific_force_mps2 - accelerometer_bias,
+                  reading.angular_rate_radps - gyroscope_bias};
+  felt.angular_rate_radps.z() /= 1 + turn_scale;
+  return felt;
+}
+
+void InertialEstimate::predict(const FeltMotion& felt, double dt_s, const Vector3d& gravity_mps2,
+                               const SensorMounting& sensors_of) {
+  // P = (I + F dt) P (I + F dt)^T. Plain loops, over the few elements of F: Eigen's products of such matrices
+  // take long to compile.
+  const ErrorMatrix step = dt_s * dynamics(state, felt, gravity_mps2);
+  const auto for_each = [&step](const auto& visit) {
+    for (int i = 0; i < kAccelerometerBias; ++i) {
+      for (int k = 0; k < kInertialErrors; ++k) {
+        if (step(i, k) != 0) visit(i, k, step(i, k));
+      }
+    }
+  };
+  ErrorMatrix added = ErrorMatrix::Zero();
+  for_each([&](int i, int k, double value) {
+    for (int j = 0; j < kInertialErrors; ++j) added(i, j) += value * p(k, j);
+  });
+  p += added;
+  added.setZero();
+  for_each([&](int i, int k, double value) {
+    for (int j = 0; j < kInertialErrors; ++j) added(j, i) += value * p(j, k);
+  });
+  p += added;
+  const double turning = felt.angular_rate_radps.norm();
+  const double pushing = felt.specific_force_mps2.head<2>().norm();
+  const auto add = [&](int first, int count, double density_of) {
+    for (int i = first; i < first + count; ++i) p(i, i) += density_of * dt_s;
+  };
+  add(kAttitudeError, 3, density(sensors_of.gyroscope, turning));
+  add(kVelocityError, 3, density(sensors_of.accelerometer, pushing));
+  add(kAccelerometerBias, 3, bias_density(sensors_of.accelerometer));
+  add(kGyroscopeBias, 3, bias_density(sensors_of.gyroscope));
+  settle();
+}
+
+void InertialEstimate::settle() {
+  for (int j = 0; j < kInertialErrors; ++j) {
+    for (int i = 0; i < j; ++i) p(i, j) = p(j, i) = (p(i, j) + p(j, i)) / 2;
+    p(j, j) = std::max(p(j, j), 1e-24);
+  }
+}
+
+void InertialEstimate::correct(const ErrorVector& error) {
+  state.ecef_from_body = (rotation_of(error.segment<3>(kAttitudeError)) * state.ecef_from_body).normalized();
+  state.velocity_mps += error.segment<3>(kVelocityError);
+  state.position_m += error.segment<3>(kPositionError);
+  sensors.accelerometer_bias += error.segment<3>(kAccelerometerBias);
+  sensors.gyroscope_bias += error.segment<3>(kGyroscopeBias);
+  sensors.wheel_scale += error(kWheelScale);
+  sensors.turn_scale += error(kTurnScale);
+}
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+Quaterniond rotation_of(const Vector3d& turn) {
+  const double angle = turn.norm();
+  if (angle == 0) return Quaterniond::Identity();
+  return Quaterniond(Eigen::AngleAxisd(angle, turn / angle));
+}
+
+Eigen::Matrix3d skew(const Vector3d& a) {
+  Eigen::Matrix3d m;
+  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return m;
+}
+
+void carry(InertialState& state, const FeltMotion& felt, double dt_s, const Vector3d& gravity_mps2) {
+  const Vector3d earth(0, 0, geodesy::kEarthRotationRate);
+  const Vector3d turn = felt.angular_rate_radps * dt_s, push = felt.specific_force_mps2 * dt_s;
+  // The force turns with the body, and the axes with the Earth.
+  const Vector3d pushed = state.ecef_from_body * (push + 0.5 * turn.cross(push));
+  const Vector3d pushed_on_earth = pushed - 0.5 * dt_s * earth.cross(pushed);
+  // Coriolis at the middle of the interval.
+  const Vector3d middle = state.velocity_mps + 0.5 * (pushed + gravity_mps2 * dt_s);
+  const Vector3d before = state.velocity_mps;
+  state.velocity_mps += pushed_on_earth + (gravity_mps2 - 2 * earth.cross(middle)) * dt_s;
+  state.position_m += 0.5 * dt_s * (before + state.velocity_mps);
+  state.ecef_from_body = (rotation_of(-dt_s * earth) * state.ecef_from_body * rotation_of(turn)).normalized();
+  state.time = state.time + dt_s;
+}
+
+}  // namespace canyon::positioning

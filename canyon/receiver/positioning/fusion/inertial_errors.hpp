@@ -1,0 +1,136 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+
+#include "canyon/base/geodesy/gps_time.hpp"
+#include "canyon/receiver/positioning/fusion/dead_reckoning_options.hpp"
+
+// Error states of the inertial filter and their equations. Private to canyon/receiver/positioning/fusion.
+
+namespace canyon::positioning {
+
+/// An inertial sensor's place and motion in axes fixed to the Earth (ECEF). Body: forward, left, up.
+struct InertialState {
+  geodesy::GpsTime time;
+  Eigen::Quaterniond ecef_from_body = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+
+  [[nodiscard]] Eigen::Matrix3d rotation() const { return ecef_from_body.toRotationMatrix(); }
+};
+
+/// Readings of a sensor without errors: means over an interval.
+struct FeltMotion {
+  Eigen::Vector3d specific_force_mps2 = Eigen::Vector3d::Zero();
+  Eigen::Vector3d angular_rate_radps = Eigen::Vector3d::Zero();  ///< against inertial space
+};
+
+/// The turn about `turn` by its length [rad].
+[[nodiscard]] Eigen::Quaterniond rotation_of(const Eigen::Vector3d& turn);
+
+/// The matrix of the cross product: skew(a) b = a x b.
+[[nodiscard]] Eigen::Matrix3d skew(const Eigen::Vector3d& a);
+
+/// Carries a state over an interval (Groves, Principles of GNSS, Inertial, and Multisensor Integrated
+/// Navigation Systems, 2nd ed., 5.3: ECEF mechanisation, with the rotation of the body during the interval,
+/// 5.5): attitude, velocity, position. The errors are of the third order of `dt_s`.
+/// @param gravity_mps2 at the place (geodesy::normal_gravity())
+void carry(InertialState& state, const FeltMotion& felt, double dt_s, const Eigen::Vector3d& gravity_mps2);
+
+/// Errors, truth less estimate: attitude (a small turn in ECEF), velocity and position of the sensor, biases
+/// of accelerometers and gyroscopes (body), scale of the wheels, scale of the gyroscope about the up axis.
+inline constexpr int kAttitudeError = 0;
+inline constexpr int kVelocityError = 3;
+inline constexpr int kPositionError = 6;
+inline constexpr int kAccelerometerBias = 9;
+inline constexpr int kGyroscopeBias = 12;
+inline constexpr int kWheelScale = 15;
+inline constexpr int kTurnScale = 16;
+inline constexpr int kInertialErrors = 17;
+using ErrorVector = Eigen::Matrix<double, kInertialErrors, 1>;
+using ErrorMatrix = Eigen::Matrix<double, kInertialErrors, kInertialErrors>;
+
+/// Errors of the sensors as far as they are known: measured = true + bias, and true (1 + scale) where there
+/// is a scale.
+struct SensorErrors {
+  Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();  ///< [m/s^2]
+  Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();      ///< [rad/s]
+  double wheel_scale = 0, turn_scale = 0;
+
+  [[nodiscard]] FeltMotion corrected(const ImuReading& reading) const;
+};
+
+/// M measurements at a time: innovation = gradient . error + noise.
+template <int M>
+struct Innovation {
+  Eigen::Matrix<double, M, kInertialErrors> gradient = Eigen::Matrix<double, M, kInertialErrors>::Zero();
+  Eigen::Matrix<double, M, 1> value = Eigen::Matrix<double, M, 1>::Zero();
+  Eigen::Matrix<double, M, M> noise = Eigen::Matrix<double, M, M>::Zero();  ///< covariance
+};
+
+/// The estimate with its covariance.
+class InertialEstimate {
+ public:
+  InertialState state;
+  SensorErrors sensors;
+  ErrorMatrix p = ErrorMatrix::Zero();
+
+  /// Carries the covariance over `dt_s` (Groves 14.2.3, with errors as truth less estimate). @param felt
+  /// means over it, corrected @param gravity_mps2 at the place
+  void predict(const FeltMotion& felt, double dt_s, const Eigen::Vector3d& gravity_mps2,
+               const SensorMounting& sensors_of);
+
+  /// Squared innovation over its variance: chi-square of M degrees of freedom.
+  template <int M>
+  [[nodiscard]] double distance2(const Innovation<M>& z) const {
+    const auto [ph, s] = spread(z);
+    return z.value.dot(s.inverse() * z.value);
+  }
+  /// Kalman's update; the estimate takes the error over.
+  template <int M>
+  void take(const Innovation<M>& z) {
+    const auto [ph, s] = spread(z);
+    const Eigen::Matrix<double, kInertialErrors, M> gain = ph * s.inverse();
+    for (int j = 0; j < kInertialErrors; ++j) {
+      for (int i = 0; i < kInertialErrors; ++i) {
+        for (int m = 0; m < M; ++m) p(i, j) -= gain(i, m) * ph(j, m);
+      }
+    }
+    settle();
+    correct(gain * z.value);
+  }
+
+ private:
+  template <int M>
+  struct Spread {
+    Eigen::Matrix<double, kInertialErrors, M> ph;  ///< P H^T
+    Eigen::Matrix<double, M, M> s;                 ///< H P H^T + R
+  };
+  template <int M>
+  [[nodiscard]] Spread<M> spread(const Innovation<M>& z) const {
+    Spread<M> result;
+    for (int m = 0; m < M; ++m) {
+      for (int i = 0; i < kInertialErrors; ++i) {
+        double sum = 0;
+        for (int j = 0; j < kInertialErrors; ++j) sum += p(i, j) * z.gradient(m, j);
+        result.ph(i, m) = sum;
+      }
+    }
+    for (int m = 0; m < M; ++m) {
+      for (int n = 0; n < M; ++n) {
+        double sum = z.noise(m, n);
+        for (int j = 0; j < kInertialErrors; ++j) sum += z.gradient(m, j) * result.ph(j, n);
+        result.s(m, n) = sum;
+      }
+    }
+    return result;
+  }
+  /// Symmetric, with positive variances.
+  void settle();
+  void correct(const ErrorVector& error);
+};
+
+}  // namespace canyon::positioning

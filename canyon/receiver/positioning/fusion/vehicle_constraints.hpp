@@ -1,0 +1,88 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <deque>
+#include <optional>
+
+#include "canyon/receiver/positioning/fix.hpp"
+#include "canyon/receiver/positioning/fusion/dead_reckoning_options.hpp"
+#include "canyon/receiver/positioning/fusion/inertial_errors.hpp"
+
+namespace canyon::positioning {
+
+// Private to canyon/receiver/positioning/fusion.
+/// Constraints on a vehicle's motion by its build: the speed of its wheels (Groves 16.3), no speed across
+/// (15.2.2), none at all at rest (15.3).
+class VehicleConstraints {
+ public:
+  VehicleConstraints(const DeadReckoningOptions& options, const SensorMounting& mounting)
+      : options_(options), mounting_(mounting) {}
+
+  /// The vehicle moved for `dt_s`.
+  void move(const InertialEstimate& estimate, const FeltMotion& felt, double dt_s);
+  /// Rate of the body against the Earth, in its axes [rad/s].
+  [[nodiscard]] Eigen::Vector3d rate(const InertialEstimate& estimate) const;
+
+  void take_wheels(InertialEstimate& estimate, const WheelReading& reading);
+  /// The axle moves along the vehicle's axis. @param since_s the last time that this was taken
+  void take_way(InertialEstimate& estimate, double since_s) const;
+  /// The vehicle stands. @param mean of its sensor's readings
+  void take_rest(InertialEstimate& estimate, const ImuReading& mean, double since_s) const;
+
+ private:
+  /// Velocity of the axle's middle in the body's axes, and how it depends on the errors.
+  [[nodiscard]] Eigen::Vector3d axle_velocity(const InertialEstimate& estimate) const;
+  [[nodiscard]] Eigen::Matrix<double, 3, kInertialErrors> axle_gradient(
+      const InertialEstimate& estimate) const;
+
+  DeadReckoningOptions options_;
+  SensorMounting mounting_;
+  Eigen::Vector3d felt_radps_ = Eigen::Vector3d::Zero();  // of the last reading
+  double way_m_ = 0, moved_s_ = 0;                        // forwards, since the wheels' last reading
+};
+
+/// Whether a vehicle stands, by its sensors: its wheels gave no tick for half a second; without wheels its
+/// inertial sensor felt no change over a second, and it is known to be slow.
+class Standstill {
+ public:
+  explicit Standstill(const SensorMounting& mounting);
+
+  void add(const ImuReading& reading);
+  void add(const WheelReading& reading);
+  /// @param speed_mps as far as it is known; empty: it is not
+  [[nodiscard]] bool standing(std::optional<double> speed_mps) const;
+  /// Means over the last second.
+  [[nodiscard]] ImuReading mean() const;
+  /// A second of readings has come.
+  [[nodiscard]] bool full() const { return readings_.size() >= window_; }
+
+ private:
+  [[nodiscard]] bool quiet() const;
+
+  double force_limit_, rate_limit_;  // standard deviations of a sensor at rest
+  std::size_t window_;
+  bool has_wheels_;
+  std::deque<ImuReading> readings_;
+  Eigen::Vector3d force_ = Eigen::Vector3d::Zero(), rate_ = Eigen::Vector3d::Zero();    // sums
+  Eigen::Vector3d force2_ = Eigen::Vector3d::Zero(), rate2_ = Eigen::Vector3d::Zero();  // of squares
+  std::optional<geodesy::GpsTime> wheels_stand_since_, last_wheel_;
+};
+
+/// The first estimate of a vehicle's attitude. At rest accelerometers give the vertical and gyroscopes their
+/// biases; in motion the course of a fix gives the heading (Groves 5.6.3).
+class Alignment {
+ public:
+  explicit Alignment(const SensorMounting& mounting) : mounting_(mounting) {}
+
+  /// The vehicle stands. @param mean over a second
+  void stand(const ImuReading& mean);
+  /// The estimate at a fix, once its course tells the heading. @param mean of the sensor about now
+  [[nodiscard]] std::optional<InertialEstimate> begin(const Fix& fix, const ImuReading& mean,
+                                                      const DeadReckoningOptions& options) const;
+
+ private:
+  SensorMounting mounting_;
+  std::optional<ImuReading> at_rest_;
+};
+
+}  // namespace canyon::positioning

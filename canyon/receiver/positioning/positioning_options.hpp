@@ -1,0 +1,132 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string_view>
+
+#include "canyon/base/options/fwd.hpp"
+#include "canyon/base/options/values.hpp"
+
+namespace canyon::positioning {
+
+struct Measurement;
+
+/// Weights of pseudoranges in a solver.
+enum class Weighting : std::uint8_t {
+  Sigma,      ///< 1 / sigma^2 of Measurement::sigma_m
+  Equal,      ///< all alike, at the rms of Measurement::sigma_m of the satellites used
+  Elevation,  ///< sigma^2 = a^2 + b^2 / sin(elevation)^2, satellites below 5 deg as at 5 deg
+  Cn0,        ///< sigma^2 = c + d 10^(-C/N0 / 10); a signal without C/N0 counts as 30 dB-Hz
+};
+/// "sigma", "equal", "elevation", "cn0": the words of scenarios.
+[[nodiscard]] std::string_view name(Weighting weighting);
+
+/// C/N0 of a measurement that carries none.
+inline constexpr double kUnknownCn0_dbhz = 30;
+
+struct WeightOptions {
+  Weighting weighting = Weighting::Sigma;
+  /// a and b [m], (0, 1e6]. Defaults: RTKLIB 2.4.3's stats-errphase and stats-errphaseel, 0.003 m each, times
+  /// stats-eratio1, 100. The square of the sine is that of its relative positioning (varerr() of rtkpos.c);
+  /// its single point positioning (pntpos.c) has b^2 / sin(elevation), and adds orbit and atmosphere.
+  double elevation_a_m = 0.3, elevation_b_m = 0.3;
+  /// c [m^2], (0, 1e6], and d [m^2 Hz], [0, 1e12], as validation::ClockOptions (Kuusniemi, User-level
+  /// reliability and quality monitoring in satellite-based personal navigation, Tampere University of
+  /// Technology 2005: 10 m^2 and 150^2 m^2 Hz where signals are lightly degraded).
+  double cn0_floor_m2 = 10;
+  double cn0_scale_m2_hz = 22'500;
+  /// Standard deviation that a pseudorange is weighted by [m]. For Equal the measurement's own: whoever
+  /// solves takes the rms over what is used.
+  /// @param elevation_rad of the satellite; only Elevation looks at it
+  [[nodiscard]] double sigma_m(const Measurement& measurement, double elevation_rad) const;
+  /// Standard deviation that a Doppler is weighted by, as a range rate [m/s]: the measurement's own; for Cn0
+  /// with variance 0.001 m^2/s^2 + 40 m^2/s^2 Hz 10^(-C/N0 / 10) on top, since the Doppler of an echo belongs
+  /// to another direction.
+  [[nodiscard]] double doppler_sigma_mps(const Measurement& measurement) const;
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+/// Visits its fields.
+void visit(options::Visitor& v, WeightOptions& o);
+
+/// Receiver autonomous integrity monitoring: fault detection and exclusion on the residuals of one fix.
+struct RaimOptions {
+  bool enabled = false;
+  /// Probability that a fix without faults is taken for a faulty one, (0, 0.5]: the level of the chi-square
+  /// test. 0.001 is what RTKLIB tests its single point positions at (chisqr[], pntpos.c).
+  double false_alarm = 1e-3;
+  /// Satellites that may be excluded from one fix at most. [1, 30].
+  int max_exclusions = 3;
+  /// Standard deviation of a pseudorange that residuals are tested against is that of the weights times
+  /// this; (0, 1e6].
+  double sigma_scale = 1;
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+/// Visits its fields.
+void visit(options::Visitor& v, RaimOptions& o);
+
+struct FixOptions {
+  double elevation_mask_rad = 0.17453292519943295;  ///< 10 deg; [0, pi/2)
+  /// Satellites needed, on top of one for each constellation clock beyond the first. >= 4 (the paper: 5).
+  int min_satellites = 4;
+  int max_iterations = 20;      ///< 5 to 1000; from the Earth's centre 6 to 8 are needed
+  double convergence_m = 1e-6;  ///< the paper's epsilon, on |dx| (position and clocks); [1e-9, 1]
+  /// Models: the sky's Klobuchar coefficients, and Saastamoinen. Left out: as the errors of space are in the
+  /// signals (receiver::ReceiverOptions::decide()).
+  options::Switch correct_ionosphere = false, correct_troposphere = false;
+  /// Satellites weaker than this are not used [dB-Hz]; those without C/N0 are. 0: no mask. [0, 60].
+  double cn0_mask_dbhz = 0;
+  WeightOptions weights;
+  RaimOptions raim;
+  /// The stated covariance is that of the weights times excess_variance() of the residuals: signals of a
+  /// canyon scatter more than their noise. Without redundancy nothing is known of it. With correct_ionosphere
+  /// it also has what the model may leave, half of the delay on all satellites alike, which moves the height
+  /// and shows in no residual.
+  bool covariance_by_residuals = false;
+  /// A solution of larger PDOP is none [1]; > 0, infinite: any.
+  double max_pdop = std::numeric_limits<double>::infinity();
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+/// Visits its fields.
+void visit(options::Visitor& v, FixOptions& o);
+
+/// Extended Kalman filter over pseudoranges and Doppler, as receivers for vehicles run: position and velocity
+/// with white acceleration, one oscillator's drift, and a clock for each constellation that all follow the
+/// oscillator (the same as one clock and an inter-system bias for each further constellation).
+struct PositionFilterOptions {
+  bool enabled = false;
+  /// Roots of the spectral densities of the white accelerations, horizontal and vertical [m/s^2/sqrt(Hz)],
+  /// (0, 100]: over dt the velocity gains N(0, density^2 dt). Horizontal: sqrt(10 m^2/s^3), of a car (Groves,
+  /// Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems, 2nd ed., accel_PSD of the
+  /// software's car drive GNSS_Demo_4). Vertical: that times 15/100, u-blox's limits of vertical and
+  /// horizontal speed in the dynamic model "automotive" (MAX-M10M integration manual, table 8).
+  double acceleration_horizontal = 3.16;
+  double acceleration_vertical = 0.5;
+  /// Oscillator: spectral density of white frequency, h0 / 2 [s^2/s], and of random-walk frequency, 2 pi^2
+  /// h-2 [(s/s)^2/s], each (0, 1e-6]. Defaults: TCXO of low quality, h0 = 2e-19 s, h-2 = 2e-20 1/s (Brown &
+  /// Hwang, Introduction to Random Signals and Applied Kalman Filtering, 4th ed., 9.3, p. 327).
+  double clock_frequency_density = 1e-19;
+  double clock_drift_density = 4e-19;
+  /// Innovations beyond so many of their standard deviations are left out [1], > 0; infinite: none.
+  double gate_sigmas = 4;
+  /// After so long without a measurement that passed the gate, or with most satellites failing it, the filter
+  /// begins anew [s], (0, 3600].
+  double coast_s = 5;
+  /// A position of a larger standard deviation (root of the sum of the three variances) [m] is none, and
+  /// begins nothing; > 0, infinite: any.
+  double max_sigma_m = std::numeric_limits<double>::infinity();
+  /// Time constant of the errors of pseudoranges [s], [0, 3600]; 0: white ones. The filter averages as if
+  /// they were white; the covariance that it states is that of its estimate if each satellite's error keeps
+  /// exp(-dt / error_correlation_s) of itself (state_accuracy()). With FixOptions::covariance_by_residuals
+  /// the errors' variance is that of the weights times excess_variance() of the epoch's innovations, of all
+  /// satellites above the masks, those that failed the gate included, each with at most twice gate_sigmas.
+  double error_correlation_s = 0;
+  /// Throws InputError naming the field that is out of range.
+  void validate() const;
+};
+/// Visits its fields.
+void visit(options::Visitor& v, PositionFilterOptions& o);
+
+}  // namespace canyon::positioning

@@ -1,0 +1,151 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "canyon/base/geodesy/gps_time.hpp"
+#include "canyon/base/options/fwd.hpp"
+#include "canyon/receiver/positioning/fix.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
+#include "canyon/sky/orbit/sky.hpp"
+
+namespace canyon::positioning {
+
+/// A measured satellite with its state at transmission, as fix and position filter need it. place_satellite()
+/// and look_up() renew the fields that depend on the receiver's place.
+struct RangedSatellite {
+  const Measurement* measured = nullptr;
+  orbit::SatelliteState state;   ///< ECEF of the transmission instant
+  double pseudorange_m = 0;      ///< cleaned of the satellite's clock: range + atmosphere + receiver clock
+  double sigma_m = 1;            ///< by the weights; for elevation weights that of the last look_up()
+  double doppler_sigma_mps = 1;  ///< by the weights
+  double flight_time_s = 0.07;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();   ///< in the axes of reception
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit, receiver to satellite
+  double range_m = 0;
+  double atmosphere_m = 0;
+  double ionosphere_m = 0;  ///< of it, where no corrections replace the model
+  bool above_mask = true;
+  bool excluded = false;  ///< by RAIM
+  bool active = false;    ///< above the mask, not excluded, not alone in its constellation
+};
+
+/// Measurements whose satellites the sky knows, at or above the C/N0 mask, ascending by satellite. Two
+/// evaluations of the sky at most. `measurements` must outlive the result.
+/// Throws InputError for a measurement that is not a number and a satellite measured twice.
+[[nodiscard]] std::vector<RangedSatellite> ranged_satellites(geodesy::GpsTime receiver_time,
+                                                             const std::vector<Measurement>& measurements,
+                                                             const orbit::Sky& sky,
+                                                             const FixOptions& options);
+
+/// The state `dt_s` later, |dt_s| <= 10 ms, by two-body acceleration in the rotating frame. The error (J2,
+/// 1e-4 of the acceleration) is below 1e-9 m and 1e-6 m/s over 1 ms, and grows with the step's square.
+void carry(orbit::SatelliteState& state, double dt_s);
+
+/// Share of the ionosphere's delay that broadcast models may leave (IS-GPS-200, 20.3.3.5.2.5: they remove at
+/// least half of the rms).
+inline constexpr double kIonosphereLeft = 0.5;
+
+/// Pivots of a weighted design matrix below this part of the largest count as zero.
+inline constexpr double kRankThreshold = 1e-6;
+
+/// Columns of the design matrix that belong to constellation clocks, behind the three of the position.
+struct Clocks {
+  std::array<int, gnss::kSystemCount> column{};  ///< -1: without
+  int count = 0;
+};
+/// A constellation has a clock from its second satellite on: a single one would say nothing but its clock.
+/// SBAS shares GPS's (gnss::clock_system()).
+/// @param satellites of each system
+[[nodiscard]] Clocks clocks_of(const std::array<int, gnss::kSystemCount>& satellites);
+/// FixOptions::min_satellites and one more for each clock beyond the first.
+[[nodiscard]] bool enough_satellites(int satellites, int clocks, const FixOptions& options);
+/// FixOptions::max_pdop. @param dop empty: the geometry is beyond all bounds
+[[nodiscard]] bool strong_enough(const std::optional<Dop>& dop, const FixOptions& options);
+/// Heights of receivers run from check_geodetic()'s lower bound (-10 km) to the edge of space (100 km), below
+/// every mirrored root of the pseudorange equations.
+[[nodiscard]] bool is_near_ground(double height_m);
+/// What a solved fix states, and its baseline, is finite, and covariances are positive semi-definite.
+[[nodiscard]] bool is_sound(const Fix& fix);
+
+/// Turns the satellite by the Earth's rotation over the flight time so far, and renews flight time, range and
+/// direction from `receiver_ecef`. From a known place three calls in a row settle below 1e-9 m, whatever the
+/// flight time was: each leaves 1e-5 of the last one's error.
+void place_satellite(RangedSatellite& satellite, const Eigen::Vector3d& receiver_ecef);
+
+/// Mask, atmosphere and elevation weights at `receiver_ecef`, of satellites that have been placed.
+/// @param looks how often the iteration has looked before. So that the mask does not keep it from settling,
+/// after three a satellite that was below it stays out.
+///
+/// Throws InputError where options.correct_ionosphere finds no coefficients.
+void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& receiver_ecef,
+             geodesy::GpsTime receiver_time, const FixOptions& options,
+             const std::map<gnss::System, gnss::Klobuchar>& klobuchar, int looks = 0);
+
+/// Doppler as an equation. With T' = 1 + d, d the receiver clock's drift, and the light-time equation derived
+/// once, the range rate is r' = e.(V - v) / g, g = 1 + e.(V + omega x S) / c, and
+///   -lambda D = r' + (1 + lambda D / c) c d - c d_sat,
+/// linear in the receiver's velocity v (ECEF) and d.
+struct DopplerEquation {
+  Eigen::Vector3d satellite_mps = Eigen::Vector3d::Zero();  ///< V in the axes of reception
+  double g = 1;
+  double measured_mps = 0;  ///< -lambda D
+  double sigma_mps = 1;
+};
+/// @param satellite placed, with Doppler
+[[nodiscard]] DopplerEquation doppler_equation(const RangedSatellite& satellite);
+
+enum class Smoothing : std::uint8_t {
+  None,
+  /// Smooths by the signal's own carrier (Hatch, The synergism of GPS code and carrier measurements, 1982):
+  /// the ionosphere, which delays codes and advances carriers, leaves 2 (window_s) dI/dt behind.
+  Hatch,
+  /// Smooths by a combination of two carriers that has the code's delay: no divergence. Where only one
+  /// carrier goes on: as Hatch.
+  DivergenceFree,
+};
+
+struct SmoothingOptions {
+  Smoothing smoothing = Smoothing::None;
+  double window_s = 100;  ///< time constant [s], [1, 3600]; 100 of aviation receivers (RTCA DO-229)
+};
+/// Visits its fields.
+void visit(options::Visitor& v, SmoothingOptions& o);
+
+/// A part of a code's error: correlated in time by e^(-dt rate_per_s).
+struct CodeNoise {
+  double sigma_m = 0;
+  double rate_per_s = 0;  ///< >= 0; infinite: white
+};
+
+/// A pseudorange smoothed by the way that a carrier went:
+///   S_k = a P_k + (1 - a) (S_k-1 + L_k - L_k-1),  a = max(dt / window, 1 / k)
+/// so that the first epochs after a slip are plain averages. Its deviation is followed exactly for codes
+/// whose errors are sums of two first-order processes (CodeNoise) of constant deviation; the carrier's noise
+/// is left out.
+class CodeSmoother {
+ public:
+  struct Smoothed {
+    double pseudorange_m = 0;
+    double sigma_m = 0;  ///< of what CodeNoise says alone
+  };
+  /// The smoothed pseudorange of the next epoch.
+  /// @param carrier_step_m L_k - L_k-1; empty: begins anew
+  [[nodiscard]] Smoothed next(geodesy::GpsTime time, double pseudorange_m,
+                              std::optional<double> carrier_step_m, const std::array<CodeNoise, 2>& noise,
+                              const SmoothingOptions& options);
+
+ private:
+  std::optional<geodesy::GpsTime> last_;
+  int count_ = 0;
+  double smoothed_m_ = 0;
+  // Variance of the smoothed error and its covariance with the code's, over each part's own.
+  std::array<double, 2> variance_{}, covariance_{};
+};
+
+}  // namespace canyon::positioning

@@ -1,0 +1,346 @@
+#include "canyon/receiver/relative/baseline_filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/base/options/values.hpp"
+#include "canyon/receiver/positioning/least_squares.hpp"
+#include "canyon/receiver/relative/rtk_filter.hpp"
+
+namespace canyon::relative {
+
+namespace {
+
+using Eigen::Index;
+using positioning::Fix;
+using positioning::FixKind;
+
+/// Before anything is known [m].
+constexpr double kUnknownPosition_m = 30;
+/// A position less certain than this [m] starts again from a fix.
+constexpr double kLostPosition_m = 100;
+/// A phase that was not measured for so long has slipped [s]; where epochs are farther apart, one that the
+/// last epoch lacked.
+constexpr double kPhaseGap_s = 5, kPhaseGap_epochs = 1.5;
+/// Clocks of receivers differ by milliseconds [s].
+constexpr double kAhead_s = 1;
+/// A moving base must have measured at the rover's epoch [s].
+constexpr double kSameEpoch_s = 0.02;
+/// Two carriers of a satellite move apart by more than this [m] only where one of them slips.
+constexpr double kCarriersPart_m = 0.05;
+/// Delays are estimated over baselines of at least these lengths [m].
+constexpr double kIonosphereFrom_m = 1e3, kTroposphereFrom_m = 5e3;
+/// Time constants of the delays [s].
+constexpr double kIonosphereTime_s = 1200, kTroposphereTime_s = 7200;
+/// Echoes of a moving antenna last about so long [s].
+constexpr double kEchoTime_s = 10;
+/// Obliquity factor of a thin layer at a height of 350 km.
+double obliquity(double elevation_rad) {
+  const double s = 6371.0 / (6371.0 + 350.0) * std::cos(elevation_rad);
+  return 1 / std::sqrt(1 - s * s);
+}
+
+}  // namespace
+
+BaselineFilter::BaselineFilter(const RtkOptions& options, const positioning::FixOptions& masks,
+                               double max_age_s)
+    : options_(options), masks_(masks), max_age_s_(max_age_s) {
+  options::check(options_, "rtk");
+  masks_.correct_troposphere = options_.troposphere;
+}
+
+bool BaselineFilter::go_to(geodesy::GpsTime to, const Fix& alone) {
+  if (started_ && !(to > time_)) started_ = false;
+  if (started_) {
+    dt_s_ = to - time_;
+    const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(position_));
+    const double h = std::pow(options_.acceleration_horizontal, 2);
+    const double v = std::pow(options_.acceleration_vertical, 2);
+    state_.move(dt_s_, geodesy::rotated(enu.transpose(), Eigen::Vector3d(h, h, v).asDiagonal()));
+    for (std::size_t i = 0; i < state_.slots.size(); ++i) {
+      const Index at = BaselineState::index(i);
+      if (state_.slots[i].signal != nullptr) {
+        state_.p(at, at) += 1e-8 * dt_s_;  // phase wind-up, delays of the hardware [cycles^2]
+      } else {
+        decay(at, kIonosphereTime_s, state_.slots[i].id);
+      }
+    }
+    if (state_.p(BaselineState::kZenith, BaselineState::kZenith) > 0) {
+      decay(BaselineState::kZenith, kTroposphereTime_s, std::nullopt);
+    }
+    apply_position_error();
+    if (astray_) started_ = false;
+  }
+  time_ = to;
+  const bool lost = started_ && state_.p.topLeftCorner<3, 3>().trace() > kLostPosition_m * kLostPosition_m;
+  begins_ = !started_ || lost;
+  if (!begins_) return true;
+  if (!alone.solved() && !moving_) return false;
+  if (!started_) {
+    state_ = BaselineState();
+    started_ = true;
+    astray_ = false;
+    dt_s_ = 0;
+    // The sizes of echoes are kept.
+    fixed_in_a_row_ = 0;
+  }
+  // Where epochs lie half a minute apart the position is new each time, and the ambiguities remain.
+  position_ = moving_ ? base_place_ : alone.position_ecef;
+  for (Index i = 0; i < 3; ++i) {
+    state_.reset(BaselineState::kPosition + i, 0, kUnknownPosition_m * kUnknownPosition_m);
+    state_.reset(BaselineState::kVelocity + i, 0, kUnknownPosition_m * kUnknownPosition_m);
+  }
+  return true;
+}
+
+void BaselineFilter::decay(Index at, double time_s, std::optional<gnss::SatelliteId> of) {
+  const double keeps = std::exp(-dt_s_ / time_s);
+  const double sigma = of ? ionosphere_sigma_m_ : troposphere_sigma_m_;
+  state_.x(at) *= keeps;
+  state_.p.row(at) *= keeps;
+  state_.p.col(at) *= keeps;
+  state_.p(at, at) += sigma * sigma * (1 - keeps * keeps);
+}
+
+void BaselineFilter::remove_slipped() {
+  for (std::size_t i = state_.slots.size(); i-- > 0;) {
+    const Slot& slot = state_.slots[i];
+    const bool ambiguity = slot.signal != nullptr;
+    const bool forgotten = ambiguity && options_.integers == Integers::Instantaneous;
+    const double longest_s = ambiguity ? std::max(kPhaseGap_s, kPhaseGap_epochs * dt_s_) : kIonosphereTime_s;
+    if (forgotten || time_ - slot.seen > longest_s) state_.remove(i);
+  }
+  // Slips are told by the channels, by half cycles and by Doppler.
+  for (Difference& d : differences_) {
+    if (!d.has_phase) continue;
+    const auto slot = state_.find(d.id(), d.rover->signal);
+    if (!slot) continue;
+    const Slot& s = state_.slots[*slot];
+    const bool slips = s.rover_since != d.rover->phase_since || s.base_since != d.base_since ||
+                       s.half_cycle != d.half_cycle || doppler_slips_.contains(d.id(), d.rover->signal);
+    if (slips) state_.remove(*slot);
+  }
+}
+
+void BaselineFilter::compare_carriers() {
+  for (std::size_t i = 0; i < differences_.size(); ++i) {
+    const Difference& a = differences_[i];
+    for (std::size_t j = i + 1; j < differences_.size() && differences_[j].id() == a.id(); ++j) {
+      const Difference& b = differences_[j];
+      if (!a.has_phase || !b.has_phase) continue;
+      const auto first = state_.find(a.id(), a.rover->signal), second = state_.find(b.id(), b.rover->signal);
+      if (!first || !second) continue;
+      const double before_m = state_.slots[*first].phase_m - state_.slots[*second].phase_m;
+      if (std::abs(a.phase_m - b.phase_m - before_m) < kCarriersPart_m) continue;
+      state_.remove(std::max(*first, *second));
+      state_.remove(std::min(*first, *second));
+    }
+  }
+}
+
+void BaselineFilter::update_delays() {
+  const double baseline_m = (position_ - base_place_).norm();
+  ionosphere_sigma_m_ =
+      baseline_m < kIonosphereFrom_m ? 0 : std::max(1e-3, options_.ionosphere_gradient * baseline_m);
+  const double height_m = std::abs(geodesy::geodetic_from_ecef(position_).height_m -
+                                   geodesy::geodetic_from_ecef(base_place_).height_m);
+  troposphere_sigma_m_ = baseline_m < kTroposphereFrom_m && height_m < 200
+                             ? 0
+                             : options_.troposphere_gradient * baseline_m + 1e-5 * height_m;
+  if (options_.ionosphere_gradient == 0) ionosphere_sigma_m_ = 0;
+  constexpr Index zenith = BaselineState::kZenith;
+  if (troposphere_sigma_m_ > 0 && state_.p(zenith, zenith) == 0) {
+    state_.reset(zenith, 0, troposphere_sigma_m_ * troposphere_sigma_m_);
+  }
+  if (ionosphere_sigma_m_ == 0) return;
+  for (const Difference& d : differences_) {
+    const auto slot = state_.find(d.id(), nullptr);
+    if (slot) {
+      state_.slots[*slot].seen = time_;
+      continue;
+    }
+    const double sigma = ionosphere_sigma_m_ * obliquity(d.rover->elevation_rad);
+    state_.add({d.id(), nullptr, time_, time_, {}, {}, false, 0, 0}, 0, sigma * sigma);
+  }
+}
+
+Eigen::Matrix3d BaselineFilter::covariance_of_echoes() const {
+  std::vector<double> ages_s;
+  for (const Difference& d : differences_) {
+    if (d.used) ages_s.push_back(time_ - state_.slots[*d.slot].begun);
+  }
+  const double age_s = ages_s.empty() ? 0 : positioning::median(ages_s);
+  return code_squares_ * kEchoTime_s / (kEchoTime_s + age_s) * code_covariance_;
+}
+
+std::optional<positioning::Dop> BaselineFilter::dop_of(const std::vector<gnss::SatelliteId>& used,
+                                                       const Eigen::Matrix3d& enu) const {
+  std::vector<Eigen::Vector3d> directions;
+  for (std::size_t i = 0; i < differences_.size(); ++i) {
+    const bool first = i == 0 || differences_[i - 1].id() != differences_[i].id();
+    if (first && std::binary_search(used.begin(), used.end(), differences_[i].id())) {
+      directions.emplace_back(enu * differences_[i].rover->direction);
+    }
+  }
+  return positioning::dop_of_directions(directions);
+}
+
+void BaselineFilter::take(const Corrections& corrections, std::vector<ObservedMinusComputed> of_base) {
+  base_ = std::move(of_base);
+  // Beside a moving base the filter follows the baseline: the place goes along with the base's.
+  if (started_ && corrections.moving) position_ += corrections.station_ecef - base_place_;
+  if (corrections.moving != moving_ || (station_ && *station_ != corrections.station)) started_ = false;
+  moving_ = corrections.moving;
+  base_place_ = corrections.station_ecef;
+  station_ = corrections.station;
+  base_time_ = corrections.receiver_time;
+}
+
+void BaselineFilter::state_answer(const std::optional<Fixed>& fixed, double age_s, Fix& fix) {
+  const bool is_fixed = fixed && fixed->accepted;
+  fix.status = positioning::FixStatus::Fix;
+  fix.solution = is_fixed ? FixKind::Fixed : FixKind::Float;
+  fix.correction_age_s = age_s;
+  fix.correction_station = station_;
+  const Eigen::Vector3d error =
+      is_fixed ? fixed->position_error : state_.x.segment<3>(BaselineState::kPosition);
+  const Eigen::Matrix3d covariance = is_fixed ? fixed->covariance : state_.p.topLeftCorner<3, 3>();
+  fix.position_ecef = position_ + error;
+  fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
+  const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(fix.position);
+  fix.covariance_enu = geodesy::rotated(enu, is_fixed ? covariance : covariance + covariance_of_echoes());
+  fix.covariance_enu *= is_fixed ? factor_of(*fixed) : std::max(1.0, squares_);
+  positioning::Baseline& baseline = fix.baseline.emplace();
+  baseline.kind = fix.solution;
+  baseline.moving_base = moving_;
+  baseline.base_ecef = base_place_;
+  baseline.vector_enu = enu * (fix.position_ecef - base_place_);
+  baseline.covariance_enu = fix.covariance_enu;
+  if (fixed && fixed->ratio > 0) baseline.ratio = fixed->ratio;
+  baseline.used = fix.used;
+  if (!moving_) {
+    fix.velocity_enu_mps = enu * state_.x.segment<3>(BaselineState::kVelocity);
+    fix.velocity_covariance_enu =
+        geodesy::rotated(enu, state_.p.block<3, 3>(BaselineState::kVelocity, BaselineState::kVelocity));
+  }
+  fix.dop = dop_of(fix.used, enu);
+  fix.consistent.reset();
+}
+
+std::optional<Fix> BaselineFilter::update(geodesy::GpsTime receiver_time,
+                                          std::span<const SignalMeasurement> rover, const orbit::Sky& sky,
+                                          const Fix& alone) {
+  if (base_.empty()) return std::nullopt;
+  const double age_s = receiver_time - base_time_;
+  if (age_s > (moving_ ? kSameEpoch_s : max_age_s_) || age_s < -kAhead_s) return std::nullopt;
+  if (!go_to(receiver_time, alone)) return std::nullopt;
+  if (begins_) {
+    // The troposphere at a fix without phases is wrong by its height: again, from the answer.
+    BaselineFilter first = *this;
+    if (const auto near = first.solve(receiver_time, rover, sky, alone)) position_ = near->position_ecef;
+  }
+  return solve(receiver_time, rover, sky, alone);
+}
+
+std::optional<Fix> BaselineFilter::solve(geodesy::GpsTime receiver_time,
+                                         std::span<const SignalMeasurement> rover, const orbit::Sky& sky,
+                                         const Fix& alone) {
+  const double age_s = receiver_time - base_time_;
+  const auto computed = observed_minus_computed(receiver_time, rover, sky, masks_, position_);
+  differences_ = differences_of(computed, base_, options_.phase_sigma_m, std::max(age_s, 0.0));
+  groups_ = groups_of(differences_);
+  doppler_slips_.update(dt_s_, computed, rover);
+  remove_slipped();
+  compare_carriers();
+  update_delays();
+  if (!moving_) take_velocity(alone);
+  take_codes();
+  take_phases();
+
+  Fix fix = alone;
+  fix.used.clear();
+  fix.residuals_m.clear();
+  // Dopplers alone.
+  std::erase_if(fix.excluded, [&alone](gnss::SatelliteId id) {
+    return !std::binary_search(alone.used.begin(), alone.used.end(), id);
+  });
+  for (const Difference& d : differences_) {
+    if (!d.used || (!fix.used.empty() && fix.used.back() == d.id())) continue;
+    fix.used.push_back(d.id());
+    fix.residuals_m.push_back(d.residual_m);
+  }
+  if (fix.used.size() < 4) {
+    fixed_in_a_row_ = 0;
+    return std::nullopt;
+  }
+  const auto fixed = find_integers();
+  fixed_in_a_row_ = fixed && fixed->accepted ? fixed_in_a_row_ + 1 : 0;
+  state_answer(fixed, std::max(age_s, 0.0), fix);
+  apply_position_error();
+  return fix;
+}
+
+namespace {
+
+/// The base's observation of the same signal; where that is missing or has no phase, of another component
+/// on that carrier, whose phase files and RTCM align (RINEX 3.04, 5.2.16), unless the rover has that one as
+/// well. Null without.
+const ObservedMinusComputed* partner(const ObservedMinusComputed& r,
+                                     std::span<const ObservedMinusComputed> rover,
+                                     std::span<const ObservedMinusComputed> base) {
+  const auto at = std::lower_bound(base.begin(), base.end(), r, before);
+  const ObservedMinusComputed* const same = at != base.end() && !before(r, *at) ? &*at : nullptr;
+  if (same != nullptr && (same->phase_m || !r.phase_m)) return same;
+  const auto of_carrier = [&](const ObservedMinusComputed& o) {
+    return o.id == r.id && o.signal->carrier_hz == r.signal->carrier_hz && o.phase_m;
+  };
+  // A carrier's phase counts once.
+  const bool several = std::count_if(rover.begin(), rover.end(), of_carrier) > 1;
+  const auto other = std::find_if(base.begin(), base.end(), of_carrier);
+  return several || other == base.end() ? same : &*other;
+}
+
+}  // namespace
+
+double Difference::ionosphere_rate() const {
+  const double l1_m = geodesy::kSpeedOfLight / gnss::kL1_hz;
+  return std::pow(rover->wavelength_m / l1_m, 2);
+}
+
+std::vector<Difference> differences_of(std::span<const ObservedMinusComputed> rover,
+                                       std::span<const ObservedMinusComputed> base, double phase_sigma_m,
+                                       double age_s) {
+  std::vector<Difference> differences;
+  for (const ObservedMinusComputed& r : rover) {
+    const ObservedMinusComputed* const b = partner(r, rover, base);
+    if (b == nullptr) continue;
+    Difference d;
+    d.rover = &r;
+    d.code_m = r.code_m - b->code_m;
+    d.has_phase = r.phase_m && b->phase_m;
+    if (d.has_phase) d.phase_m = *r.phase_m - *b->phase_m;
+    d.variance = phase_sigma_m * phase_sigma_m * (r.variance + b->variance);
+    d.age_variance = std::pow(kAgeing_mps * age_s, 2);
+    d.base_since = b->phase_since;
+    d.half_cycle = r.half_cycle || b->half_cycle;
+    d.aligned = r.aligned && b->aligned;
+    differences.push_back(d);
+  }
+  return differences;
+}
+
+Groups groups_of(const std::vector<Difference>& differences) {
+  Groups groups;
+  for (std::size_t i = 0; i < differences.size(); ++i) groups[differences[i].rover->signal].push_back(i);
+  for (auto group = groups.begin(); group != groups.end();) {
+    group = group->second.size() < 2 ? groups.erase(group) : std::next(group);
+  }
+  return groups;
+}
+
+}  // namespace canyon::relative

@@ -1,0 +1,95 @@
+#include "canyon/receiver/relative/observed_minus_computed.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/base/input_error.hpp"
+#include "canyon/receiver/positioning/pseudorange_model.hpp"
+#include "canyon/sky/space_errors.hpp"
+
+namespace canyon::relative {
+
+using geodesy::kSpeedOfLight;
+using positioning::Measurement;
+using positioning::RangedSatellite;
+
+namespace {
+
+constexpr double kUsualCn0_dbhz = 45;
+
+}  // namespace
+
+bool before(const ObservedMinusComputed& a, const ObservedMinusComputed& b) {
+  if (a.id != b.id) return a.id < b.id;
+  return gnss::index_of(*a.signal) < gnss::index_of(*b.signal);
+}
+
+std::vector<ObservedMinusComputed> observed_minus_computed(geodesy::GpsTime receiver_time,
+                                                           std::span<const SignalMeasurement> observations,
+                                                           const orbit::Sky& sky,
+                                                           const positioning::FixOptions& masks,
+                                                           const Eigen::Vector3d& place) {
+  // Signals of a satellite leave it within nanoseconds: one state serves them.
+  std::vector<Measurement> firsts;
+  for (const SignalMeasurement& seen : observations) {
+    if (firsts.empty() || firsts.back().id != seen.measurement.id) firsts.push_back(seen.measurement);
+  }
+  std::vector<RangedSatellite> satellites = ranged_satellites(receiver_time, firsts, sky, {});
+  const geodesy::Geodetic geodetic = geodesy::geodetic_from_ecef(place);
+  const double zenith_m = masks.correct_troposphere ? errors::saastamoinen_zenith_m(geodetic) : 0;
+  const Eigen::Vector3d up = geodesy::enu_from_ecef_rotation(geodetic).row(2).transpose();
+
+  // A receiver that states no strength at all is one in the open, as far as is known.
+  const bool stated =
+      std::any_of(observations.begin(), observations.end(),
+                  [](const SignalMeasurement& seen) { return seen.measurement.cn0_dbhz.has_value(); });
+  const double unknown_dbhz = stated ? positioning::kUnknownCn0_dbhz : kUsualCn0_dbhz;
+
+  std::vector<ObservedMinusComputed> result;
+  result.reserve(observations.size());
+  for (RangedSatellite& satellite : satellites) {
+    for (int i = 0; i < 3; ++i) place_satellite(satellite, place);
+    const double sine = std::clamp(satellite.direction.dot(up), -1.0, 1.0);
+    const double elevation_rad = std::asin(sine);
+    if (elevation_rad < masks.elevation_mask_rad || elevation_rad <= 0) continue;
+    const double model_m = satellite.range_m + errors::slant_delay_m(zenith_m, elevation_rad);
+    for (const SignalMeasurement& seen : observations) {
+      const Measurement& m = seen.measurement;
+      if (m.id != satellite.measured->id) continue;
+      if (m.cn0_dbhz && *m.cn0_dbhz < masks.cn0_mask_dbhz) continue;
+      if (!std::isfinite(m.pseudorange_m) || !(m.carrier_frequency_hz > 0) ||
+          (m.carrier_phase_cycles && !std::isfinite(*m.carrier_phase_cycles))) {
+        throw InputError(fmt::format("{} of {} is not usable", seen.signal->name, gnss::to_string(m.id)),
+                         "pseudoranges and phases must be finite, carriers above 0 Hz");
+      }
+      ObservedMinusComputed o;
+      o.id = m.id;
+      o.signal = seen.signal;
+      o.direction = satellite.direction;
+      o.elevation_rad = elevation_rad;
+      o.wavelength_m = kSpeedOfLight / m.carrier_frequency_hz;
+      const double clock_m = kSpeedOfLight * satellite.state.clock_bias_s;
+      o.code_m =
+          m.pseudorange_m - model_m + clock_m - kSpeedOfLight * satellite.state.group_delay_of(*seen.signal);
+      if (m.carrier_phase_cycles) {
+        o.phase_m = *m.carrier_phase_cycles * o.wavelength_m - model_m + clock_m;
+      }
+      const double cn0 = m.cn0_dbhz.value_or(unknown_dbhz);
+      o.variance = 1 + 1 / (sine * sine) + std::pow(10, (45 - cn0) / 10);
+      if (m.doppler_hz) o.doppler_mps = -*m.doppler_hz * o.wavelength_m;
+      o.phase_since = m.phase_since;
+      o.half_cycle = m.half_cycle;
+      o.aligned = seen.aligned;
+      result.push_back(o);
+    }
+  }
+  std::sort(result.begin(), result.end(), before);
+  return result;
+}
+
+}  // namespace canyon::relative

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "canyon/base/geodesy/gps_time.hpp"
+#include "canyon/receiver/positioning/positioning_options.hpp"
+#include "canyon/receiver/relative/correction_link.hpp"
+#include "canyon/sky/orbit/sky.hpp"
+
+namespace canyon::relative {
+
+/// One signal at one antenna: what was measured, less what a place and the ephemerides say of it.
+struct ObservedMinusComputed {
+  gnss::SatelliteId id;
+  const gnss::Signal* signal = nullptr;
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit, ECEF, antenna to satellite
+  double elevation_rad = 0;
+  double wavelength_m = 0;
+  double code_m = 0;  ///< holds the receiver's clock, the ionosphere and all errors
+  /// Likewise, with the ambiguity, and without the satellite's group delays, which components of a carrier
+  /// that stand in for each other do not share; empty without a phase.
+  std::optional<double> phase_m;
+  /// 1 + 1 / sin(elevation)^2 + 10^((45 - C/N0) / 10): a variance over that at the zenith.
+  double variance = 1;
+  std::optional<double> doppler_mps;  ///< range rate, positive when receding
+  std::optional<geodesy::GpsTime> phase_since;
+  bool half_cycle = false;
+  bool aligned = true;  ///< SignalMeasurement::aligned
+};
+
+/// Takes satellites that the sky knows, at or above both masks (elevation, C/N0), ascending by satellite and
+/// signal. @param masks says also whether the troposphere is computed @param place of the antenna, ECEF [m]
+/// Throws InputError for measurements that are not numbers.
+[[nodiscard]] std::vector<ObservedMinusComputed> observed_minus_computed(
+    geodesy::GpsTime receiver_time, std::span<const SignalMeasurement> observations, const orbit::Sky& sky,
+    const positioning::FixOptions& masks, const Eigen::Vector3d& place);
+
+/// Whether `a` stands before `b` in its order.
+[[nodiscard]] bool before(const ObservedMinusComputed& a, const ObservedMinusComputed& b);
+
+}  // namespace canyon::relative

@@ -1,0 +1,118 @@
+#include "canyon/receiver/relative/rtk_filter.hpp"
+
+#include <Eigen/LU>
+#include <string_view>
+#include <utility>
+
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/base/options/values.hpp"
+#include "canyon/receiver/positioning/pseudorange_model.hpp"
+#include "canyon/receiver/relative/baseline_filter.hpp"
+
+namespace canyon::relative {
+
+namespace {
+
+constexpr std::string_view kIntegers[]{"continuous", "instantaneous", "hold"};
+
+}  // namespace
+
+void visit(options::Visitor& v, RtkOptions& o) {
+  v.boolean({"enabled", "",
+             "RTK: float and fixed solutions by carrier phases relative to the base of `corrections`"},
+            o.enabled);
+  v.choice({"integers", "",
+            "integer ambiguities: continuous (searched at each epoch), instantaneous (forgotten after each "
+            "epoch) or hold (kept once fixed)"},
+           o.integers, kIntegers);
+  v.number({"ratio", "",
+            "ratio test: the second best integers must be this many times farther away than the best"},
+           o.ratio, {1.1, 10});
+  v.number({"min_success", "", "smallest probability of correct integers, by the filter's covariance"},
+           o.min_success, {0, 1, false, true});
+  v.boolean({"partial", "", "partial fixing: leave uncertain satellites out if the search fails"}, o.partial);
+  v.boolean({"fix_glonass", "",
+             "fix GLONASS integers without known biases too: base and rover must be of one make"},
+            o.fix_glonass);
+  v.angle({"fix_elevation_deg", "deg", "satellites below this elevation are left out of the integer search"},
+          o.fix_elevation_rad, {0, 89});
+  v.integer({"min_satellites", "", "satellites required for a fixed solution"}, o.min_satellites, 4, 30);
+  v.number({"phase_sigma_m", "m", "standard deviation of a phase at the zenith"}, o.phase_sigma_m,
+           {0, 0.1, true});
+  v.number({"code_ratio", "", "standard deviation of a code, divided by that of its phase"}, o.code_ratio,
+           {1, 1000});
+  v.number({"ionosphere_gradient", "",
+            "difference of vertical ionospheric delays over distance; 0: not estimated"},
+           o.ionosphere_gradient, {0, 1e-3});
+  v.boolean({"troposphere", "", "remove the troposphere's model from the ranges of rover and base"},
+            o.troposphere);
+  v.number({"troposphere_gradient", "",
+            "difference of zenith tropospheric delays over distance; 0: not estimated"},
+           o.troposphere_gradient, {0, 1e-3});
+  v.number({"acceleration_horizontal", "m/s^2/sqrt(Hz)",
+            "spectral density of the white acceleration that the filter assumes, horizontal"},
+           o.acceleration_horizontal, {0, 100, true});
+  v.number({"acceleration_vertical", "m/s^2/sqrt(Hz)", "the same, vertical"}, o.acceleration_vertical,
+           {0, 100, true});
+  v.number({"gate_sigmas", "",
+            "beyond this number of standard deviations a code is rejected and a phase counts as slipped"},
+           o.gate_sigmas, {1, 100, true});
+}
+
+namespace {
+
+/// The second filter starts again after so long [s], and replaces the first when it has been fixed for so
+/// many epochs in a row, so long after its start [s], and no more standard deviations away.
+constexpr double kSecondFor_s = 10, kSecondLeast_s = 2, kSecondApart = 5;
+constexpr int kSecondFixed = 3;
+
+}  // namespace
+
+RtkFilter::RtkFilter(const RtkOptions& options, const positioning::FixOptions& fix, double max_age_s)
+    : filter_(std::make_unique<BaselineFilter>(options, fix, max_age_s)) {}
+RtkFilter::~RtkFilter() = default;
+RtkFilter::RtkFilter(RtkFilter&&) noexcept = default;
+RtkFilter& RtkFilter::operator=(RtkFilter&&) noexcept = default;
+
+void RtkFilter::take(const Corrections& base, const orbit::Sky& sky) {
+  positioning::FixOptions masks = filter_->masks();
+  masks.elevation_mask_rad = 0;  // the rover's mask counts
+  auto of_base =
+      observed_minus_computed(base.receiver_time, base.observations, sky, masks, base.station_ecef);
+  if (second_) second_->take(base, of_base);
+  filter_->take(base, std::move(of_base));
+}
+
+std::optional<positioning::Fix> RtkFilter::update(geodesy::GpsTime receiver_time,
+                                                  std::span<const SignalMeasurement> rover,
+                                                  const orbit::Sky& sky, const positioning::Fix& alone) {
+  std::optional<positioning::Fix> fix = filter_->update(receiver_time, rover, sky, alone);
+  if (fix && !positioning::is_sound(*fix)) {
+    *filter_ = BaselineFilter(filter_->options(), filter_->masks(), filter_->max_age_s());
+    fix.reset();
+  }
+  if (!fix || fix->kind() == positioning::FixKind::Fixed ||
+      filter_->options().integers == Integers::Instantaneous) {
+    second_.reset();
+    return fix;
+  }
+  // While it is float, echoes of the past may hold it: a second filter without them runs beside it.
+  if (!second_ || receiver_time - second_began_ > kSecondFor_s) {
+    second_ = std::make_unique<BaselineFilter>(*filter_);
+    second_->restart();
+    second_began_ = receiver_time;
+  }
+  std::optional<positioning::Fix> other = second_->update(receiver_time, rover, sky, alone);
+  const bool proven = other && other->kind() == positioning::FixKind::Fixed &&
+                      second_->fixed_in_a_row() >= kSecondFixed &&
+                      receiver_time - second_began_ >= kSecondLeast_s;
+  if (!proven) return fix;
+  const Eigen::Vector3d apart_enu =
+      geodesy::enu_from_ecef_rotation(fix->position) * (other->position_ecef - fix->position_ecef);
+  const Eigen::Matrix3d information = fix->covariance_enu.inverse();
+  if (!(apart_enu.dot(information * apart_enu) < kSecondApart * kSecondApart)) return fix;
+  filter_ = std::move(second_);
+  return other;
+}
+
+}  // namespace canyon::relative

@@ -1,0 +1,139 @@
+#include "canyon/run/environment.hpp"
+
+#include <string>
+#include <utility>
+
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/base/input_error.hpp"
+
+namespace canyon::simulation {
+
+namespace {
+
+/// Movable models that stand farther from the antenna are not among Arrival::bodies [m].
+constexpr double kNear_m = 300;
+
+template <typename T>
+std::shared_ptr<T> checked(std::shared_ptr<T> part, const char* what) {
+  if (!part) throw InputError(std::string("an environment needs a ") + what);
+  return part;
+}
+
+}  // namespace
+
+Environment::Environment(city::City city, std::shared_ptr<const orbit::Sky> sky,
+                         std::map<gnss::System, gnss::Klobuchar> klobuchar)
+    : Environment(std::make_shared<CityScene>(std::move(city)), std::move(sky), std::move(klobuchar)) {}
+
+Environment::Environment(std::shared_ptr<CityScene> scene, std::shared_ptr<const orbit::Sky> sky,
+                         std::map<gnss::System, gnss::Klobuchar> klobuchar)
+    : city_scene_(checked(std::move(scene), "city")),
+      sky_(checked(std::move(sky), "sky")),
+      klobuchar_(std::move(klobuchar)),
+      satellites_(sky_->satellites()) {}
+
+void Environment::add_errors(propagation::Arrival& arrival, geodesy::GpsTime time,
+                             const Eigen::Vector3d& antenna_ecef) const {
+  if (!errors_) return;
+  const errors::SpaceErrors::Reception reception = errors_->reception(time, antenna_ecef);
+  for (propagation::SatelliteView& view : arrival.views) {
+    view.space = errors_->at(view.line, reception);
+  }
+}
+
+propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu) const {
+  const geodesy::LocalFrame& frame = city().frame;
+  const Eigen::Vector3d antenna_ecef = frame.ecef_from_local(antenna_enu);
+  propagation::Arrival arrival = make_arrival(
+      *sky_, satellites_, scene(), {time, antenna_ecef, antenna_enu, frame.ecef_from_local_rotation()});
+  add_errors(arrival, time, antenna_ecef);
+  return arrival;
+}
+
+propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                          const propagation::Propagator& propagator,
+                                          propagation::TracedPlace* place) const {
+  propagation::Arrival all = arrival(time, antenna_enu);
+  add_paths(all, propagator, place);
+  return all;
+}
+
+propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                          const Tracer& trace) const {
+  propagation::Arrival all = arrival(time, antenna_enu);
+  if (all.placement != raytrace::Placement::Free) return all;
+  const std::vector<Eigen::Vector3d> directions = ray_directions(all);
+  std::vector<propagation::SatellitePaths> paths(directions.size());
+  trace(all.antenna_enu, directions, paths);
+  set_paths(all, std::move(paths));
+  return all;
+}
+
+namespace {
+
+/// Lifts an antenna up to 0.5 m under the terrain to 1 cm above it: simulators' vehicles sink into the
+/// ground.
+std::optional<Eigen::Vector3d> lifted_onto_terrain(const raytrace::RayScene& scene,
+                                                   const Eigen::Vector3d& antenna_enu) {
+  constexpr double kDeepest_m = 0.5, kClearance_m = 0.01;
+  const std::optional<double> terrain_m = scene.terrain_height(antenna_enu.x(), antenna_enu.y());
+  if (!terrain_m || *terrain_m - antenna_enu.z() > kDeepest_m) return std::nullopt;
+  return Eigen::Vector3d(antenna_enu.x(), antenna_enu.y(), *terrain_m + kClearance_m);
+}
+
+}  // namespace
+
+propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::SatelliteId> satellites,
+                                  const raytrace::RayScene& scene, const Standpoint& standpoint) {
+  propagation::Arrival arrival;
+  arrival.ecef_from_enu = standpoint.ecef_from_enu;
+  arrival.antenna_enu = standpoint.antenna_enu;
+  arrival.placement = scene.placement(arrival.antenna_enu);
+  if (arrival.placement == raytrace::Placement::UnderTerrain) {
+    if (const auto lifted = lifted_onto_terrain(scene, arrival.antenna_enu)) {
+      arrival.antenna_enu = *lifted;
+      arrival.placement = scene.placement(arrival.antenna_enu);
+    }
+  }
+  arrival.scene = &scene;
+  arrival.height_above_ground_m = scene.height_above_ground(arrival.antenna_enu);
+  const orbit::Observer observer(standpoint.antenna_ecef);
+  arrival.views.reserve(satellites.size());
+  for (const gnss::SatelliteId id : satellites) {
+    std::optional<orbit::LineOfSight> line = orbit::line_of_sight(sky, id, standpoint.time, observer);
+    // The horizon is the antenna's own; rays are cast in the city's frame, whose vertical differs from the
+    // antenna's by 1e-4 rad some 600 m from the origin.
+    if (!line || !(line->elevation_rad > 0)) continue;
+    arrival.views.push_back({*std::move(line), {}});
+  }
+  for (const raytrace::PlacedInstance& instance : scene.placed_instances()) {
+    propagation::Body body = propagation::body_of(instance);
+    if ((body.centre - standpoint.antenna_enu.head<2>()).norm() < kNear_m) arrival.bodies.push_back(body);
+  }
+  return arrival;
+}
+
+std::vector<Eigen::Vector3d> ray_directions(const propagation::Arrival& arrival) {
+  std::vector<Eigen::Vector3d> directions;
+  if (arrival.placement != raytrace::Placement::Free) return directions;
+  directions.reserve(arrival.views.size());
+  for (const propagation::SatelliteView& view : arrival.views) {
+    directions.emplace_back(arrival.ecef_from_enu.transpose() * view.line.direction_ecef);
+  }
+  return directions;
+}
+
+void set_paths(propagation::Arrival& arrival, std::vector<propagation::SatellitePaths> paths) {
+  for (std::size_t i = 0; i < paths.size(); ++i) arrival.views[i].paths = std::move(paths[i]);
+}
+
+void add_paths(propagation::Arrival& arrival, const propagation::Propagator& propagator,
+               propagation::TracedPlace* place) {
+  if (arrival.placement != raytrace::Placement::Free) return;
+  const std::vector<Eigen::Vector3d> directions = ray_directions(arrival);
+  std::vector<propagation::SatellitePaths> paths(directions.size());
+  propagator.trace(arrival.antenna_enu, directions, paths, place);
+  set_paths(arrival, std::move(paths));
+}
+
+}  // namespace canyon::simulation

@@ -1,0 +1,132 @@
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "canyon/city/city.hpp"
+#include "canyon/city/raytrace/ray_scene.hpp"
+#include "canyon/paths/propagation/paths.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
+#include "canyon/sky/orbit/sky.hpp"
+#include "canyon/sky/space_errors.hpp"
+
+namespace canyon::simulation {
+
+/// A city and the rays through it. Hosts that move things hold one and share it between environments.
+struct CityScene {
+  /// The scene borrows the mesh beside it: neither can be moved.
+  explicit CityScene(city::City c)
+      : city(std::move(c)), scene(std::shared_ptr<const city::Mesh>(std::shared_ptr<void>(), &city.mesh)) {}
+  CityScene(const CityScene&) = delete;
+  CityScene& operator=(const CityScene&) = delete;
+
+  /// Propagators of equal options share their memory, which is large. Unused ones are kept until the next
+  /// call. Thread-safe.
+  [[nodiscard]] propagation::Propagator propagator(const propagation::PropagationOptions& options) {
+    const std::lock_guard lock(mutex_);
+    const auto equal = [&](const propagation::Propagator& each) { return each.options() == options; };
+    std::erase_if(propagators_, [&](const auto& each) { return !each.is_shared() && !equal(each); });
+    const auto found = std::find_if(propagators_.begin(), propagators_.end(), equal);
+    return found != propagators_.end() ? *found
+                                       : propagators_.emplace_back(city.mesh, scene, options, city.seed);
+  }
+
+  city::City city;
+  raytrace::RayScene scene;
+
+ private:
+  std::mutex mutex_;
+  std::vector<propagation::Propagator> propagators_;
+};
+
+/// A host's own rays: fills result[i] with the paths of the satellite in directions[i] (unit, ENU) at an
+/// antenna, as Propagator::trace() does.
+using Tracer =
+    std::function<void(const Eigen::Vector3d& antenna_enu, std::span<const Eigen::Vector3d> directions,
+                       std::span<propagation::SatellitePaths> result)>;
+
+/// The place of an antenna for the sky, and the start of its rays.
+struct Standpoint {
+  geodesy::GpsTime time;
+  Eigen::Vector3d antenna_ecef;   ///< lines of sight are from here [m]
+  Eigen::Vector3d antenna_enu;    ///< the same place in the city's frame [m]
+  Eigen::Matrix3d ecef_from_enu;  ///< rotation of the city's frame
+};
+
+/// The arrival of those `satellites` (ascending) of the sky that stand above the antenna's horizon (elevation
+/// > 0), without paths. Up to 0.5 m under the terrain rays start 1 cm above it (Arrival::antenna_enu). The
+/// antenna must be finite (InputError).
+[[nodiscard]] propagation::Arrival make_arrival(const orbit::Sky& sky,
+                                                std::span<const gnss::SatelliteId> satellites,
+                                                const raytrace::RayScene& scene,
+                                                const Standpoint& standpoint);
+/// Directions of an arrival's satellites for rays from its antenna (unit, ENU); none inside a building or
+/// under terrain, where nothing is traced and every satellite is blocked.
+[[nodiscard]] std::vector<Eigen::Vector3d> ray_directions(const propagation::Arrival& arrival);
+/// @param paths of each of ray_directions()
+void set_paths(propagation::Arrival& arrival, std::vector<propagation::SatellitePaths> paths);
+/// Both, with the paths that a propagator traces. @param place see Propagator::trace()
+void add_paths(propagation::Arrival& arrival, const propagation::Propagator& propagator,
+               propagation::TracedPlace* place = nullptr);
+
+/// A city and a sky, each of which may be shared. Const and thread-safe.
+class Environment {
+ public:
+  /// Neither may be null (InputError). Klobuchar coefficients ride along for receivers.
+  Environment(std::shared_ptr<CityScene> scene, std::shared_ptr<const orbit::Sky> sky,
+              std::map<gnss::System, gnss::Klobuchar> klobuchar = {});
+  /// Over a scene of its own.
+  Environment(city::City city, std::shared_ptr<const orbit::Sky> sky,
+              std::map<gnss::System, gnss::Klobuchar> klobuchar = {});
+
+  [[nodiscard]] const city::City& city() const { return city_scene_->city; }
+  [[nodiscard]] const orbit::Sky& sky() const { return *sky_; }
+  [[nodiscard]] const std::map<gnss::System, gnss::Klobuchar>& klobuchar() const { return klobuchar_; }
+  [[nodiscard]] const raytrace::RayScene& scene() const { return city_scene_->scene; }
+  /// Arrivals carry these errors from then on (SatelliteView::space). Null: none, as at first and under().
+  void set_errors(std::shared_ptr<const errors::SpaceErrors> errors) { errors_ = std::move(errors); }
+  [[nodiscard]] const std::shared_ptr<const errors::SpaceErrors>& errors() const { return errors_; }
+  /// Sets SatelliteView::space of an arrival of make_arrival(), if there are errors.
+  void add_errors(propagation::Arrival& arrival, geodesy::GpsTime time,
+                  const Eigen::Vector3d& antenna_ecef) const;
+  /// The same city under another sky; nothing of the city is copied or built.
+  [[nodiscard]] Environment under(std::shared_ptr<const orbit::Sky> sky,
+                                  std::map<gnss::System, gnss::Klobuchar> klobuchar = {}) const {
+    return {city_scene_, std::move(sky), std::move(klobuchar)};
+  }
+
+  /// A propagator over this city; keep it as long as needed, it is thread-safe. Those of equal options share
+  /// their memory. The environment must outlive it.
+  [[nodiscard]] propagation::Propagator make_propagator(
+      const propagation::PropagationOptions& options) const {
+    return city_scene_->propagator(options);
+  }
+
+  /// make_arrival() of all satellites at an antenna in the city's ENU frame, with their errors; without
+  /// paths.
+  [[nodiscard]] propagation::Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu) const;
+  /// With paths. @param place see Propagator::trace()
+  [[nodiscard]] propagation::Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                             const propagation::Propagator& propagator,
+                                             propagation::TracedPlace* place = nullptr) const;
+  /// With the paths of a host's own rays.
+  [[nodiscard]] propagation::Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                             const Tracer& trace) const;
+
+ private:
+  std::shared_ptr<CityScene> city_scene_;  // propagators refer to it; it keeps its address
+  std::shared_ptr<const orbit::Sky> sky_;
+  std::map<gnss::System, gnss::Klobuchar> klobuchar_;
+  std::vector<gnss::SatelliteId> satellites_;
+  std::shared_ptr<const errors::SpaceErrors> errors_;
+};
+
+}  // namespace canyon::simulation

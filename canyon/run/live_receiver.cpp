@@ -1,0 +1,471 @@
+#include "canyon/run/live_receiver.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "canyon/base/geodesy/time_scales.hpp"
+#include "canyon/base/input_error.hpp"
+#include "canyon/paths/disturbance/disturbance.hpp"
+#include "canyon/run/correction_links.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/run/run_receiver.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/run/sensor_run.hpp"
+#include "canyon/run/trace_places.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+using geodesy::GpsTime;
+
+// Nominal orbits are made for this time, then anew.
+constexpr double kSkySpan_s = 86400;
+
+// Limits of a vehicle's motion, see observe().
+constexpr double kSlack_m = 10;
+constexpr double kHardest_mps2 = 200;
+
+/// Restarts a receiver hot at an instant that its host states.
+class HotRestart final : public disturbance::Disturbance {
+ public:
+  /// @param at the latest one; empty: none so far
+  explicit HotRestart(std::shared_ptr<const std::optional<GpsTime>> at) : at_(std::move(at)) {}
+
+  void happen(const propagation::Antenna& /*antenna*/, disturbance::ReceiverEvents& events) override {
+    if (!*at_ || (events.restart && events.restart->at >= **at_)) return;
+    if (!restart_ || restart_->at != **at_) {
+      // A restart of a fault stays as it is, at this instant.
+      restart_ = events.restart.value_or(disturbance::Restart{**at_, disturbance::RestartKind::Hot});
+      restart_->at = **at_;
+    }
+    events.restart = restart_;
+  }
+
+ private:
+  std::shared_ptr<const std::optional<GpsTime>> at_;
+  std::optional<disturbance::Restart> restart_;
+};
+
+std::shared_ptr<CityScene> checked(std::shared_ptr<CityScene> scene) {
+  if (!scene) throw InputError("a live receiver needs a scene");
+  return scene;
+}
+
+}  // namespace
+
+struct LiveReceiver::Impl {
+  Impl(LiveConfig c, std::shared_ptr<CityScene> s, GpsTime t, std::shared_ptr<const BuiltSky> given)
+      : config(std::move(c)),
+        scene(checked(std::move(s))),
+        start(t),
+        sky(given ? std::move(given) : make_sky(start)),
+        sky_begin(start),
+        environment(simulation::make_environment(scene, *sky, config.sky, config.seed)),
+        faults(make_faults()),
+        receiver(make_receiver()) {
+    if (config.base() != nullptr) check_base();
+    warnings = config.warnings;
+    check(config.receiver());
+    felt = vehicle_sensors(config.sensors, config.receiver());
+    if (config.base() != nullptr) make_base();
+  }
+
+  [[nodiscard]] receiver::Receiver make_receiver() const {
+    return simulation::make_receiver(
+        config.receiver(), config.seed, environment, road,
+        {disturbance::FaultTimeline::source(faults),
+         {"put elsewhere", [at = put_elsewhere](std::uint64_t /*seed*/, const std::string&) {
+            return std::make_unique<HotRestart>(at);
+          }}});
+  }
+  [[nodiscard]] std::shared_ptr<disturbance::FaultTimeline> make_faults() const {
+    auto made =
+        std::make_shared<disturbance::FaultTimeline>(start, config.faults, config.receiver().options.name);
+    made->set_surroundings(surroundings(scene, sky->sky));
+    return made;
+  }
+  /// The host's time of the last step, or of the first one.
+  [[nodiscard]] double now_s() const { return std::max(last_s, 0.0); }
+  [[nodiscard]] std::shared_ptr<const BuiltSky> make_sky(GpsTime from) const {
+    const GpsTime to = config.sky.nominal ? from + kSkySpan_s : from;
+    return std::make_shared<const BuiltSky>(build_sky(config.sky, from, to, scene->city.frame.origin()));
+  }
+
+  void use_sky(std::shared_ptr<const BuiltSky> other, GpsTime from) {
+    sky = std::move(other);
+    sky_begin = from;
+    make_environment();
+  }
+
+  void check(const ReceiverConfig& other) const {
+    other.options.validate();
+    other.propagation.validate();
+    other.streets.validate();
+    if (other.options.dead_reckoning.enabled && !config.with_sensors) {
+      throw InputError(
+          fmt::format("receiver '{}' has dead reckoning, and nobody gives it the vehicle's sensors",
+                      other.options.name),
+          "run it by canyon simulate or canyon live with sensors: {imu: {}} (hosts give none yet), or set "
+          "dead_reckoning: {enabled: false}");
+    }
+    check_sensors(config.sensors, other);
+    if (other.options.ionosphere || other.options.fix.correct_ionosphere) require_ionosphere(*sky);
+  }
+
+  void check_base() const { check_corrections(config.receivers, 0); }
+
+  void make_base() {
+    if (auto& fixed = config.receivers[1].fixed) fixed->settle(scene->city.frame);
+    LiveConfig of_base = config;
+    of_base.receivers.erase(of_base.receivers.begin());
+    base = std::make_unique<LiveReceiver>(std::move(of_base), scene, start, sky);
+    (void)base->take_warnings();  // of the same configuration
+    make_links();
+  }
+
+  void make_links() {
+    if (!base) return;
+    std::vector<ReceiverConfig> receivers = config.receivers;
+    receivers[1].options.corrections = {};
+    links.emplace(receivers, config.seed);
+  }
+
+  /// Makes the epochs of receiver and base in `step`, whose arrival is there.
+  void make_epochs(double seconds, const Pose& truth, Step& step) {
+    if (!base) {
+      step.epoch = make_epoch(truth, step.arrival);
+      return;
+    }
+    const std::array<DueEpoch, 2> due{{{1, truth.time}, {0, truth.time}}};
+    auto of_base = std::make_shared<Step>();
+    links->make_epochs(due, false, [&](std::size_t i, auto came) -> Epoch& {
+      if (due[i].receiver == 1) {
+        *of_base = observe_base(seconds, truth.time);
+        return of_base->epoch;
+      }
+      if (came) corrections = std::move(came);
+      return step.epoch = make_epoch(truth, step.arrival);
+    });
+    for (std::string& line : base->take_warnings()) {
+      warnings.push_back(fmt::format("{}: {}", config.base()->options.name, line));
+    }
+    step.base = std::move(of_base);
+  }
+
+  Step observe_base(double seconds, GpsTime t) {
+    const std::optional<FixedPlace>& fixed = config.base()->fixed;
+    if (fixed) return base->observe(seconds, antenna_state({t, fixed->place}, scene->city.frame));
+    return moving_base != nullptr ? base->observe(seconds, *moving_base) : base->lose(seconds);
+  }
+
+  /// Makes the receiver's own epoch.
+  Epoch make_epoch(const Pose& truth, propagation::Arrival& arrival) {
+    arrival.messages = unowned(sky->navigation);
+    const auto given = std::exchange(corrections, nullptr);
+    if (felt) felt->readings = {};
+    if (felt && samples != nullptr) felt->readings = readings_of(*samples, config.sensors, start);
+    Epoch epoch =
+        simulation::make_epoch(receiver, truth, arrival, environment, given.get(), felt ? &*felt : nullptr);
+    epoch.sensors = samples;
+    const auto warning = receiver::wrong_station_warning(epoch.observed.station_offset_m);
+    if (warning && !std::exchange(warned_of_station, true)) warnings.push_back(*warning);
+    epoch.geoid_undulation_m = config.city.sea_level.geoid_undulation_m.value_or(epoch.geoid_undulation_m);
+    return epoch;
+  }
+
+  void make_environment() {
+    arrivals.reset();
+    environment = simulation::make_environment(scene, *sky, config.sky, config.seed);
+    faults->set_surroundings(surroundings(scene, sky->sky));
+  }
+
+  GpsTime go_to(double seconds) {
+    if (!std::isfinite(seconds) || std::abs(seconds) > 1e9) {
+      throw InputError(fmt::format("the host's time {} s is out of range", seconds));
+    }
+    if (seconds < last_s) restart();
+    const GpsTime t = start + seconds;
+    bring_sky_to(t);
+    last_s = seconds;
+    return t;
+  }
+
+  /// Whether the host put the antenna elsewhere since the step before.
+  void look_for_jump(GpsTime t, const AntennaState& antenna) {
+    const double stated_mps = antenna.velocity_enu_mps.norm();
+    const auto before =
+        std::exchange(last_place, Place{t, antenna.position_enu_m, std::max(stated_mps, kTeleport_mps / 2)});
+    if (!before) return;
+    const double step_s = t - before->time;
+    const double way_m = (antenna.position_enu_m - before->enu_m).norm();
+    last_place->speed_mps = step_s > 0 ? std::max(stated_mps, way_m / step_s) : before->speed_mps;
+    const double reach_m = kSlack_m + 2 * before->speed_mps * step_s +
+                           std::min(kHardest_mps2 * step_s / 2, kTeleport_mps) * step_s;
+    if (antenna.continuous || way_m <= reach_m) return;
+    *put_elsewhere = t;
+    road->clear();
+    warnings.push_back(fmt::format(
+        "the antenna was put {:.0f} m away at {:.1f} s: the receiver restarts, as after a hot start", way_m,
+        t - start));
+  }
+
+  void restart() {
+    faults = make_faults();
+    begin_anew();
+    if (base) base->restart();
+  }
+
+  void begin_anew() {
+    if (arrivals) arrivals->forget();
+    road->clear();
+    corrections.reset();
+    make_links();
+    put_elsewhere->reset();
+    last_place.reset();
+    receiver = make_receiver();
+    last_s = -std::numeric_limits<double>::infinity();
+    said_empty = false;
+  }
+
+  // Only nominal orbits can be made for any time.
+  void bring_sky_to(GpsTime t) {
+    if (!config.sky.nominal) return;
+    if (t - sky_begin < 0 || t - sky_begin > kSkySpan_s) use_sky(make_sky(t), t);
+  }
+
+  /// The antenna's place at a step.
+  struct Place {
+    GpsTime time;
+    Eigen::Vector3d enu_m;
+    double speed_mps;
+  };
+
+  LiveConfig config;
+  std::shared_ptr<CityScene> scene;
+  GpsTime start;
+  std::shared_ptr<const BuiltSky> sky;
+  GpsTime sky_begin;
+  Environment environment;
+  std::shared_ptr<disturbance::Road> road = std::make_shared<disturbance::Road>();  // driven so far
+  std::shared_ptr<disturbance::FaultTimeline> faults;
+  std::shared_ptr<std::optional<GpsTime>> put_elsewhere = std::make_shared<std::optional<GpsTime>>();  // last
+  receiver::Receiver receiver;
+  Tracer tracer;
+  std::optional<RetracedAntenna> arrivals;  // made where no tracer stands in for it
+  std::optional<Pose> last_truth;
+  std::optional<Place> last_place;
+  double last_s = -std::numeric_limits<double>::infinity();
+  bool said_empty = false;
+  std::vector<std::string> warnings;
+  bool warned_of_station = false;
+  std::unique_ptr<LiveReceiver> base;
+  std::shared_ptr<const relative::Corrections> corrections;  // that came since the last step
+  std::optional<CorrectionLinks> links;                      // of this receiver, 0, and its base, 1
+  std::optional<receiver::VehicleSensors> felt;              // by a receiver with dead reckoning
+  const SensorBatch* samples = nullptr;                      // of the step
+  const AntennaState* moving_base = nullptr;                 // of the step
+};
+
+LiveReceiver::LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
+                           std::shared_ptr<const BuiltSky> sky)
+    : impl_(std::make_unique<Impl>(std::move(config), std::move(scene), start, sky)) {
+  const auto own = impl_->sky->report.warnings();  // another receiver says those of a shared one
+  if (!sky) impl_->warnings.insert(impl_->warnings.end(), own.begin(), own.end());
+}
+LiveReceiver::~LiveReceiver() = default;
+LiveReceiver::LiveReceiver(LiveReceiver&&) noexcept = default;
+
+const LiveConfig& LiveReceiver::config() const {
+  return impl_->config;
+}
+GpsTime LiveReceiver::start() const {
+  return impl_->start;
+}
+const BuiltSky& LiveReceiver::sky() const {
+  return *impl_->sky;
+}
+std::shared_ptr<const BuiltSky> LiveReceiver::shared_sky() const {
+  return impl_->sky;
+}
+
+void LiveReceiver::set_scene(std::shared_ptr<CityScene> scene) {
+  if (scene == impl_->scene) return;
+  impl_->scene = checked(std::move(scene));
+  impl_->make_environment();
+  if (std::isinf(impl_->last_s)) impl_->receiver = impl_->make_receiver();
+  if (impl_->base) impl_->base->set_scene(impl_->scene);
+}
+
+void LiveReceiver::set_tracer(Tracer tracer) {
+  impl_->tracer = std::move(tracer);
+}
+
+void LiveReceiver::check(const LiveConfig& config) const {
+  impl_->check(config.receiver());
+}
+
+void LiveReceiver::set_config(LiveConfig config) {
+  check(config);
+  config.sky = impl_->config.sky;
+  config.start = impl_->config.start;
+  config.sensors = impl_->config.sensors;
+  config.with_sensors = impl_->config.with_sensors;
+  impl_->warnings.insert(impl_->warnings.end(), config.warnings.begin(), config.warnings.end());
+  config.receivers.resize(1);
+  if (impl_->config.base() != nullptr) config.receivers.push_back(*impl_->config.base());
+  impl_->config = std::move(config);
+  impl_->felt = vehicle_sensors(impl_->config.sensors, impl_->config.receiver());
+  impl_->make_environment();
+  impl_->begin_anew();
+}
+
+void LiveReceiver::set_rate(double rate_hz) {
+  impl_->config.rate_hz = rate_hz;
+}
+
+std::string LiveReceiver::add_fault(const std::string& text, const std::string& source) {
+  disturbance::Fault fault =
+      disturbance::parse_fault(text, source, impl_->now_s(), impl_->faults->next_number());
+  if (fault.until_s && *fault.until_s < impl_->now_s()) {
+    throw InputError(fmt::format("fault '{}' would be over: it ends at {:g} s, and it is {:.1f} s",
+                                 fault.name, *fault.until_s, impl_->now_s()),
+                     "leave from_s out, for a fault from now on");
+  }
+  std::string name = fault.name;
+  if (impl_->base) impl_->base->impl_->faults->add(fault);
+  impl_->faults->add(std::move(fault));
+  return name;
+}
+
+void LiveReceiver::end_fault(const std::string& name) {
+  if (!impl_->base) return impl_->faults->end(name, impl_->now_s());
+  // It may concern one of the two.
+  bool ended = false;
+  try {
+    impl_->base->end_fault(name);
+    ended = true;
+  } catch (const InputError&) {
+  }
+  try {
+    impl_->faults->end(name, impl_->now_s());
+  } catch (const InputError&) {
+    if (!ended) throw;
+  }
+}
+
+std::vector<disturbance::FaultState> LiveReceiver::faults() const {
+  return impl_->faults->states(impl_->now_s());
+}
+
+LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& antenna,
+                                         const SensorBatch* sensors, const AntennaState* base) {
+  Impl& impl = *impl_;
+  raytrace::check_place(antenna.position_enu_m, "the antenna's position");
+  if (!is_possible(antenna)) {
+    throw InputError("the antenna's velocity or yaw is not finite, or it is faster than 1000 km/s",
+                     "check what moves the vehicle");
+  }
+  if (impl.base && base == nullptr && !impl.config.base()->fixed) {
+    throw InputError("the base has no place", "give it fixed: {east_m: ..., ...}");
+  }
+  const GpsTime t = impl.go_to(seconds);
+  impl.look_for_jump(t, antenna);
+  if (impl.config.receiver().streets.enabled) {
+    impl.road->face({std::cos(antenna.yaw_rad), std::sin(antenna.yaw_rad)});
+    impl.road->add(t, antenna.position_enu_m.head<2>());
+  }
+
+  const geodesy::LocalFrame& frame = impl.scene->city.frame;
+  if (!impl.tracer && !impl.arrivals) {
+    impl.arrivals.emplace(impl.environment.make_propagator(impl.config.receiver().propagation));
+  }
+  Step step;
+  step.arrival = impl.tracer ? impl.environment.arrival(t, antenna.position_enu_m, impl.tracer)
+                             : impl.arrivals->arrival(impl.environment, t, antenna.position_enu_m);
+  Pose truth;
+  truth.time = t;
+  truth.position = frame.geodetic_from_local(antenna.position_enu_m);
+  // A pose's velocity is in the east-north-up of its own place.
+  truth.velocity_enu_mps = geodesy::enu_from_ecef_rotation(truth.position) *
+                           (frame.ecef_from_local_rotation() * antenna.velocity_enu_mps);
+  truth.yaw_rad = antenna.yaw_rad;
+  truth.yaw_rate_radps = antenna.yaw_rate_radps;
+  impl.last_truth = truth;
+  impl.samples = sensors;
+  impl.moving_base = base;
+  impl.make_epochs(seconds, truth, step);
+  impl.samples = nullptr;
+  impl.moving_base = nullptr;
+
+  if (step.arrival.views.empty() && !impl.said_empty) {
+    impl.said_empty = true;
+    impl.warnings.push_back(fmt::format("no satellite has an orbit at {}: there is no fix from here on",
+                                        geodesy::format_gpst(t, 0)));
+  }
+  return step;
+}
+
+const Environment& LiveReceiver::environment() const {
+  return impl_->environment;
+}
+
+void LiveReceiver::give(std::shared_ptr<const relative::Corrections> corrections) {
+  impl_->corrections = std::move(corrections);
+}
+
+LiveReceiver::Step LiveReceiver::lose(double seconds) {
+  Impl& impl = *impl_;
+  const geodesy::LocalFrame& frame = impl.scene->city.frame;
+  Pose truth = impl.last_truth.value_or(Pose{});
+  if (!impl.last_truth) truth.position = frame.origin();
+  truth.time = impl.go_to(seconds);
+  truth.velocity_enu_mps.setZero();
+  Step step;
+  step.arrival.placement = raytrace::Placement::Unknown;
+  step.arrival.ecef_from_enu = frame.ecef_from_local_rotation();
+  step.arrival.antenna_enu = frame.local_from_geodetic(truth.position);
+  impl.make_epochs(seconds, truth, step);
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  step.epoch.truth.position = {kNan, kNan, kNan};
+  step.epoch.truth.velocity_enu_mps.setConstant(kNan);
+  step.epoch.truth_ecef.setConstant(kNan);
+  return step;
+}
+
+void LiveReceiver::restart() {
+  impl_->restart();
+}
+
+std::vector<std::string> LiveReceiver::take_warnings() {
+  return std::exchange(impl_->warnings, {});
+}
+
+std::vector<std::string> add_fault(std::span<LiveReceiver* const> receivers, const std::string& text,
+                                   const std::string& source) {
+  std::vector<std::string> names;
+  for (LiveReceiver* const each : receivers) names.push_back(each->add_fault(text, source));
+  return names;
+}
+
+std::vector<const LiveReceiver*> end_fault(std::span<LiveReceiver* const> receivers,
+                                           const std::string& name) {
+  std::vector<const LiveReceiver*> ended;
+  std::optional<InputError> refused;
+  for (LiveReceiver* const each : receivers) {
+    try {
+      each->end_fault(name);
+      ended.push_back(each);
+    } catch (const InputError& error) {
+      refused = error;
+    }
+  }
+  if (ended.empty() && refused) throw *refused;
+  return ended;
+}
+
+}  // namespace canyon::simulation

@@ -1,0 +1,163 @@
+// Declared in canyon/run/motion/pose_motion.hpp.
+#include "canyon/run/motion/pose_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "canyon/base/arithmetic.hpp"
+#include "canyon/run/motion/smooth_motion.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+constexpr std::int64_t kMargin_ns = 10'000'000;  // that sensors look ahead
+constexpr double kKept_s = 12;                   // more than the delay of any sensor
+
+}  // namespace
+
+SmoothPoses::SmoothPoses(const geodesy::LocalFrame& frame, double step_s)
+    : frame_(frame), step_s_(step_s), step_ns_(std::llround(step_s * 1e9)) {
+  step_s_ = static_cast<double>(step_ns_) * 1e-9;
+}
+
+std::int64_t SmoothPoses::needs_ns(std::int64_t at_ns) const {
+  return (floor_div(at_ns + kMargin_ns, step_ns_) + kAhead) * step_ns_;
+}
+
+void SmoothPoses::follow(PoseTrack& track, std::int64_t now_ns) {
+  const bool first = !came_ns_;
+  if (came_ns_) {
+    const double since_s = static_cast<double>(now_ns - *came_ns_) * 1e-9;
+    longest_s_ = std::max(since_s, longest_s_ * std::exp(-since_s / 2));
+  }
+  came_ns_ = now_ns;
+  // The track bridges half a second.
+  constexpr std::int64_t kPause_ns = 400'000'000;
+  if (first || now_ns - next() * step_ns_ > std::max(2 * step_ns_, kPause_ns)) {
+    forget();
+    first_ = -floor_div(-now_ns, step_ns_);
+  }
+  std::string reason;
+  while (track.reaches(next() * step_ns_)) {
+    const std::optional<TruePose> body = track.at(next() * step_ns_, reason);
+    if (!body) return forget();
+    add(*body);
+  }
+}
+
+void SmoothPoses::reach(PoseTrack& track, std::int64_t at_ns) {
+  std::string reason;
+  while (!points_.empty() && next() * step_ns_ <= needs_ns(at_ns)) {
+    const std::optional<TruePose> body = track.at(next() * step_ns_, reason);
+    if (!body) return forget();
+    add(*body);
+  }
+}
+
+std::optional<double> SmoothPoses::sparse_s() const {
+  constexpr double kSlack = 1.5;
+  if (longest_s_ <= kSlack * step_s_) return std::nullopt;
+  return longest_s_;
+}
+
+void SmoothPoses::add(const TruePose& body) {
+  if (points_.empty()) {
+    points_.push_back(body.pose);
+    return;
+  }
+  RigidPose pose = body.pose;
+  if (pose.attitude.dot(points_.back().attitude) < 0) pose.attitude.coeffs() *= -1;
+  if ((pose.position_m - points_.back().position_m).norm() > kTeleport_mps * step_s_) {
+    // It was put elsewhere.
+    const std::int64_t here = next();
+    forget();
+    first_ = here;
+    return add(body);
+  }
+  if (points_.size() == 1) {
+    const TruePose begin = motion_between(points_.front(), pose, step_s_);
+    const TruePose at_first{points_.front(), begin.linear_velocity, begin.angular_velocity};
+    for (std::int64_t k = 1; k <= kAhead; ++k) {
+      RigidPose before = moved_on(at_first, -static_cast<double>(k) * step_s_).pose;
+      if (before.attitude.dot(points_.front().attitude) < 0) before.attitude.coeffs() *= -1;
+      points_.push_front(before);
+    }
+    first_ -= kAhead;
+  }
+  points_.push_back(pose);
+  while (static_cast<double>(points_.size()) * step_s_ > kKept_s) {
+    points_.pop_front();
+    ++first_;
+  }
+}
+
+void SmoothPoses::forget() {
+  points_.clear();
+}
+
+bool SmoothPoses::holds(std::int64_t at_ns) const {
+  return !points_.empty() && at_ns >= (first_ + kAhead) * step_ns_ && needs_ns(at_ns) < next() * step_ns_;
+}
+
+SmoothPoses::Derivatives SmoothPoses::derivatives_at(double t_s) const {
+  if (points_.empty()) return {{}, Vector3d::Zero()};
+  // The six points about the instant.
+  constexpr std::int64_t kBefore = 2, kPoints = 6;
+  const auto from = static_cast<std::int64_t>(std::floor(t_s / step_s_)) - kBefore;
+  std::vector<UniformSpline::Value> places, attitudes;
+  for (std::int64_t k = from; k < from + kPoints; ++k) {
+    const auto last = static_cast<std::int64_t>(points_.size()) - 1;
+    const RigidPose& point = points_[static_cast<std::size_t>(std::clamp<std::int64_t>(k - first_, 0, last))];
+    places.emplace_back(point.position_m.x(), point.position_m.y(), point.position_m.z(), 0);
+    attitudes.push_back(point.attitude.coeffs());
+  }
+  const double since_s = t_s - static_cast<double>(from) * step_s_;
+  const UniformSpline::Point place = UniformSpline(std::move(places), step_s_).at(since_s);
+  const UniformSpline::Point turn = UniformSpline(std::move(attitudes), step_s_).at(since_s);
+  Derivatives result;
+  result.body.pose.position_m = place.value.head<3>();
+  result.body.linear_velocity = place.rate.head<3>();
+  result.acceleration = place.acceleration.head<3>();
+  const double length = turn.value.norm();
+  const Eigen::Vector4d unit = turn.value / length;
+  Quaterniond rate;
+  rate.coeffs() = (turn.rate - unit * unit.dot(turn.rate)) / length;
+  result.body.pose.attitude.coeffs() = unit;
+  result.body.angular_velocity = 2 * (rate * result.body.pose.attitude.conjugate()).vec();
+  return result;
+}
+
+TruePose SmoothPoses::at(double t_s) const {
+  return derivatives_at(t_s).body;
+}
+
+EcefPose SmoothPoses::ecef_at(double t_s) const {
+  const Derivatives motion = derivatives_at(t_s);
+  const Eigen::Matrix3d& turn = frame_.ecef_from_local_rotation();
+  return {frame_.ecef_from_local(motion.body.pose.position_m), turn * motion.body.linear_velocity,
+          turn * motion.acceleration, turn * motion.body.pose.attitude.toRotationMatrix()};
+}
+
+Pose SmoothPoses::pose_at(double t_s, geodesy::GpsTime time) const {
+  const Derivatives motion = derivatives_at(t_s);
+  Pose pose;
+  pose.time = time;
+  pose.position = frame_.geodetic_from_local(motion.body.pose.position_m);
+  const Eigen::Matrix3d enu_from_local =
+      geodesy::enu_from_ecef_rotation(pose.position) * frame_.ecef_from_local_rotation();
+  const Eigen::Matrix3d enu_from_body = enu_from_local * motion.body.pose.attitude.toRotationMatrix();
+  pose.velocity_enu_mps = enu_from_local * motion.body.linear_velocity;
+  pose.acceleration_enu_mps2 = enu_from_local * motion.acceleration;
+  pose.yaw_rad = std::atan2(enu_from_body(1, 0), enu_from_body(0, 0));
+  pose.pitch_rad = std::asin(std::clamp(enu_from_body(2, 0), -1.0, 1.0));
+  pose.roll_rad = std::atan2(enu_from_body(2, 1), enu_from_body(2, 2));
+  pose.yaw_rate_radps = (enu_from_local * motion.body.angular_velocity).z();
+  return pose;
+}
+
+}  // namespace canyon::simulation

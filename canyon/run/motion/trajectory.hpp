@@ -1,0 +1,149 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/base/geodesy/gps_time.hpp"
+#include "canyon/base/read_report.hpp"
+
+namespace canyon::simulation {
+
+/// A vehicle's reference point at an instant.
+struct Pose {
+  geodesy::GpsTime time;
+  geodesy::Geodetic position;
+  Eigen::Vector3d velocity_enu_mps = Eigen::Vector3d::Zero();
+  /// The second derivative of the place in axes fixed to the Earth, turned to ENU [m/s^2]; 0 on straight
+  /// legs.
+  Eigen::Vector3d acceleration_enu_mps2 = Eigen::Vector3d::Zero();
+  double yaw_rad = 0;         ///< ENU yaw of the direction of travel; the last moving one at standstill
+  double yaw_rate_radps = 0;  ///< counter-clockwise; 0 at standstill and at corners of straight legs
+  double roll_rad = 0;  ///< about the forward axis, the left side up; 0 unless the trajectory has an attitude
+  double pitch_rad = 0;  ///< nose up; likewise
+
+  /// The vehicle's forward and up axes in ENU: x and z turned by roll, pitch and yaw; unit vectors.
+  [[nodiscard]] Eigen::Vector3d forward_enu() const;
+  [[nodiscard]] Eigen::Vector3d up_enu() const;
+};
+
+/// Why no vehicle of this world has this height above the ellipsoid [m] and this speed [m/s], with the
+/// number: it is below -1 km or above 100 km, or faster than 1,000 m/s; empty where one may.
+[[nodiscard]] std::string impossible_motion(double height_m, const Eigen::Vector3d& velocity_mps);
+
+/// A vehicle as a rigid body in ECEF. Its own axes are forward, left, up.
+struct EcefPose {
+  Eigen::Vector3d position_m, velocity_mps, acceleration_mps2;  ///< and its derivatives
+  Eigen::Matrix3d ecef_from_body;
+};
+
+/// How a vehicle tilts as it moves.
+enum class Attitude : std::uint8_t {
+  Level,     ///< roll and pitch 0
+  Aircraft,  ///< nose along the flight path, banked so that a turn is coordinated: tan(roll) = v yaw rate / g
+  Multirotor,  ///< its thrust makes the acceleration: up along acceleration plus gravity
+  Car          ///< nose along the way, on slopes as well; level across
+};
+
+/// A corner of a drive.
+struct Waypoint {
+  geodesy::Geodetic place;
+  double speed_mps = 10;  ///< on the leg that ends here; above 0
+  double hold_s = 0;      ///< standstill here
+};
+
+/// A path through time. Samples are interpolated so that position and velocity are continuous (cubic Hermite
+/// on ENU positions about the first sample, velocities from the parabola through three samples: central
+/// differences where they are evenly spaced); between samples more than `kMaxCubicGap_s` apart the path is
+/// straight and its height above the ellipsoid linear. It passes through every sample exactly. Error of the
+/// cubic for a path with bounded third derivative j and spacing h: below 0.05 j h^3. A smooth path
+/// (from_waypoints() with an acceleration, smoothed()) is a SmoothMotion. Immutable, thread-safe.
+class Trajectory {
+ public:
+  static constexpr double kMaxCubicGap_s = 5;
+  /// Below this speed [m/s] a vehicle stands: its yaw is held.
+  static constexpr double kStandstill_mps = 0.1;
+
+  /// At least one sample; times strictly increasing, all finite (InputError).
+  explicit Trajectory(std::vector<std::pair<geodesy::GpsTime, geodesy::Geodetic>> samples);
+
+  /// Straight legs at constant speeds, with standstill at waypoints. With an acceleration [m/s^2, (0, 100]]
+  /// the drive is smooth (SmoothMotion): it begins and ends at rest and rests for each hold; neither speeds
+  /// nor the acceleration, along and across together, are exceeded, and its jerk is at most twice the
+  /// acceleration over SmoothMotion::kBox_s. Corners without a hold are cut by arcs at constant speed, as
+  /// wide as the legs' speed needs and at most 45 % of the shorter leg; where that is too little, the speed
+  /// is lowered. Turns of more than 170 deg are driven to and from at rest. At rest the vehicle turns by 1
+  /// rad/s on the spot towards its next leg.
+  [[nodiscard]] static Trajectory from_waypoints(geodesy::GpsTime start,
+                                                 const std::vector<Waypoint>& waypoints,
+                                                 std::optional<double> acceleration_mps2);
+  /// One place for `duration_s`.
+  [[nodiscard]] static Trajectory fixed(geodesy::GpsTime start, const geodesy::Geodetic& place,
+                                        double duration_s);
+
+  [[nodiscard]] geodesy::GpsTime begin() const;
+  [[nodiscard]] geodesy::GpsTime end() const;
+  /// Median spacing of the samples [s]; 1 for a fixed place or waypoints.
+  [[nodiscard]] double sample_interval_s() const;
+  /// Clamped to [begin, end].
+  [[nodiscard]] Pose at(geodesy::GpsTime t) const;
+  /// The same in ECEF; of a SmoothMotion in a third of the time.
+  [[nodiscard]] EcefPose ecef_pose(geodesy::GpsTime t) const;
+  [[nodiscard]] double length_m() const;
+  /// Begin and end of the pauses of a recording: spacings above ten times the median and `kMaxCubicGap_s`
+  /// between samples more than 1 m apart. Empty for waypoints.
+  [[nodiscard]] std::vector<std::pair<geodesy::GpsTime, geodesy::GpsTime>> pauses() const;
+  /// Whether an instant is in [begin, end] and not inside a pause.
+  [[nodiscard]] bool covers(geodesy::GpsTime t) const;
+  /// The same path with Pose::roll_rad and pitch_rad of this kind of vehicle; yaw stays the direction of
+  /// travel.
+  [[nodiscard]] Trajectory with_attitude(Attitude attitude) const;
+  /// Whether it is a SmoothMotion, or at rest: its acceleration is continuous.
+  [[nodiscard]] bool smooth() const;
+  /// Smooth poses over the same span: a SmoothMotion of `pose`, sampled every SmoothMotion::kStep_s. Headings
+  /// below 1 m/s are held. The path differs from that of the poses by up to SmoothMotion::kVariance_s2 / 2
+  /// times their acceleration.
+  [[nodiscard]] Trajectory smoothed(const std::function<Pose(geodesy::GpsTime)>& pose) const;
+
+ private:
+  struct Track;
+  std::shared_ptr<const Track> track_;
+  Attitude attitude_ = Attitude::Level;
+};
+
+/// A recorded path, and what its reader says of the file.
+struct TrajectoryFile {
+  Trajectory trajectory;
+  bool has_own_dates = true;  ///< false: its times are relative to `start`
+  ReadReport report;          ///< what was left out and guessed, and pauses
+};
+/// How heights of a file are taken.
+struct HeightReading {
+  bool needed = true;  ///< false: they will be those of the terrain, and positions without one are kept
+  /// Added to heights above sea level where the file does not say it [m]; 0: not known, they are taken as
+  /// ellipsoidal.
+  double geoid_undulation_m = 0;
+};
+/// A quantity of a path -> the name of its column in a CSV file, with its unit (csv_quantities()).
+using TrajectoryColumns = std::map<std::string, std::string>;
+/// A recorded path with times. `format`: one of trajectory_formats(), empty: told by the file's content (csv
+/// where it is none of the others). Readers of all formats: recorded_path.hpp. A record that is not valid is
+/// left out, with a warning. Throws InputError with file and line where half of the records or more are not,
+/// times mostly go backwards, or no line is usable. A `start` of GpsTime{} means that none is known.
+[[nodiscard]] TrajectoryFile read_trajectory_file(const std::filesystem::path& path,
+                                                  const std::string& format, geodesy::GpsTime start,
+                                                  const HeightReading& heights = {},
+                                                  const TrajectoryColumns& columns = {});
+
+/// The formats that read_trajectory_file() knows.
+[[nodiscard]] const std::vector<std::string>& trajectory_formats();
+/// The format of a file by its content. Throws InputError as GzipFile does.
+[[nodiscard]] std::string trajectory_format_of(const std::filesystem::path& path);
+
+}  // namespace canyon::simulation

@@ -1,0 +1,211 @@
+// A program's own weights and positions, and traces of many places, held against the engine's own.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <utility>
+
+#include "canyon/base/geodesy/time_scales.hpp"
+#include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/city/synthetic_city.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/run/simulator.hpp"
+#include "canyon/run/trace_places.hpp"
+
+namespace canyon::simulation::own_models_test {
+namespace {
+
+using ::testing::HasSubstr;
+
+class Collector final : public EpochSink {
+ public:
+  void write(const Epoch& epoch) override { epochs.push_back(epoch); }
+  void finish() override {}
+  std::vector<Epoch> epochs;
+};
+
+std::vector<Epoch> simulated(const receiver::ModelSource& models,
+                             const std::string& receiver = "profile: paper, weights: {weighting: sigma}") {
+  Scenario scenario = parse_scenario(R"(
+city: {synthetic: {}}
+sky: {nominal: true, systems: [GPS, Galileo]}
+start: 2026-06-01T08:00:00Z
+trajectory: {position: {east_m: 0, north_m: 0, up_m: 200}}
+duration_s: 3
+receivers: [{name: car, )" + receiver + "}]\n",
+                                     "scenario.yaml");
+  scenario.receivers.front().models = models;
+  Collector collector;
+  (void)Simulation(std::move(scenario), city::synthetic_city({})).run({&collector});
+  return collector.epochs;
+}
+
+// Weights that are all alike, whatever they are, give the fix of `weighting: equal`.
+TEST(OwnModels, WeightsReplaceTheOptions) {
+  const auto own = simulated([](std::uint64_t, const std::string&) {
+    receiver::OwnModels models;
+    models.sigma_m = [](const positioning::Measurement&, double) { return 7.0; };
+    return models;
+  });
+  const auto equal = simulated({}, "profile: paper, weights: {weighting: equal}");
+  ASSERT_EQ(own.size(), 4U);
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    ASSERT_TRUE(own[i].observed.fix.solved());
+    EXPECT_LT((own[i].error_enu_m - equal[i].error_enu_m).norm(), 1e-6);
+  }
+}
+
+TEST(OwnModels, AWeightOfNothingIsRefused) {
+  try {
+    (void)simulated([](std::uint64_t, const std::string&) {
+      receiver::OwnModels models;
+      models.sigma_m = [](const positioning::Measurement&, double) { return 0.0; };
+      return models;
+    });
+    FAIL() << "it was taken";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("the weighting gives 0 m for G"));
+  }
+}
+
+// One that asks solve_fix() gives what the receiver without it gives; it is made anew for each run.
+TEST(OwnModels, ASolverReplacesTheFix) {
+  int made = 0, solved = 0;
+  const receiver::ModelSource source = [&](std::uint64_t seed, const std::string&) {
+    EXPECT_EQ(seed, 1U);
+    ++made;
+    receiver::OwnModels models;
+    models.solve = [&solved](geodesy::GpsTime time, const auto& measurements, const orbit::Sky& sky,
+                             const auto& options, const auto& klobuchar) {
+      ++solved;
+      return positioning::solve_fix(time, measurements, sky, options, klobuchar);
+    };
+    return models;
+  };
+  const auto own = simulated(source), plain = simulated({});
+  EXPECT_EQ(made, 1);
+  EXPECT_EQ(solved, 4);
+  // Its own begins at the Earth's centre, the other where the fix before was.
+  for (std::size_t i = 0; i < own.size(); ++i)
+    EXPECT_LT((own[i].error_enu_m - plain[i].error_enu_m).norm(), 1e-6);
+}
+
+// One that finds the engine's place states the engine's accuracy, with a filter behind it and without.
+TEST(OwnModels, ASolversFixStatesItsAccuracyAndIsFiltered) {
+  const receiver::ModelSource same = [](std::uint64_t, const std::string&) {
+    receiver::OwnModels models;
+    models.solve = [](geodesy::GpsTime time, const auto& measurements, const orbit::Sky& sky,
+                      const auto& options, const auto& klobuchar) {
+      const auto own = positioning::solve_fix(time, measurements, sky, options, klobuchar);
+      return positioning::fix_at(own.position_ecef, time, measurements, sky, options, klobuchar);
+    };
+    return models;
+  };
+  double sigma_m = 0;
+  for (const char* filter : {"false", "true"}) {
+    const std::string receiver = fmt::format("profile: ublox-m8t, position_filter: {{enabled: {}}}", filter);
+    const auto own = simulated(same, receiver), plain = simulated({}, receiver);
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      const positioning::Fix &a = own[i].observed.fix, &b = plain[i].observed.fix;
+      ASSERT_TRUE(a.solved() && b.solved());
+      EXPECT_LT((a.position_ecef - b.position_ecef).norm(), 1e-5);
+      EXPECT_LT((a.covariance_enu - b.covariance_enu).norm(), 1e-5 * b.covariance_enu.norm());
+      EXPECT_LT((*a.velocity_enu_mps - *b.velocity_enu_mps).norm(), 1e-5);
+      EXPECT_EQ(a.used, b.used);
+      EXPECT_EQ(a.excluded, b.excluded);
+    }
+    const double last_m = std::sqrt(own.back().observed.fix.covariance_enu.trace());
+    EXPECT_NE(last_m, sigma_m);  // the filter knows of the epochs before
+    sigma_m = last_m;
+  }
+}
+
+class TracePlaces : public ::testing::Test {
+ protected:
+  const geodesy::GpsTime noon = geodesy::parse_time("2026-06-01T12:00:00Z");
+  std::shared_ptr<CityScene> scene = std::make_shared<CityScene>(city::synthetic_city({}));
+  SkyConfig config = [] {
+    SkyConfig made;
+    made.nominal = true;
+    return made;
+  }();
+  BuiltSky sky = build_sky(config, noon, noon, scene->city.frame.origin());
+  Environment environment{scene, sky.sky};
+  propagation::Propagator propagator = environment.make_propagator({});
+  std::vector<gnss::SatelliteId> satellites = sky.sky->satellites();
+  std::vector<Eigen::Vector3d> places = [] {
+    std::vector<Eigen::Vector3d> all;
+    all.reserve(40);
+    for (int i = 0; i < 40; ++i) all.emplace_back(5.0 * i - 100, 3.0 * i - 60, 2);  // streets, and rooms
+    return all;
+  }();
+};
+
+// Place by place what Environment::arrival() says.
+TEST_F(TracePlaces, AreArrivals) {
+  std::vector<TracedSatellite> rows(places.size() * satellites.size());
+  std::vector<TracedPath> paths;
+  TracePlacesOptions options;
+  options.paths = &paths;
+  trace_places(environment, propagator, std::vector{noon}, places, satellites, rows, options);
+  std::size_t received = 0, path = 0, inside = 0;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const propagation::Arrival arrival = environment.arrival(noon, places[i], propagator);
+    inside += arrival.placement == raytrace::Placement::InsideBuilding ? 1 : 0;
+    std::size_t above = 0;
+    for (std::size_t k = 0; k < satellites.size(); ++k) {
+      const TracedSatellite& row = rows[i * satellites.size() + k];
+      EXPECT_EQ(row.placement, arrival.placement);
+      if (!row.above_horizon) continue;
+      const propagation::SatelliteView& view = arrival.views.at(above++);
+      ASSERT_EQ(view.line.id, satellites[k]);
+      EXPECT_EQ(row.visibility, view.paths.visibility);
+      EXPECT_EQ(row.elevation_rad, view.line.elevation_rad);
+      if (!view.paths.received()) continue;
+      ++received;
+      EXPECT_EQ(row.excess_m, view.paths.tracked_excess_m());
+      for (const propagation::Path& each : view.paths.paths) {
+        ASSERT_LT(path, paths.size());
+        EXPECT_EQ(paths[path].place, i);
+        EXPECT_EQ(paths[path].satellite, k);
+        EXPECT_EQ(paths[path++].path.excess_m, each.excess_m);
+      }
+    }
+    EXPECT_EQ(above, arrival.views.size());
+  }
+  EXPECT_EQ(path, paths.size());
+  EXPECT_GT(received, 100U);
+  EXPECT_GT(inside, 0U);
+}
+
+TEST_F(TracePlaces, DoNotDependOnThreadsOrOrder) {
+  std::vector<TracedSatellite> one(places.size() * satellites.size()), backwards = one;
+  TracePlacesOptions options;
+  options.threads = 1;
+  trace_places(environment, propagator, std::vector{noon}, places, satellites, one, options);
+  const std::vector<gnss::SatelliteId> reversed(satellites.rbegin(), satellites.rend());
+  trace_places(environment, propagator, std::vector{noon}, places, reversed, backwards);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    for (std::size_t k = 0; k < satellites.size(); ++k) {
+      const TracedSatellite& a = one[i * satellites.size() + k];
+      const TracedSatellite& b = backwards[(i + 1) * satellites.size() - 1 - k];
+      EXPECT_EQ(a.visibility, b.visibility);
+      EXPECT_EQ(a.paths, b.paths);
+    }
+  }
+}
+
+TEST_F(TracePlaces, RefuseWhatDoesNotFit) {
+  std::vector<TracedSatellite> rows(places.size() * satellites.size());
+  const std::vector<geodesy::GpsTime> three(3, noon);
+  EXPECT_THROW(trace_places(environment, propagator, three, places, satellites, rows), InputError);
+  EXPECT_THROW(trace_places(environment, propagator, std::vector{noon}, places, satellites, {}), InputError);
+  places[7].x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(trace_places(environment, propagator, std::vector{noon}, places, satellites, rows),
+               InputError);
+}
+
+}  // namespace
+}  // namespace canyon::simulation::own_models_test

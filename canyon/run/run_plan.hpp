@@ -1,0 +1,111 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/base/geodesy/gps_time.hpp"
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/read_report.hpp"
+#include "canyon/paths/disturbance/streets.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/run/epoch_schedule.hpp"
+#include "canyon/run/motion/recorded_path.hpp"
+#include "canyon/run/motion/trajectory.hpp"
+#include "canyon/run/scenario/fwd.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/run/simulator.hpp"
+
+namespace canyon::simulation {
+
+/// An error that names the scenario's file.
+[[nodiscard]] InputError scenario_error(const Scenario& scenario, std::string_view problem,
+                                        std::string_view cure);
+
+/// The positions in the file of a scenario's trajectory. Precondition: it has one.
+[[nodiscard]] RecordedPath read_path(const Scenario& scenario, const HeightReading& heights);
+
+/// A scenario's trajectory; its waypoints have places. `geoid_undulation_m` is the city's, 0 where it is not
+/// known. Throws InputError as readers of files do, and where start or duration_s is needed and absent.
+[[nodiscard]] TrajectoryFile make_trajectory(const Scenario& scenario, double geoid_undulation_m);
+
+/// Where a scenario's time begins: its start, else its trajectory file's first instant, whose reading
+/// `report` then tells of; empty without either. Throws as make_trajectory().
+[[nodiscard]] std::optional<geodesy::GpsTime> first_instant(const Scenario& scenario, ReadReport& report);
+
+/// Gives waypoints that say how high above the terrain they lie their heights. Throws InputError where no
+/// terrain lies there.
+void put_on_terrain(Scenario& scenario, const CityScene& scene);
+
+/// The trajectory of a run and its instants.
+struct RunPlan {
+  Trajectory trajectory;
+  geodesy::GpsTime begin;
+  EpochSchedule schedule{1};  ///< from `begin`
+  ReadReport report;          ///< of the trajectory
+
+  [[nodiscard]] std::size_t epochs() const { return static_cast<std::size_t>(schedule.count()); }
+  [[nodiscard]] geodesy::GpsTime end() const { return at(epochs() - 1); }
+  [[nodiscard]] geodesy::GpsTime at(std::size_t k) const {
+    return begin + std::chrono::nanoseconds(schedule.at_ns(static_cast<std::int64_t>(k)));
+  }
+};
+
+/// Throws InputError where the scenario has no receiver, its start is outside the trajectory, or its epochs
+/// are too many. @param geoid_undulation_m see HeightReading
+[[nodiscard]] RunPlan make_plan(const Scenario& scenario, double geoid_undulation_m);
+
+// Where the vehicle and the antennas of a run are.
+
+/// The vehicle's pose at an instant, over the terrain where the scenario gives a height above it. Throws
+/// InputError where no terrain is below.
+[[nodiscard]] Pose vehicle_pose(const Scenario& scenario, const Trajectory& trajectory,
+                                const Environment& environment, geodesy::GpsTime t);
+
+/// Inertial sensors need a motion with a continuous acceleration: recorded positions and the height over a
+/// terrain become one, in `plan`, and the scenario's height above the terrain is used up. Returns warnings.
+/// Throws InputError for waypoints without an acceleration.
+[[nodiscard]] std::vector<std::string> smooth_motion(Scenario& scenario, RunPlan& plan,
+                                                     const Environment& environment);
+
+/// The way of a run's whole trajectory over the ground, which does not depend on the epochs that are run.
+/// Null without a receiver in streets.
+[[nodiscard]] std::shared_ptr<const disturbance::Road> road_of(const Scenario& scenario,
+                                                               const Trajectory& trajectory,
+                                                               const geodesy::LocalFrame& city);
+
+/// Throws InputError for a city without a triangle, unless it is an open field.
+void check_city(const Scenario& scenario, const city::City& city);
+
+/// A run before its first epoch.
+struct RunView {
+  const Scenario& scenario;
+  const RunPlan& plan;
+  const BuiltSky& sky;
+  const Environment& environment;
+};
+/// Checks what a scenario's parts say of each other, and up to two thousand epochs of the trajectory. Returns
+/// warnings of probable mistakes. Throws InputError for what cannot be run: corrections that nobody sends,
+/// missing coefficients of the ionosphere, a trajectory far from the city or beside the terrain, sensors that
+/// a receiver needs.
+[[nodiscard]] std::vector<std::string> check_run(const RunView& run);
+
+/// A warning where a vehicle moves along its up axis, as one does that stays level on a slope: a receiver
+/// with dead reckoning takes that for impossible. Call it when the motion is smooth.
+[[nodiscard]] std::vector<std::string> check_slopes(const RunView& run);
+
+/// Epochs of a receiver by raytrace::Placement.
+using PlacementCounts = std::array<std::size_t, 3>;
+/// A warning for each receiver whose antenna was inside a building or under the terrain.
+/// @param counts of each receiver of the scenario
+[[nodiscard]] std::vector<std::string> placement_warnings(const Scenario& scenario,
+                                                          std::span<const PlacementCounts> counts);
+
+}  // namespace canyon::simulation

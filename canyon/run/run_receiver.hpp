@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "canyon/city/raytrace/ray_scene.hpp"
+#include "canyon/paths/disturbance/faults/fault_timeline.hpp"
+#include "canyon/paths/disturbance/streets.hpp"
+#include "canyon/receiver/receiver.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+
+namespace canyon::simulation {
+
+/// The streets of ReceiverConfig::streets in a city. A city with its own vegetation gets no further trees
+/// unless their number is given. Empty: streets are off.
+/// @param road of the vehicle, in the city's frame; null where nothing moves
+[[nodiscard]] std::optional<disturbance::StreetsOptions> streets_of(
+    const ReceiverConfig& receiver, const city::City& city, std::shared_ptr<const disturbance::Road> road);
+
+/// ReceiverConfig::disturbances, and before them streets_of().
+[[nodiscard]] std::vector<disturbance::Source> with_streets(const ReceiverConfig& receiver,
+                                                            const city::City& city,
+                                                            std::shared_ptr<const disturbance::Road> road);
+
+/// Share of the sky from 15 to 60 deg that the city hides, the mean over antennas (ENU, m) that are not
+/// inside something; 0 without any. Sixty-four rays each.
+[[nodiscard]] double closed_sky(const raytrace::RayScene& scene, std::span<const Eigen::Vector3d> antennas);
+/// Options of a receiver with definite obstacles: ShadowingEnvironment::Auto is decided by closed_sky() 2 m
+/// above the ground on a grid of ten by ten places over the city, independent of the antenna's place.
+/// Whatever the map or ReceiverConfig::streets have is not among the obstacles that the map lacks: trees, and
+/// traffic.
+[[nodiscard]] receiver::ReceiverOptions with_surroundings(const ReceiverConfig& receiver,
+                                                          const raytrace::RayScene& scene,
+                                                          const city::City& city);
+
+/// The receiver that every driver of epochs makes of a configuration: its options decided by sky, errors and
+/// city, behind its own disturbances, the streets that it drives along (a fixed one has none) and `more`.
+/// @param road of the vehicle; null: nothing moves
+[[nodiscard]] receiver::Receiver make_receiver(const ReceiverConfig& config, std::uint64_t seed,
+                                               const Environment& environment,
+                                               std::shared_ptr<const disturbance::Road> road,
+                                               const std::vector<disturbance::Source>& more);
+
+/// City and sky as effects of faults find them around a receiver.
+[[nodiscard]] disturbance::FaultTimeline::Surroundings surroundings(const std::shared_ptr<CityScene>& scene,
+                                                                    std::shared_ptr<const orbit::Sky> sky);
+
+/// A pointer without ownership for Arrival::messages; `data` must outlive it.
+[[nodiscard]] inline std::shared_ptr<const gnss::NavigationData> unowned(const gnss::NavigationData& data) {
+  return {std::shared_ptr<const gnss::NavigationData>(), &data};
+}
+
+}  // namespace canyon::simulation

@@ -1,0 +1,165 @@
+#include "canyon/run/samples/sample_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/run/simulator.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace canyon::samples::sample_file_test {
+namespace {
+
+/// A jammer from the third epoch on.
+class LateJammer final : public disturbance::Disturbance {
+ public:
+  void apply(const propagation::Antenna& /*antenna*/, propagation::Arrival& arrival) override {
+    arrival.views.clear();
+    if (++epochs_ < 3) return;
+    propagation::Interference wave;
+    wave.spectrum.shape = propagation::Spectrum::Shape::Band;
+    wave.spectrum.centre_hz = gnss::kL1_hz;
+    wave.spectrum.width_hz = 2e6;
+    wave.power_dbw = -128;
+    arrival.interference.push_back(wave);
+  }
+
+ private:
+  int epochs_ = 0;
+};
+
+simulation::Simulation simulate(double duration_s, bool jammer) {
+  simulation::Scenario scenario = simulation::parse_scenario(
+      "city: {open: true, origin: {latitude_deg: 48, longitude_deg: 11, height_m: 500}}\n"
+      "sky: {nominal: true, systems: [GPS]}\nstart: 2026-06-01T08:00:00Z\nrate_hz: 2\nduration_s: " +
+          std::to_string(duration_s) +
+          "\ntrajectory: {waypoints: [{east_m: 0, north_m: 0, up_m: 2}], hold_s: 10}\n"
+          "receivers: [{name: rx, clock: {bias_s: 0, drift: 0, drift_walk: 0}, signal: {enabled: true}}]\n",
+      "test.yaml");
+  if (jammer) {
+    scenario.receivers[0].disturbances.push_back(
+        {"jammer", [](std::uint64_t, const std::string&) { return std::make_unique<LateJammer>(); }});
+  }
+  city::City city;
+  city.frame = geodesy::LocalFrame(*scenario.city.origin);
+  return {scenario, std::move(city)};
+}
+
+class SampleFiles : public testing::Test {
+ protected:
+  std::string made(const simulation::Simulation& simulation, SampleFileOptions options) {
+    options.path = folder_ / "x.iq";
+    SampleFile file(simulation, options);
+    (void)simulation.run({&file});
+    EXPECT_EQ(std::filesystem::file_size(options.path), file.expected_bytes());
+    return test::read_bytes(options.path);
+  }
+  [[nodiscard]] Json metadata() const { return Json::parse(test::read_bytes(folder_ / "x.sigmf-meta")); }
+  test::TemporaryFolder folder_;
+};
+
+double deviation(const std::string& bytes, double from_s, double to_s, double rate_hz = 4e6) {
+  double sum = 0;
+  const auto from = static_cast<std::size_t>(2 * from_s * rate_hz);
+  const auto to = static_cast<std::size_t>(2 * to_s * rate_hz);
+  for (std::size_t i = from; i < to; ++i) {
+    const double value = static_cast<signed char>(bytes.at(i));
+    sum += value * value;
+  }
+  return std::sqrt(sum / static_cast<double>(to - from));
+}
+
+TEST_F(SampleFiles, GainControlFollowsTheTotalPower) {
+  const simulation::Simulation simulation = simulate(2, true);
+  SampleFileOptions options;
+  options.threads = 1;
+  const std::string fixed = made(simulation, options);
+  options.samples.agc_s = 0.1;
+  const std::string held = made(simulation, options);
+  options.threads = 2;
+  EXPECT_EQ(made(simulation, options), held);
+  const double level = 127.0 / 4;
+  EXPECT_NEAR(deviation(fixed, 0, 1), level, 0.1);
+  EXPECT_NEAR(deviation(held, 0, 1), level, 0.1);
+  // The jammer begins with the third epoch, at 1 s. Its power over the noise by the samples without control.
+  const double over = std::pow(deviation(fixed, 1.1, 1.5) / level, 2);
+  EXPECT_GT(over, 1.5);
+  for (const double after_s : {0.01, 0.05, 0.1, 0.2}) {
+    const double followed = 1 + (over - 1) * (1 - std::exp(-after_s / 0.1));
+    EXPECT_NEAR(deviation(held, 1 + after_s - 0.003, 1 + after_s + 0.003), level * std::sqrt(over / followed),
+                0.03 * level)
+        << after_s;
+  }
+  EXPECT_NEAR(deviation(held, 1.9, 2), level, 0.02 * level);
+}
+
+TEST_F(SampleFiles, BitsSayWhatTheyAre) {
+  const simulation::Simulation simulation = simulate(0.5, false);
+  SampleFileOptions options;
+  options.samples.format = Format::TwoBit;
+  options.samples.rate_hz = 2.048001e6;  // samples that fill no byte
+  const std::string bytes = made(simulation, options);
+  EXPECT_EQ(bytes.size(), (1'024'001U * 4 + 7) / 8);
+  std::size_t large = 0;
+  for (const char byte : bytes) {
+    for (int shift = 0; shift < 8; shift += 2) {
+      const int code = byte >> shift & 3;
+      large += code == 1 || code == 2 ? 1 : 0;
+    }
+  }
+  // Beyond one deviation: 31.7 % of the noise alone, and a little more with the satellites.
+  const double share = static_cast<double>(large) / (4.0 * static_cast<double>(bytes.size()));
+  EXPECT_GT(share, 0.317);
+  EXPECT_LT(share, 0.345);
+  const Json meta = metadata();
+  EXPECT_EQ(meta["global"]["core:datatype"], "ru8");
+  EXPECT_EQ(meta["global"]["canyon:bits"], 2);
+  EXPECT_EQ(meta["global"]["canyon:parts"], 2);
+  EXPECT_EQ(meta["global"]["core:extensions"][0]["optional"], false);
+}
+
+TEST_F(SampleFiles, RealOnesHaveTheirFrequencyAt0Hz) {
+  const simulation::Simulation simulation = simulate(0.5, false);
+  SampleFileOptions options;
+  options.samples.real = true;
+  options.samples.intermediate_hz = 1e6;
+  EXPECT_EQ(made(simulation, options).size(), 2'000'000U);
+  const Json meta = metadata();
+  EXPECT_EQ(meta["global"]["core:datatype"], "ri8");
+  EXPECT_EQ(meta["captures"][0]["core:frequency"], gnss::kL1_hz - 1e6);
+  EXPECT_FALSE(meta["global"].contains("core:extensions"));
+}
+
+TEST_F(SampleFiles, RefusesLevelsOfASignAndBandsThatFoldBack) {
+  const simulation::Simulation simulation = simulate(0.5, false);
+  SampleFileOptions options;
+  options.path = folder_ / "x.iq";
+  options.samples.format = Format::OneBit;
+  EXPECT_NO_THROW(SampleFile(simulation, options));
+  options.samples.agc_s = 1;
+  EXPECT_THROW(SampleFile(simulation, options), InputError);
+  options.samples.format = Format::TwoBit;
+  EXPECT_NO_THROW(SampleFile(simulation, options));
+  options.samples.agc_s = 1e-4;
+  EXPECT_THROW(SampleFile(simulation, options), InputError);
+  options = {};
+  options.path = folder_ / "x.iq";
+  options.samples.real = true;
+  for (const double hz : {0.2e6, 1.8e6}) {
+    options.samples.intermediate_hz = hz;
+    try {
+      (void)SampleFile(simulation, options);
+      ADD_FAILURE() << hz;
+    } catch (const InputError& error) {
+      EXPECT_NE(error.cure().find("now 1000000"), std::string::npos) << error.what();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace canyon::samples::sample_file_test

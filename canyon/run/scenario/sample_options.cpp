@@ -1,0 +1,83 @@
+#include "canyon/run/scenario/sample_options.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
+#include "canyon/sky/gnss/signals.hpp"
+
+namespace canyon::samples {
+namespace {
+
+constexpr std::string_view kFormats[]{"int8", "int16", "float32", "2bit", "1bit"};
+
+}  // namespace
+
+std::string_view name(SampleFormat format) {
+  return kFormats[static_cast<std::size_t>(format)];
+}
+
+double band_centre_hz(std::string_view band) {
+  constexpr std::pair<std::string_view, double> kBands[]{
+      {"L1", gnss::kL1_hz}, {"L2", 1227.6e6}, {"L5", 1176.45e6}, {"E5", 1191.795e6}};
+  for (const auto& [name, centre_hz] : kBands) {
+    if (name == band) return centre_hz;
+  }
+  for (const gnss::System system : gnss::kAllSystems) {
+    for (const gnss::Signal& signal : gnss::signals_of(system)) {
+      if (signal.name == band) return signal.carrier_hz;
+    }
+  }
+  throw InputError(fmt::format("'{}' is not a band", band),
+                   fmt::format("give L1, L2, L5, E5 or a signal: {}", fmt::join(gnss::signal_names(), ", ")));
+}
+
+void SampleOptions::validate() const {
+  options::check(*this, "samples");
+  if (bands.empty() && !centre_hz) throw InputError("the samples have no band", "give bands: [L1]");
+  for (const std::string& band : bands) (void)band_centre_hz(band);
+  if (agc_s > 0 && agc_s < 1e-3) {
+    throw InputError(fmt::format("a gain control of {} s is out of range", agc_s),
+                     "give 0.001 to 100 s, or 0 for none");
+  }
+  if (format == SampleFormat::OneBit && (noise_level || agc_s > 0)) {
+    throw InputError("1 bit is the sign alone and has no level",
+                     "leave the noise level and the gain control out");
+  }
+  if (real && intermediate_hz == 0) {
+    throw InputError("real samples need an intermediate frequency",
+                     fmt::format("give a quarter of the rate: {} Hz", rate_hz / 4));
+  }
+}
+
+void visit(options::Visitor& v, SampleOptions& o) {
+  v.one_of({"bands", "centre_hz"});
+  if (v.reads() || v.wants(!o.centre_hz)) {
+    v.texts({"bands", "", "bands of the samples, one file each: L1, L2, L5, E5 or names of signals"},
+            o.bands);
+  }
+  v.number({"centre_hz", "Hz", "centre frequency of the samples, instead of bands", "that of the band"},
+           o.centre_hz, {1e9, 2e9});
+  if (v.reads() && v.has("bands")) o.centre_hz.reset();
+  v.number({"rate_hz", "Hz", "samples per second"}, o.rate_hz, {1e6, 200e6});
+  v.number({"intermediate_hz", "Hz", "intermediate frequency: the band's centre is moved here"},
+           o.intermediate_hz, {-100e6, 100e6});
+  v.number({"bandwidth_hz", "Hz", "two-sided bandwidth of a filter before the converter; 0: none"},
+           o.bandwidth_hz, {0, 200e6});
+  v.boolean({"real", "", "real samples, at an intermediate frequency"}, o.real);
+  v.boolean({"noise", "", "noise of the front end"}, o.noise);
+  v.choice({"format", "", "how real and imaginary parts are written"}, o.format, kFormats);
+  v.number(
+      {"noise_level", "", "standard deviation of the noise, divided by the largest value", "0.25; 2bit 0.67"},
+      o.noise_level, {0, 1, true});
+  v.number({"agc_s", "s",
+            "time constant of an automatic gain control, which keeps the received power at the noise level; "
+            "0: none"},
+           o.agc_s, {0, 100});
+}
+
+}  // namespace canyon::samples

@@ -1,0 +1,252 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "canyon/base/options/describe.hpp"
+#include "canyon/base/options/visitor.hpp"
+#include "canyon/paths/disturbance/disturbance.hpp"
+#include "canyon/paths/disturbance/faults/fault.hpp"
+#include "canyon/paths/disturbance/shadowing_options.hpp"
+#include "canyon/paths/propagation/propagation_options.hpp"
+#include "canyon/receiver/receiver_options.hpp"
+#include "canyon/run/inertial/sensor_options.hpp"
+#include "canyon/run/motion/trajectory.hpp"
+#include "canyon/run/scenario/city_config.hpp"
+#include "canyon/run/scenario/live_options.hpp"
+#include "canyon/run/scenario/outputs.hpp"
+#include "canyon/run/scenario/sample_options.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
+#include "canyon/sky/gnss/satellite_id.hpp"
+#include "canyon/sky/space_errors.hpp"
+
+namespace canyon::simulation {
+
+/// How a receiver moves through the cells of a heat map.
+enum class Motion : std::uint8_t { Auto, Standing, Driving, Flying };
+
+/// `map:` of a scenario.
+struct MapOptions {
+  Motion motion = Motion::Auto;  ///< Auto: by the receiver and the altitude (heatmap::Heatmap)
+  double pace_mps = 8;           ///< of Driving and Flying [m/s], [0.1, 300]
+
+  [[nodiscard]] bool moves() const { return motion == Motion::Driving || motion == Motion::Flying; }
+};
+/// Visits its fields.
+void visit(options::Visitor& v, MapOptions& o);
+
+[[nodiscard]] std::string_view name(Motion motion);
+/// "standing", "driving at 8 m/s".
+[[nodiscard]] std::string describe(const MapOptions& options);
+
+// Programs know them by this namespace, too.
+using samples::band_centre_hz;
+using samples::name;
+using samples::SampleFormat;
+using samples::SampleOptions;
+
+/// `sky:` of a scenario. Exactly one source: navigation, sp3, frozen, or (default) nominal.
+struct SkyConfig {
+  std::vector<std::filesystem::path> navigation;
+  std::vector<std::filesystem::path> sp3;
+  bool nominal = false;
+  std::vector<double> frozen_azimuth_rad;
+  std::vector<double> frozen_elevation_rad;
+  std::set<gnss::System> systems{gnss::kConstellations.begin(), gnss::kConstellations.end()};
+  bool allow_stale = false;
+  errors::SpaceErrorOptions errors;
+
+  /// Whether signals have the errors of space: as `errors` says, else where the satellites' ephemerides are
+  /// broadcast ones.
+  [[nodiscard]] bool has_errors(bool broadcast) const {
+    return errors.enabled || (broadcast && !errors.enabled.is_set());
+  }
+  [[nodiscard]] bool has_errors() const { return has_errors(nominal || !navigation.empty()); }
+};
+
+struct TrajectoryConfig {
+  std::optional<std::filesystem::path> file;
+  std::string format;                        ///< of trajectory_formats(); empty: told by the file's content
+  TrajectoryColumns columns;                 ///< of a CSV file
+  std::vector<geodesy::Geodetic> waypoints;  ///< instead of a file
+  /// Waypoints that were given by east, north, up [m] from the city's origin, with their numbers in
+  /// `waypoints`. Where that origin is not known before the city's file is read they stand there as {}:
+  /// Simulation puts all of these in place.
+  std::vector<std::pair<std::size_t, Eigen::Vector3d>> local_waypoints;
+  /// A waypoint's own values, in place of those of the trajectory.
+  struct Leg {
+    std::optional<double> height_above_terrain_m;  ///< at the waypoint; between two the height is linear
+    std::optional<double> speed_mps, hold_s;
+
+    bool operator==(const Leg&) const = default;
+  };
+  std::vector<Leg> legs;  ///< one for each waypoint; empty: no waypoint has its own values
+  double speed_mps = 10;
+  double hold_s = 0;
+  std::optional<double> acceleration_mps2;  ///< rounds corners and speeds; empty: both change at once
+  Attitude attitude = Attitude::Level;
+  std::optional<double> height_above_terrain_m;  ///< clamps; empty: heights as given
+};
+
+/// The place of an antenna that does not move.
+struct FixedPlace {
+  geodesy::Geodetic place;
+  /// East, north, up [m] from the city's origin, if the place was given so; settle() turns it into `place`.
+  std::optional<Eigen::Vector3d> local_m;
+
+  void settle(const geodesy::LocalFrame& city) {
+    if (local_m) place = city.geodetic_from_local(*local_m);
+  }
+};
+
+struct ReceiverConfig {
+  receiver::ReceiverOptions options;
+  /// The place of a base station's antenna, which neither trajectory nor lever arm move.
+  std::optional<FixedPlace> fixed;
+  propagation::PropagationOptions propagation;            ///< profile, then scenario, then receiver
+  Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();  ///< forward, left, up from the reference point
+  disturbance::StreetOptions streets;                     ///< one for all receivers of a scenario
+  /// A program's own disturbances, applied in this order to what arrives; scenario files cannot name them.
+  std::vector<disturbance::Source> disturbances;
+  receiver::ModelSource models;  ///< a program's own, in place of the receiver's weights and position
+};
+
+/// A whole scenario, checked. Paths are absolute or relative to the working folder (already resolved against
+/// the scenario's own).
+struct Scenario {
+  std::filesystem::path file;
+  CityConfig city;
+  SkyConfig sky;
+  TrajectoryConfig trajectory;
+  std::optional<geodesy::GpsTime> start;  ///< where empty: the trajectory file's first time
+  std::optional<double> duration_s;       ///< empty: the whole trajectory
+  std::optional<double> rate_hz;          ///< empty: the trajectory file's own rate (1 Hz for waypoints)
+  std::vector<ReceiverConfig> receivers;  ///< at least one
+  inertial::SensorOptions sensors;
+  std::vector<disturbance::Fault> faults;  ///< their times count from `start`, or the trajectory's first
+  std::uint64_t seed = 1;
+  OutputConfig outputs;
+  MapOptions map;                   ///< for `canyon heatmap`
+  samples::SampleOptions samples;   ///< for the output `samples` and for `canyon iq`
+  std::optional<LiveOptions> live;  ///< used by `canyon live` alone
+  /// Statements of the file that may be mistakes, one line each.
+  std::vector<std::string> warnings;
+};
+
+/// Index of the receiver of that name; 0 if `name` is empty. Throws InputError naming the known ones.
+[[nodiscard]] std::size_t find_receiver(const Scenario& scenario, const std::string& name);
+
+struct ScenarioReadOptions {
+  /// `trajectory` must be there. False: where it is absent, Scenario::trajectory has neither file nor
+  /// waypoints (the caller brings a truth of its own).
+  bool trajectory_needed = true;
+};
+
+/// Reads a scenario. Throws InputError with file and line for syntax, unknown keys (with the closest known
+/// one), wrong types, values out of range, and missing files.
+[[nodiscard]] Scenario read_scenario(const std::filesystem::path& path,
+                                     const ScenarioReadOptions& options = {});
+[[nodiscard]] Scenario parse_scenario(const std::string& text, const std::filesystem::path& name,
+                                      const ScenarioReadOptions& options = {});
+
+/// The effective scenario as YAML: profiles resolved, every default written out, files by their whole paths.
+/// Read back it gives the same run, to the byte.
+[[nodiscard]] std::string scenario_yaml(const Scenario& scenario);
+
+using ScenarioKey = options::Key;
+/// Every key: for help text, documentation and schema.
+[[nodiscard]] const options::Description& scenario_description();
+[[nodiscard]] const std::vector<ScenarioKey>& scenario_keys();
+
+/// Fields as users write them. Readers check fields that depend on each other.
+void visit(options::Visitor& v, SkyConfig& o);
+/// All fields but name and profile.
+void visit(options::Visitor& v, ReceiverConfig& o);
+void visit(options::Visitor& v, OutputConfig& o);
+void visit(options::Visitor& v, Scenario& o);
+/// The fields of a scenario that say which run is made of it: duration_s, rate_hz or interval_s, seed.
+/// Command lines change them.
+void visit_run(options::Visitor& v, Scenario& scenario);
+/// A scenario whose trajectory may be absent (ScenarioReadOptions::trajectory_needed).
+struct ScenarioOfAnyTrajectory {
+  Scenario& scenario;
+};
+void visit(options::Visitor& v, ScenarioOfAnyTrajectory& o);
+
+/// The receivers' names, in their order.
+[[nodiscard]] inline std::vector<std::string> receiver_names(const std::vector<ReceiverConfig>& receivers) {
+  std::vector<std::string> names;
+  names.reserve(receivers.size());
+  for (const ReceiverConfig& receiver : receivers) names.push_back(receiver.options.name);
+  return names;
+}
+
+/// Throws InputError where receivers[index] cannot take the corrections that it names: of no receiver of the
+/// run, of itself, of one without a fixed place, of one that itself depends on it, or of one that draws the
+/// same noise.
+void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t index);
+
+/// Whether a receiver uses the measurements of a base.
+[[nodiscard]] inline bool has_base(const receiver::ReceiverOptions& options) {
+  return options.rtk.enabled || !options.corrections.from.empty();
+}
+
+/// The base of a receiver in the same run; empty: it takes no corrections, or those of a stream.
+[[nodiscard]] std::optional<ReceiverConfig> base_of(const std::vector<ReceiverConfig>& receivers,
+                                                    const ReceiverConfig& receiver);
+
+/// The index of that base.
+[[nodiscard]] std::optional<std::size_t> index_of_base(const std::vector<ReceiverConfig>& receivers,
+                                                       const ReceiverConfig& receiver);
+
+/// A scenario of a host that brings city and motion itself, of one receiver and, behind it, the base in the
+/// host's world, if any.
+struct LiveConfig : Scenario {
+  LiveConfig() { receivers.resize(1); }
+  explicit LiveConfig(Scenario scenario) : Scenario(std::move(scenario)) {}
+
+  /// `corrections.from` may name another receiver of the host's world.
+  bool bases_elsewhere = false;
+  /// The host gives the samples of Scenario::sensors with each step (LiveReceiver::observe()).
+  bool with_sensors = false;
+
+  [[nodiscard]] ReceiverConfig& receiver() { return receivers.front(); }
+  [[nodiscard]] const ReceiverConfig& receiver() const { return receivers.front(); }
+  /// Null: none.
+  [[nodiscard]] const ReceiverConfig* base() const { return receivers.size() > 1 ? &receivers[1] : nullptr; }
+};
+/// The scenario's keys `sky`, `start`, `rate_hz`, `seed` and `geoid_undulation_m`, and beside them those of
+/// the receiver without brackets, and `base` with `name`, `profile` and `fixed`.
+void visit(options::Visitor& v, LiveConfig& o);
+/// A receiver of a scenario as a host drives it, with `start` and `rate_hz` of the host.
+[[nodiscard]] LiveConfig live_config(const Scenario& scenario, std::size_t receiver, geodesy::GpsTime start,
+                                     double interval_s);
+
+/// Reads YAML with the fields of a LiveConfig and `faults`, whose times count from the host's time 0. `name`
+/// stands in messages; Scenario::warnings has what may be a mistake. Relative paths belong to the folder of
+/// `name`. Throws InputError as parse_scenario() does.
+[[nodiscard]] LiveConfig parse_live_config(const std::string& text, const std::filesystem::path& name);
+
+/// `config` with what a YAML or JSON text changes of it while the receiver runs: any key of
+/// parse_live_config() but `sky`, `start`, `name`, `base`, `corrections.from` and `faults`, nested ("clock:
+/// {bias_s: 1}") or with dots ("clock.bias_s: 1"). Keys that are absent stay as they are; `profile` sets all
+/// those of a receiver but name, own_draws, corrections.from, lever_arm and streets, and what conflicts with
+/// it overrides it. `name` of the text as for parse_live_config(); where it is not empty the text is a
+/// request of others, and `profile` names one of Canyon's, or a file in the folder of `name`. Throws
+/// InputError as parse_live_config().
+[[nodiscard]] LiveConfig changed_live_config(const LiveConfig& config, const std::string& text,
+                                             const std::filesystem::path& name);
+/// The keys that changed_live_config() knows.
+[[nodiscard]] const options::Description& running_description();
+/// Their values, a line "clock.bias_s: 1" each, which changed_live_config() takes, without passwords. They do
+/// not include `profile`.
+[[nodiscard]] std::string running_options(const LiveConfig& config);
+
+}  // namespace canyon::simulation

@@ -1,0 +1,225 @@
+#include "canyon/run/sensor_run.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/base/geodesy/magnetic_field.hpp"
+#include "canyon/base/input_error.hpp"
+#include "canyon/run/motion/antenna_pose.hpp"
+#include "canyon/run/motion/smooth_motion.hpp"
+
+namespace canyon::simulation {
+
+using Eigen::Vector3d;
+using geodesy::GpsTime;
+
+SensorMotion::SensorMotion(const inertial::BodyState& sensor, inertial::ImuAxes axes) {
+  const geodesy::Geodetic place = geodesy::geodetic_from_ecef(sensor.position_m);
+  const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(place);
+  place_deg_m = {geodesy::degrees(place.latitude_rad), geodesy::degrees(place.longitude_rad), place.height_m};
+  velocity_enu_mps = enu_from_ecef * sensor.velocity_mps;
+  const Eigen::Matrix3d enu_from_sensor = enu_from_ecef * sensor.ecef_from_body;
+  const Vector3d forward = enu_from_sensor.col(0);
+  const double side = axes == inertial::ImuAxes::Frd ? -1 : 1;  // to the left and up
+  const double heading_deg = geodesy::degrees(std::atan2(forward.x(), forward.y()));
+  attitude_deg = {geodesy::degrees(std::atan2(side * enu_from_sensor(2, 1), side * enu_from_sensor(2, 2))),
+                  geodesy::degrees(std::asin(std::clamp(forward.z(), -1.0, 1.0))),
+                  heading_deg < 0 ? heading_deg + 360 : heading_deg};
+}
+
+namespace {
+
+/// Steps of a sample's mean: even, and at most 2.5 ms each.
+std::int64_t steps_of(double rate_hz) {
+  constexpr double kStep_s = 0.0025;
+  return 2 * static_cast<std::int64_t>(std::ceil(1 / rate_hz / (2 * kStep_s) - 1e-9));
+}
+
+}  // namespace
+
+InertialRun::InertialRun(const inertial::ImuOptions& options, std::uint64_t seed, GpsTime begin,
+                         const std::function<inertial::BodyState(GpsTime)>& vehicle)
+    : SampleTimes(begin, options.rate_hz),
+      steps_(steps_of(options.rate_hz)),
+      ideal_(
+          options, [begin, vehicle](double t_s) { return vehicle(begin + t_s); },
+          1 / options.rate_hz / static_cast<double>(steps_)),
+      imu_(options, seed) {}
+
+std::optional<InertialSample> InertialRun::next(GpsTime until) {
+  const auto interval = pass(until);
+  if (!interval) return std::nullopt;
+  const std::int64_t end = count() * steps_;
+  InertialSample sample;
+  sample.time = begin() + interval->to_s;
+  sample.mean = ideal_.mean(end - steps_, end);
+  sample.truth = ideal_.at(end);
+  sample.sample = imu_.measure(sample.mean, interval->to_s, interval->to_s - interval->from_s);
+  if (sample.sample) sample.stated = begin() + sample.sample->time_s;
+  return sample;
+}
+
+using inertial::WheelPair;
+
+WheelPair WheelRun::speeds(geodesy::GpsTime t) const {
+  const Pose pose = vehicle_(t);
+  const double middle = pose.forward_enu().dot(pose.velocity_enu_mps);
+  const double turn = pose.yaw_rate_radps * options_.track_m / 2;
+  return {middle - turn, middle + turn};
+}
+
+void WheelRun::skip(geodesy::GpsTime time) {
+  if (SampleTimes::skip(time)) last_ = speeds(begin() + end_s());
+}
+
+std::optional<WheelsAtWork> WheelRun::next(geodesy::GpsTime until) {
+  const auto interval = pass(until);
+  if (!interval) return std::nullopt;
+  WheelsAtWork result;
+  result.time = begin() + interval->to_s;
+  result.dt_s = interval->to_s - interval->from_s;
+  // The way by Simpson's rule, in an even number of steps of 25 ms at most.
+  constexpr double kStep_s = 0.025;
+  const int steps = 2 * std::max(1, static_cast<int>(std::ceil(result.dt_s / (2 * kStep_s) - 1e-9)));
+  WheelPair sum = last_;
+  for (int i = 1; i <= steps; ++i) {
+    last_ = speeds(begin() + (interval->from_s + result.dt_s * i / steps));
+    const double weight = i == steps ? 1 : i % 2 == 1 ? 4 : 2;
+    for (std::size_t w = 0; w < sum.size(); ++w) sum[w] += weight * last_[w];
+  }
+  WheelPair way_m{};
+  for (std::size_t w = 0; w < sum.size(); ++w) {
+    result.true_mps[w] = sum[w] / (3 * steps);
+    way_m[w] = result.true_mps[w] * result.dt_s;
+  }
+  result.sample = sensor_.measure(way_m, result.dt_s);
+  return result;
+}
+
+std::optional<BarometerSample> BarometerRun::next(geodesy::GpsTime until) {
+  const auto interval = pass(until);
+  if (!interval) return std::nullopt;
+  const double now_s = interval->to_s;
+  BarometerSample sample;
+  sample.time = begin() + now_s;
+  const auto height_m = [this](const Pose& pose) { return pose.position.height_m - geoid_undulation_m_; };
+  const auto pose_at = [this](double t_s) {
+    return mounted_antenna(vehicle_(begin() + t_s), options_.position_m);
+  };
+  const double felt_s = std::max(0.0, now_s - options_.delay_s);
+  const Pose felt = pose_at(felt_s);
+  sample.pressure = sensor_.measure(height_m(felt), felt.velocity_enu_mps.norm(), felt_s);
+  sample.height_m = height_m(felt_s < now_s ? pose_at(now_s) : felt);
+  sample.pressure.true_pa = sensor_.air(sample.height_m, now_s).pressure_pa;
+  return sample;
+}
+
+namespace {
+
+/// The Earth's field in ENU at a pose, and the pose's axes.
+struct FieldAt {
+  FieldAt(const Pose& pose, const Eigen::Matrix3d& body_from_sensor) {
+    field_enu_t = geodesy::enu_from_ecef_rotation(pose.position) *
+                  geodesy::magnetic_field_tesla(geodesy::ecef_from_geodetic(pose.position), pose.time);
+    const Eigen::Vector3d forward = pose.forward_enu(), up = pose.up_enu();
+    Eigen::Matrix3d enu_from_body;
+    enu_from_body << forward, up.cross(forward), up;
+    enu_from_sensor = enu_from_body * body_from_sensor;
+  }
+  Eigen::Vector3d field_enu_t;
+  Eigen::Matrix3d enu_from_sensor;
+};
+
+}  // namespace
+
+std::optional<MagnetometerSample> MagnetometerRun::next(geodesy::GpsTime until) {
+  const auto interval = pass(until);
+  if (!interval) return std::nullopt;
+  MagnetometerSample sample;
+  sample.time = begin() + interval->to_s;
+  const Pose pose = vehicle_(begin() + std::max(0.0, interval->to_s - options_.delay_s));
+  const Eigen::Matrix3d turn = body_from_sensor(options_.orientation, options_.axes);
+  const FieldAt felt(pose, turn);
+  sample.measured_t = sensor_.measure(felt.field_enu_t, felt.enu_from_sensor,
+                                      pose.velocity_enu_mps.norm() / options_.rate_hz);
+  const FieldAt now(options_.delay_s > 0 ? vehicle_(sample.time) : pose, turn);
+  sample.true_t = now.enu_from_sensor.transpose() * now.field_enu_t;
+  return sample;
+}
+
+namespace {
+
+positioning::TriadModel model_of(const inertial::TriadNumbers& numbers) {
+  return {numbers.white, numbers.flicker, numbers.walk, numbers.turn_on, numbers.scale, numbers.misalignment};
+}
+
+}  // namespace
+
+void check_sensors(const inertial::SensorOptions& sensors, const ReceiverConfig& receiver) {
+  if (!receiver.options.dead_reckoning.enabled) return;
+  const std::string& name = receiver.options.name;
+  if (!sensors.imu) {
+    throw InputError(
+        fmt::format("receiver '{}' has dead reckoning, and the vehicle has no inertial sensor", name),
+        "add sensors: {imu: {profile: automotive}, wheels: {}}, or set dead_reckoning: {enabled: "
+        "false}");
+  }
+  if (receiver.fixed) {
+    throw InputError(fmt::format("receiver '{}' has dead reckoning, and a fixed place", name),
+                     "leave fixed out, or set dead_reckoning: {enabled: false}");
+  }
+}
+
+std::optional<receiver::VehicleSensors> vehicle_sensors(const inertial::SensorOptions& sensors,
+                                                        const ReceiverConfig& receiver) {
+  if (!receiver.options.dead_reckoning.enabled) return std::nullopt;
+  check_sensors(sensors, receiver);
+  const inertial::ImuOptions& imu = *sensors.imu;
+  const inertial::ImuNumbers numbers = imu_numbers(imu);
+  receiver::VehicleSensors result;
+  positioning::SensorMounting& mounting = result.mounting;
+  mounting.imu_interval_s = 1 / imu.rate_hz;
+  mounting.antenna_m = receiver.lever_arm_m - imu.position_m;
+  mounting.axle_m = -imu.position_m;
+  mounting.gyroscope = model_of(numbers.gyroscope);
+  mounting.accelerometer = model_of(numbers.accelerometer);
+  if (sensors.wheels) {
+    const inertial::WheelOptions& wheels = *sensors.wheels;
+    // The mean of two wheels.
+    constexpr double kMean = 0.70710678118654752;
+    mounting.wheels = {wheels.rate_hz,
+                       kMean * wheels.scale,
+                       kMean * wheels.slip,
+                       wheels.slip_time_s,
+                       wheels.tick_m * wheels.rate_hz / 2,
+                       wheels.direction};
+  }
+  return result;
+}
+
+positioning::SensorReadings readings_of(const SensorBatch& batch, const inertial::SensorOptions& sensors,
+                                        geodesy::GpsTime begin) {
+  positioning::SensorReadings readings;
+  if (sensors.imu) {
+    const Eigen::Matrix3d turn = body_from_sensor(sensors.imu->orientation, sensors.imu->axes);
+    for (const InertialSample& sample : batch.imu) {
+      if (!sample.sample) continue;
+      const inertial::ImuInput& measured = sample.sample->measured;
+      readings.imu.push_back({begin + sample.sample->time_s, turn * measured.specific_force_mps2,
+                              turn * measured.angular_rate_radps});
+    }
+  }
+  for (const WheelsAtWork& sample : batch.wheels) {
+    const inertial::WheelPair& speeds = sample.sample.speed_mps;
+    readings.wheels.push_back({sample.time, sample.dt_s, (speeds[0] + speeds[1]) / 2});
+  }
+  return readings;
+}
+
+}  // namespace canyon::simulation

@@ -1,0 +1,431 @@
+#include "canyon/run/simulator.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/city/city.hpp"
+#include "canyon/receiver/corrections.hpp"
+#include "canyon/run/correction_links.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/run/motion/antenna_pose.hpp"
+#include "canyon/run/ordered_blocks.hpp"
+#include "canyon/run/run_plan.hpp"
+#include "canyon/run/run_receiver.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/run/sensor_run.hpp"
+#include "canyon/run/trace_places.hpp"
+
+namespace canyon::simulation {
+namespace {
+
+using geodesy::GpsTime;
+
+// What arrives at one receiver at one instant.
+struct PureEpoch {
+  Pose truth;
+  propagation::Arrival arrival;
+};
+
+// The pure part of neighbouring instants, for all receivers.
+struct EpochBlock {
+  std::size_t first = 0;                       // instant
+  std::vector<std::vector<PureEpoch>> epochs;  // [instant - first][receiver]
+  std::exception_ptr failure;                  // why the instant behind them has none
+};
+
+// Calls `progress` at most ten times a second, and once at the end.
+class Progress {
+ public:
+  Progress(const std::function<void(std::size_t, std::size_t)>& callback, std::size_t total)
+      : callback_(callback), total_(total) {}
+  void report(std::size_t done) {
+    const auto now = Clock::now();
+    if (!callback_ || now - last_ < std::chrono::milliseconds(100)) return;
+    last_ = now;
+    callback_(done, total_);
+  }
+  void finish(std::size_t done) {
+    if (callback_) callback_(done, total_);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  const std::function<void(std::size_t, std::size_t)>& callback_;
+  std::size_t total_;
+  Clock::time_point last_ = Clock::now();
+};
+
+bool is_set(const std::atomic<bool>* stop) {
+  return stop != nullptr && stop->load();
+}
+
+}  // namespace
+
+struct Simulation::Impl {
+  Impl(Scenario s, std::shared_ptr<CityScene> scene, RunPlan p, const SkyBuilder& build)
+      : scenario(std::move(s)),
+        plan(std::move(p)),
+        sky(build(scenario.sky, plan.begin, plan.end(), plan.trajectory.at(plan.begin).position)),
+        city_scene(scene),
+        environment(make_environment(std::move(scene), sky, scenario.sky, scenario.seed)) {
+    const auto say = [this](const std::vector<std::string>& lines) {
+      report.say(ReadReport::Level::Guess, lines);
+    };
+    say(scenario.warnings);
+    report.append(city_scene->city.notes);
+    report.append(plan.report);
+    report.append(sky.report);
+    decide_receivers();
+    say(check_run({scenario, plan, sky, environment}));
+    if (scenario.sensors.feel_motion()) say(smooth_motion(scenario, plan, environment));
+    say(check_slopes({scenario, plan, sky, environment}));
+    for (const ReceiverConfig& receiver : scenario.receivers) {
+      propagators.push_back(environment.make_propagator(receiver.propagation));
+    }
+  }
+
+  void decide_receivers() {
+    try {
+      for (ReceiverConfig& receiver : scenario.receivers) {
+        decide_options(receiver.options, environment.errors().get(), sky.sky.get());
+      }
+    } catch (const InputError& e) {
+      throw scenario_error(scenario, e.problem(), e.cure());
+    }
+  }
+
+  [[nodiscard]] Pose vehicle_pose(GpsTime t) const {
+    return simulation::vehicle_pose(scenario, plan.trajectory, environment, t);
+  }
+  [[nodiscard]] std::vector<receiver::Receiver> make_receivers() const {
+    std::vector<receiver::Receiver> receivers;
+    const std::shared_ptr<const disturbance::Road> way =
+        road_of(scenario, plan.trajectory, environment.city().frame);
+    for (const ReceiverConfig& config : scenario.receivers) {
+      std::vector<disturbance::Source> sources;
+      auto faults =
+          std::make_shared<disturbance::FaultTimeline>(plan.begin, scenario.faults, config.options.name);
+      faults->set_surroundings(surroundings(city_scene, sky.sky));
+      if (!faults->empty()) sources.push_back(disturbance::FaultTimeline::source(faults));
+      receivers.push_back(make_receiver(config, scenario.seed, environment, way, sources));
+    }
+    return receivers;
+  }
+
+  [[nodiscard]] SensorRun make_sensors() const {
+    return SensorRun(
+        scenario.sensors, scenario.seed, plan.begin,
+        [this](GpsTime t) { return plan.trajectory.ecef_pose(t); },
+        [this](GpsTime t) { return vehicle_pose(t); }, environment.city().geoid_undulation_m);
+  }
+  /// Where a sink or a receiver needs them.
+  [[nodiscard]] std::optional<SensorRun> make_sensors(const std::vector<EpochSink*>& sinks) const {
+    const bool written =
+        std::any_of(sinks.begin(), sinks.end(), [](const EpochSink* sink) { return sink->uses_sensors(); });
+    const bool fused =
+        std::any_of(scenario.receivers.begin(), scenario.receivers.end(),
+                    [](const ReceiverConfig& receiver) { return receiver.options.dead_reckoning.enabled; });
+    if (!written && !fused) return std::nullopt;
+    return make_sensors();
+  }
+  [[nodiscard]] Pose antenna_pose(std::size_t receiver, GpsTime t) const {
+    const ReceiverConfig& config = scenario.receivers[receiver];
+    if (config.fixed) return {t, config.fixed->place};
+    return mounted_antenna(vehicle_pose(t), config.lever_arm_m);
+  }
+
+  // Blocks come in order, for the antennas remember their paths; within one many threads trace.
+  [[nodiscard]] EpochBlock trace_block(std::size_t first, std::size_t count,
+                                       std::vector<RetracedAntenna>& antennas,
+                                       const std::atomic<bool>* stop) const {
+    const std::size_t receivers = scenario.receivers.size();
+    EpochBlock block{first, {}, nullptr};
+    try {
+      for (std::size_t i = 0; i < count; ++i) {
+        std::vector<PureEpoch> epochs(receivers);
+        for (std::size_t r = 0; r < receivers; ++r) epochs[r].truth = antenna_pose(r, plan.at(first + i));
+        block.epochs.push_back(std::move(epochs));
+      }
+    } catch (const InputError&) {
+      block.failure = std::current_exception();
+    }
+
+    // Epochs of one receiver that share their paths.
+    struct Group {
+      std::size_t receiver, begin;
+      std::vector<RetracedAntenna::Epoch> epochs;
+    };
+    std::vector<Group> groups;
+    const geodesy::LocalFrame& frame = environment.city().frame;
+    for (std::size_t r = 0; r < receivers; ++r) {
+      for (std::size_t i = 0; i < block.epochs.size(); ++i) {
+        const Pose& truth = block.epochs[i][r].truth;
+        RetracedAntenna::Epoch epoch =
+            antennas[r].next(plan.at(first + i), frame.local_from_geodetic(truth.position));
+        if (i == 0 || epoch.first) groups.push_back({r, i, {}});
+        groups.back().epochs.push_back(std::move(epoch));
+      }
+    }
+    // Tasks order the threads already; this says so to ThreadSanitizer, which cannot see into TBB.
+    std::atomic<std::size_t> traced{0};
+    traced.fetch_add(1, std::memory_order_release);
+    tbb::parallel_for(std::size_t{0}, groups.size(), [&](std::size_t g) {
+      (void)traced.load(std::memory_order_acquire);
+      const Group& group = groups[g];
+      const auto trace = [&](std::size_t i) {
+        if (is_set(stop)) return;
+        (void)traced.load(std::memory_order_acquire);
+        PureEpoch& pure = block.epochs[group.begin + i][group.receiver];
+        pure.arrival = antennas[group.receiver].arrival(environment, group.epochs[i]);
+        if (!scenario.receivers[group.receiver].fixed) tilt_antenna(pure.arrival, pure.truth, frame);
+        traced.fetch_add(1, std::memory_order_release);
+      };
+      // The first one may find the paths of the others.
+      trace(0);
+      tbb::parallel_for(std::size_t{1}, group.epochs.size(), trace);
+    });
+    (void)traced.load(std::memory_order_acquire);
+    return block;
+  }
+
+  Scenario scenario;
+  RunPlan plan;
+  BuiltSky sky;
+  ReadReport report;
+  std::shared_ptr<CityScene> city_scene;
+  Environment environment;
+  std::vector<propagation::Propagator> propagators;  // of each receiver
+};
+
+Epoch make_epoch(receiver::Receiver& receiver, const Pose& truth, propagation::Arrival& arrival,
+                 const Environment& environment, const relative::Corrections* corrections,
+                 const receiver::VehicleSensors* sensors) {
+  const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(truth.position);
+  Epoch epoch;
+  epoch.truth = truth;
+  epoch.truth_ecef = geodesy::ecef_from_geodetic(truth.position);
+  epoch.placement = arrival.placement;
+  epoch.environment = &environment;
+  epoch.options = &receiver.options();
+  epoch.geoid_undulation_m = environment.city().geoid_undulation_m;
+  epoch.observed =
+      receiver.observe({{truth.time, epoch.truth_ecef, enu_from_ecef.transpose() * truth.velocity_enu_mps},
+                        arrival,
+                        environment.sky(),
+                        environment.klobuchar(),
+                        corrections,
+                        sensors});
+  epoch.navigation = arrival.messages.get();  // disturbances may have replaced them
+  epoch.faults = epoch.observed.events.faults;
+  if (epoch.observed.fix.solved()) {
+    epoch.error_enu_m = enu_from_ecef * (epoch.observed.fix.position_ecef - epoch.truth_ecef);
+  }
+  return epoch;
+}
+
+Simulation::Simulation(Scenario scenario, city::City city)
+    : Simulation(std::move(scenario), std::make_shared<CityScene>(std::move(city))) {}
+
+Simulation::Simulation(Scenario scenario, std::shared_ptr<CityScene> scene, const SkyBuilder& sky) {
+  if (!scene || !sky) throw InputError("a simulation needs a scene");
+  const city::City& city = scene->city;
+  for (const auto& [index, enu] : scenario.trajectory.local_waypoints) {
+    scenario.trajectory.waypoints.at(index) = city.frame.geodetic_from_local(enu);
+  }
+  scenario.trajectory.local_waypoints.clear();
+  put_on_terrain(scenario, *scene);
+  for (ReceiverConfig& receiver : scenario.receivers) {
+    if (receiver.fixed) receiver.fixed->settle(city.frame);
+  }
+  RunPlan plan = make_plan(scenario, city.geoid_undulation_m);
+  check_city(scenario, city);
+  impl_ = std::make_unique<Impl>(std::move(scenario), std::move(scene), std::move(plan), sky);
+}
+Simulation::~Simulation() = default;
+
+const Scenario& Simulation::scenario() const {
+  return impl_->scenario;
+}
+const Environment& Simulation::environment() const {
+  return impl_->environment;
+}
+const Trajectory& Simulation::trajectory() const {
+  return impl_->plan.trajectory;
+}
+const gnss::NavigationData& Simulation::navigation() const {
+  return impl_->sky.navigation;
+}
+const ReadReport& Simulation::report() const {
+  return impl_->report;
+}
+GpsTime Simulation::begin() const {
+  return impl_->plan.begin;
+}
+double Simulation::interval_s() const {
+  return impl_->plan.schedule.interval_s();
+}
+std::size_t Simulation::epoch_count() const {
+  return impl_->plan.epochs();
+}
+
+Pose Simulation::vehicle_pose(GpsTime t) const {
+  return impl_->vehicle_pose(t);
+}
+
+SensorRun Simulation::sensors() const {
+  return impl_->make_sensors();
+}
+
+Pose Simulation::antenna_pose(std::size_t receiver, GpsTime t) const {
+  if (receiver >= impl_->scenario.receivers.size()) {
+    throw InputError(fmt::format("the scenario has no receiver {}", receiver));
+  }
+  return impl_->antenna_pose(receiver, t);
+}
+
+// The receivers of one run, in the calling thread.
+class Simulation::Run {
+ public:
+  Run(const Impl& impl, const std::vector<EpochSink*>& sinks, const RunOptions& options)
+      : impl_(impl),
+        sinks_(sinks),
+        stop_(options.stop),
+        receivers_(impl.make_receivers()),
+        links_(impl.scenario.receivers, impl.scenario.seed),
+        sensors_(impl.make_sensors(sinks)),
+        placements_(receivers_.size()),
+        station_offsets_(receivers_.size()),
+        progress_(options.progress, impl.plan.epochs()) {
+    for (const ReceiverConfig& config : impl.scenario.receivers) {
+      felt_.push_back(vehicle_sensors(impl.scenario.sensors, config));
+    }
+    for (const std::size_t r : links_.order()) due_.push_back({r, {}});
+  }
+
+  /// Epochs of all receivers at the block's instants, until the run is stopped.
+  void take(EpochBlock& block) {
+    for (std::size_t i = 0; i < block.epochs.size(); ++i) {
+      if (is_set(stop_)) return;
+      make_epochs(block.first + i, block.epochs[i]);
+      done_ = block.first + i + 1;
+      progress_.report(done_);
+    }
+    if (block.failure) std::rethrow_exception(block.failure);
+  }
+
+  /// Finishes all sinks but one that failed, so that its file stays absent. Rethrows the first exception.
+  /// @param failure of the run so far
+  void finish_sinks(std::exception_ptr failure) {
+    for (EpochSink* sink : sinks_) {
+      if (sink == broken_) continue;
+      try {
+        sink->finish();
+      } catch (...) {
+        if (!failure) failure = std::current_exception();
+      }
+    }
+    if (failure) std::rethrow_exception(failure);
+    progress_.finish(done_);
+  }
+
+  [[nodiscard]] std::size_t done() const { return done_; }
+  [[nodiscard]] std::vector<std::string> warnings() const {
+    std::vector<std::string> warnings = placement_warnings(impl_.scenario, placements_);
+    for (std::size_t r = 0; r < receivers_.size(); ++r) {
+      if (const auto warning = receiver::wrong_station_warning(station_offsets_[r])) {
+        warnings.push_back(fmt::format("{}: {}", impl_.scenario.receivers[r].options.name, *warning));
+      }
+    }
+    for (const EpochSink* sink : sinks_) {
+      for (std::string& warning : sink->warnings()) warnings.push_back(std::move(warning));
+    }
+    return warnings;
+  }
+
+ private:
+  void make_epochs(std::size_t instant, std::vector<PureEpoch>& from) {
+    for (DueEpoch& each : due_) each.time = from[each.receiver].truth.time;
+    const SensorBatch* batch = sensors_ ? &sensors_->until(impl_.plan.at(instant)) : nullptr;
+    std::vector<Epoch> made(receivers_.size());
+    links_.make_epochs(due_, false, [&](std::size_t i, const auto& corrections) -> Epoch& {
+      const std::size_t r = due_[i].receiver;
+      return made[r] = make_one(r, from[r], corrections.get(), batch);
+    });
+    for (const Epoch& epoch : made) {
+      for (EpochSink* sink : sinks_) {
+        broken_ = sink;
+        sink->write(epoch);
+        broken_ = nullptr;
+      }
+    }
+  }
+
+  Epoch make_one(std::size_t receiver, PureEpoch& from, const relative::Corrections* corrections,
+                 const SensorBatch* batch) {
+    from.arrival.messages = unowned(impl_.sky.navigation);
+    std::optional<receiver::VehicleSensors>& felt = felt_[receiver];
+    if (felt) felt->readings = readings_of(*batch, impl_.scenario.sensors, impl_.plan.begin);
+    Epoch epoch = make_epoch(receivers_[receiver], from.truth, from.arrival, impl_.environment, corrections,
+                             felt ? &*felt : nullptr);
+    epoch.arrival = &from.arrival;
+    epoch.sensors = batch;
+    ++placements_[receiver][static_cast<std::size_t>(from.arrival.placement)];
+    if (epoch.observed.station_offset_m) station_offsets_[receiver] = epoch.observed.station_offset_m;
+    return epoch;
+  }
+
+  const Impl& impl_;
+  const std::vector<EpochSink*>& sinks_;
+  const std::atomic<bool>* stop_;
+  std::vector<receiver::Receiver> receivers_;
+  CorrectionLinks links_;
+  std::optional<SensorRun> sensors_;
+  std::vector<std::optional<receiver::VehicleSensors>> felt_;  // by each receiver
+  std::vector<DueEpoch> due_;                                  // of an instant
+  std::vector<PlacementCounts> placements_;
+  std::vector<std::optional<double>> station_offsets_;
+  Progress progress_;
+  std::size_t done_ = 0;  // instants
+  const EpochSink* broken_ = nullptr;
+};
+
+RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions& options) const {
+  const auto started = std::chrono::steady_clock::now();
+  const Impl& impl = *impl_;
+  const std::size_t count = impl.plan.epochs(), receiver_count = impl.scenario.receivers.size();
+  Run run(impl, sinks, options);
+  std::vector<RetracedAntenna> antennas(impl.propagators.begin(), impl.propagators.end());
+  std::exception_ptr failure;
+  try {
+    // Memory is bounded by the epochs of two blocks.
+    const std::size_t epochs =
+        options.block > 0 ? options.block : 16 * static_cast<std::size_t>(threads_of(options.threads));
+    const std::size_t size = std::max<std::size_t>(8, epochs / receiver_count);
+    for_each_in_order<EpochBlock>(
+        (count + size - 1) / size, 1, options.threads, [&] { return !is_set(options.stop); },
+        [&](std::size_t k) {
+          return impl.trace_block(k * size, std::min(size, count - k * size), antennas, options.stop);
+        },
+        [&](std::size_t /*k*/, EpochBlock& block) { run.take(block); });
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  run.finish_sinks(failure);
+
+  RunResult result;
+  result.epochs = run.done();
+  result.planned = count;
+  result.interrupted = result.epochs < result.planned;
+  result.simulated_s = static_cast<double>(result.epochs) * interval_s();
+  result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  result.warnings = run.warnings();
+  return result;
+}
+
+}  // namespace canyon::simulation

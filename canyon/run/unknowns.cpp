@@ -1,0 +1,223 @@
+#include "canyon/run/unknowns.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <optional>
+#include <utility>
+
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/random.hpp"
+#include "canyon/base/statistics.hpp"
+#include "canyon/base/text.hpp"
+
+namespace canyon::unknowns {
+namespace {
+
+using disturbance::ShadowingEnvironment;
+using simulation::ReceiverConfig;
+using simulation::Scenario;
+
+constexpr std::array<std::string_view, 4> kNames{"level", "skyline", "facades", "map"};
+
+// Priors; docs/results.md compares them with recordings.
+constexpr double kLowestLevel_db = -10, kHighestLevel_db = 6;
+// Between installations of one kind; of a measured level (canyon calibrate's intervals are 2 dB to both
+// sides).
+constexpr double kSaidLevelSigma_db = 4, kMeasuredLevelSigma_db = 1;
+constexpr double kMostCoated = 0.7;  // of thermally_efficient buildings
+constexpr double kMapSigma_m = 3;
+constexpr double kMostOfPower_db = 20, kLeastOfPower_db = -10;  // of link.above_minimum_db
+
+/// A distribution: its text, and its value at a share of the draws [0, 1).
+struct Distribution {
+  std::string text;
+  std::function<double(double)> at;
+};
+
+Distribution uniform(double low, double high, const char* unit) {
+  return {fmt::format("{:g} to {:g}{}, uniform", low, high, unit),
+          [=](double share) { return low + share * (high - low); }};
+}
+
+/// The distribution of the level, about what the receiver's settings make it.
+std::optional<Distribution> level_of(const ReceiverConfig& receiver) {
+  const tracking::SignalOptions& signal = receiver.options.signal;
+  if (!signal.enabled) return std::nullopt;
+  const bool said = signal.installation != tracking::Installation::Nominal || signal.installation_db;
+  if (!said && signal.installation_sigma_db == 0) return uniform(kLowestLevel_db, kHighestLevel_db, " dB");
+  const double sigma_db = signal.installation_sigma_db > 0 ? signal.installation_sigma_db
+                          : signal.installation_db         ? kMeasuredLevelSigma_db
+                                                           : kSaidLevelSigma_db;
+  return Distribution{fmt::format("normal, {:g} dB about the installation's", sigma_db), [=](double share) {
+                        return sigma_db * normal_quantile(std::clamp(share, 1e-9, 1 - 1e-9));
+                      }};
+}
+
+/// The distribution of the share of azimuths with an obstacle.
+std::optional<Distribution> skyline_of(const ReceiverConfig& receiver) {
+  const tracking::SignalOptions& signal = receiver.options.signal;
+  if (!signal.enabled || !signal.shadowing.active() || signal.shadowing.skyline.share) return std::nullopt;
+  switch (signal.shadowing.environment) {
+    case ShadowingEnvironment::Dense:
+      return uniform(0.2, 0.6, "");
+    case ShadowingEnvironment::Urban:
+      return uniform(0, 0.4, "");
+    case ShadowingEnvironment::Suburban:
+      return uniform(0, 0.2, "");
+    case ShadowingEnvironment::Auto:
+    case ShadowingEnvironment::Custom:
+      return uniform(0, 0.8, "");
+    case ShadowingEnvironment::Open:
+      break;
+  }
+  return std::nullopt;
+}
+
+/// The distribution of the share of buildings with coated glass: from traditional to thermally_efficient
+/// ones.
+std::optional<Distribution> facades_of(const Scenario& scenario) {
+  if (!leaves_facades_open(scenario)) return std::nullopt;
+  return Distribution{
+      fmt::format("coated glass on 0 to {:g} of buildings, median {:.3g}", kMostCoated, 0.25 * kMostCoated),
+      [](double share) { return kMostCoated * share * share; }};
+}
+
+/// The standard deviation of the map's place, which a run draws from: one value.
+std::optional<Distribution> map_of(const Scenario& scenario) {
+  const simulation::CityConfig& city = scenario.city;
+  if (city.is<simulation::OpenField>() || city.is<city::SyntheticCityOptions>()) return std::nullopt;
+  const double sigma_m = city.georeference.sigma_m > 0 ? city.georeference.sigma_m : kMapSigma_m;
+  return Distribution{fmt::format("normal, {:.2g} m eastwards and northwards", sigma_m),
+                      [=](double) { return sigma_m; }};
+}
+
+/// An unknown of a scenario.
+struct Drawn {
+  Unknown unknown;
+  std::size_t receiver;  ///< index, of Level and Skyline
+  std::string name;
+  Distribution distribution;
+};
+
+std::vector<Drawn> all_of(const Scenario& scenario, const std::vector<Unknown>& known) {
+  std::vector<Drawn> all;
+  const auto add = [&](Unknown unknown, std::size_t receiver, const std::string& of,
+                       const std::optional<Distribution>& distribution) {
+    const bool is_known = std::find(known.begin(), known.end(), unknown) != known.end();
+    if (distribution && !is_known)
+      all.push_back({unknown, receiver, std::string(name_of(unknown)) + of, *distribution});
+  };
+  for (std::size_t i = 0; i < scenario.receivers.size(); ++i) {
+    const ReceiverConfig& receiver = scenario.receivers[i];
+    const std::string of = scenario.receivers.size() > 1 ? " of " + receiver.options.name : "";
+    add(Unknown::Level, i, of, level_of(receiver));
+    add(Unknown::Skyline, i, of, skyline_of(receiver));
+  }
+  add(Unknown::Facades, 0, "", facades_of(scenario));
+  add(Unknown::Map, 0, "", map_of(scenario));
+  return all;
+}
+
+void set(const Drawn& drawn, double value, Scenario& scenario) {
+  tracking::SignalOptions& signal = scenario.receivers.at(drawn.receiver).options.signal;
+  switch (drawn.unknown) {
+    case Unknown::Level:
+      signal.installation_sigma_db = 0;
+      signal.link.above_minimum_db =
+          std::clamp(signal.link.above_minimum_db + value, kLeastOfPower_db, kMostOfPower_db);
+      return;
+    case Unknown::Skyline:
+      signal.shadowing.skyline.share = value;
+      return;
+    case Unknown::Facades:
+      scenario.city.facades.shares = facades_with(value);
+      return;
+    case Unknown::Map:
+      scenario.city.georeference.sigma_m = value;
+  }
+}
+
+}  // namespace
+
+std::map<std::string, double> facades_with(double coated_glass) {
+  city::FacadeOptions options;
+  options.mix = city::FacadeMix::ThermallyEfficient;
+  const std::map<std::string, double> efficient = city::facade_shares(options);
+  options.mix = city::FacadeMix::Traditional;
+  const double weight = coated_glass / efficient.at("coated_glass");
+  std::map<std::string, double> shares;
+  for (const auto& [name, share] : efficient) shares[name] += weight * share;
+  for (const auto& [name, share] : city::facade_shares(options)) shares[name] += (1 - weight) * share;
+  return shares;
+}
+
+bool leaves_facades_open(const Scenario& scenario) {
+  const city::FacadeOptions& facades = scenario.city.facades;
+  return !scenario.city.is<simulation::OpenField>() && facades.mix == city::FacadeMix::ByBuilding &&
+         facades.shares.empty();
+}
+
+std::string_view name_of(Unknown unknown) {
+  return kNames.at(static_cast<std::size_t>(unknown));
+}
+
+Unknown unknown_of(std::string_view name) {
+  const auto* const at = std::find(kNames.begin(), kNames.end(), name);
+  if (at != kNames.end()) return static_cast<Unknown>(at - kNames.begin());
+  throw InputError(fmt::format("there is no unknown '{}'", name),
+                   fmt::format("write {}", fmt::join(kNames, ", ")));
+}
+
+std::vector<Unknown> unknowns_of(std::string_view list) {
+  std::vector<Unknown> unknowns;
+  if (list.empty()) return unknowns;
+  for (const std::string_view name : split(list, ',')) unknowns.push_back(unknown_of(trim(name)));
+  return unknowns;
+}
+
+std::vector<std::string_view> names() {
+  return {kNames.begin(), kNames.end()};
+}
+
+std::vector<std::string> priors_of(const Scenario& scenario, const std::vector<Unknown>& known) {
+  std::vector<std::string> texts;
+  for (const Drawn& each : all_of(scenario, known)) {
+    texts.push_back(fmt::format("{}: {}", each.name, each.distribution.text));
+  }
+  return texts;
+}
+
+Draws::Draws(std::uint64_t seed, std::size_t count, std::vector<Unknown> known)
+    : count_(count), known_(std::move(known)) {
+  for (const std::string_view name : kNames) {
+    shares_.push_back(draw_sample(RandomStream(seed, "unknown " + std::string(name)), count, true));
+  }
+}
+
+std::map<std::string, double> Draws::apply(std::size_t draw, Scenario& scenario) const {
+  std::map<std::string, double> values;
+  for (const Drawn& each : all_of(scenario, known_)) {
+    const double value = each.distribution.at(shares_.at(static_cast<std::size_t>(each.unknown)).at(draw));
+    set(each, value, scenario);
+    values[each.name] = value;
+  }
+  return values;
+}
+
+void forget(Scenario& scenario) {
+  scenario.city.facades.mix = city::FacadeOptions().mix;
+  scenario.city.facades.shares.clear();
+  for (ReceiverConfig& receiver : scenario.receivers) {
+    tracking::SignalOptions& signal = receiver.options.signal;
+    signal.installation = tracking::Installation::Nominal;
+    signal.installation_db.reset();
+    signal.installation_sigma_db = 0;
+    if (signal.shadowing.enabled) signal.shadowing.environment = ShadowingEnvironment::Auto;
+    signal.shadowing.skyline = {};
+  }
+}
+
+}  // namespace canyon::unknowns

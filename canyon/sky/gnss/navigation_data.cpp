@@ -1,0 +1,81 @@
+#include "canyon/sky/gnss/navigation_data.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <set>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "canyon/sky/gnss/broadcast_messages.hpp"
+
+namespace canyon::gnss {
+namespace {
+
+// Fields by which two records are the same. The health is one of them: a message that only turns a satellite
+// unhealthy must not be lost.
+auto identity(const KeplerEphemeris& e) {
+  return std::make_tuple(e.id, e.toe, is_galileo_fnav(e), e.iode, e.iodc, e.health);
+}
+auto identity(const GlonassEphemeris& e) {
+  return std::make_tuple(e.id, e.toe, e.health);
+}
+
+auto identity(const SbasEphemeris& e) {
+  return std::make_tuple(e.id, e.toe, e.iodn, e.health);
+}
+
+/// Leaves records whose clock is of the time of their orbit, and others where no such one has their toe: some
+/// receivers have written messages of two issues, 2,201 km off.
+void drop_mixed(std::vector<KeplerEphemeris>& records, ReadReport& report) {
+  const auto key = [](const KeplerEphemeris& e) { return std::make_tuple(e.id, e.toe, is_galileo_fnav(e)); };
+  std::set<decltype(key(records.front()))> whole;
+  for (const KeplerEphemeris& e : records)
+    if (e.toc == e.toe) whole.insert(key(e));
+  std::erase_if(records, [&](const KeplerEphemeris& e) {
+    const bool dropped = e.toc != e.toe && whole.count(key(e)) > 0;
+    if (dropped)
+      report.tell(ReadReport::Level::Remark,
+                  "{} messages of two issues (toc is not toe) beside one of that toe, left out",
+                  to_string(e.id));
+    return dropped;
+  });
+}
+
+template <typename Ephemeris>
+void merge_records(std::vector<Ephemeris>& into, std::vector<Ephemeris>&& from, int source_offset,
+                   ReadReport& report) {
+  for (Ephemeris& e : from) e.source += source_offset;
+  into.insert(into.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+  if constexpr (std::is_same_v<Ephemeris, KeplerEphemeris>) drop_mixed(into, report);
+  // Stable, so that the record that came first stays.
+  std::stable_sort(into.begin(), into.end(),
+                   [](const Ephemeris& a, const Ephemeris& b) { return identity(a) < identity(b); });
+  into.erase(std::unique(into.begin(), into.end(),
+                         [](const Ephemeris& a, const Ephemeris& b) { return identity(a) == identity(b); }),
+             into.end());
+  std::stable_sort(into.begin(), into.end(), [](const Ephemeris& a, const Ephemeris& b) {
+    return std::tie(a.id, a.toe, a.transmission) < std::tie(b.id, b.toe, b.transmission);
+  });
+}
+
+}  // namespace
+
+void NavigationData::merge(NavigationData other) {
+  const int source_offset = static_cast<int>(sources.size());
+  merge_records(kepler, std::move(other.kepler), source_offset, report);
+  merge_records(glonass, std::move(other.glonass), source_offset, report);
+  merge_records(sbas, std::move(other.sbas), source_offset, report);
+  const auto by_time = [](const SignalDelays& a, const SignalDelays& b) {
+    return std::tie(a.id, a.toc) < std::tie(b.id, b.toc);
+  };
+  std::move(other.signal_delays.begin(), other.signal_delays.end(), std::back_inserter(signal_delays));
+  std::stable_sort(signal_delays.begin(), signal_delays.end(), by_time);
+  for (const auto& [system, coefficients] : other.klobuchar) klobuchar[system] = coefficients;
+  if (other.galileo_nequick) galileo_nequick = other.galileo_nequick;
+  if (other.leap_seconds) leap_seconds = other.leap_seconds;
+  std::move(other.sources.begin(), other.sources.end(), std::back_inserter(sources));
+  report.append(other.report);
+}
+
+}  // namespace canyon::gnss

@@ -1,0 +1,439 @@
+#include "canyon/studies/calibration/plain.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/options/values.hpp"
+#include "canyon/base/statistics.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/receiver/receiver_options.hpp"
+#include "canyon/sky/gnss/signal_groups.hpp"
+#include "canyon/studies/calibration/calibrate.hpp"
+#include "canyon/studies/validation/comparison.hpp"
+#include "canyon/studies/validation/statistics.hpp"
+
+namespace canyon::calibration {
+namespace {
+
+using Verdict = Estimate::Verdict;
+
+/// A signal with fewer pseudoranges does not count as tracked.
+constexpr std::size_t kFewestOfSignal = 20;
+
+/// Share of the C/N0 values of hidden satellites that lie below the tracking threshold, by the noise of C/N0;
+/// and share of the first values behind gaps that lie below the acquisition threshold.
+constexpr double kWeakestShare = 0.01, kWeakestFoundShare = 0.1;
+/// Signals whose last C/N0 is so near to the threshold are lost by it.
+constexpr double kNear_dB = 4;
+constexpr long kFewestLosses = 10;
+/// Loops coast for less than that; fewer gaps do not show a threshold.
+constexpr double kGap_s = 3;
+constexpr std::size_t kFewestGaps = 20;
+
+constexpr std::array<const char*, 9> kGroups{"BeiDou-GEO", "BeiDou-IGSO", "BeiDou-MEO",
+                                             "BeiDou-2",   "BeiDou-3",    "GPS-IIR",
+                                             "GPS-IIRM",   "GPS-IIF",     "GPS-III"};
+
+std::string list_of(const std::vector<std::string>& items) {
+  return fmt::format("[{}]", fmt::join(items, ", "));
+}
+
+Estimate of_lists(const char* key, const std::vector<std::string>& before,
+                  const std::vector<std::string>& after, std::string basis) {
+  return {key,
+          {},
+          list_of(before),
+          list_of(after),
+          {},
+          before == after ? Verdict::Agrees : Verdict::Fitted,
+          std::move(basis)};
+}
+
+/// States a value of the recordings, with the interval that it lies in, and whether that has the profile's.
+void judge(Estimate& estimate, double before, double value, double low, double high, double half_step) {
+  estimate.recorded = rounded(value, half_step);
+  estimate.interval = fmt::format("{} to {}", rounded(low, half_step), rounded(high, half_step));
+  estimate.verdict = before < low || before > high ? Verdict::Fitted : Verdict::Agrees;
+}
+
+void add_leaves_out(std::span<const Observed> recorded, std::span<const std::set<gnss::System>> skies,
+                    const std::map<const gnss::Signal*, std::size_t>& counts,
+                    const simulation::ReceiverConfig& receiver, Calibration& result) {
+  struct Seen {
+    double clear_s = 0;
+    std::size_t tracked = 0;
+    std::set<gnss::SatelliteId> satellites;
+  };
+  std::map<std::string, Seen> seen;
+  for (const Observed& e : recorded) {
+    for (const Series& series : e.series) {
+      if (!series.first()) continue;
+      std::size_t tracked = 0, high = 0;
+      for (const Sample& s : series.samples) {
+        tracked += s.tracked ? 1 : 0;
+        high += s.clear && s.elevation_rad >= validation::kTrackableElevation_rad ? 1 : 0;
+      }
+      for (const char* group : kGroups) {
+        if (!gnss::in_group(group, series.id, *series.signal, e.times.front())) continue;
+        Seen& of = seen[group];
+        of.tracked += tracked;
+        of.clear_s += static_cast<double>(high) * e.interval_s;
+        if (high > 0) of.satellites.insert(series.id);
+      }
+    }
+  }
+  std::vector<std::string> after, basis;
+  for (const std::string& group : receiver.options.leaves_out) {
+    const auto of = seen.find(group);
+    if (of == seen.end() || of->second.tracked < kFewestOfSignal) {
+      after.push_back(group);
+    } else {
+      basis.push_back(fmt::format("{} is tracked", group));
+    }
+  }
+  for (const auto& [group, of] : seen) {
+    if (of.tracked > 0 || of.clear_s < validation::kTrackable_s) continue;
+    if (std::find(after.begin(), after.end(), group) == after.end()) after.push_back(group);
+    basis.push_back(fmt::format("{} never tracked, {} satellites high and clear for {:.0f} s", group,
+                                of.satellites.size(), of.clear_s));
+  }
+  std::set<gnss::System> offered;
+  for (const auto& systems : skies) offered.insert(systems.begin(), systems.end());
+  for (const gnss::System system : offered) {
+    const bool any = std::any_of(counts.begin(), counts.end(), [system](const auto& of) {
+      return of.first->system == system && of.second >= kFewestOfSignal;
+    });
+    const std::string name(gnss::name(system));
+    if (any || receiver::tracked_signals(receiver.options.tracks, system).empty()) continue;
+    if (std::find(after.begin(), after.end(), name) == after.end()) after.push_back(name);
+    basis.push_back(fmt::format("{} never recorded", name));
+  }
+  result.add(of_lists("leaves_out", receiver.options.leaves_out, after,
+                      basis.empty() ? "every group that is high and clear for a minute is tracked"
+                                    : fmt::format("{}", fmt::join(basis, "; "))));
+}
+
+/// A stated C/N0 and its epoch, counted over all recordings.
+struct Stated {
+  double cn0_dbhz = 0;
+  std::size_t epoch = 0;
+};
+
+/// The C/N0 of satellites' first signals about the limits of lock.
+struct LockRecord {
+  std::vector<Stated> hidden;  ///< of satellites that the map hides
+  std::vector<Stated> last;    ///< before a signal is lost
+  std::vector<Stated> found;   ///< first ones behind gaps
+};
+
+LockRecord lock_record(std::span<const Observed> recorded) {
+  LockRecord record;
+  std::size_t offset = 0;
+  for (const Observed& e : recorded) {
+    for (const Series& series : e.series) {
+      if (!series.first()) continue;
+      const Sample *before = nullptr, *tracked = nullptr;  // of the epoch before, and the last one tracked
+      for (const Sample& s : series.samples) {
+        if (before != nullptr && before->epoch + 1 != s.epoch) tracked = nullptr;
+        if (s.tracked && s.cn0_dbhz) {
+          const Stated stated{*s.cn0_dbhz, offset + s.epoch};
+          if (!s.clear) record.hidden.push_back(stated);
+          if (tracked != nullptr && e.times[s.epoch] - e.times[tracked->epoch] > kGap_s)
+            record.found.push_back(stated);
+          tracked = &s;
+        } else if (tracked != nullptr && tracked == before) {
+          record.last.push_back({*tracked->cn0_dbhz, offset + tracked->epoch});
+        }
+        before = &s;
+      }
+    }
+    offset += e.times.size();
+  }
+  return record;
+}
+
+std::vector<double> cn0_of(const std::vector<Stated>& all) {
+  std::vector<double> values;
+  for (const Stated& s : all) values.push_back(s.cn0_dbhz);
+  return values;
+}
+
+/// A quantile of stated C/N0, with its bootstrap interval.
+Estimate threshold_of(const std::vector<Stated>& all, double share, const char* key, double before,
+                      std::span<const std::vector<std::uint16_t>> draws) {
+  Estimate estimate{key, "dB-Hz", options::show(before)};
+  const auto value = quantile(cn0_of(all), share);
+  if (!value) return estimate;
+  std::vector<double> drawn;
+  for (const auto& weights : draws) {
+    std::vector<double> values;
+    for (const Stated& s : all) values.insert(values.end(), weights[s.epoch], s.cn0_dbhz);
+    if (const auto of_draw = quantile(values, share)) drawn.push_back(*of_draw);
+  }
+  constexpr double kHalfStep = 0.5;  // stated C/N0 are steps of a decibel
+  judge(estimate, before, *value, quantile(drawn, 0.025).value_or(*value) - kHalfStep,
+        quantile(drawn, 0.975).value_or(*value) + kHalfStep, kHalfStep);
+  return estimate;
+}
+
+/// What is left of an estimate that the recordings say too little for.
+Estimate unidentified(const Estimate& e) {
+  return {e.key, e.unit, e.before, {}, {}, Verdict::Unidentified, e.basis};
+}
+
+}  // namespace
+
+void Calibration::add(Estimate estimate) {
+  if (estimate.verdict == Verdict::Fitted) values[estimate.key] = estimate.recorded;
+  estimates.push_back(std::move(estimate));
+}
+
+void add_tracked(std::span<const Observed> recorded, std::span<const std::set<gnss::System>> skies,
+                 const simulation::ReceiverConfig& receiver, Calibration& result) {
+  std::map<const gnss::Signal*, std::size_t> counts;
+  for (const Observed& e : recorded) {
+    for (const Series& series : e.series) {
+      counts[series.signal] += static_cast<std::size_t>(std::count_if(
+          series.samples.begin(), series.samples.end(), [](const Sample& s) { return s.tracked; }));
+    }
+  }
+  const auto is_recorded = [&counts](const gnss::Signal& signal) {
+    const auto of = counts.find(&signal);
+    return signal.only_recorded.empty() && of != counts.end() && of->second >= kFewestOfSignal;
+  };
+  // Names of signals stand for several systems: one that any of them sends and is recorded stays.
+  std::vector<std::string> after, said;
+  for (const gnss::System system : gnss::kAllSystems) {
+    const auto tracked = receiver::tracked_signals(receiver.options.tracks, system);
+    const auto signals = gnss::signals_of(system);
+    const bool known = std::any_of(signals.begin(), signals.end(), is_recorded);
+    for (const gnss::Signal& signal : signals) {
+      const bool before = std::find(tracked.begin(), tracked.end(), &signal) != tracked.end();
+      const bool now = known ? is_recorded(signal) : before;
+      if (now && !before && !receiver.options.signal.antenna.receives(signal::band_of(signal.carrier_hz))) {
+        result.notes.push_back(
+            fmt::format("{} {} is recorded, and the profile's antenna does not receive it: choose "
+                        "another (signal.antenna)",
+                        gnss::name(system), signal.name));
+        continue;
+      }
+      const std::string name(signal.name);
+      if (now != before)
+        said.push_back(fmt::format("{} {} is {}recorded", gnss::name(system), name, now ? "" : "not "));
+      if (now && std::find(after.begin(), after.end(), name) == after.end()) after.push_back(name);
+    }
+  }
+  if (said.empty()) after = receiver.options.tracks;
+  result.add(
+      of_lists("tracks", receiver.options.tracks, after,
+               said.empty() ? "the signals that are recorded" : fmt::format("{}", fmt::join(said, "; "))));
+  add_leaves_out(recorded, skies, counts, receiver, result);
+}
+
+void add_step(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
+              Calibration& result) {
+  std::vector<double> stated;
+  for (const Observed& e : recorded) {
+    for (const Series& series : e.series) {
+      for (const Sample& s : series.samples) {
+        if (s.tracked && s.cn0_dbhz) stated.push_back(*s.cn0_dbhz);
+      }
+    }
+  }
+  const double before = receiver.options.signal.cn0_step_db;
+  Estimate estimate{"signal.cn0_step_db", "dB", options::show(before)};
+  constexpr std::size_t kFewest = 100;
+  if (stated.size() < kFewest) {
+    estimate.basis = fmt::format("{} stated C/N0", stated.size());
+    return result.add(std::move(estimate));
+  }
+  double step = 0;
+  for (const double tried : {1.0, 0.5, 0.25, 0.2, 0.1, 0.05}) {
+    const auto whole = std::count_if(stated.begin(), stated.end(), [tried](double value) {
+      return std::abs(std::remainder(value, tried)) < 1e-3;
+    });
+    if (static_cast<double>(whole) > 0.995 * static_cast<double>(stated.size())) {
+      step = tried;
+      break;
+    }
+  }
+  estimate.recorded = options::show(step);
+  estimate.verdict = step == before ? Verdict::Agrees : Verdict::Fitted;
+  estimate.basis = fmt::format("the coarsest step of {} stated C/N0{}", stated.size(),
+                               step == 0 ? ": finer than 0.05" : "");
+  result.add(std::move(estimate));
+}
+
+void add_phase_threshold(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
+                         std::span<const std::vector<std::uint16_t>> draws, Calibration& result) {
+  struct Item {
+    double cn0_dbhz = 0;
+    bool phase = false;
+    std::size_t epoch = 0;
+  };
+  std::vector<Item> items;
+  std::size_t offset = 0, with = 0;
+  for (const Observed& e : recorded) {
+    for (const Series& series : e.series) {
+      for (const Sample& s : series.samples) {
+        if (!s.clear || !s.tracked || !s.cn0_dbhz) continue;
+        items.push_back({*s.cn0_dbhz, s.phase, offset + s.epoch});
+        with += s.phase ? 1 : 0;
+      }
+    }
+    offset += e.times.size();
+  }
+  const double before = receiver.options.signal.phase_threshold_dbhz;
+  Estimate estimate{"signal.phase_threshold_dbhz", "dB-Hz", options::show(before)};
+  constexpr std::size_t kFewest = 30;
+  if (with < kFewest || items.size() - with < kFewest) {
+    estimate.basis = fmt::format("{} clear signals with a phase and {} without", with, items.size() - with);
+    return result.add(std::move(estimate));
+  }
+  std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.cn0_dbhz < b.cn0_dbhz; });
+  // The threshold with the fewest items on the wrong side, in the middle between two stated values.
+  const auto threshold = [&items](const auto& times) {
+    long wrong = 0, fewest = 0;
+    for (const Item& item : items) wrong += item.phase ? 0 : times(item);
+    fewest = wrong;
+    double best = items.front().cn0_dbhz;
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      wrong += (items[i].phase ? 1 : -1) * times(items[i]);
+      if (i + 1 < items.size() && items[i + 1].cn0_dbhz == items[i].cn0_dbhz) continue;
+      if (wrong < fewest) {
+        fewest = wrong;
+        best = i + 1 < items.size() ? (items[i].cn0_dbhz + items[i + 1].cn0_dbhz) / 2 : items[i].cn0_dbhz;
+      }
+    }
+    return std::pair(best, fewest);
+  };
+  const auto [value, wrong] = threshold([](const Item&) { return 1L; });
+  std::vector<double> drawn;
+  for (const auto& weights : draws) {
+    drawn.push_back(
+        threshold([&](const Item& item) { return static_cast<long>(weights[item.epoch]); }).first);
+  }
+  const double half_step = std::max(0.5 * receiver.options.signal.cn0_step_db, 0.25);
+  judge(estimate, before, value, std::min(quantile(drawn, 0.025).value_or(value), value) - half_step,
+        std::max(quantile(drawn, 0.975).value_or(value), value) + half_step, half_step);
+  estimate.basis = fmt::format("{} clear signals, {} without a phase, {} on the wrong side", items.size(),
+                               items.size() - with, wrong);
+  // A threshold that explains few of the missing phases does not count.
+  if (2 * static_cast<std::size_t>(wrong) > items.size() - with) {
+    estimate.basis += ": strength does not part them";
+    estimate.verdict = Verdict::Unidentified;
+  }
+  result.add(std::move(estimate));
+}
+
+void add_lock_thresholds(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
+                         std::span<const std::vector<std::uint16_t>> draws, Calibration& result) {
+  const tracking::SignalLockOptions& lock = receiver.options.signal.lock;
+  const LockRecord record = lock_record(recorded);
+  const auto lost_near = [&record](double threshold) {
+    return std::count_if(record.last.begin(), record.last.end(),
+                         [=](const Stated& s) { return s.cn0_dbhz <= threshold + kNear_dB; });
+  };
+
+  Estimate tracking = threshold_of(record.hidden, kWeakestShare, "signal.lock.tracking_threshold_dbhz",
+                                   lock.tracking_threshold_dbhz, draws);
+  const auto weakest = quantile(cn0_of(record.hidden), kWeakestShare);
+  const auto lost = weakest ? lost_near(*weakest) : 0;
+  tracking.basis = fmt::format("{} C/N0 of hidden satellites, {} losses from within {:g} dB of their weakest",
+                               record.hidden.size(), lost, kNear_dB);
+  // Where signals are not lost from there, the receiver has not shown how weak they may be.
+  result.add(lost >= kFewestLosses ? tracking : unidentified(tracking));
+  const double lowest = *parse_double(result.estimates.back().after());
+
+  Estimate acquisition =
+      threshold_of(record.found, kWeakestFoundShare, "signal.lock.acquisition_threshold_dbhz",
+                   lock.acquisition_threshold_dbhz, draws);
+  acquisition.basis = fmt::format("the first C/N0 behind {} gaps", record.found.size());
+  bool identified = record.found.size() >= kFewestGaps;
+  const bool fitted = identified && acquisition.verdict == Verdict::Fitted;
+  if ((fitted ? *parse_double(acquisition.recorded) : lock.acquisition_threshold_dbhz) < lowest) {
+    identified = true;
+    acquisition.recorded = options::show(lowest);
+    acquisition.interval.clear();
+    acquisition.verdict = Verdict::Fitted;
+    acquisition.basis = "no lower than the tracking threshold";
+  }
+  result.add(identified ? acquisition : unidentified(acquisition));
+}
+
+namespace {
+
+Sample sample_of(const validation::ComparedSignal& s, std::size_t epoch,
+                 const validation::ComparedSatellite& of) {
+  return {epoch,
+          of.clear,
+          s.measured.tracked,
+          s.measured.phase.residual_m.has_value(),
+          of.elevation_rad,
+          s.measured.cn0_dbhz};
+}
+
+}  // namespace
+
+Observed observed(const validation::Comparison& comparison) {
+  Observed result;
+  std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Series> series;
+  for (std::size_t e = 0; e < comparison.epochs.size(); ++e) {
+    const validation::ComparedEpoch& epoch = comparison.epochs[e];
+    result.times.push_back(epoch.time);
+    for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
+      const validation::ComparedSatellite& satellite = comparison.satellites[i];
+      const auto add = [&](const validation::ComparedSignal& signal) {
+        Series& of = series[{satellite.id, signal.signal}];
+        of.id = satellite.id;
+        of.signal = signal.signal;
+        of.samples.push_back(sample_of(signal, e, satellite));
+      };
+      add(satellite);
+      for (const validation::ComparedSignal& signal : satellite.more) add(signal);
+    }
+  }
+  result.interval_s = validation::interval_of(result.times);
+  for (auto& [key, of] : series) result.series.push_back(std::move(of));
+  return result;
+}
+
+validation::Recording part_of(const validation::Recording& recording, std::size_t first, std::size_t count) {
+  const validation::PseudorangeResiduals& all = recording.residuals;
+  assert(count > 0 && first + count <= all.epochs.size());
+  validation::Recording part;
+  part.antenna_above_terrain_m = recording.antenna_above_terrain_m;
+  part.ionosphere = recording.ionosphere;
+  part.troposphere = recording.troposphere;
+  const auto copy = [](const auto& from, std::size_t begin, std::size_t n, auto& to) {
+    to.assign(from.begin() + static_cast<std::ptrdiff_t>(begin),
+              from.begin() + static_cast<std::ptrdiff_t>(begin + n));
+  };
+  copy(recording.places, first, count, part.places);
+  copy(recording.measurements, first, count, part.measurements);
+  validation::PseudorangeResiduals& residuals = part.residuals;
+  copy(all.epochs, first, count, residuals.epochs);
+  const validation::ResidualEpoch begin = residuals.epochs.front(), last = residuals.epochs.back();
+  copy(all.observations, begin.first, last.first + last.count - begin.first, residuals.observations);
+  copy(all.further, begin.first_further, last.first_further + last.further - begin.first_further,
+       residuals.further);
+  for (validation::ResidualEpoch& epoch : residuals.epochs) {
+    epoch.first -= begin.first;
+    epoch.first_further -= begin.first_further;
+  }
+  for (validation::PseudorangeResidual& o : residuals.observations) o.epoch -= first;
+  for (validation::PseudorangeResidual& o : residuals.further) o.epoch -= first;
+  for (const validation::Recording::OwnFix& fix : recording.own_fixes) {
+    if (fix.time >= begin.reception && fix.time <= last.reception) part.own_fixes.push_back(fix);
+  }
+  return part;
+}
+
+}  // namespace canyon::calibration

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <span>
+#include <vector>
+
+#include "canyon/sky/gnss/satellite_id.hpp"
+#include "canyon/sky/gnss/signals.hpp"
+#include "canyon/studies/calibration/calibrate.hpp"
+#include "canyon/studies/validation/comparison.hpp"
+
+namespace canyon::calibration {
+
+// Parameters estimated from a recording alone, without a simulated receiver. Private to canyon/calibration.
+// The recorded receiver's signals over time. Private to canyon/calibration.
+
+/// A signal at one epoch, above the elevation mask.
+struct Sample {
+  std::size_t epoch = 0;
+  bool clear = false;    ///< the city says that the direct path is
+  bool tracked = false;  ///< has a pseudorange
+  bool phase = false;    ///< and a carrier phase
+  double elevation_rad = 0;
+  std::optional<double> cn0_dbhz;  ///< as stated
+};
+
+/// One signal of one satellite, by epoch.
+struct Series {
+  gnss::SatelliteId id;
+  const gnss::Signal* signal = nullptr;
+  std::vector<Sample> samples;
+  [[nodiscard]] bool first() const { return gnss::index_of(*signal) == 0; }
+};
+
+struct Observed {
+  std::vector<geodesy::GpsTime> times;  ///< of each epoch
+  double interval_s = 1;                ///< median
+  std::vector<Series> series;
+};
+
+/// The recorded side of a comparison.
+[[nodiscard]] Observed observed(const validation::Comparison& comparison);
+
+/// Adds `tracks` and `leaves_out`: signals that are recorded, and systems, orbits and blocks that never are
+/// although their satellites stand high in clear view. @param skies systems of each recording's sky
+void add_tracked(std::span<const Observed> recorded, std::span<const std::set<gnss::System>> skies,
+                 const simulation::ReceiverConfig& receiver, Calibration& result);
+
+/// Adds `signal.cn0_step_db`: the coarsest step that the stated C/N0 are multiples of.
+void add_step(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
+              Calibration& result);
+
+/// Adds `signal.phase_threshold_dbhz`: the C/N0 that parts clear signals with a phase from those without.
+void add_phase_threshold(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
+                         std::span<const std::vector<std::uint16_t>> draws, Calibration& result);
+
+/// Adds `signal.lock.tracking_threshold_dbhz` and `signal.lock.acquisition_threshold_dbhz`: the weakest
+/// signals of hidden satellites that are measured, and the weakest that are found again behind gaps.
+void add_lock_thresholds(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
+                         std::span<const std::vector<std::uint16_t>> draws, Calibration& result);
+
+// The fit to which satellites are tracked, to their C/N0 and to errors of hidden ones. Private to
+// canyon/calibration.
+/// A drive, and the satellites that are left out of what is simulated.
+struct FitDrive {
+  const Drive* drive = nullptr;
+  std::set<gnss::SatelliteId> leave_out;
+};
+
+/// Adds level and share of obstacles, and finds the share of coated glass where the drives have cities with
+/// several. The receiver is simulated along the drives at the nodes of a grid of them, by several seeds each.
+/// Shares of tracked satellites and densities of their C/N0, by what the map says and by elevation, are
+/// linear between nodes. The values are the means of the density
+///
+///   exp(log-likelihood of what was recorded - 1/2 sum over keys of ((x - profile's) / prior's deviation)^2)
+///
+/// (docs/methods.md). @param result its values are set already for what is simulated
+void add_likelihood_fit(std::span<const FitDrive> drives, const CalibrateOptions& options,
+                        Calibration& result);
+
+}  // namespace canyon::calibration

@@ -1,0 +1,181 @@
+#include "canyon/studies/heatmap/cells/cell_fix.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "canyon/receiver/own_draws.hpp"
+#include "canyon/receiver/positioning/least_squares.hpp"
+#include "canyon/receiver/positioning/pseudorange_model.hpp"
+#include "canyon/receiver/range_terms.hpp"
+
+namespace canyon::heatmap {
+
+CellRange cell_range(std::size_t satellite, double error_m, const positioning::Measurement& stated,
+                     double elevation_rad, const positioning::WeightOptions& weights) {
+  const bool equal = weights.weighting == positioning::Weighting::Equal;
+  const double sigma_m = equal ? 1 : weights.sigma_m(stated, elevation_rad);
+  return {static_cast<std::uint32_t>(satellite), error_m, 1 / (sigma_m * sigma_m),
+          stated.sigma_m * stated.sigma_m};
+}
+
+CellFix::Answer CellFix::solve(std::span<const CellRange> ranges, bool covariance) {
+  Answer answer;
+  std::array<int, gnss::kSystemCount> count{};
+  for (const CellRange& range : ranges) {
+    ++count[static_cast<std::size_t>(satellites_[range.satellite].system)];
+  }
+  clocks_ = positioning::clocks_of(count);
+  used_.clear();
+  LinearFix& fix = fix_.emplace(clocks_.count);
+  for (const CellRange& range : ranges) {
+    const int clock = clock_of(range);
+    if (clock < 0) continue;
+    used_.push_back(range.satellite);
+    fix.add(satellites_[range.satellite].direction, clock, range.weight, range.error_m);
+  }
+  if (!positioning::enough_satellites(static_cast<int>(used_.size()), clocks_.count, options_)) return answer;
+  if (used_.size() < fix.unknowns() || !fix.factorise()) return answer;
+  if (used_ != geometry_) {
+    geometry_ = used_;
+    LinearFix shape(clocks_.count);
+    for (const std::uint32_t satellite : used_) {
+      shape.add(satellites_[satellite].direction, clock_of({satellite}), 1);
+    }
+    dop_.reset();
+    if (shape.factorise()) dop_ = shape.dop();
+  }
+  if (!positioning::strong_enough(dop_, options_)) return answer;
+  const LinearFix::Unknowns x = fix.solve();
+  answer.error = {x[0], x[1], x[2]};
+  answer.dop = dop_;
+  answer.used = static_cast<int>(used_.size());
+  answer.solved = true;
+  if (covariance) state_covariance(ranges, x, answer);
+  return answer;
+}
+
+Eigen::Vector3d CellFix::gain(const CellRange& range) const {
+  const int clock = clock_of(range);
+  if (clock < 0) return Eigen::Vector3d::Zero();
+  const LinearFix::Unknowns x = fix_->gain(satellites_[range.satellite].direction, clock, range.weight);
+  return {x[0], x[1], x[2]};
+}
+
+/// Computed as in positioning::solve_fix(): equal weights stand for the mean of the variances, and residuals
+/// may enlarge all.
+void CellFix::state_covariance(std::span<const CellRange> ranges, const LinearFix::Unknowns& x,
+                               Answer& answer) const {
+  answer.covariance = fix_->covariance();
+  double variances = 0, squares = 0;
+  for (const CellRange& range : ranges) {
+    const int clock = clock_of(range);
+    if (clock < 0) continue;
+    variances += range.variance_m2;
+    const double residual = range.error_m + satellites_[range.satellite].direction.dot(answer.error) -
+                            x[static_cast<std::size_t>(clock)];
+    squares += range.weight * residual * residual;
+  }
+  const auto rows = static_cast<double>(used_.size());
+  if (options_.weights.weighting == positioning::Weighting::Equal) {
+    answer.covariance *= variances / rows;
+    squares *= rows / variances;
+  }
+  if (options_.covariance_by_residuals) {
+    answer.covariance *= positioning::excess_variance(
+        squares, static_cast<std::ptrdiff_t>(used_.size()) - static_cast<std::ptrdiff_t>(fix_->unknowns()));
+  }
+}
+
+using Eigen::Index;
+
+bool LinearFix::factorise() {
+  constexpr double kLeastPivot = positioning::kRankThreshold * positioning::kRankThreshold;
+  const auto n = static_cast<Index>(unknowns_);
+  for (Index i = 0; i < n; ++i) {
+    double pivot = matrix_(i, i);
+    const double whole = pivot;
+    for (Index k = 0; k < i; ++k) pivot -= matrix_(k, i) * matrix_(k, i);
+    if (!(pivot > kLeastPivot * whole)) return false;
+    const double inverse = 1 / std::sqrt(pivot);
+    matrix_(i, i) = inverse;
+    for (Index j = i + 1; j < n; ++j) {
+      double sum = matrix_(i, j);
+      for (Index k = 0; k < i; ++k) sum -= matrix_(k, i) * matrix_(k, j);
+      matrix_(i, j) = sum * inverse;
+    }
+  }
+  return true;
+}
+
+LinearFix::Unknowns LinearFix::substitute(Unknowns b) const {
+  const auto at = [this](std::size_t i, std::size_t j) {
+    return matrix_(static_cast<Index>(i), static_cast<Index>(j));
+  };
+  for (std::size_t i = 0; i < unknowns_; ++i) {
+    for (std::size_t k = 0; k < i; ++k) b[i] -= at(k, i) * b[k];
+    b[i] *= at(i, i);
+  }
+  for (std::size_t i = unknowns_; i-- > 0;) {
+    for (std::size_t k = i + 1; k < unknowns_; ++k) b[i] -= at(i, k) * b[k];
+    b[i] *= at(i, i);
+  }
+  return b;
+}
+
+Eigen::Matrix3d LinearFix::covariance() const {
+  Eigen::Matrix3d covariance;
+  for (std::size_t j = 0; j < 3; ++j) {
+    const Unknowns column = inverse_column(j);
+    covariance.col(static_cast<Index>(j)) = Eigen::Vector3d(column[0], column[1], column[2]);
+  }
+  return covariance;
+}
+
+positioning::Dop LinearFix::dop() const {
+  const auto n = static_cast<Index>(unknowns_);
+  positioning::Cofactor cofactor(n, n);
+  for (std::size_t j = 0; j < unknowns_; ++j) {
+    const Unknowns column = inverse_column(j);
+    for (Index i = 0; i < n; ++i) cofactor(i, static_cast<Index>(j)) = column[static_cast<std::size_t>(i)];
+  }
+  return positioning::dop_from_cofactor(cofactor);
+}
+
+const gnss::Signal* TileErrors::signal_of(gnss::SatelliteId id) const {
+  std::vector<const gnss::Signal*> tracked;
+  receiver::signals_to_track(options, id, time, tracked);
+  return tracked.empty() ? nullptr : tracked.front();
+}
+
+double TileErrors::error_m(const propagation::SatelliteView& view, const gnss::Signal& signal,
+                           double carrier_hz) const {
+  const receiver::RangeState state{&options, &klobuchar, &view, &signal, carrier_hz, time, centre};
+  return receiver::uncorrected_m(state) +
+         receiver::fixed_bias_m(options.biases, view.line.id, signal, carrier_hz, time);
+}
+
+double TileErrors::sigma_factor(gnss::SatelliteId id, const gnss::Signal& signal) const {
+  double product = 1;
+  for (const auto& [group, factor] : options.fix_input.sigma_factor) {
+    if (gnss::in_group(group, id, signal, time)) product *= factor;
+  }
+  return product;
+}
+
+geodesy::Geodetic seen_from(const orbit::LineOfSight& line) {
+  return geodesy::geodetic_from_ecef(line.position_at_reception_m - line.range_m * line.direction_ecef);
+}
+
+std::vector<FixSatellite> fix_satellites(const std::vector<orbit::LineOfSight>& lines,
+                                         const geodesy::Geodetic& centre) {
+  const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(centre);
+  std::vector<FixSatellite> satellites;
+  satellites.reserve(lines.size());
+  for (const orbit::LineOfSight& line : lines) {
+    satellites.push_back({line.id.system, enu_from_ecef * line.direction_ecef});
+  }
+  return satellites;
+}
+
+}  // namespace canyon::heatmap

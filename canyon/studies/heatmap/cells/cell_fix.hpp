@@ -1,0 +1,168 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/paths/propagation/paths.hpp"
+#include "canyon/receiver/positioning/least_squares.hpp"
+#include "canyon/receiver/positioning/pseudorange_model.hpp"
+#include "canyon/receiver/receiver_options.hpp"
+#include "canyon/sky/gnss/satellite_id.hpp"
+#include "canyon/sky/gnss/signals.hpp"
+
+namespace canyon::heatmap {
+
+/// Weighted least squares of a fix about a known place, where it is linear (Misra and Enge, Global
+/// Positioning System, 2nd ed. 2011, section 6.1): each satellite gives a row -u . dx + clock = error of
+/// weight w, and
+///   x = (H^T W H)^-1 H^T W m
+/// by Cholesky of the normal equations. The place's error is within 1e-10 of the pseudorange errors of what
+/// an orthogonal decomposition of H gives, up to PDOP 100.
+class LinearFix {
+ public:
+  static constexpr std::size_t kMostUnknowns = 3 + gnss::kSystemCount;
+  /// East, north, up, then the clocks [m]; those beyond unknowns() are 0.
+  using Unknowns = std::array<double, kMostUnknowns>;
+
+  explicit LinearFix(int clocks) : unknowns_(3 + static_cast<std::size_t>(clocks)) {
+    const auto n = static_cast<Eigen::Index>(unknowns_);
+    matrix_.topLeftCorner(n, n).setZero();
+  }
+  [[nodiscard]] std::size_t unknowns() const { return unknowns_; }
+
+  /// @param direction u, unit, ENU, from antenna to satellite @param clock its column,
+  /// positioning::Clocks::column @param weight 1 / sigma^2 @param error_m of the pseudorange
+  void add(const Eigen::Vector3d& direction, int clock, double weight, double error_m = 0) {
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      for (Eigen::Index j = i; j < 3; ++j) matrix_(i, j) += weight * (direction[i] * direction[j]);
+      matrix_(i, clock) -= weight * direction[i];
+    }
+    matrix_(clock, clock) += weight;
+    add_error(right_, direction, clock, weight, error_m);
+  }
+  /// Once, behind the last row and before what follows. False where the rows do not determine the unknowns: a
+  /// pivot is below positioning::kRankThreshold squared of its own diagonal element (positioning::solve_fix()
+  /// compares pivots of the design matrix, whose squares these are).
+  [[nodiscard]] bool factorise();
+  /// x for the errors of all rows.
+  [[nodiscard]] Unknowns solve() const { return substitute(right_); }
+  /// The change of x for each metre of error of a row.
+  [[nodiscard]] Unknowns gain(const Eigen::Vector3d& direction, int clock, double weight) const {
+    Unknowns right{};
+    add_error(right, direction, clock, weight, 1);
+    return substitute(right);
+  }
+  /// East, north and up of (H^T W H)^-1.
+  [[nodiscard]] Eigen::Matrix3d covariance() const;
+  /// Where all weights are 1.
+  [[nodiscard]] positioning::Dop dop() const;
+
+ private:
+  static void add_error(Unknowns& right, const Eigen::Vector3d& direction, int clock, double weight,
+                        double error_m) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      right[i] -= weight * direction[static_cast<Eigen::Index>(i)] * error_m;
+    }
+    right[static_cast<std::size_t>(clock)] += weight * error_m;
+  }
+  [[nodiscard]] Unknowns substitute(Unknowns right) const;
+  [[nodiscard]] Unknowns inverse_column(std::size_t i) const {
+    Unknowns unit{};
+    unit[i] = 1;
+    return substitute(unit);
+  }
+
+  std::size_t unknowns_;
+  /// The upper part: H^T W H, then R of R^T R with its diagonal inverted.
+  Eigen::Matrix<double, kMostUnknowns, kMostUnknowns> matrix_;
+  Unknowns right_{};
+};
+
+/// A satellite as the fixes of a tile see it.
+struct FixSatellite {
+  gnss::System system = gnss::System::GPS;
+  Eigen::Vector3d direction;  ///< unit, ENU of the tile's centre
+};
+
+/// A pseudorange of a fix.
+struct CellRange {
+  std::uint32_t satellite = 0;  ///< of a CellFix
+  double error_m = 0;
+  double weight = 1;       ///< 1 / sigma^2; of equal weights 1
+  double variance_m2 = 1;  ///< that the measurement states
+};
+/// @param stated its sigma_m, and cn0_dbhz for weights by C/N0
+[[nodiscard]] CellRange cell_range(std::size_t satellite, double error_m,
+                                   const positioning::Measurement& stated, double elevation_rad,
+                                   const positioning::WeightOptions& weights);
+
+/// positioning::solve_fix() about the true place, where it is linear (LinearFix), with its rules for clocks,
+/// satellites that are too few and PDOP. It leaves out the curvature of the ranges, 0.3 m for an error of
+/// 3 km, and the effect of the place found on mask, weights and atmosphere: the troposphere's correction by
+/// the height found is 0.1 % of the vertical error. Not thread-safe.
+class CellFix {
+ public:
+  struct Answer {
+    bool solved = false;
+    int used = 0;
+    Eigen::Vector3d error = Eigen::Vector3d::Zero();  ///< east, north, up [m]
+    std::optional<positioning::Dop> dop;
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< stated, ENU [m^2]; zero unless asked for
+  };
+
+  /// @param options must outlive it
+  CellFix(std::vector<FixSatellite> satellites, const positioning::FixOptions& options)
+      : satellites_(std::move(satellites)), options_(options) {}
+  /// @param covariance whether Answer::covariance is asked for
+  [[nodiscard]] Answer solve(std::span<const CellRange> ranges, bool covariance = false);
+  /// The place's error for each metre of error of one of the ranges that gave the last fix.
+  [[nodiscard]] Eigen::Vector3d gain(const CellRange& range) const;
+
+ private:
+  [[nodiscard]] int clock_of(const CellRange& range) const {
+    return clocks_.column[static_cast<std::size_t>(satellites_[range.satellite].system)];
+  }
+  void state_covariance(std::span<const CellRange> ranges, const LinearFix::Unknowns& x,
+                        Answer& answer) const;
+
+  std::vector<FixSatellite> satellites_;
+  const positioning::FixOptions& options_;
+  /// The fix asked for last.
+  positioning::Clocks clocks_;
+  std::optional<LinearFix> fix_;
+  /// The geometry asked for last: neighbours and draws mostly have the same.
+  std::vector<std::uint32_t> geometry_, used_;
+  std::optional<positioning::Dop> dop_;
+};
+
+/// Errors that the pseudoranges of all cells of a tile have in common: values at its centre.
+struct TileErrors {
+  const receiver::ReceiverOptions& options;
+  const std::map<gnss::System, gnss::Klobuchar>& klobuchar;
+  geodesy::GpsTime time;
+  geodesy::Geodetic centre;
+
+  /// The signal that the receiver measures first of a satellite; null: none.
+  [[nodiscard]] const gnss::Signal* signal_of(gnss::SatelliteId id) const;
+  /// Delays in a signal less what the fix takes off, and the receiver's own without its drift [m].
+  /// @param carrier_hz of the satellite's signal
+  [[nodiscard]] double error_m(const propagation::SatelliteView& view, const gnss::Signal& signal,
+                               double carrier_hz) const;
+  /// FixInputOptions::sigma_factor of a signal.
+  [[nodiscard]] double sigma_factor(gnss::SatelliteId id, const gnss::Signal& signal) const;
+};
+
+/// Place of the antenna from which a satellite is seen.
+[[nodiscard]] geodesy::Geodetic seen_from(const orbit::LineOfSight& line);
+/// Satellites for a CellFix. @param lines from the tile's centre
+[[nodiscard]] std::vector<FixSatellite> fix_satellites(const std::vector<orbit::LineOfSight>& lines,
+                                                       const geodesy::Geodetic& centre);
+
+}  // namespace canyon::heatmap

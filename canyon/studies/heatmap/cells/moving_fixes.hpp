@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "canyon/receiver/positioning/positioning_options.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/studies/heatmap/cells/cell_fix.hpp"
+#include "canyon/studies/heatmap/cells/cell_values.hpp"
+#include "canyon/studies/heatmap/kernels/tile_tracer.hpp"
+
+namespace canyon::heatmap {
+
+/// A receiver that moves through cells.
+struct Movement {
+  simulation::MapOptions how;                 ///< Driving or Flying
+  positioning::PositionFilterOptions filter;  ///< enabled
+};
+
+/// Layers that change with the motion.
+[[nodiscard]] bool of_motion(Layer layer);
+
+/// Errors of the position filter of a receiver that moves through a tile's cells. The filter follows straight
+/// ways through the cells, forwards and backwards: when driving, the one of four directions in which most
+/// cells follow each other; when flying, all four. In a cell it takes one fix a second,
+///   P' = P + q^2 / 12 t,  K = P' / (P' + R / t),  x = x' + K (m - x'),
+/// t the time in the cell [s], R the variance that the fix of this cell states [m^2], q the density of
+/// acceleration (PositionFilterOptions): over a second white acceleration between two known velocities leaves
+/// the position q^2 / 12 (a Brownian bridge's integral). Without a fix it coasts for coast_s. A way begins
+/// where no cell is computed and at the tile's side; ways count by 1 / P.
+class MovingFixes {
+ public:
+  MovingFixes(const TileCells& cells, std::size_t lanes, const Movement& movement);
+
+  /// Fixes of a cell in all lanes; of different cells from any thread.
+  void set(std::size_t cell, const std::vector<CellFix::Answer>& answers);
+  /// Call it once, when all cells are set.
+  void filter();
+  /// Sets the layers of_motion(), when filtered.
+  void describe(std::size_t cell, const LimitOptions& limits, bool statistics, CellValues& values) const;
+
+ private:
+  /// The fix of one cell and lane. When filtered `east_m` is the horizontal error and `north_m` 0.
+  struct Fix {
+    float east_m = 0, north_m = 0, up_m = 0;
+    float horizontal_m2 = 0, vertical_m2 = 0;  ///< variances; 0: no fix
+  };
+  struct Track;
+  template <typename F>
+  void sweep(int east, int north, const F& f) const;
+  [[nodiscard]] std::vector<std::uint8_t> longest_axes() const;
+  void filter_lane(std::size_t lane, const std::vector<std::uint8_t>& axes);
+
+  const TileCells& cells_;
+  std::size_t lanes_;
+  Movement movement_;
+  std::vector<Fix> fixes_;  // [lane][cell]
+};
+
+}  // namespace canyon::heatmap

@@ -1,0 +1,304 @@
+#include "canyon/studies/heatmap/cells/shared_cells.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <optional>
+#include <unordered_map>
+
+#include "canyon/base/arithmetic.hpp"
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/random.hpp"
+#include "canyon/receiver/own_draws.hpp"
+#include "canyon/studies/heatmap/cells/cell_fix.hpp"
+#include "canyon/studies/heatmap/cells/cell_receivers.hpp"
+#include "canyon/studies/heatmap/cells/cell_values.hpp"
+
+namespace canyon::heatmap {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr std::size_t kMostSatellites = 128;
+/// Solutions that a tile keeps, so that memory stays bounded.
+constexpr std::size_t kMostSets = 4096;
+/// Cells whose satellites are gathered at once: their bits stay in the first cache.
+constexpr std::size_t kBlock = 512;
+
+bool needs_fix(Layer layer) {
+  return info(layer).error && of_solver(layer);
+}
+
+/// Satellites of a tile by their index, below kMostSatellites.
+struct SatelliteSet {
+  std::array<std::uint64_t, 2> bits{};
+  bool drifting = false;  ///< whether the noise's mean drifts where these are received
+
+  [[nodiscard]] int size() const { return std::popcount(bits[0]) + std::popcount(bits[1]); }
+  [[nodiscard]] bool operator==(const SatelliteSet&) const = default;
+  /// Calls f(index), ascending.
+  template <class F>
+  void for_each(F&& f) const {
+    for (std::size_t word = 0; word < 2; ++word) {
+      for (std::uint64_t left = bits[word]; left != 0; left &= left - 1) {
+        f(word * 64 + static_cast<std::size_t>(std::countr_zero(left)));
+      }
+    }
+  }
+};
+struct HashOfSet {
+  std::size_t operator()(const SatelliteSet& set) const {
+    const std::uint64_t drifting = set.drifting ? 1 : 0;
+    return static_cast<std::size_t>(mix64(set.bits[0] + kGolden64 * (set.bits[1] + drifting + 1)));
+  }
+};
+
+/// Satellites received and in line of sight, of a block of cells: two words each.
+struct Block {
+  std::array<std::array<std::uint64_t, kBlock>, 2> received, los;
+
+  void gather(const TileSignals& signals, std::size_t first, std::size_t count) {
+    for (auto* words : {&received, &los}) {
+      for (auto& word : *words) word.fill(0);
+    }
+    for (std::size_t i = 0; i < signals.visibility.size(); ++i) {
+      const CellVisibility* visibility = signals.visibility[i].data() + first;
+      std::uint64_t* any = received[i / 64].data();
+      std::uint64_t* direct = los[i / 64].data();
+      for (std::size_t cell = 0; cell < count; ++cell) {
+        any[cell] |= std::uint64_t{visibility[cell] != CellVisibility::Blocked} << (i % 64);
+        direct[cell] |= std::uint64_t{visibility[cell] == CellVisibility::LOS} << (i % 64);
+      }
+    }
+  }
+};
+
+/// Fix of one set of received satellites without excess.
+struct SetSolution {
+  CellFix::Answer fix;
+  std::vector<Vector3d> gains;  ///< [satellite] error of the place per metre of pseudorange; 0: not used
+  std::vector<double> noise;    ///< [axis][draw] error of the place by noise
+};
+
+/// Lengths of a fix's error and noise together, of all draws. @param noise [axis][draw]
+CANYON_CLONES void measure(const double* error, const double* noise, std::size_t draws, double* horizontal_m,
+                           double* vertical_m) {
+  for (std::size_t draw = 0; draw < draws; ++draw) {
+    const double east = error[0] + noise[draw], north = error[1] + noise[draws + draw];
+    horizontal_m[draw] = std::sqrt(east * east + north * north);
+    vertical_m[draw] = std::abs(error[2] + noise[2 * draws + draw]);
+  }
+}
+
+/// A tile at one time: its solutions, and the values of one cell after another.
+class SharedTile {
+ public:
+  SharedTile(const SharedReceiver& receiver, const TileCells& cells, geodesy::GpsTime time,
+             const TileSignals& signals, std::span<const Layer> wanted)
+      : receiver_(receiver),
+        cells_(cells),
+        signals_(signals),
+        draws_(std::any_of(wanted.begin(), wanted.end(), over_draws)
+                   ? static_cast<std::size_t>(receiver.draws.draws)
+                   : 0),
+        signals_wanted_(std::any_of(wanted.begin(), wanted.end(), needs_signals)),
+        fixes_(std::any_of(wanted.begin(), wanted.end(), needs_fix)),
+        errors_{receiver.options, receiver.klobuchar, time,
+                signals.satellites.empty() ? geodesy::Geodetic() : seen_from(signals.satellites.front())},
+        fix_(fix_satellites(signals.satellites, errors_.centre), receiver.options.fix) {
+    if (signals.satellites.size() > kMostSatellites) {
+      throw InputError(fmt::format("{} satellites are above the mask at once, more than a map's {}",
+                                   signals.satellites.size(), kMostSatellites),
+                       "leave satellite systems out, or raise the elevation mask");
+    }
+    const auto is_wanted = [&](Layer layer) {
+      return std::find(wanted.begin(), wanted.end(), layer) != wanted.end();
+    };
+    horizontal_quantiles_ = is_wanted(Layer::HorizontalErrorP50) || is_wanted(Layer::HorizontalErrorP95);
+    vertical_quantiles_ = is_wanted(Layer::VerticalErrorP50) || is_wanted(Layer::VerticalErrorP95);
+    if (!fixes_) return;
+    noise_m_.assign(2 * signals.satellites.size() * draws_, 0);
+    for (const orbit::LineOfSight& line : signals.satellites) {
+      const gnss::Signal* signal = errors_.signal_of(line.id);
+      if (signal == nullptr) signal = &gnss::signals_of(line.id.system).front();
+      ranges_.push_back(range_of(line, *signal));
+      if (draws_ > 0) draw_noise(ranges_.size() - 1, *signal);
+    }
+  }
+
+  /// All layers of a cell; NaN where it is not Computed.
+  const CellValues& solve(std::size_t index, SatelliteSet received, const SatelliteSet& los) {
+    values_ = CellValues();
+    if (cells_.state[index] != CellState::Computed) return values_;
+    if (!signals_wanted_) {
+      values_.set(Layer::SatellitesLos, los.size());
+      return values_;
+    }
+    const int visible = received.size(), direct = los.size();
+    const bool excesses = !signals_.excess_m.empty();
+    received.drifting = receiver_.options.noise.drifts(0, direct);
+    const SetSolution* set = fixes_ ? &solution(received) : nullptr;
+    const bool solved = set != nullptr && set->fix.solved;
+    Vector3d error = solved ? set->fix.error : Vector3d::Zero();
+    // A satellite in line of sight has no excess.
+    double largest_m = direct > 0 ? 0 : -std::numeric_limits<double>::infinity();
+    if (excesses) {
+      const SatelliteSet nlos{{received.bits[0] & ~los.bits[0], received.bits[1] & ~los.bits[1]}};
+      nlos.for_each([&](std::size_t i) {
+        const double excess_m = signals_.excess_m[i][index];
+        largest_m = std::max(largest_m, excess_m);
+        if (solved) error += excess_m * set->gains[i];
+      });
+    }
+    values_.set_satellites(direct, visible, static_cast<int>(signals_.satellites.size()) - visible,
+                           visible - direct, excesses ? std::optional(largest_m) : std::nullopt);
+    if (set != nullptr) locate(*set, error);
+    return values_;
+  }
+
+ private:
+  /// The fix without noise and those of the draws.
+  void locate(const SetSolution& set, const Vector3d& error) {
+    values_.set(Layer::Availability, set.fix.solved ? 1 : 0);
+    values_.set(Layer::SatellitesUsed, set.fix.used);
+    if (draws_ > 0) values_.set(Layer::ProtectedAvailability, 0);
+    if (!set.fix.solved) return;
+    const double protection_m =
+        positioning::horizontal_protection_level_m(set.fix.covariance, receiver_.limits.protection_factor);
+    values_.set_fix(error, set.fix.dop, protection_m);
+    if (draws_ == 0) return;
+    drawn_.horizontal_m.resize(draws_);
+    drawn_.vertical_m.resize(draws_);
+    measure(error.data(), set.noise.data(), draws_, drawn_.horizontal_m.data(), drawn_.vertical_m.data());
+    drawn_.protection_m.assign(draws_, protection_m);
+    drawn_.describe(receiver_.limits, receiver_.draws.draws, values_, horizontal_quantiles_,
+                    vertical_quantiles_);
+  }
+
+  const SetSolution& solution(const SatelliteSet& set) {
+    // Neighbouring cells mostly receive the same satellites.
+    if (last_ != nullptr && last_set_ == set) return *last_;
+    if (sets_.size() >= kMostSets) sets_.clear();
+    const auto [found, made] = sets_.try_emplace(set);
+    if (made) solve(set, found->second);
+    last_set_ = set;
+    last_ = &found->second;
+    return *last_;
+  }
+
+  void solve(const SatelliteSet& set, SetSolution& solution) {
+    std::vector<CellRange> ranges;
+    set.for_each([&](std::size_t i) { ranges.push_back(ranges_[i]); });
+    solution.fix = fix_.solve(ranges, true);
+    if (!solution.fix.solved) return;
+    solution.gains.assign(ranges_.size(), Vector3d::Zero());
+    solution.noise.assign(3 * draws_, 0);
+    for (const CellRange& range : ranges) {
+      const Vector3d& gain = solution.gains[range.satellite] = fix_.gain(range);
+      const double* code = noise_m_.data() + range.satellite * draws_;
+      const double* drift = code + ranges_.size() * draws_;
+      for (std::size_t draw = 0; draw < draws_; ++draw) {
+        const double error_m = code[draw] + (set.drifting ? drift[draw] : 0);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          solution.noise[axis * draws_ + draw] += error_m * gain[static_cast<Eigen::Index>(axis)];
+        }
+      }
+    }
+  }
+
+  /// A satellite's pseudorange without excess and noise; its mean is in it.
+  [[nodiscard]] CellRange range_of(const orbit::LineOfSight& line, const gnss::Signal& signal) const {
+    const receiver::ReceiverOptions& options = receiver_.options;
+    double error_m =
+        errors_.error_m({line, {}}, signal, gnss::carrier_hz(signal, line.state.carrier_frequency_hz)) +
+        drift_m(0, signal);
+    if (options.noise.enabled) error_m += options.noise.ou.mu_m;
+    positioning::Measurement stated;
+    stated.sigma_factor = errors_.sigma_factor(line.id, signal);
+    const double noise_m = options.stated_noise_m();
+    stated.sigma_m = (noise_m > 0 ? noise_m : 1) * stated.sigma_factor;
+    return cell_range(ranges_.size(), error_m, stated, line.elevation_rad, options.fix.weights);
+  }
+
+  /// Drift of the receiver's delay in one draw.
+  [[nodiscard]] double drift_m(std::size_t draw, const gnss::Signal& signal) const {
+    if (receiver_.options.biases.drift_sigma_m == 0) return 0;
+    const std::uint64_t seed = seed_of(receiver_.draws, errors_.time, static_cast<int>(draw));
+    return receiver::bias_drift(receiver_.options, seed, signal).advance(0);
+  }
+
+  /// The noise of each draw beside range_of().
+  void draw_noise(std::size_t satellite, const gnss::Signal& signal) {
+    const receiver::ReceiverOptions& options = receiver_.options;
+    const receiver::NoiseOptions& noise = options.noise;
+    // Cells draw errors from space separately for each satellite.
+    const double sigma_m = std::hypot(noise.enabled ? noise.ou.standard_deviation_m() : 0,
+                                      options.orbit_errors ? receiver::kSpaceSigma_m : 0);
+    const std::string key = fmt::format("heatmap/{}/{}", gnss::to_string(signals_.satellites[satellite].id),
+                                        errors_.time.nanoseconds());
+    RandomStream code(receiver_.draws.seed, key + "/code"), mean(receiver_.draws.seed, key + "/mean");
+    double* const own = noise_m_.data() + satellite * draws_;
+    double* const drift = own + signals_.satellites.size() * draws_;
+    for (std::size_t draw = 0; draw < draws_; ++draw) {
+      own[draw] = sigma_m * code.normal() + drift_m(draw, signal) - drift_m(0, signal);
+      if (noise.enabled && noise.drift_enabled) drift[draw] = noise.drift_mu_sigma_m * mean.normal();
+    }
+  }
+
+  const SharedReceiver& receiver_;
+  const TileCells& cells_;
+  const TileSignals& signals_;
+  std::size_t draws_;
+  bool signals_wanted_, fixes_, horizontal_quantiles_ = false, vertical_quantiles_ = false;
+  TileErrors errors_;
+  CellFix fix_;
+  std::vector<CellRange> ranges_;  // [satellite] without excess and noise
+  std::vector<double> noise_m_;    // [satellite][draw], and then what drift adds
+  std::unordered_map<SatelliteSet, SetSolution, HashOfSet> sets_;
+  SatelliteSet last_set_;
+  const SetSolution* last_ = nullptr;
+  DrawnFixes drawn_;
+  CellValues values_;
+};
+
+}  // namespace
+
+void solve_shared(const SharedReceiver& receiver, const TileCells& cells, geodesy::GpsTime time,
+                  const TileSignals& signals, std::span<const Layer> wanted,
+                  std::span<const std::span<float>> layers) {
+  assert(wanted.size() == layers.size());
+  SharedTile tile(receiver, cells, time, signals, wanted);
+  Block block;
+  const std::size_t count = cells.state.size();
+  for (std::size_t first = 0; first < count; first += kBlock) {
+    const std::size_t in_block = std::min(kBlock, count - first);
+    block.gather(signals, first, in_block);
+    for (std::size_t b = 0; b < in_block; ++b) {
+      const SatelliteSet received{{block.received[0][b], block.received[1][b]}};
+      const SatelliteSet los{{block.los[0][b], block.los[1][b]}};
+      tile.solve(first + b, received, los).store(wanted, layers, first + b);
+    }
+  }
+}
+
+SharedCells::SharedCells(const TileTracer& tracer, SharedReceiver receiver)
+    : tracer_(&tracer), receiver_(std::move(receiver)) {
+  receiver_.options.validate();
+  receiver_.draws.validate();
+  receiver_.limits.validate();
+}
+
+bool SharedCells::solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
+                        std::span<const std::span<float>> layers,
+                        const std::function<bool()>& /*stop*/) const {
+  static thread_local TileSignals signals;  // kept for its memory
+  tracer_->trace(cells, time, std::any_of(wanted.begin(), wanted.end(), needs_signals), signals);
+  solve_shared(receiver_, cells, time, signals, wanted, layers);
+  return true;
+}
+
+}  // namespace canyon::heatmap

@@ -1,0 +1,122 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <complex>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "canyon/paths/propagation/propagator.hpp"
+#include "canyon/studies/heatmap/cells/cell_fix.hpp"
+#include "canyon/studies/heatmap/cells/cell_values.hpp"
+#include "canyon/studies/heatmap/cells/steady_sky.hpp"
+
+namespace canyon::heatmap {
+
+/// A path that a node has for the cells about it: diffuse, or of the second order.
+struct NodePath {
+  std::uint32_t satellite = 0;
+  bool diffuse = false;
+  double excess_m = 0, rate_mps = 0;
+  std::complex<double> amplitude;  ///< signal::path_amplitude()
+  std::uint64_t reflector = 0;
+  Eigen::Vector3f arrival;
+};
+
+/// Paths and edges that were found at one cell.
+struct PathNode {
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  std::vector<propagation::KnownEdge> edges;  ///< ascending
+  std::vector<NodePath> paths;                ///< by satellite, each one's in its channels' order
+};
+
+/// The cells of one task, one after another. Not thread-safe.
+class SteadyCell {
+ public:
+  /// The references must outlive it. @param ecef_from_enu of the city
+  /// @param moves its fixes() are wanted, and layers over draws are not set
+  SteadyCell(const SteadySky& sky, const propagation::Propagator& propagator,
+             const receiver::ReceiverOptions& options, const LimitOptions& limits,
+             const Eigen::Matrix3d& ecef_from_enu, bool moves = false);
+
+  /// Unmapped obstacles of the next cells are those about this place: a cell, or one within a few metres.
+  void stand_at(const Eigen::Vector3d& place, const raytrace::RayScene& scene);
+  [[nodiscard]] PathNode trace(const Eigen::Vector3d& place);
+  /// @param edges that may bend signals here, ascending; @param node next to the place
+  /// @param statistics whether layers over draws are wanted
+  void solve(const Eigen::Vector3d& place, std::span<const propagation::KnownEdge> edges,
+             const PathNode& node, bool statistics, CellValues& values);
+  /// A cell that is its own node.
+  void solve(const Eigen::Vector3d& place, bool statistics, CellValues& values);
+  /// Fixes of the cell that was solved last, by lane.
+  [[nodiscard]] const std::vector<CellFix::Answer>& fixes() const { return fixes_; }
+
+ private:
+  /// A path as the lanes' channels meet it. Null: 1 in all lanes.
+  struct CellPath {
+    double excess_m = 0, rate_mps = 0;
+    std::complex<double> amplitude;
+    const float *re = nullptr, *im = nullptr;  ///< random phasor
+    const float* power = nullptr;              ///< of a bundle, present over mean
+    const float* factor = nullptr;             ///< of the amplitude
+    bool diffuse = false;
+  };
+  /// A path's sum over integration and loop filter while another path is tracked.
+  struct Against {
+    float re = 0, im = 0;          ///< part that adds up with its phase; of a bundle, for a power of 1
+    float incoherent = 0;          ///< power that adds up without; of a bundle, its share
+    float coherent = 0, mean = 0;  ///< of a bundle: its share, and its power
+  };
+  /// A reflector in the random phases of all lanes.
+  struct Reflector {
+    std::complex<double> amplitude;  ///< without the detour's phase: alike wherever a facet is seen
+    std::vector<float> re, im;
+  };
+  void gather(std::size_t satellite, std::span<const NodePath> far, const Eigen::Vector3d& from_node);
+  const Reflector& reflector(std::size_t satellite, const propagation::Path& path);
+  /// One with that key, without an amplitude.
+  std::pair<Reflector&, bool> reflector(std::uint64_t key, std::size_t satellite, std::uint64_t name);
+  /// Factors of amplitudes behind obstacles at the present stand, for paths that arrive from a direction, in
+  /// each lane. Null: everything. @param arrival unit, ENU
+  const float* obstacles(const Eigen::Vector3d& arrival);
+  void follow_strongest();
+  [[nodiscard]] Against against(const SteadySatellite& satellite, const CellPath& path,
+                                const CellPath& tracked) const;
+  void fill_lanes(const SteadySatellite& satellite);
+  void measure(std::size_t satellite);
+  void compute(const Eigen::Vector3d& from_node, const PathNode& node, bool statistics, CellValues& values);
+  void locate(bool statistics, CellValues& values);
+
+  const SteadySky& sky_;
+  const propagation::Propagator& propagator_;
+  const receiver::ReceiverOptions& options_;
+  const LimitOptions& limits_;
+  Eigen::Matrix3d ecef_from_enu_;
+  double noise_sigma_m_ = 0;
+  bool moves_;
+  CellFix fix_;
+  std::vector<disturbance::Skyline> skylines_;  // [draw]
+  const raytrace::RayScene* scene_ = nullptr;   // of stand_at()
+  Eigen::Vector3d stand_ = Eigen::Vector3d::Zero();
+  std::unordered_map<std::uint64_t, Reflector> reflectors_;
+  std::unordered_map<std::uint64_t, std::vector<float>>
+      obstacles_;                                   // by rounded arrival, of the present stand
+  std::vector<std::vector<float>> direct_factors_;  // [satellite][lane]
+  // Values of the current cell; members, so that their memory is used again.
+  Eigen::Vector3d place_ = Eigen::Vector3d::Zero();
+  std::vector<propagation::SatellitePaths> traced_;
+  std::vector<CellPath> paths_;
+  std::vector<std::optional<Against>> against_;  // [tracked path] of the path in hand
+  tracking::LaneCodeLock::Paths lanes_;
+  std::vector<float> delay_m_, power_;
+  std::vector<std::size_t> tracked_;            // [lane] index of the path whose carrier is followed
+  std::vector<std::vector<CellRange>> ranges_;  // [lane]
+  std::vector<CellFix::Answer> fixes_;          // [lane]
+  int los_ = 0, nlos_ = 0, visible_ = 0, blocked_ = 0;
+  double largest_excess_m_ = 0;
+};
+
+}  // namespace canyon::heatmap

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "canyon/paths/disturbance/shadowing.hpp"
+#include "canyon/paths/disturbance/skyline.hpp"
+#include "canyon/receiver/receiver.hpp"
+#include "canyon/receiver/tracking/channel.hpp"
+#include "canyon/receiver/tracking/lane_lock.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/sky/space_errors.hpp"
+#include "canyon/studies/heatmap/cells/cell_fix.hpp"
+#include "canyon/studies/heatmap/cells/cell_solver.hpp"
+#include "canyon/studies/heatmap/kernels/tile_tracer.hpp"
+
+namespace canyon::heatmap {
+
+/// A satellite above the mask of a tile, and values of it in the receivers of all lanes that do not depend on
+/// the place. Lane 0 is the receiver without noise, lane d + 1 that of draw d; lists of lanes are padded.
+struct SteadySatellite {
+  orbit::LineOfSight line;    ///< from the tile's centre
+  Eigen::Vector3d direction;  ///< unit, ENU of the city
+  double turning_radps = 0;   ///< SatelliteView::turning_radps()
+  const gnss::Signal* signal = nullptr;
+  double carrier_hz = 0, wavelength_m = 0;
+  std::shared_ptr<const tracking::LaneCodeLock> code;
+  double peak_power = 1;  ///< of the prompt correlator on a path of power 1
+  /// Noise of the code; empty: the receiver's loops have no noise.
+  std::optional<tracking::CodeLoopNoise> noise;
+  double sigma_factor = 1;            ///< FixInputOptions::sigma_factor
+  std::vector<double> clear_cn0_hz;   ///< [lane] in a clear line of sight
+  std::vector<double> direct_factor;  ///< [lane] what shadows leave of the direct path's amplitude
+  std::vector<double> error_m;        ///< [lane] of the pseudorange, but for paths and code loop
+  std::vector<double> code_normal;    ///< [lane] code loop's noise over its deviation
+  std::vector<double> cn0_noise_db;   ///< [lane] of the stated C/N0
+  /// Unit phasors of diffuse bundles in their order, and their power over its mean; [bundle][lane].
+  std::vector<float> fade_re, fade_im, fade_power;
+};
+
+/// The sky and the draws of one tile and time: whatever does not depend on the cell. Const, thread-safe.
+class SteadySky {
+ public:
+  SteadySky(const simulation::Environment& environment, const receiver::ReceiverOptions& options,
+            int most_bundles, const DrawOptions& draws, int lanes, const Eigen::Vector3d& centre,
+            geodesy::GpsTime time);
+
+  [[nodiscard]] const std::vector<SteadySatellite>& satellites() const { return satellites_; }
+  [[nodiscard]] const std::vector<FixSatellite>& fix_satellites() const { return fix_satellites_; }
+  [[nodiscard]] const std::vector<Eigen::Vector3d>& directions() const { return directions_; }
+  [[nodiscard]] int lanes() const { return lanes_; }
+  /// A multiple of LaneCodeLock::kWidth.
+  [[nodiscard]] std::size_t padded() const { return padded_; }
+  /// e^(j phi0) of a reflector in each lane. @param re, im padded() each
+  void phases_of(std::size_t satellite, std::uint64_t reflector, float* re, float* im) const;
+  /// Skyline of each draw, at no place yet; empty where there are no obstacles. A task has a copy of its own.
+  [[nodiscard]] const std::vector<disturbance::Skyline>& skylines() const { return skylines_; }
+  [[nodiscard]] geodesy::GpsTime time() const { return time_; }
+
+ private:
+  struct Draws {
+    std::vector<std::uint64_t> seeds;                        ///< [draw]
+    std::vector<errors::SpaceErrors> space;                  ///< [draw], or empty
+    std::vector<errors::SpaceErrors::Reception> receptions;  ///< likewise, at the tile's centre
+    std::vector<disturbance::Shadowing> shadowings;          ///< [draw], or empty
+  };
+  /// Code loops that are made already.
+  using Locks = std::vector<std::shared_ptr<const tracking::LaneCodeLock>>;
+  [[nodiscard]] SteadySatellite satellite_of(const TileErrors& common, const orbit::LineOfSight& line,
+                                             Locks& locks);
+  void fill_lanes(const TileErrors& common, Draws& draws, std::size_t bundles, SteadySatellite& s);
+
+  int lanes_;
+  std::size_t padded_;
+  geodesy::GpsTime time_;
+  std::vector<SteadySatellite> satellites_;
+  std::vector<FixSatellite> fix_satellites_;
+  std::vector<Eigen::Vector3d> directions_;
+  std::vector<tracking::ChannelModel> models_;  // [draw]
+  std::vector<disturbance::Skyline> skylines_;  // [draw]
+};
+
+}  // namespace canyon::heatmap

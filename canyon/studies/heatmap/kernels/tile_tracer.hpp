@@ -1,0 +1,92 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "canyon/paths/propagation/propagator.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/sky/gnss/signals.hpp"
+#include "canyon/sky/orbit/sky.hpp"
+#include "canyon/studies/heatmap/kernels/grid.hpp"
+#include "canyon/studies/heatmap/kernels/layers.hpp"
+#include "canyon/studies/heatmap/kernels/shadows.hpp"
+
+namespace canyon::heatmap {
+
+enum class CellVisibility : std::uint8_t { Blocked = 0, LOS = 1, NLOS = 2 };
+
+/// Signals that arrive at the cells of one tile, altitude and time. Satellites are those above the mask at
+/// the tile's centre. Directions are those at the centre (a tile of 256 m: within 1e-5 rad of a cell's own).
+struct TileSignals {
+  std::vector<orbit::LineOfSight> satellites;  ///< ascending by id, seen from the tile's centre
+  std::vector<Eigen::Vector3d> directions;     ///< unit, ENU of the city
+  /// [satellite][cell]
+  std::vector<std::vector<CellVisibility>> visibility;
+  std::vector<std::vector<float>> excess_m;  ///< of received satellites; 0 for LOS; empty where not asked for
+};
+
+/// Cells of a tile with their heights.
+struct TileCells {
+  Tile tile;
+  CellPlane plane;               ///< where flat(): the plane of all cells
+  std::vector<float> z;          ///< ENU of each cell where not flat (NaN: no terrain); empty: flat
+  std::vector<CellState> state;  ///< of each cell
+  /// Computed cells of a flat tile that lie on a wall (within RayScene::surface_offset_m()), ascending: they
+  /// are asked of rays, which begin beyond what the place touches.
+  std::vector<std::uint32_t> on_walls;
+  [[nodiscard]] bool flat() const { return z.empty(); }
+  /// Centre of a cell, ENU [m].
+  [[nodiscard]] Eigen::Vector3d place(std::size_t cell) const;
+};
+
+/// How heights are counted.
+enum class AltitudeKind : std::uint8_t {
+  AboveTerrain,  ///< above the terrain under the cell; where the city has none, above ENU z = 0
+  Ellipsoid,     ///< WGS 84 height
+};
+
+/// The signal that a receiver measures first of a satellite; null: it tracks none.
+using FirstSignal = std::function<const gnss::Signal*(gnss::SatelliteId, geodesy::GpsTime)>;
+
+/// Computes tiles: line of sight by shadows where a tile is flat, else by rays; the mirror model by ranges;
+/// the specular model by Propagator::trace() for satellites whose line of sight is blocked. Work is spread
+/// over the calling task arena's threads (TBB); values do not depend on them. Const, thread-safe.
+class TileTracer {
+ public:
+  /// The environment must outlive it; it has no movable instances. Throws InputError for options that do not
+  /// validate() and a mask not in [0, pi/2). @param first_signal empty: all satellites, the signal near L1
+  TileTracer(const simulation::Environment& environment, const propagation::PropagationOptions& options,
+             double elevation_mask_rad, FirstSignal first_signal = {});
+  ~TileTracer();
+  TileTracer(TileTracer&&) noexcept;
+
+  [[nodiscard]] const propagation::Propagator& propagator() const;
+
+  /// Places and states of a tile's cells at one altitude [m, finite]. State, in this order: outside the area
+  /// (null: everywhere); no terrain below the cell where the city has some (AboveTerrain); else what
+  /// RayScene::placement() says of the place. A tile is flat where its cells' heights agree within 1 mm; its
+  /// plane lies at the mean of their extremes. Where no cell is Computed, `plane.z` may be 0.
+  [[nodiscard]] TileCells cells(const Grid& grid, const Tile& tile, const Area* area, double altitude_m,
+                                AltitudeKind kind) const;
+  /// Satellites above the horizon and the mask at the middle of the tile that the receiver tracks, and how
+  /// they arrive at its cells. Computed cells only: elsewhere Blocked. Same answers as Propagator::trace()
+  /// with the tile's directions, within RayScene::surface_offset_m() of edges to either side; a direct path
+  /// with reflections is LOS.
+  /// @param excess whether what arrives beyond the line of sight is asked for (LayerInfo::received): without,
+  /// line of sight alone is computed, satellites that only reflections bring are Blocked, and
+  /// TileSignals::excess_m stays empty
+  /// @param result overwritten; its memory is used again
+  void trace(const TileCells& cells, geodesy::GpsTime time, bool excess, TileSignals& result) const;
+  /// Share of the hemisphere that is clear, for SkyView: `rings` x `sectors` directions of equal solid angle
+  /// (rings of equal height, every other one turned by half a sector), each in [1, 1000]; NaN in cells that
+  /// are not Computed. Foliage blocks. Within 0.01 for the defaults, smooth surroundings assumed.
+  void sky_view(const TileCells& cells, std::span<float> result, int rings = 16, int sectors = 64) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace canyon::heatmap

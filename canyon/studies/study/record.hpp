@@ -1,0 +1,92 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "canyon/outputs/output/columns.hpp"
+#include "canyon/outputs/output/summary.hpp"
+
+namespace canyon::study {
+
+/// The rows of output::summary_figures() that studies keep, in the order of records and files.
+[[nodiscard]] std::span<const output::SummaryFigure* const> figures();
+/// The place of a figure in that list by SummaryFigure::kept. Precondition: it is there.
+[[nodiscard]] std::size_t figure(std::string_view name);
+
+/// Horizontal errors are counted in bins of a twentieth of a decade from 1 mm to 100 km; the first also has
+/// what is less, the last what is more.
+inline constexpr std::size_t kErrorBins = 160;
+inline constexpr double kBinsPerDecade = 20, kLeastError_m = 1e-3;
+[[nodiscard]] std::size_t error_bin(double error_m);
+/// Lower edge of a bin [m]; of kErrorBins the upper edge of the last.
+[[nodiscard]] double error_edge_m(std::size_t bin);
+
+/// The columns of epochs that studies keep (Column::kept).
+[[nodiscard]] std::span<const output::Column* const> kept_columns();
+/// The place of a column in that list by Column::kept. Precondition: it is there.
+[[nodiscard]] std::size_t kept_column(std::string_view name);
+
+/// Epochs, where epochs are kept, by columns.
+struct KeptEpochs {
+  std::vector<double> time_s;               ///< from the run's first epoch
+  std::vector<float> way_m;                 ///< that the antenna has gone since the first epoch
+  std::vector<std::vector<float>> columns;  ///< by kept_columns(), none without epochs; NaN: no value
+
+  [[nodiscard]] std::size_t size() const { return time_s.size(); }
+};
+
+/// The results of one receiver of one run.
+struct ReceiverRecord {
+  std::string name;
+  std::vector<double> figures;  ///< by figures()
+  std::array<std::uint32_t, kErrorBins> errors{};
+  std::array<std::uint32_t, 24> epochs{}, available{};  ///< by hour of the day, UTC
+  KeptEpochs kept;                                      ///< not in the record's line
+};
+
+struct RunRecord {
+  std::size_t number = 0;
+  std::uint64_t seed = 0;
+  std::vector<std::string> at;     ///< AxisValue::text by axis
+  std::string problem;             ///< why there are no figures; empty: there are
+  std::vector<std::string> notes;  ///< what was lost and guessed: "loss: LINE", "guess: LINE"
+  std::vector<ReceiverRecord> receivers;
+};
+
+/// One line of JSON without its end, the same for the same record on any machine: numbers in the fewest
+/// digits that give them back, NaN as null.
+[[nodiscard]] std::string to_line(const RunRecord& record);
+/// Throws InputError, without a file, for anything else than what to_line() gives.
+[[nodiscard]] RunRecord from_line(std::string_view line);
+
+/// What the runs have lost and guessed: what several have alike, once.
+[[nodiscard]] ReadReport report_of(const std::vector<std::optional<RunRecord>>& records);
+
+/// Makes the records of a run's receivers from its epochs.
+class RecordSink final : public simulation::EpochSink {
+ public:
+  /// @param available_m Study::available_m
+  RecordSink(const std::vector<std::string>& receivers, std::optional<double> available_m, bool keep_epochs);
+  void write(const simulation::Epoch& epoch) override;
+  void finish() override {}
+  [[nodiscard]] std::vector<ReceiverRecord> take();
+
+ private:
+  output::SummarySink summary_;
+  std::vector<ReceiverRecord> records_;
+  std::optional<double> available_m_;
+  bool keep_;
+  std::optional<geodesy::GpsTime> first_;
+  struct Way {
+    std::optional<Eigen::Vector3d> last_ecef;
+    double gone_m = 0;
+  };
+  std::vector<Way> ways_;  ///< by receiver
+};
+
+}  // namespace canyon::study

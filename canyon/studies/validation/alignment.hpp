@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+
+#include "canyon/base/options/fwd.hpp"
+#include "canyon/studies/validation/comparison.hpp"
+
+namespace canyon::validation {
+
+struct AlignOptions {
+  /// Offsets searched [m]: [-reach, reach] about the scenario's own, east and north, every 2 m and about the
+  /// best every 0.25 m. [4, 200].
+  double reach_m = 16;
+  bool heading = false;  ///< estimate the city's heading as well, about the middle of the drive
+  double heading_reach_rad =
+      0.05235987755982988;  ///< 3 deg; headings are searched by 0.125 deg. [0.125 deg, pi/4]
+  int resamples = 200;      ///< of the bootstrap behind the uncertainty, [20, 10,000]
+  double block_s = 30;      ///< of time, drawn together [s]; [1, 600]; at most a fifth of the part
+  std::uint64_t seed = 1;
+  int threads = 0;  ///< 0: as many as cores
+  /// Moves tried, in all (about; the number grows with what is found). Its exceptions end the work and pass
+  /// through.
+  std::function<void(std::size_t, std::size_t)> progress;
+  /// Throws InputError naming the field and its bound.
+  void validate() const;
+};
+/// Visits its fields.
+void visit(options::Visitor& v, AlignOptions& o);
+
+/// Where the city fits a recording best: the move under which the city's LOS and NLOS are separated best by
+/// C/N0 and by pseudorange error together.
+struct Alignment {
+  Registration registration;
+  double sigma_east_m = 0, sigma_north_m = 0, sigma_heading_rad = 0;  ///< from blocks of time drawn anew
+  /// Mean of both AUCs, here and unmoved; of the one there is where the recording has no C/N0.
+  double score = 0, score_before = 0;
+  std::size_t first = 0, count = 0;  ///< epochs used
+  bool at_border = false;            ///< the best offset lies at the end of the search: give more reach
+};
+
+/// Estimated on epochs [first, first + count) of the recording, from satellites above the mask. The clock is
+/// estimated anew for each move, from what is clear there. Throws InputError for options that do not
+/// validate() and where no move of the city gives both LOS and NLOS in these epochs.
+[[nodiscard]] Alignment align(const Recording& recording, const simulation::Environment& environment,
+                              double elevation_mask_rad, std::size_t first, std::size_t count,
+                              const AlignOptions& options = {});
+
+/// An object with SI units in the names (angles in degrees).
+[[nodiscard]] std::string to_json(const Alignment& alignment);
+
+}  // namespace canyon::validation

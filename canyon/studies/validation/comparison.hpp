@@ -1,0 +1,273 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "canyon/paths/propagation/paths.hpp"
+#include "canyon/receiver/positioning/fix.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/run/scenario/fwd.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/sky/gnss/satellite_id.hpp"
+#include "canyon/studies/validation/pseudorange_errors.hpp"
+
+// The recorded receiver beside the simulated one, observation by observation.
+
+namespace canyon::validation {
+
+/// The recorded receiver and the simulated one.
+enum class Side : std::uint8_t { Measured, Simulated };
+inline constexpr std::array kSides{Side::Measured, Side::Simulated};
+
+/// A value of each side.
+template <typename T>
+struct Sides {
+  T measured{}, simulated{};
+  [[nodiscard]] T& of(Side side) { return side == Side::Measured ? measured : simulated; }
+  [[nodiscard]] const T& of(Side side) const { return side == Side::Measured ? measured : simulated; }
+};
+
+/// A rigid horizontal move of the city: a point p of its map lies at turn(p - pivot) + pivot + offset.
+struct Registration {
+  double east_m = 0, north_m = 0;
+  double heading_rad = 0;                           ///< counter-clockwise about the pivot, as yaw
+  Eigen::Vector2d pivot = Eigen::Vector2d::Zero();  ///< east, north of the city's frame
+
+  /// Where an antenna or a direction of the true world (the city's frame, city in place) stands in the
+  /// unmoved map, that rays are cast in: turn^-1(p - pivot - offset) + pivot, turn^-1(d). Heights stay.
+  [[nodiscard]] Eigen::Vector3d place_in_city(const Eigen::Vector3d& enu) const;
+  [[nodiscard]] Eigen::Vector3d direction_in_city(const Eigen::Vector3d& enu) const;
+  /// The map moved once more: turned by `heading_rad` about `pivot` and shifted by (east, north).
+  [[nodiscard]] Registration then(double east_m, double north_m, double heading_rad,
+                                  const Eigen::Vector2d& pivot) const;
+};
+
+/// The part that all comparisons of one recording share.
+struct Recording {
+  PseudorangeResiduals residuals;  ///< by epoch, all satellites above the horizon
+  /// Antenna of residuals.epochs in the city's ENU frame and its velocity, height as the scenario says: above
+  /// the terrain of the unmoved city, or as recorded. Rays start from there; ranges to satellites always
+  /// belong to the true place, residuals.epochs[].antenna_ecef.
+  struct Place {
+    Eigen::Vector3d enu_m = Eigen::Vector3d::Zero();
+    Eigen::Vector3d velocity_enu_mps = Eigen::Vector3d::Zero();
+  };
+  std::vector<Place> places;
+  /// The scenario's height above terrain plus the lever arm's [m]: places are put there again where the city
+  /// moves. Empty: heights as recorded.
+  std::optional<double> antenna_above_terrain_m;
+  bool ionosphere = true, troposphere = true;  ///< in the recorded pseudoranges: measured fixes correct them
+  /// Measured fixes are solved from these: all recorded first signals of satellites with ephemerides and
+  /// above the horizon, sigma 1 m, one for each of the epoch's residuals and in their order.
+  std::vector<std::vector<positioning::Measurement>> measurements;  ///< one list for each of residuals.epochs
+  /// Positions that the recorded receiver reported, and their errors (RecordingOptions::nmea).
+  struct OwnFix {
+    geodesy::GpsTime time;
+    Eigen::Vector3d error_enu_m = Eigen::Vector3d::Zero();
+  };
+  std::vector<OwnFix> own_fixes;  ///< within the truth's span, by time
+  std::vector<std::string> warnings;
+
+  /// The antenna of an epoch in the unmoved map while the city is moved: where its rays start [m].
+  [[nodiscard]] Eigen::Vector3d place_in_city(const raytrace::RayScene& scene, const Registration& moved,
+                                              std::size_t epoch) const;
+};
+
+/// Carrier phase of a signal at one epoch, recorded or simulated.
+struct ComparedPhase {
+  /// Phase [m] less range, satellite clock and atmosphere: receiver clock, ambiguity, and what paths and
+  /// noise add. Empty: no phase.
+  std::optional<double> residual_m;
+  bool slip = false;  ///< the receiver says that it does not continue that of the epoch before
+};
+
+/// A signal as one receiver has it at one epoch.
+struct ComparedObservation {
+  bool tracked = false;           ///< it has a pseudorange, which is not gross
+  std::optional<double> error_m;  ///< of the pseudorange; of a simulated one by paths and noise
+  std::optional<double> cn0_dbhz;
+  ComparedPhase phase;
+};
+
+/// One signal of a satellite at one epoch: measured, simulated or both.
+struct ComparedSignal : Sides<ComparedObservation> {
+  const gnss::Signal* signal = nullptr;  ///< of gnss::signals_of()
+};
+
+/// One satellite at one epoch, above the scenario's elevation mask, with its first signal
+/// (gnss::signals_of()) and the others.
+struct ComparedSatellite : ComparedSignal {
+  gnss::SatelliteId id;
+  double azimuth_rad = 0, elevation_rad = 0;
+  bool clear = false;  ///< the city says that the direct path is (Visibility LOS or LOSMultipath)
+  /// The visibility by what arrives according to the city, not by what the simulated receiver could track:
+  /// classes must not depend on the model that is validated with them.
+  propagation::Visibility visibility = propagation::Visibility::Blocked;
+  /// The path that explains an NLOS signal: the strongest at the antenna where signals have strength, else
+  /// the shortest; and the code delay [m] that the receiver model makes of all paths, noise left out. Given
+  /// for blocked direct paths whether the simulated channel tracks or not. Empty: no path.
+  struct Prediction {
+    propagation::PathKind kind = propagation::PathKind::Reflected;
+    int order = 1;
+    double excess_m = 0;  ///< code delay without noise
+  };
+  std::optional<Prediction> prediction;
+  Sides<bool> used;  ///< in the fixes
+  /// Those beyond the first that it sends (gnss::transmits()) and the recording or the simulated receiver
+  /// has, in the order of gnss::signals_of(). Their errors are about the clock from first signals,
+  /// measured and simulated. A constant of each is taken off, the median over the run of satellites that are
+  /// clear, for receivers have delays of their own in each band.
+  std::vector<ComparedSignal> more;
+};
+
+struct ComparedFix {
+  bool solved = false;
+  Eigen::Vector3d error_enu_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  int used = 0;
+  /// Stated standard deviations: root of the sum of the east and north variances, and up; NaN where none.
+  double horizontal_sigma_m = std::numeric_limits<double>::quiet_NaN();
+  double vertical_sigma_m = std::numeric_limits<double>::quiet_NaN();
+};
+
+struct ComparedEpoch {
+  geodesy::GpsTime time;
+  /// The antenna where it truly stands in the moved city, in the unmoved map's frame: what
+  /// Registration::place_in_city() gives, right over the map as it is drawn. ENU vectors of fixes belong
+  /// beside it after Registration::direction_in_city().
+  Eigen::Vector3d place_enu_m = Eigen::Vector3d::Zero();
+  std::size_t first = 0, count = 0;  ///< of Comparison::satellites
+  Sides<ComparedFix> fix;            ///< of the epoch alone
+  Sides<ComparedFix> filter;         ///< of the receiver's position filter, where it has one
+  ClockSource clock = ClockSource::None;
+  std::size_t segment = 0;  ///< of the street: Comparison::segments
+};
+
+/// A stretch of the drive along one street: it ends where the way turns by more than 30 degrees from its mean
+/// heading; pieces shorter than 50 m (the curves between) belong to the neighbour of the nearer heading.
+struct Segment {
+  std::size_t first = 0, count = 0;  ///< of Comparison::epochs
+  double length_m = 0;
+  double heading_deg = 0;  ///< from north, clockwise, [0, 360), from first to last; 0 where nothing moves
+};
+
+/// Cuts a drive into Segments, which follow each other without a gap from the first epoch to the last; none
+/// for no epochs. @param places antenna, ENU [m], by epoch
+[[nodiscard]] std::vector<Segment> street_segments(std::span<const Eigen::Vector3d> places);
+
+struct Comparison {
+  std::string name;  ///< of the model: "specular, second order"
+  Registration registration;
+  /// Signals that the recording has, and that the simulated receiver tracks; by system, then in the order of
+  /// gnss::signals_of().
+  std::vector<const gnss::Signal*> recorded, tracked;
+  std::vector<ComparedEpoch> epochs;
+  std::vector<ComparedSatellite> satellites;  ///< by epoch
+  std::vector<Segment> segments;
+  bool filtered = false;  ///< the receiver has a position filter (ReceiverOptions::filter)
+};
+
+struct RecordingOptions {
+  /// The recorded pseudoranges hold these delays, as those of real receivers do; both are then corrected
+  /// (ResidualOptions). Simulated recordings may be without.
+  bool ionosphere = true, troposphere = true;
+  std::optional<std::filesystem::path> nmea;  ///< the recorded receiver's own fixes: Recording::own_fixes
+};
+/// Reads recording and truth and brings them to the scenario's sky and city. `obs` RINEX, `truth` of
+/// `truth_format` (simulation::read_trajectory; empty: the scenario's one position; dates that the file
+/// leaves open are those of the scenario's `start`, in NMEA else of the recording). The scenario gives
+/// systems and height above terrain, its first receiver the lever arm. `environment` has the scenario's city,
+/// and a sky of the recording's day. Throws InputError where files are unreadable, nothing of the recording
+/// is in the truth, no recorded satellite has an ephemeris, or the ionosphere's coefficients are missing.
+[[nodiscard]] Recording read_recording(const simulation::Scenario& scenario,
+                                       const simulation::Environment& environment,
+                                       const std::filesystem::path& obs, const std::filesystem::path& truth,
+                                       const std::string& truth_format, const RecordingOptions& options = {});
+/// The same of observations that were read already; `obs` names their file in messages.
+[[nodiscard]] Recording join_recording(const simulation::Scenario& scenario,
+                                       const simulation::Environment& environment,
+                                       const std::filesystem::path& obs, rinex::RinexObservations recorded,
+                                       const std::filesystem::path& truth, const std::string& truth_format,
+                                       const RecordingOptions& options = {});
+
+struct CompareOptions {
+  std::string name;  ///< of the model, Comparison::name
+  int threads = 0;   ///< 0: as many as cores
+  /// Satellites that the sky is taken not to have, say never_tracked().
+  std::set<gnss::SatelliteId> leave_out;
+  /// Epochs done, in all; on the calling thread. An exception from it ends the work and comes out.
+  std::function<void(std::size_t, std::size_t)> progress;
+};
+/// Simulates a receiver (its propagation options included) at the recorded epochs, in the city moved by
+/// `registration`, and solves the fixes of both with the receiver's FixOptions, and with its position filter
+/// where it has one, which begins with the recording. Satellites are those of the sky
+/// above the receiver's elevation mask, of systems that the recording has and the receiver tracks.
+///
+/// Clocks of the measured errors come from satellites that the moved city says are clear. Lines of sight,
+/// ranges and errors belong to the true place, only rays start where that lies in the moved city. The
+/// simulated receiver is on since long before (warm start). Recorded pseudoranges have no sigmas: weights by
+/// sigma count as equal ones, for both fixes. Gross pseudoranges (ClockOptions::gross_m) count as not
+/// measured. Same seed, same comparison, on any number of threads.
+[[nodiscard]] Comparison compare(const Recording& recording, const simulation::ReceiverConfig& receiver,
+                                 const simulation::Environment& environment, const Registration& registration,
+                                 std::uint64_t seed, const CompareOptions& options = {});
+/// A receiver, which must outlive the call, and the seed of what it draws.
+struct SeededReceiver {
+  const simulation::ReceiverConfig* receiver = nullptr;
+  std::uint64_t seed = 1;
+};
+/// The same of several receivers (asserted to be any), whose rays are traced once: all have the propagation
+/// options of the first.
+[[nodiscard]] std::vector<Comparison> compare(const Recording& recording,
+                                              std::span<const SeededReceiver> receivers,
+                                              const simulation::Environment& environment,
+                                              const Registration& registration,
+                                              const CompareOptions& options = {});
+
+/// A satellite above this elevation and clear for so long in all is tracked at some time, if the receiver
+/// can.
+inline constexpr double kTrackableElevation_rad = 0.26179938779914943;  // 15 deg
+inline constexpr double kTrackable_s = 120;
+
+/// A satellite that the recording never tracks although it stands in clear view.
+struct NeverTracked {
+  gnss::SatelliteId id;
+  double clear_s = 0;  ///< above the elevation and clear by the city's word, in all
+};
+/// Satellites of the whole comparison without any recorded pseudorange that stand above `elevation_rad` and
+/// clear by the city's word for `clear_s` and more, by id. A receiver that is on takes seconds for a
+/// satellite in the open (26 to 30 s after a cold start, u-blox M8 data sheet), so that four times that
+/// without it says something about the satellite or the receiver and nothing about the city.
+[[nodiscard]] std::vector<NeverTracked> never_tracked(const Comparison& comparison,
+                                                      double elevation_rad = kTrackableElevation_rad,
+                                                      double clear_s = kTrackable_s);
+
+/// A receiver and its propagation as one step on the way to all that Canyon models.
+struct Model {
+  std::string key;   ///< one word, for command lines: "specular"
+  std::string name;  ///< for people; "+ ..." adds to the step before
+  simulation::ReceiverConfig receiver;
+  bool moved_city = false;  ///< the map's place drawn anew for each run, by the scenario's georeference
+};
+
+/// The steps, each with what the one before has: mirror (the paper's model), specular (reflections of first
+/// order), second (and of second), tracking (strength of signals and the receiver's tracking, with
+/// `receiver`'s own SignalOptions), diffuse, ground, shadowing (by what no map has), diffraction. The last
+/// one has shadowing where `receiver` has. Numbers that a step does not switch are `receiver`'s.
+[[nodiscard]] std::vector<Model> model_ladder(const simulation::ReceiverConfig& receiver);
+
+/// The ladder's models with these keys, in the ladder's order. Throws InputError for a key it does not have,
+/// naming those there are.
+[[nodiscard]] std::vector<Model> models_of(const simulation::ReceiverConfig& receiver,
+                                           const std::vector<std::string>& keys);
+
+}  // namespace canyon::validation

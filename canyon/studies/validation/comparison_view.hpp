@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "canyon/run/environment.hpp"
+#include "canyon/run/scenario/fwd.hpp"
+#include "canyon/studies/validation/comparison.hpp"
+
+namespace canyon::view {
+
+class Probe;
+
+/// The contents of a view of a validation.
+struct ComparisonInput {
+  std::string title;
+  const simulation::Environment* environment = nullptr;  ///< not null: city, and rays for skylines
+  const validation::Comparison* comparison = nullptr;    ///< not null
+  std::size_t first = 0, count = 0;                      ///< of its epochs
+  double elevation_mask_deg = 0;                         ///< of both fixes
+};
+
+/// Writes a comparison as "canyon view 1" into `folder`, which is made where needed (docs/view-format.md):
+/// two receivers, "recorded" and "simulated", at the same places, and what they differ by as the header's
+/// "comparison". Places are those in the unmoved map, right over the city as it is drawn; directions and
+/// errors those of the true world. Only direct paths are there. Throws InputError where there is no epoch or
+/// the folder does not take the files.
+void write_comparison(const ComparisonInput& input, const std::filesystem::path& folder);
+
+/// Whether the view in `folder` is of a comparison. Throws InputError where it has no header.
+[[nodiscard]] bool is_comparison(const std::filesystem::path& folder);
+
+/// Antennas in the view of a comparison, at its times, with the scenario's first receiver, which is the
+/// simulated one; in the city where the scenario puts it. Throws InputError where the view shows other walls
+/// than `scene`'s, and as Probe does.
+[[nodiscard]] std::unique_ptr<Probe> comparison_probe(const std::filesystem::path& folder,
+                                                      simulation::Scenario scenario,
+                                                      std::shared_ptr<simulation::CityScene> scene,
+                                                      std::size_t paths_per_satellite);
+
+}  // namespace canyon::view

@@ -1,0 +1,183 @@
+#include "canyon/studies/validation/ensemble.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <tuple>
+
+#include "canyon/base/json.hpp"
+#include "canyon/base/statistics.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/studies/validation/recording_table.hpp"
+
+namespace canyon::validation {
+namespace {
+
+/// 5, 25, 50, 75, 95 % of the next draw.
+using Five = std::array<double, 5>;
+enum Place : std::size_t { kLow90, kLow50, kMiddle, kHigh50, kHigh90 };
+
+Five five_of(const std::vector<double>& values) {
+  constexpr Five kShares{0.05, 0.25, 0.5, 0.75, 0.95};
+  Five five{};
+  for (std::size_t i = 0; i < five.size(); ++i) five.at(i) = predictive_quantile(values, kShares.at(i));
+  return five;
+}
+
+double interval_score(const Five& five, double truth) {
+  const auto outside = [truth](double low, double high) {
+    return std::max({low - truth, truth - high, 0.0});
+  };
+  const double half = five[kHigh50] - five[kLow50], most = five[kHigh90] - five[kLow90];
+  return (std::abs(truth - five[kMiddle]) / 2 + 0.25 * half + outside(five[kLow50], five[kHigh50]) +
+          0.05 * most + outside(five[kLow90], five[kHigh90])) /
+         2.5;
+}
+
+/// The distance from the recorded value in units of the range, as the point's headline has it.
+std::optional<double> distance_of(const Headline& point, double simulated) {
+  Headline h = point;
+  h.simulated = simulated;
+  return h.distance();
+}
+
+void add_scores(const Headline& point, const std::vector<double>& values, EnsembleFigure& figure) {
+  std::vector<double> distances;
+  for (const double value : values) {
+    const auto distance = distance_of(point, value);
+    if (!distance || !std::isfinite(*distance)) return;
+    distances.push_back(*distance);
+  }
+  figure.score = interval_score(five_of(distances), 0);
+  if (const auto distance = point.distance()) figure.point_score = std::abs(*distance);
+}
+
+std::string percent(std::size_t part, std::size_t all) {
+  const double share = all > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(all) : 0;
+  return fmt::format("{:.0f} %", share);
+}
+
+std::string table_of(const EnsembleRow& row) {
+  std::string text = fmt::format("{}: {}; {} draws\n\n", row.name, row.part, row.draws.size());
+  for (const std::string& unknown : row.unknowns) text += fmt::format("- {}\n", unknown);
+  std::vector<TextRow> lines;
+  for (const EnsembleFigure& f : ensemble_figures(row)) {
+    const auto number = [&f](double value) { return fmt::format("{:.{}f}", value, f.info.decimals); };
+    const auto ends = [&number](const Interval& i) { return number(i.low) + " to " + number(i.high); };
+    lines.push_back({std::string(f.info.title), number(f.recorded), f.point ? number(*f.point) : "-",
+                     number(f.median), ends(f.half), ends(f.most),
+                     f.within_half()   ? "50 %"
+                     : f.within_most() ? "90 %"
+                                       : "no"});
+  }
+  return text + "\n" +
+         text_table({"figure", "recorded", "as it is", "median", "50 %", "90 %", "within"}, lines) + "\n";
+}
+
+Json ends_json(const Interval& interval) {
+  return {interval.low, interval.high};
+}
+
+Json figure_json(const EnsembleFigure& f) {
+  return {{"recorded", f.recorded},
+          {"point", f.point},
+          {"median", f.median},
+          {"interval_50", ends_json(f.half)},
+          {"interval_90", ends_json(f.most)},
+          {"score", f.score},
+          {"point_score", f.point_score}};
+}
+
+Json coverage_json(const Coverage& sum) {
+  return {{"figures", sum.figures}, {"within_50", sum.within_half},   {"within_90", sum.within_most},
+          {"score", sum.score},     {"point_score", sum.point_score}, {"widest_p50_ratio", sum.widest_p50}};
+}
+
+}  // namespace
+
+std::vector<EnsembleFigure> ensemble_figures(const EnsembleRow& row) {
+  std::vector<EnsembleFigure> figures;
+  for (const Headline& point : row.point) {
+    if (!point.pair() || !point.measured) continue;
+    std::vector<double> values;
+    for (const EnsembleRow::Draw& draw : row.draws) {
+      const Headline* h = headline_with(draw.headlines, point.info.key);
+      if (h != nullptr && h->simulated) values.push_back(*h->simulated);
+    }
+    if (values.size() < 2) continue;
+    const Five five = five_of(values);
+    EnsembleFigure figure{point.info, *point.measured, point.simulated, five[kMiddle], {}, {}, {}, {}};
+    figure.half = {five[kLow50], five[kHigh50]};
+    figure.most = {five[kLow90], five[kHigh90]};
+    add_scores(point, values, figure);
+    figures.push_back(std::move(figure));
+  }
+  return figures;
+}
+
+Coverage coverage(const std::vector<EnsembleRow>& rows) {
+  Coverage sum;
+  for (const EnsembleRow& row : rows) {
+    for (const EnsembleFigure& f : ensemble_figures(row)) {
+      ++sum.figures;
+      sum.within_half += f.within_half();
+      sum.within_most += f.within_most();
+      if (f.info.key == "horizontal_p50_m")
+        sum.widest_p50 = std::max(sum.widest_p50, f.most.high / f.most.low);
+      if (!f.score || !f.point_score) continue;
+      ++sum.scored;
+      sum.score += *f.score;
+      sum.point_score += *f.point_score;
+    }
+  }
+  if (sum.scored > 0) {
+    sum.score /= static_cast<double>(sum.scored);
+    sum.point_score /= static_cast<double>(sum.scored);
+  }
+  return sum;
+}
+
+std::string ensemble_text(const std::vector<EnsembleRow>& rows) {
+  std::string text;
+  for (const EnsembleRow& row : rows) text += table_of(row);
+  const Coverage sum = coverage(rows);
+  std::vector<TextRow> lines;
+  for (const auto& [share, within, goal] :
+       {std::tuple("50", sum.within_half, "35 to 65 %"), std::tuple("90", sum.within_most, "80 to 97 %")}) {
+    lines.push_back({fmt::format("within the {} % interval", share),
+                     fmt::format("{} ({})", within, percent(within, sum.figures)), goal});
+  }
+  if (sum.widest_p50 > 0) {
+    lines.push_back({"widest 90 % interval of p50, ratio of its ends", fmt::format("{:.1f}", sum.widest_p50),
+                     "at most 4"});
+  }
+  if (sum.scored > 0) {
+    lines.push_back({"interval score, in ranges of the score card", fmt::format("{:.2f}", sum.score),
+                     fmt::format("below {:.2f}, as it is", sum.point_score)});
+  }
+  return text + text_table({fmt::format("of {} recorded figures", sum.figures), "", "goal"}, lines);
+}
+
+std::string ensemble_json(const std::vector<EnsembleRow>& rows) {
+  Json json{{"recordings", Json::array()}, {"coverage", coverage_json(coverage(rows))}};
+  for (const EnsembleRow& row : rows) {
+    Json figures = Json::object(), draws = Json::array();
+    for (const EnsembleFigure& f : ensemble_figures(row)) figures[f.info.key] = figure_json(f);
+    for (const EnsembleRow::Draw& draw : row.draws) {
+      Json unknowns = Json::object(), values = Json::object();
+      for (const auto& [name, value] : draw.values) unknowns[name] = value;
+      for (const Headline& h : draw.headlines) values[h.info.key] = h.simulated;
+      draws.push_back({{"unknowns", std::move(unknowns)}, {"figures", std::move(values)}});
+    }
+    json["recordings"].push_back({{"name", row.name},
+                                  {"part", row.part},
+                                  {"unknowns", row.unknowns},
+                                  {"figures", std::move(figures)},
+                                  {"draws", std::move(draws)}});
+  }
+  return json.dump(2) + "\n";
+}
+
+}  // namespace canyon::validation

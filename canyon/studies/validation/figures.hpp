@@ -1,0 +1,194 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "canyon/studies/validation/comparison.hpp"
+#include "canyon/studies/validation/statistics.hpp"
+
+namespace canyon::validation {
+
+/// p5, p25, p50, p75, p95.
+inline constexpr std::array<double, 5> kQuantiles{0.05, 0.25, 0.5, 0.75, 0.95};
+
+/// Of no values: NaN.
+inline constexpr std::array<double, 5> kNoQuantiles = [] {
+  std::array<double, 5> none{};
+  none.fill(std::numeric_limits<double>::quiet_NaN());
+  return none;
+}();
+
+/// Values of one quantity.
+struct Distribution {
+  std::size_t n = 0;
+  std::array<double, 5> at = kNoQuantiles;  ///< kQuantiles
+};
+struct DistributionPair : Sides<Distribution> {
+  std::optional<double> ks;  ///< Kolmogorov-Smirnov distance
+};
+
+/// LOS or NLOS satellites (the city's word) above the mask, and how many of them are tracked.
+struct TrackedShare : Sides<std::size_t> {
+  std::size_t satellites = 0;
+  [[nodiscard]] std::optional<double> ratio(Side side) const;  ///< empty without satellites
+};
+
+/// Satellites and observations of one signal, by the city's word.
+struct ObservationFigures {
+  TrackedShare tracked_los, tracked_nlos;  ///< of satellites that send it
+  DistributionPair error_los_m, error_nlos_m, cn0_los_dbhz, cn0_nlos_dbhz;
+};
+
+/// NLOS observations explained by paths of one kind and order ("all": of any).
+struct Explained {
+  std::string kind;  ///< "reflected 1", "reflected 2", "diffracted", "diffuse", "all"
+  std::size_t n = 0;
+  double share = 0;                           ///< of all tracked (measured) NLOS observations
+  std::optional<double> median_difference_m;  ///< |measured error - predicted code delay|
+  std::optional<Correlation> correlation;     ///< Spearman
+};
+
+struct Band {
+  double low_deg = 0, high_deg = 90;
+  std::size_t los = 0, nlos = 0;
+  std::optional<Separation> by_cn0, by_error;
+};
+
+struct PositionFigures {
+  std::size_t epochs = 0, fixes = 0;
+  /// Satellites, over epochs with a fix; NaN without.
+  double mean_used = std::numeric_limits<double>::quiet_NaN();
+  std::array<double, 5> horizontal_m = kNoQuantiles, vertical_m = kNoQuantiles;  ///< vertical without sign
+  std::size_t stated = 0;  ///< fixes with a stated accuracy
+  /// Shares of these whose error is at most once and at most twice the stated deviation (ComparedFix).
+  std::array<double, 2> horizontal_within{}, vertical_within{};
+};
+
+/// Carrier phases of one signal, LOS or NLOS.
+struct PhaseView {
+  std::size_t observations = 0, with_phase = 0;  ///< pseudoranges above the mask, and those with a phase
+  /// Standard deviation of the phase's noise [m], for which noise_n third differences in time speak:
+  ///   d_t = l_t - 3 l_(t-1) + 3 l_(t-2) - l_(t-3), l = phase less range, satellite clock and atmosphere,
+  /// over four epochs of the recording's interval without a slip between them. White noise of deviation s
+  /// gives d the deviation s sqrt(20). The receiver's clock and an error of the antenna's place put a +
+  /// e.b into all d of an epoch, with e the direction to the satellite. This is taken off: a and b by
+  /// least squares, weighted by C/N0 and Huber's function. The rest of each over sqrt(1 - h), h its
+  /// leverage, and sqrt(20); the result is 1.4826 times their median magnitude. Epochs with fewer than seven
+  /// d are left out.
+  std::optional<double> noise_m;
+  std::size_t noise_n = 0;
+  [[nodiscard]] std::optional<double> share() const;  ///< with a phase; empty without observations
+};
+struct PhaseFigures {
+  PhaseView los, nlos;
+  /// Phases that do not continue the signal's one before: the receiver says so, or it had none in between.
+  std::size_t slips = 0;
+  double time_s = 0;  ///< with a phase: their count times the recording's interval
+  [[nodiscard]] std::optional<double> time_between_slips_s() const;  ///< time_s / slips; empty without slips
+};
+
+/// One signal of one system. Has no observations unless it is both recorded and tracked.
+struct SignalFigures : ObservationFigures {
+  const gnss::Signal* signal = nullptr;
+  bool recorded = false, tracked = false;  ///< Comparison::recorded, tracked
+  Sides<PhaseFigures> phase;               ///< of several runs: of all together
+  [[nodiscard]] bool judged() const { return recorded && tracked; }
+  [[nodiscard]] std::string name() const;  ///< "GPS L2C"
+  [[nodiscard]] bool first() const;        ///< the one near L1, that the other figures are of
+};
+
+struct SegmentFigures {
+  std::size_t street = 0;  ///< number of the whole recording's segment, from 1
+  Segment segment;
+  Sides<PositionFigures> position;
+};
+
+/// Everything that `canyon validate` states of one model on one part of a recording. Measured observations
+/// are those with an error: not gross, at an epoch with a clock.
+struct Figures : ObservationFigures {  ///< of each system's first signal
+  std::string model;
+  std::string part;  ///< "second half: 12:52:00 to 12:56:24 GPST, 243 epochs"
+  std::size_t epochs = 0;
+  std::size_t runs = 1;                                        ///< that simulated values are of
+  std::size_t los = 0, nlos = 0;                               ///< measured observations by the city's word
+  std::optional<Separation> by_cn0, by_error;                  ///< NLOS: weak, late
+  std::optional<Interval> by_cn0_interval, by_error_interval;  ///< 95 %, blocks of time
+  std::vector<Band> bands;                                     ///< 10-30, 30-50, 50-90 deg
+  std::vector<Explained> explained;                            ///< the last one is "all"
+  DistributionPair used;                                       ///< satellites in fixes
+  /// Of the number of satellites with a first signal, measured and simulated, over epochs where both have
+  /// some.
+  std::optional<Correlation> tracked_over_time;
+  Sides<PositionFigures> position;       ///< of single epochs
+  Sides<PositionFigures> filtered;       ///< no epochs where the receiver has no filter
+  std::vector<SegmentFigures> segments;  ///< of at least 10 epochs
+  std::vector<SignalFigures> signals;    ///< by system, then in the order of gnss::signals_of()
+  /// Positions that the recorded receiver reported by NMEA; its satellites are not known: mean_used is NaN.
+  std::optional<PositionFigures> own_fixes;
+  std::vector<NeverTracked> never_tracked;  ///< in the whole recording; set by who asked never_tracked()
+  bool left_out = false;                    ///< they are: CompareOptions::leave_out
+};
+
+struct FigureOptions {
+  /// Blocks of the bootstrap [s]: errors are correlated over the length of a building. [1, 600]; at most a
+  /// fifth of the part.
+  double block_s = 60;
+  int resamples = 500;  ///< [100, 100,000]; 0: no intervals
+  std::uint64_t seed = 1;
+};
+/// Names the part of a comparison: "second half: 12:52:00 to 12:56:24 GPST, 243 epochs".
+[[nodiscard]] std::string describe_part(const Comparison& comparison, std::size_t first, std::size_t count,
+                                        const std::string& name);
+
+/// Figures of a comparison's epochs [first, first + count) (asserted to exist). Measured errors count in
+/// epochs that have a clock. Bands' upper ends are open but for the zenith.
+/// @param runs of the same recording and satellites, say in
+/// cities moved within what is known of their place: where there are any, the simulated values are those of
+/// all of them together, while measured values, LOS and NLOS, and what explains an observation stay
+/// `comparison`'s.
+[[nodiscard]] Figures figures(const Comparison& comparison, std::size_t first, std::size_t count,
+                              const std::string& part, const FigureOptions& options = {},
+                              std::span<const Comparison> runs = {});
+
+/// Figures of Recording::own_fixes in the epochs [first, first + count) of a comparison of that recording,
+/// first and last time included.
+[[nodiscard]] PositionFigures own_fix_figures(const Recording& recording, const Comparison& comparison,
+                                              std::size_t first, std::size_t count);
+
+/// Epochs [first, first + count) of one recording, and the runs of its simulated values, if any.
+struct PooledPart {
+  const Comparison* comparison = nullptr;
+  std::size_t first = 0, count = 0;
+  std::span<const Comparison> runs;
+};
+/// One after the other, as one comparison without streets, for figures() of the observations of all.
+/// Recordings of a shorter interval are thinned to the longest of all, so that a second weighs the same in
+/// each; where one has fewer runs than another, its runs are taken again.
+struct Pooled {
+  Comparison comparison;
+  std::vector<Comparison> runs;
+};
+[[nodiscard]] Pooled pool(std::span<const PooledPart> parts);
+
+[[nodiscard]] std::optional<double> auc_of(const std::optional<Separation>& separation);
+/// "reflected 1", "reflected 2", "diffracted", "diffuse": the words of Explained::kind.
+[[nodiscard]] std::string path_words(const ComparedSatellite::Prediction& prediction);
+
+/// "never tracked above 30 deg in clear view, left out: C07 (412 s), G11 (93 s)"; empty without any.
+[[nodiscard]] std::string never_tracked_text(const Figures& figures);
+
+/// The figures as JSON: an object with SI units in the names; null where a figure has nothing to be made
+/// from. `alignment_json`, an object by itself, goes under "alignment".
+[[nodiscard]] std::string to_json(const std::vector<Figures>& models,
+                                  const std::optional<std::string>& alignment_json);
+/// Tables of one model's figures for terminals.
+[[nodiscard]] std::string to_text(const Figures& figures);
+/// One table for terminals, a row for each model, of the figures that docs/results.md states.
+[[nodiscard]] std::string models_table(const std::vector<Figures>& models);
+
+}  // namespace canyon::validation

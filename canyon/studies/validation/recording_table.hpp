@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/studies/validation/headlines.hpp"
+
+// The table of several recordings that `canyon validate LIST.yaml` prints.
+
+namespace canyon::validation {
+
+/// A recording, or all of a class together.
+struct RecordingRow {
+  std::string name;            ///< "tst", "all mass market"
+  std::string receiver_class;  ///< may be empty
+  std::vector<Headline> headlines;
+  // A recording has:
+  std::string part;           ///< Figures::part
+  std::string never_tracked;  ///< never_tracked_text()
+  std::string figures_json;   ///< to_json() of its models, alone
+  // A class has:
+  std::vector<std::string> pooled;  ///< the names of what is pooled
+};
+
+/// The headlines of all rows, the first of each key, in their order.
+[[nodiscard]] std::vector<Headline> headlines_of(const std::vector<RecordingRow>& rows);
+
+/// One line of what a row is of: "tst (mass market): second half: ... 242 epochs; never tracked ...".
+[[nodiscard]] std::string description_of(const RecordingRow& row);
+
+/// A table for terminals: a line for each row and one for its intervals, and below what belongs to each
+/// recording.
+[[nodiscard]] std::string to_text(const std::vector<RecordingRow>& rows);
+/// An object: "recordings", an array of their to_json() with "name", "class" and "headlines", and "classes".
+[[nodiscard]] std::string to_json(const std::vector<RecordingRow>& rows);
+
+// Which figures of a simulated receiver lie within their range of the recorded ones.
+
+struct Score {
+  std::size_t within = 0, of = 0;  ///< headlines in their range, and that have one
+
+  Score& operator+=(const Score& other) {
+    within += other.within;
+    of += other.of;
+    return *this;
+  }
+};
+[[nodiscard]] Score score_of(const std::vector<Headline>& headlines);
+
+/// The same recordings simulated by several seeds.
+struct SeedRows {
+  std::uint64_t seed = 0;
+  std::vector<RecordingRow> rows;
+};
+/// A table for terminals: a line for each seed, a column for each recording with how many figures lie within
+/// their ranges, and one of all; the mean of all seeds below.
+[[nodiscard]] std::string seed_scores(const std::vector<SeedRows>& seeds);
+
+/// A table for terminals: a line for each figure with a range, a column for each recording (pooled rows are
+/// left out) with the simulated value, the recorded one in brackets, the 95 % interval of the simulated one
+/// where there is one, and yes or no; then how many of each and of all.
+[[nodiscard]] std::string score_card(const std::vector<RecordingRow>& rows);
+
+}  // namespace canyon::validation

@@ -1,0 +1,89 @@
+// Declared in canyon/studies/validation/comparison.hpp.
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/geodesy/frames.hpp"
+#include "canyon/studies/validation/comparison.hpp"
+
+namespace canyon::validation {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kShortest_m = 50;
+/// Steps shorter than this give no direction [m]: the noise of a truth of centimetres at standstill.
+constexpr double kStep_m = 0.3;
+
+/// The angle between two directions of any length but zero.
+double angle_between(const Vector2d& a, const Vector2d& b) {
+  return std::abs(std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b)));
+}
+
+struct Piece {
+  std::size_t first = 0, count = 0;
+  double length_m = 0;
+  Vector2d way = Vector2d::Zero();  ///< sum of its steps
+
+  void join(const Piece& next) {
+    count += next.count;
+    length_m += next.length_m;
+    way += next.way;
+  }
+};
+
+/// Angle that joining costs; a piece that goes nowhere fits anything.
+double misfit(const Piece& a, const Piece& b) {
+  if (a.way.norm() < kStep_m || b.way.norm() < kStep_m) return 0;
+  return angle_between(a.way, b.way);
+}
+
+}  // namespace
+
+std::vector<Segment> street_segments(std::span<const Eigen::Vector3d> places) {
+  if (places.empty()) return {};
+  const double turn = geodesy::radians(30);
+  std::vector<Piece> pieces(1);
+  pieces.back().count = 1;
+  Vector2d since = places[0].head<2>();  // where the last step that gave a direction ended
+  for (std::size_t i = 1; i < places.size(); ++i) {
+    const Vector2d step = places[i].head<2>() - since;
+    if (step.norm() >= kStep_m) {
+      since = places[i].head<2>();
+      Piece& current = pieces.back();
+      if (current.way.norm() >= kStep_m && angle_between(current.way, step) > turn) {
+        pieces.push_back({i, 0, 0, Vector2d::Zero()});
+      }
+      pieces.back().length_m += step.norm();
+      pieces.back().way += step;
+    }
+    ++pieces.back().count;
+  }
+  while (pieces.size() > 1) {
+    const auto shortest = std::min_element(
+        pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) { return a.length_m < b.length_m; });
+    if (shortest->length_m >= kShortest_m) break;
+    const bool has_next = shortest + 1 != pieces.end();
+    const bool back = shortest != pieces.begin() &&
+                      (!has_next || misfit(*(shortest - 1), *shortest) <= misfit(*shortest, *(shortest + 1)));
+    const auto into = back ? shortest - 1 : shortest;
+    into->join(*(into + 1));
+    pieces.erase(into + 1);
+  }
+  std::vector<Segment> segments;
+  for (const Piece& piece : pieces) {
+    Segment segment;
+    segment.first = piece.first;
+    segment.count = piece.count;
+    segment.length_m = piece.length_m;
+    if (piece.way.norm() >= kStep_m) {
+      segment.heading_deg =
+          geodesy::degrees(geodesy::azimuth_from_yaw(std::atan2(piece.way.y(), piece.way.x())));
+    }
+    segments.push_back(segment);
+  }
+  return segments;
+}
+
+}  // namespace canyon::validation
