@@ -293,9 +293,9 @@ simulate)
   [ ! -s out ] && [ ! -s err ] || fail "--quiet printed something"
   cmp res/epochs.csv res2/epochs.csv || fail "same seed, other bytes"
   # A list of outputs is all that is written.
-  sed 's/outputs:.*/outputs: [nmea, kml]/' small.yaml >listed.yaml
+  sed 's/outputs:.*/outputs: [nmea, gpx]/' small.yaml >listed.yaml
   runs 0 "$canyon" simulate listed.yaml --out listed --duration 2
-  [ "$(ls listed | tr '\n' ' ')" = "receiver.nmea report.txt track.kml " ] || fail "listed holds $(ls listed)"
+  [ "$(ls listed | tr '\n' ' ')" = "receiver.nmea report.txt track.gpx " ] || fail "listed holds $(ls listed)"
   sed 's/outputs:.*/outputs: [nmae]/' small.yaml >unknown.yaml
   runs 2 "$canyon" simulate unknown.yaml --out unknown; one_line; says err "'nmae' is unknown" "did you mean 'nmea'"
   # Where mean sea level is shows in what receivers state, and in no figure of the run.

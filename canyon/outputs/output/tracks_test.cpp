@@ -1,4 +1,4 @@
-// KML and GeoJSON.
+// KML, GeoJSON and GPX.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -215,6 +215,65 @@ TEST(GeoJson, GdalReadsIt) {
   EXPECT_EQ(occurrences(result.output, "status (String) = fix"), 5U);
   EXPECT_THAT(result.output, HasSubstr("time (DateTime) = 2019/04/28 12:58:10"));
   EXPECT_THAT(result.output, HasSubstr("WGS 84"));
+}
+
+// Fixes at seconds 0 to 2, 5 and 7: a segment for each stretch.
+TEST(Gpx, HoldsFixesAndASegmentForEachStretch) {
+  CANYON_NEEDS_PROGRAM("xmllint");
+  const test::TemporaryFolder folder;
+  const auto path = folder / "track.gpx";
+  const auto epochs = sample_run();
+  feed(*open_file("gpx", path, 0, {"rover <1> & \"co\""}), epochs);
+  const auto query = [&](const std::string& xpath) {
+    return std::string(
+        trim(test::run_program("xmllint --xpath '" + xpath + "' '" + path.string() + "'").output));
+  };
+  EXPECT_EQ(query("string(/*[local-name()=\"gpx\"]/@version)"), "1.1");
+  EXPECT_EQ(query("namespace-uri(/*)"), "http://www.topografix.com/GPX/1/1");
+  EXPECT_EQ(query("string(//*[local-name()=\"name\"])"), "rover <1> & \"co\"");
+  EXPECT_EQ(query("count(//*[local-name()=\"trkseg\"])"), "3");
+  EXPECT_EQ(query("count(//*[local-name()=\"trkseg\"][1]/*)"), "3");
+  // wptType, elements in the order of the schema.
+  const geodesy::Geodetic& place = epochs[0].observed.fix.position;
+  EXPECT_THAT(
+      test::read_bytes(path),
+      HasSubstr("<trkpt lat=\"" + fixed(geodesy::degrees(place.latitude_rad), 9) + "\" lon=\"" +
+                fixed(geodesy::degrees(place.longitude_rad), 9) + "\"><ele>" + fixed(place.height_m, 3) +
+                "</ele><time>2019-04-28T12:58:03.000Z</time><fix>3d</fix><sat>9</sat>"
+                "<hdop>1.250</hdop><vdop>1.688</vdop><pdop>2.100</pdop></trkpt>\n"));
+  EXPECT_NEAR(geodesy::degrees(place.longitude_rad), 114.178761, 1e-9);
+}
+
+// GPX 1.1: geoidheight is the height of the geoid above the ellipsoid, and stands behind the time.
+TEST(Gpx, SaysWhereMeanSeaLevelIs) {
+  simulation::Epoch epoch = sample_run().front();
+  epoch.observed.fix.position.height_m = 12.3456;
+  epoch.geoid_undulation_m = -2.375;
+  EXPECT_THAT(format_named("gpx").make({"rover"})->encode(epoch),
+              HasSubstr("<ele>14.721</ele><time>2019-04-28T12:58:03.000Z</time>"
+                        "<geoidheight>-2.375</geoidheight><fix>"));
+}
+
+TEST(Gpx, GdalReadsIt) {
+  CANYON_NEEDS_PROGRAM("ogrinfo");
+  const test::TemporaryFolder folder;
+  feed(*open_file("gpx", folder / "track.gpx", 0, {"rover"}), sample_run());
+  const auto result =
+      test::run_program("ogrinfo -al '" + (folder / "track.gpx").string() + "' track_points 2>&1");
+  EXPECT_EQ(result.status, 0);
+  EXPECT_THAT(result.output, HasSubstr("Feature Count: 5"));
+  EXPECT_THAT(result.output, HasSubstr("time (DateTime) = 2019/04/28 12:58:10"));
+  EXPECT_EQ(occurrences(result.output, "fix (String) = 3d"), 5U);
+  EXPECT_EQ(occurrences(result.output, "sat (Integer) = 9"), 5U);
+  EXPECT_THAT(result.output, HasSubstr("track_seg_id (Integer) = 2"));
+}
+
+TEST(Gpx, EmptyRunAndAPrediction) {
+  const test::TemporaryFolder folder;
+  feed(*open_file("gpx", folder / "none.gpx", 0, {"rover"}), {});
+  EXPECT_THAT(test::read_bytes(folder / "none.gpx"), HasSubstr("<name>rover</name>\n</trk>\n</gpx>\n"));
+  feed(*open_file("gpx", folder / "one.gpx", 0, {"rover"}), {test::predicted(sample_run().front())});
+  EXPECT_THAT(test::read_bytes(folder / "one.gpx"), HasSubstr("<fix>none</fix><sat>0</sat></trkpt>"));
 }
 
 TEST(Kml, GdalReadsIt) {

@@ -191,10 +191,11 @@ void visit(options::Visitor& v, LiveConfig& config) {
   visit_start(v, config.start, &config.warnings);
   visit_rate(v, config.rate_hz);
   visit_seed(v, config.seed);
-  v.number({"geoid_undulation_m", "m",
-            "height of mean sea level above the ellipsoid in the world, subtracted in NMEA, UBX and MAVLink",
-            "the city's, else 0"},
-           config.city.sea_level.geoid_undulation_m, {-150, 150});
+  v.number(
+      {"geoid_undulation_m", "m",
+       "height of mean sea level above the ellipsoid in the world, subtracted in NMEA, UBX, MAVLink and GPX",
+       "the city's, else 0"},
+      config.city.sea_level.geoid_undulation_m, {-150, 150});
   ReceiverConfig& receiver = config.receiver();
   visit_name_and_profile(v, receiver, false);
   // A host's receivers may be on several vehicles, whose errors are not alike.

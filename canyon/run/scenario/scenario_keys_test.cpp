@@ -92,7 +92,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "rinex4_observation: true, "
       "rinex_navigation: true, imu: true, wheels: true, barometer: true, magnetometer: true, sensors_npz: "
       "true, highres_imu: true, kml: true, geojson: "
-      "true, "
+      "true, gpx: true, "
       "samples: true, "
       "pictures: true}\n"
       "map: {motion: driving, pace_mps: 5}\n"

@@ -34,7 +34,7 @@ void visit(options::Visitor& v, TerrainOptions& o) {
   // Geoid undulations lie within -107 and +86 m (EGM2008).
   v.number({"geoid_undulation_m", "m",
             "height of mean sea level above the ellipsoid: added to the heights of terrain and city models, "
-            "subtracted in NMEA, UBX and MAVLink",
+            "subtracted in NMEA, UBX, MAVLink and GPX",
             "by geoid"},
            o.geoid_undulation_m, {-150, 150});
   v.choice(
