@@ -365,9 +365,10 @@ TEST(Signals, BiasesOfTheReceiverGoWhereTheyBelong) {
       }
       for (const SatelliteObservation& d : epochs[i + 3].observed.satellites) {
         if (d.id != a.id) continue;
-        EXPECT_NEAR(d.measurement->pseudorange_m - a.measurement->pseudorange_m, d.bias_m, 1e-6);
-        if (!biases_m.insert(d.bias_m).second) continue;
-        square_m2 += square(d.bias_m);
+        EXPECT_NEAR(d.measurement->pseudorange_m - a.measurement->pseudorange_m,
+                    d.term_m(receiver::RangeTermId::Bias), 1e-6);
+        if (!biases_m.insert(d.term_m(receiver::RangeTermId::Bias)).second) continue;
+        square_m2 += square(d.term_m(receiver::RangeTermId::Bias));
         ++drifted;
       }
     }
@@ -425,7 +426,8 @@ TEST(Signals, AreCombinedAndSmoothedInFixes) {
     if (epoch.receiver == 2) worst_modelled = std::max(worst_modelled, error_m);
     for (const SatelliteObservation& s : epoch.observed.satellites) {
       if (epoch.receiver > 2 || epoch.receiver == 0 || !s.estimated_ionosphere_m) continue;
-      const double l1_m = s.ionosphere_m * square(s.signal->carrier_hz / gnss::kL1_hz);
+      const double l1_m =
+          s.term_m(receiver::RangeTermId::Ionosphere) * square(s.signal->carrier_hz / gnss::kL1_hz);
       worst_estimate = std::max(worst_estimate, std::abs(*s.estimated_ionosphere_m - l1_m));
     }
     if (epoch.receiver < 3 || epoch.observed.time < epochs.front().observed.time + 120.0) continue;

@@ -22,8 +22,8 @@ using gnss::System;
 using positioning::Fix;
 
 constexpr GpsTime kTime = test::CircularSky::kEpoch + std::chrono::hours(5);
-const geodesy::Geodetic kRover = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
-const geodesy::Geodetic kBase = geodesy::Geodetic::from_degrees(22.304, 114.18, 30);
+const geodesy::Geodetic kRoverPlace = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
+const geodesy::Geodetic kBasePlace = geodesy::Geodetic::from_degrees(22.304, 114.18, 30);
 
 const test::CircularSky& sky() {
   static const test::CircularSky circular({System::GPS, System::Galileo, System::BeiDou});
@@ -71,11 +71,11 @@ class Rtk {
       const std::function<void(Fix&)>& change = [](Fix&) {}) {
     const GpsTime time = kTime + static_cast<double>(++epoch_);
     Corrections base;
-    base.station_ecef = geodesy::ecef_from_geodetic(kBase);
+    base.station_ecef = geodesy::ecef_from_geodetic(kBasePlace);
     base.receiver_time = time;
-    base.observations = measure(kBase, time);
+    base.observations = measure(kBasePlace, time);
     filter_.take(base, sky());
-    std::vector<SignalMeasurement> rover = measure(kRover, time);
+    std::vector<SignalMeasurement> rover = measure(kRoverPlace, time);
     spoil(rover);
     std::vector<positioning::Measurement> codes;
     for (const SignalMeasurement& m : rover) codes.push_back(m.measurement);
@@ -91,7 +91,7 @@ class Rtk {
 };
 
 double error_m(const Fix& fix) {
-  return (fix.position_ecef - geodesy::ecef_from_geodetic(kRover)).norm();
+  return (fix.position_ecef - geodesy::ecef_from_geodetic(kRoverPlace)).norm();
 }
 
 // A position filter's fix whose accuracy is beyond its limit has no place; the epoch's velocity is known.
