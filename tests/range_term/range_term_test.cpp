@@ -161,6 +161,45 @@ TEST(RangeTerm, ComesToTablesVirtualStationsAndSamples) {
   }
 }
 
+/// Largest error of a virtual station's pseudoranges beside geometry and satellites' clocks alone [m].
+class Mover final : public simulation::EpochSink {
+ public:
+  void write(const Epoch& epoch) override {
+    const Eigen::Vector3d place = epoch.truth_ecef + Eigen::Vector3d(0, 0, 5e4);
+    const auto moved = simulation::VirtualStation().move(epoch, place);
+    const auto clean_m = [&](gnss::SatelliteId id, const Eigen::Vector3d& from) {
+      const auto line = orbit::line_of_sight(epoch.environment->sky(), id, epoch.truth.time, from);
+      return line->range_m - geodesy::kSpeedOfLight * line->state.clock_bias_s;
+    };
+    for (std::size_t i = 0; i < epoch.observed.satellites.size(); ++i) {
+      const auto &base = epoch.observed.satellites[i], &there = moved->observed.satellites[i];
+      if (!base.measurement || !there.measurement) continue;
+      ++count;
+      worst_m =
+          std::max(worst_m, std::abs(there.measurement->pseudorange_m - base.measurement->pseudorange_m -
+                                     clean_m(base.id, place) + clean_m(base.id, epoch.truth_ecef)));
+    }
+  }
+  void finish() override {}
+  double worst_m = 0;
+  int count = 0;
+};
+
+// A base whose errors from space are switched off gets none at another place.
+TEST(RangeTerm, AVirtualStationHasTheSwitchesOfItsBase) {
+  const auto worst_m = [](const std::string& switches) {
+    std::string text = kScenario;
+    text.replace(text.find("ublox-f9p"), 9, "ublox-f9p" + switches);
+    const test::TemporaryFolder folder;
+    Mover mover;
+    test::prepare(text, folder.path()).run({&mover}, {});
+    EXPECT_GT(mover.count, 20);
+    return mover.worst_m;
+  };
+  EXPECT_LT(worst_m(", ionosphere: false, troposphere: false, orbit_errors: false"), 1e-6);
+  EXPECT_GT(worst_m(""), 0.01);
+}
+
 TEST(RangeTerm, ComesToMaps) {
   const simulation::Environment open(city::City(),
                                      std::make_shared<test::CircularSky>(std::vector{gnss::System::GPS}));
