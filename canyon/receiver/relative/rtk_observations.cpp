@@ -81,11 +81,11 @@ void BaselineFilter::take_codes() {
       const double noise = d.variance * options_.code_ratio * options_.code_ratio + d.age_variance;
       const double normalised = std::abs(state_.innovation(row, d.code_m, noise).normalised());
       ++considered;
+      sum += std::min(normalised * normalised, 25.0);
       if (normalised > options_.gate_sigmas) {
         ++failed;
         continue;
       }
-      sum += normalised * normalised;
       state_.take(row, d.code_m, repeats * noise);
       const Eigen::Vector3d& e = d.rover->direction;
       weights += 1 / noise;
@@ -97,8 +97,7 @@ void BaselineFilter::take_codes() {
   state_.mirror();
   code_covariance_.setZero();
   if (information.determinant() > 1e-9) code_covariance_ = information.inverse();
-  // What is left out does not enter the state, so its echoes are none of the answer's.
-  const auto redundant = considered - failed - static_cast<int>(groups_.size()) - 3;
+  const auto redundant = considered - static_cast<int>(groups_.size()) - 3;
   if (redundant > 3) {
     code_squares_ += kSquaresWeight * (std::max(1.0, sum / redundant) - code_squares_);
   }
