@@ -558,11 +558,11 @@ TEST(ReceiverSignal, SwitchedOffNothingOfItShows) {
               .first->second;
       const double error = noise.advance(1);
       EXPECT_EQ(seen.noise_m, error);
-      EXPECT_EQ(seen.measurement->pseudorange_m,
-                view.line.range_m + view.paths.tracked_excess_m() +
-                    kSpeedOfLight * (epoch.clock_bias_s -
-                                     (view.line.state.clock_bias_s - view.line.state.group_delay_s)) +
-                    0.0 + error);
+      EXPECT_DOUBLE_EQ(seen.measurement->pseudorange_m,
+                       view.line.range_m + view.paths.tracked_excess_m() +
+                           kSpeedOfLight * (epoch.clock_bias_s -
+                                            (view.line.state.clock_bias_s - view.line.state.group_delay_s)) +
+                           0.0 + error);
       EXPECT_EQ(seen.measurement->pseudorange_m, twin.measurement->pseudorange_m);
       EXPECT_EQ(*seen.measurement->doppler_hz, *twin.measurement->doppler_hz);
       EXPECT_EQ(seen.measurement->sigma_m, tracking::OuOptions().standard_deviation_m());
