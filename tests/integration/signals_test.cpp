@@ -255,7 +255,8 @@ std::map<std::string, std::string> printed_numbers(const std::string& text) {
   return numbers;
 }
 
-// Every number of a file with every band comes back, and nothing else.
+// Every number of a file with every band comes back, and nothing else: a Doppler of zero is none that is
+// missing.
 TEST(Signals, ComeBackToThePrintedDigit) {
   const test::TemporaryFolder folder;
   (void)test::run_and_write(

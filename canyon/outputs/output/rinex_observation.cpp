@@ -50,8 +50,10 @@ std::string time_record(geodesy::GpsTime t, std::string_view label) {
                      label);
 }
 
-/// F14.3, loss-of-lock indicator (blank: no loss), signal strength indicator (blank: not known).
+/// F14.3, loss-of-lock indicator (blank: no loss), signal strength indicator (blank: not known). 0.000 would
+/// stand for a missing observation (RINEX 3.04, table A3), so the least digit stands for a measured one.
 std::string observation(double value, bool lost_lock = false, char strength = ' ') {
+  if (std::abs(value) < 0.0005) value = std::copysign(0.001, value);
   return fmt::format("{:14.3f}{}{}", value, lost_lock ? '1' : ' ', strength);
 }
 constexpr std::string_view kNoObservation = "                ";
