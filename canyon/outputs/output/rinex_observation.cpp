@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/outputs/output/encoder.hpp"
