@@ -72,6 +72,12 @@ class Encoder {
   using Put = std::function<void(std::string_view)>;
   /// Puts the bytes behind the last epoch. Nothing is called afterwards but correction().
   virtual void end(const Put& /*put*/) {}
+  /// The same bytes at once.
+  [[nodiscard]] std::string end() {
+    std::string text;
+    end([&text](std::string_view part) { text += part; });
+    return text;
+  }
   [[nodiscard]] virtual std::optional<Correction> correction() { return std::nullopt; }
 
   /// Whether it needs Epoch::sensors.
