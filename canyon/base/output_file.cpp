@@ -262,7 +262,9 @@ void ResultFiles::read_list() {
 void ResultFiles::refuse(const fs::path& path) {
   InputFiles::current().refuse(path);
   std::error_code error;
-  if (fs::is_directory(path, error)) throw InputError(path, 0, "is a folder", "give the name of a file");
+  const fs::file_status there = fs::status(path, error);
+  if (fs::is_directory(there)) throw InputError(path, 0, "is a folder", "give the name of a file");
+  if (fs::is_other(there)) throw InputError(path, 0, "is a device", "give the name of a file");
   const std::lock_guard<std::mutex> lock(results_mutex);
   for (ResultFiles* each : results) each->check(path);
 }

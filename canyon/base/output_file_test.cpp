@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -231,6 +232,14 @@ TEST(OutputFile, IsWrittenInOneCall) {
 }
 
 // Results replace what a run wrote, also one that was killed; a file of the user stays.
+// A file that is renamed into its place would take the device's.
+TEST(OutputFile, RefusesADevice) {
+  const test::TemporaryFolder folder;
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+  EXPECT_THROW(write_file(folder / "pipe", "1"), InputError);
+  EXPECT_TRUE(std::filesystem::is_fifo(folder / "pipe"));
+}
+
 TEST(ResultFiles, ReplaceWhatARunWrote) {
   const test::TemporaryFolder folder;
   {
