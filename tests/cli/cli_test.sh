@@ -1625,10 +1625,8 @@ P
     ncdump -h p/map.nc >out; says out 'horizontal_error_exceedance:comment = "more than 2.5 m, of the draws with a fix"' DO-229D
     says out '--error-limit 2.5' '--alert-limit 30'
   fi
-  runs 0 "$canyon" "${box[@]}" --out t --layers time_to_first_fix --draws 3 --start hot --quiet
   runs 2 "$canyon" heatmap small.yaml --out bad --error-limit 0; one_line; says err error_m
   runs 2 "$canyon" heatmap small.yaml --out bad --motion driving; one_line; says err "no position filter" "--motion standing"
-  runs 2 "$canyon" heatmap small.yaml --out bad --start tepid; one_line; says err tepid "cold"
   # Runs: the mean over cities drawn anew, and their 95 %; the same bytes on any number of threads.
   sed '/^city/d' small.yaml >runs.yaml
   echo 'city: {synthetic: {blocks_east: 3, blocks_north: 3, seed: 2}, georeference: {sigma_m: 3}}' >>runs.yaml
