@@ -20,15 +20,13 @@ sky: {nominal: true}
 start: 2026-06-01T08:00:00Z
 trajectory: {waypoints: [{east_m: -80, north_m: -20}, {east_m: 80, north_m: -20}], speed_mps: 8, height_above_terrain_m: 1.5}
 receivers: [{name: car}]
-outputs: {rinex_navigation: true, rinex_observation: true}
+outputs: {rinex_navigation: true, rinex_observation: true, gpx: true}
 END
 "$canyon" simulate drive.yaml --out first --quiet
 mv first/sky.nav day.rnx
 mv first/receiver.obs drive.obs
 mv first/epochs.csv truth.csv
-awk -F, 'NR == 1 {for (i = 1; i <= NF; i++) c[$i] = i; print "<gpx><trk><trkseg>"; next}
-  {printf "<trkpt lat=\"%s\" lon=\"%s\"><ele>%s</ele><time>%s</time></trkpt>\n", $c["true_latitude_deg"], $c["true_longitude_deg"], $c["true_height_m"], $c["utc"]}
-  END {print "</trkseg></trk></gpx>"}' truth.csv >track.gpx
+mv first/track.gpx track.gpx
 rm -r first
 for name in first scenario city synthetic_drive; do cp examples/synthetic_drive.yaml $name.yaml; done
 printf '%s\n' recordings: '  - {name: house, class: mass market, scenario: drive.yaml, obs: drive.obs, truth: truth.csv}' >recordings.yaml
