@@ -40,7 +40,7 @@ ReceiverOptions with(const ReceiverOptions& options, const options::Key& key) {
   if (key.path == "elevation_mask_deg") value = "40";
   if (key.path == "signal.lock.acquisition_threshold_dbhz") value = "36";
   if (key.path == "signal.installation_db") value = "-20";
-  if (key.path == "signal.shadowing.skyline.share") value = "0.5";
+  if (key.path == "signal.shadowing.skyline.share") value = "0.3";
   if (key.path == "noise.mu_m") value = "1000";  // the clock takes it, but for the rounding of larger values
   options::read(options::parse_yaml(test::nested(key.path, value), document, ""), document, changed);
   return changed;
