@@ -51,10 +51,10 @@ grep_each "only canyon/base/json.cpp may include nlohmann/json" '#include [<"]nl
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/city/raytrace/')
 grep_each "only canyon/raytrace may include Embree" '#include [<"]embree' "${outside[@]}"
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/city/buildings/|^canyon/city/meshes/geos\.hpp$')
-grep_each "only canyon/buildings may include map libraries (and canyon/city/meshes/geos.hpp GEOS)" \
+grep_each "only canyon/city/buildings may include map libraries (and canyon/city/meshes/geos.hpp GEOS)" \
   '#include [<"](osmium|protozero|geos|curl)' "${outside[@]}"
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/(city/buildings|studies/heatmap)/')
-grep_each "only canyon/buildings and canyon/heatmap may include raster libraries" \
+grep_each "only canyon/city/buildings and canyon/studies/heatmap may include raster libraries" \
   '#include [<"](gdal|ogr|netcdf)' "${outside[@]}"
 # FOLDER/FILE.cpp, or FOLDER/ALL, of what CMakeLists.txt gives to canyon::io.
 io=$(tr -s '\n ' ' ' <CMakeLists.txt | grep -oE 'canyon_folder\([^)]*\)' | sed -nE 's/^canyon_folder\(([a-z_/]+) (.* )?IO ([^)]*)\)/\1 \3/p' |
