@@ -17,6 +17,7 @@
 #include "canyon/receiver/rtcm/rtcm_decoder.hpp"
 #include "canyon/run/environment.hpp"
 #include "canyon/run/live_receiver.hpp"
+#include "canyon/run/run.hpp"
 #include "canyon/run/scenario/profile.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/run/simulator.hpp"

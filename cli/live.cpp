@@ -42,7 +42,7 @@ simulation::Scenario read_live_scenario(const LiveArguments& arguments) {
   return scenario;
 }
 
-std::string figures_line(const live::Figures& figures) {
+std::string figures_line(const live::SessionFigures& figures) {
   std::string line =
       fmt::format("{:8.1f} s  {} epochs, {} with a fix", figures.host_s, figures.epochs, figures.fixes);
   if (figures.no_truth > 0) line += fmt::format(", {} without truth", figures.no_truth);
@@ -83,14 +83,14 @@ int run_live(const LiveArguments& arguments) {
 
   const std::atomic<bool>& stop = catch_interrupts();
   int quiet_seconds = 0;
-  live::RunOptions options;
+  live::SessionOptions options;
   options.stop = &stop;
   options.note = note;
   options.warn = [&](const std::string& text) {
     if (std::exchange(drawn, false)) fmt::print(stderr, "\n");
     print_warnings({text});
   };
-  options.progress = [&](const live::Figures& figures) {
+  options.progress = [&](const live::SessionFigures& figures) {
     if (arguments.quiet) return;
     if (terminal) {
       fmt::print(stderr, "\r\033[K{}", figures_line(figures));
@@ -99,7 +99,7 @@ int run_live(const LiveArguments& arguments) {
       note(figures_line(figures));
     }
   };
-  const live::Figures figures = session.run({}, options);
+  const live::SessionFigures figures = session.run({}, options);
   note("ended       " + figures_line(figures));
   return stop ? kInterrupted : kOk;
 }

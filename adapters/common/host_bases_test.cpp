@@ -54,8 +54,8 @@ class Field {
       for (std::size_t r = 0; r < receivers.size(); ++r) {
         if (!receivers[r] || !receivers[r]->due(now_ns)) continue;
         receivers[r]->begin(now_ns, [&](std::string&) {
-          simulation::TruePose truth;
-          truth.pose.position_m = places[r];
+          simulation::RigidPose truth;
+          truth.position_m = places[r];
           return std::optional(truth);
         });
         due.push_back(receivers[r].get());

@@ -103,14 +103,14 @@ class Host {
                         std::nullopt);
   }
   void update(std::int64_t now_ms) {
-    receiver->update(now_ms * 1'000'000, [this](std::string& reason) -> std::optional<simulation::TruePose> {
+    receiver->update(now_ms * 1'000'000, [this](std::string& reason) -> std::optional<simulation::RigidPose> {
       if (broken) throw std::runtime_error("the engine is gone");
       if (lost) {
         reason = "no pose has come";
         return std::nullopt;
       }
-      simulation::TruePose truth;
-      truth.pose.position_m = place;
+      simulation::RigidPose truth;
+      truth.position_m = place;
       return truth;
     });
   }

@@ -25,7 +25,7 @@ class LinkPoseSource final : public PoseSource {
   LinkPoseSource(const gazebo::physics::LinkPtr& link, const Pose3d& sensor_on_link)
       : link_(link), name_(link->GetScopedName()), sensor_on_link_(sensor_on_link) {}
 
-  std::optional<simulation::TruePose> at(const gazebo::common::Time& now, std::string& reason) override {
+  std::optional<simulation::RigidPose> at(const gazebo::common::Time& now, std::string& reason) override {
     const gazebo::physics::LinkPtr link = link_.lock();
     if (!link) {
       reason = fmt::format("link {} is gone", name_);
@@ -73,7 +73,7 @@ class TopicPoseSource final : public PoseSource {
   TopicPoseSource(const TopicPoseSource&) = delete;
   TopicPoseSource& operator=(const TopicPoseSource&) = delete;
 
-  std::optional<simulation::TruePose> at(const gazebo::common::Time& now, std::string& reason) override {
+  std::optional<simulation::RigidPose> at(const gazebo::common::Time& now, std::string& reason) override {
     return poses_->at(nanoseconds(now), reason);
   }
   void reset() override {

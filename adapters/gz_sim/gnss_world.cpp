@@ -269,21 +269,20 @@ struct GnssWorld::Impl {
     return !epochs.valid() || epochs.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
   }
 
-  std::optional<simulation::TruePose> truth(Receiver& receiver, std::int64_t now_ns, const Ecm& ecm,
+  std::optional<simulation::RigidPose> truth(Receiver& receiver, std::int64_t now_ns, const Ecm& ecm,
                                             std::string& reason) const {
     if (receiver.poses) return receiver.poses->at(now_ns, reason);
     if (ecm.Component<components::Pose>(receiver.link) == nullptr) {
       reason = fmt::format("link {} is gone", receiver.link_name);
       return std::nullopt;
     }
-    simulation::TruePose engine;
-    engine.pose = rigid_pose(gz::sim::worldPose(receiver.sensor, ecm));
+    simulation::RigidPose engine = rigid_pose(gz::sim::worldPose(receiver.sensor, ecm));
     const auto linear = ecm.ComponentData<components::WorldLinearVelocity>(receiver.link);
     const auto angular = ecm.ComponentData<components::WorldAngularVelocity>(receiver.link);
     if (angular) engine.angular_velocity = eigen(*angular);
     if (linear) {
       const Eigen::Vector3d arm =
-          engine.pose.position_m - eigen(gz::sim::worldPose(receiver.link, ecm).Pos());
+          engine.position_m - eigen(gz::sim::worldPose(receiver.link, ecm).Pos());
       engine.linear_velocity = eigen(*linear) + engine.angular_velocity.cross(arm);
     }
     const auto motion = receiver.motion.at(now_ns, engine);

@@ -59,7 +59,8 @@ TEST(MapProjection, TurnsGridNorthToTrueNorth) {
   EXPECT_NEAR(pose.position_m.head<2>().norm(), 1000 / 0.99976, 0.05);
   EXPECT_NEAR(geodesy::degrees(std::atan2(pose.position_m.x(), pose.position_m.y())), -0.7315, 1e-3);
   // A vehicle that looks along the grid's east axis looks 0.73 deg to the north of east.
-  EXPECT_NEAR(geodesy::degrees(simulation::yaw_of(pose.attitude)), 0.7315, 1e-3);
+  const Eigen::Vector3d ahead = pose.attitude * Eigen::Vector3d::UnitX();
+  EXPECT_NEAR(geodesy::degrees(std::atan2(ahead.y(), ahead.x())), 0.7315, 1e-3);
 }
 
 TEST(MapProjection, TakesAnOriginOnTheGridOrInItsTangentialPlane) {

@@ -32,12 +32,11 @@ live::HostSetup setup_of(const NodeSettings& settings, std::shared_ptr<simulatio
 
 NodeTruth::NodeTruth(const NodeSettings& settings, const city::City& city, Drive drive)
     : drive_(std::move(drive)),
-      frame_(city.frame),
       poses_(source_name(settings.pose_source), settings.pose_timeout_s) {
   if (settings.pose_source == PoseSource::Fixed) {
     simulation::FixedPlace place = *settings.live.receiver().fixed;
     place.settle(city.frame);
-    fixed_ = simulation::antenna_state({{}, place.place}, city.frame);
+    fixed_ = simulation::Pose{{}, place.place};
   }
   if (settings.map_projector) {
     projection_.emplace(read_map_projector_info(*settings.map_projector), city.frame,
@@ -55,10 +54,8 @@ std::optional<live::HostedReceiver::Motion> NodeTruth::at(std::int64_t now_ns, s
   using Antennas = live::HostedReceiver::Antennas;
   if (drive_) {
     const geodesy::GpsTime now = drive_->begin() + std::chrono::nanoseconds(now_ns);
-    Antennas antennas{simulation::antenna_state(drive_->antenna_pose(0, now), frame_)};
-    if (drive_->scenario().receivers.size() > 1) {
-      antennas.base = simulation::antenna_state(drive_->antenna_pose(1, now), frame_);
-    }
+    Antennas antennas{drive_->antenna_pose(0, now)};
+    if (drive_->scenario().receivers.size() > 1) antennas.base = drive_->antenna_pose(1, now);
     return antennas;
   }
   if (fixed_) return Antennas{*fixed_};

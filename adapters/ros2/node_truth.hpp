@@ -36,8 +36,7 @@ class NodeTruth {
 
  private:
   Drive drive_;
-  geodesy::LocalFrame frame_;
-  std::optional<simulation::AntennaState> fixed_;
+  std::optional<simulation::Pose> fixed_;
   std::optional<MapProjection> projection_;
   simulation::PoseInbox poses_;
 };

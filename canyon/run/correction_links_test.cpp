@@ -8,7 +8,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/run/environment.hpp"
-#include "canyon/run/live_receiver.hpp"
+#include "canyon/run/run.hpp"
 #include "canyon/run/simulator.hpp"
 #include "tests/support/simulation_support.hpp"
 
@@ -305,10 +305,10 @@ TEST(Corrections, OrderIsThatOfNeed) {
     receivers[i].options.own_draws = true;
     receivers[i].fixed.emplace();
   }
-  EXPECT_EQ(CorrectionLinks(receivers, 1).order(), (std::vector<std::size_t>{0, 1, 2, 3}));
+  EXPECT_EQ(CorrectionLinks(receivers, 1).order({0, 1, 2, 3}), (std::vector<std::size_t>{0, 1, 2, 3}));
   receivers[0].options.corrections.from = "c";
   receivers[2].options.corrections.from = "d";
-  EXPECT_EQ(CorrectionLinks(receivers, 1).order(), (std::vector<std::size_t>{1, 3, 2, 0}));
+  EXPECT_EQ(CorrectionLinks(receivers, 1).order({0, 1, 2, 3}), (std::vector<std::size_t>{1, 3, 2, 0}));
   EXPECT_EQ(CorrectionLinks(receivers, 1).base_of(0), 2U);
   EXPECT_FALSE(CorrectionLinks(receivers, 1).base_of(1));
 }
@@ -373,26 +373,24 @@ receivers:
   Collector batch;
   (void)simulation.run({&batch});
   const auto scene = std::make_shared<CityScene>(city::synthetic_city({}));
-  LiveReceiver live(parse_live_config(kLive, "host"), scene, simulation.begin());
+  Run live(parse_live_config(kLive, "host"), scene, simulation.begin());
   ASSERT_EQ(batch.epochs.size(), 82U);
   int differential = 0;
   for (std::size_t k = 0; k < batch.epochs.size(); k += 2) {
     const Epoch& expected = batch.epochs[k];
-    const double seconds = expected.truth.time - simulation.begin();
-    const AntennaState antenna =
-        antenna_state(simulation.antenna_pose(0, expected.truth.time), scene->city.frame);
-    const LiveReceiver::Step step = live.observe(seconds, antenna);
-    ASSERT_NE(step.base, nullptr);
-    EXPECT_EQ(step.base->epoch.receiver, 1U);
+    const geodesy::GpsTime time = expected.truth.time;
+    std::vector<Run::Due> due{{1, time, live.fixed_pose(1, time)}, {0, time, simulation.antenna_pose(0, time)}};
+    const std::vector<LiveReceiver::Step> steps = live.make(due, false);
+    EXPECT_EQ(steps[0].epoch.receiver, 1U);
     for (const auto& [a, b] :
-         {std::pair(&expected, &step.epoch), {&batch.epochs[k + 1], &step.base->epoch}}) {
+         {std::pair(&expected, &steps[1].epoch), {&batch.epochs[k + 1], &steps[0].epoch}}) {
       ASSERT_EQ(a->observed.fix.solved(), b->observed.fix.solved());
       EXPECT_EQ(a->observed.fix.kind(), b->observed.fix.kind());
       EXPECT_EQ(a->observed.fix.used, b->observed.fix.used);
       if (!a->observed.fix.solved()) continue;
       EXPECT_LT((a->observed.fix.position_ecef - b->observed.fix.position_ecef).norm(), 1e-6);
     }
-    if (step.epoch.observed.fix.kind() == positioning::FixKind::Differential) ++differential;
+    if (steps[1].epoch.observed.fix.kind() == positioning::FixKind::Differential) ++differential;
   }
   EXPECT_GT(differential, 20);
 }
@@ -426,13 +424,22 @@ TEST(Corrections, OfAHostNeedABase) {
 TEST(Corrections, FaultsOfAHostReachItsBase) {
   const auto scene = std::make_shared<CityScene>(city::synthetic_city({}));
   const LiveConfig config = parse_live_config(kLive, "host");
-  LiveReceiver live(config, scene, *config.start);
-  const AntennaState antenna{{0, 0, 1.5}, Eigen::Vector3d::Zero()};
-  EXPECT_TRUE(live.observe(0, antenna).base->epoch.observed.fix.measured());
+  Run live(config, scene, *config.start);
+  EXPECT_EQ(live.order(), (std::vector<std::size_t>{1, 0}));
+  const auto base_at = [&](double seconds) {
+    const geodesy::GpsTime time = live[0].at(seconds);
+    const Pose rover = pose_of({{0, 0, 1.5}}, {scene->city.frame}, time);
+    std::vector<Run::Due> due{{1, time, live.fixed_pose(1, time)}, {0, time, rover}};
+    return live.make(due, false).front().epoch;
+  };
+  EXPECT_TRUE(base_at(0).observed.fix.measured());
   const std::string name = live.add_fault("{receivers: [base], outage: {}}");
-  EXPECT_FALSE(live.observe(1, antenna).base->epoch.observed.fix.measured());
+  EXPECT_FALSE(base_at(1).observed.fix.measured());
   live.end_fault(name);
-  EXPECT_NE(live.observe(2, antenna).base->epoch.faults, std::vector<std::string>{name});
+  EXPECT_NE(base_at(2).faults, std::vector<std::string>{name});
+  // One receiver alone cannot have it.
+  EXPECT_THAT(test::error_of([&] { (void)LiveReceiver(config, scene, *config.start); }).what(),
+              HasSubstr("simulation::Run"));
   EXPECT_THAT(test::error_of([&] { live.end_fault("none"); }).what(), HasSubstr("none"));
 }
 

@@ -91,9 +91,9 @@ class Host {
     for (std::size_t k = 0; k < simulation_.epoch_count(); ++k) {
       const double seconds = static_cast<double>(k) * simulation_.interval_s();
       const Pose pose = simulation_.antenna_pose(0, simulation_.begin() + seconds);
-      AntennaState antenna;
-      antenna.position_enu_m = frame.local_from_geodetic(pose.position);
-      antenna.velocity_enu_mps =
+      RigidPose antenna;
+      antenna.position_m = frame.local_from_geodetic(pose.position);
+      antenna.linear_velocity =
           frame.ecef_from_local_rotation().transpose() *
           (geodesy::enu_from_ecef_rotation(pose.position).transpose() * pose.velocity_enu_mps);
       epochs.push_back(live_.observe(seconds, antenna).epoch);

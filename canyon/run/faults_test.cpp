@@ -414,8 +414,8 @@ class Host {
         LiveConfig(scenario), std::make_shared<CityScene>(open_field(scenario)), *scenario.start);
   }
   Epoch step(double seconds) {
-    AntennaState antenna;
-    antenna.position_enu_m = {0, 0, 2};
+    RigidPose antenna;
+    antenna.position_m = {0, 0, 2};
     return live_->observe(seconds, antenna).epoch;
   }
   LiveReceiver& operator*() { return *live_; }

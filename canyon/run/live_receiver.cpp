@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -11,8 +10,8 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/paths/disturbance/disturbance.hpp"
-#include "canyon/run/correction_links.hpp"
 #include "canyon/run/environment.hpp"
+#include "canyon/run/motion/antenna_pose.hpp"
 #include "canyon/run/run_receiver.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/run/sensor_run.hpp"
@@ -59,25 +58,29 @@ std::shared_ptr<CityScene> checked(std::shared_ptr<CityScene> scene) {
 }  // namespace
 
 struct LiveReceiver::Impl {
-  Impl(LiveConfig c, std::shared_ptr<CityScene> s, GpsTime t, std::shared_ptr<const BuiltSky> given)
+  Impl(LiveConfig c, std::shared_ptr<CityScene> s, GpsTime t, std::shared_ptr<const BuiltSky> given,
+       std::shared_ptr<const disturbance::Road> known)
       : config(std::move(c)),
         scene(checked(std::move(s))),
         start(t),
         sky(given ? std::move(given) : make_sky(start)),
         sky_begin(start),
         environment(simulation::make_environment(scene, *sky, config.sky, config.seed)),
+        way(std::move(known)),
         faults(make_faults()),
         receiver(make_receiver()) {
-    if (config.base() != nullptr) check_base();
+    if (config.base() != nullptr) {
+      throw InputError(fmt::format("receiver '{}' has a base, and runs alone", config.receiver().options.name),
+                       "give the configuration to a simulation::Run, which makes the epochs of both");
+    }
     warnings = config.warnings;
     check(config.receiver());
     felt = vehicle_sensors(config.sensors, config.receiver());
-    if (config.base() != nullptr) make_base();
   }
 
   [[nodiscard]] receiver::Receiver make_receiver() const {
     return simulation::make_receiver(
-        config.receiver(), config.seed, environment, road,
+        config.receiver(), config.seed, environment, way ? way : road,
         {disturbance::FaultTimeline::source(faults),
          {"put elsewhere", [at = put_elsewhere](std::uint64_t /*seed*/, const std::string&) {
             return std::make_unique<HotRestart>(at);
@@ -117,64 +120,36 @@ struct LiveReceiver::Impl {
     if (other.options.ionosphere || other.options.fix.correct_ionosphere) require_ionosphere(*sky);
   }
 
-  void check_base() const { check_corrections(config.receivers, 0); }
-
-  void make_base() {
-    if (auto& fixed = config.receivers[1].fixed) fixed->settle(scene->city.frame);
-    LiveConfig of_base = config;
-    of_base.receivers.erase(of_base.receivers.begin());
-    base = std::make_unique<LiveReceiver>(std::move(of_base), scene, start, sky);
-    (void)base->take_warnings();  // of the same configuration
-    make_links();
-  }
-
-  void make_links() {
-    if (!base) return;
-    std::vector<ReceiverConfig> receivers = config.receivers;
-    receivers[1].options.corrections = {};
-    links.emplace(receivers, config.seed);
-  }
-
-  /// Makes the epochs of receiver and base in `step`, whose arrival is there.
-  void make_epochs(double seconds, const Pose& truth, Step& step) {
-    if (!base) {
-      step.epoch = make_epoch(truth, step.arrival);
-      return;
-    }
-    const std::array<DueEpoch, 2> due{{{1, truth.time}, {0, truth.time}}};
-    auto of_base = std::make_shared<Step>();
-    links->make_epochs(due, false, [&](std::size_t i, auto came) -> Epoch& {
-      if (due[i].receiver == 1) {
-        *of_base = observe_base(seconds, truth.time);
-        return of_base->epoch;
-      }
-      if (came) corrections = std::move(came);
-      return step.epoch = make_epoch(truth, step.arrival);
-    });
-    for (std::string& line : base->take_warnings()) {
-      warnings.push_back(fmt::format("{}: {}", config.base()->options.name, line));
-    }
-    step.base = std::move(of_base);
-  }
-
-  Step observe_base(double seconds, GpsTime t) {
-    const std::optional<FixedPlace>& fixed = config.base()->fixed;
-    if (fixed) return base->observe(seconds, antenna_state({t, fixed->place}, scene->city.frame));
-    return moving_base != nullptr ? base->observe(seconds, *moving_base) : base->lose(seconds);
-  }
-
-  /// Makes the receiver's own epoch.
-  Epoch make_epoch(const Pose& truth, propagation::Arrival& arrival) {
+  /// Measurements, fix and its error at a known place. `arrival` is disturbed in place.
+  Epoch make_epoch(const Pose& truth, propagation::Arrival& arrival, const SensorBatch* samples) {
     arrival.messages = unowned(sky->navigation);
     const auto given = std::exchange(corrections, nullptr);
     if (felt) felt->readings = {};
     if (felt && samples != nullptr) felt->readings = readings_of(*samples, config.sensors, start);
-    Epoch epoch =
-        simulation::make_epoch(receiver, truth, arrival, environment, given.get(), felt ? &*felt : nullptr);
+    const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(truth.position);
+    Epoch epoch;
+    epoch.truth = truth;
+    epoch.truth_ecef = geodesy::ecef_from_geodetic(truth.position);
+    epoch.placement = arrival.placement;
+    epoch.environment = &environment;
+    epoch.options = &receiver.options();
     epoch.sensors = samples;
+    epoch.geoid_undulation_m =
+        config.city.sea_level.geoid_undulation_m.value_or(environment.city().geoid_undulation_m);
+    epoch.observed =
+        receiver.observe({{truth.time, epoch.truth_ecef, enu_from_ecef.transpose() * truth.velocity_enu_mps},
+                          arrival,
+                          environment.sky(),
+                          environment.klobuchar(),
+                          given.get(),
+                          felt ? &*felt : nullptr});
+    epoch.navigation = arrival.messages.get();  // disturbances may have replaced them
+    epoch.faults = epoch.observed.events.faults;
+    if (epoch.observed.fix.solved()) {
+      epoch.error_enu_m = enu_from_ecef * (epoch.observed.fix.position_ecef - epoch.truth_ecef);
+    }
     const auto warning = receiver::wrong_station_warning(epoch.observed.station_offset_m);
     if (warning && !std::exchange(warned_of_station, true)) warnings.push_back(*warning);
-    epoch.geoid_undulation_m = config.city.sea_level.geoid_undulation_m.value_or(epoch.geoid_undulation_m);
     return epoch;
   }
 
@@ -184,47 +159,42 @@ struct LiveReceiver::Impl {
     faults->set_surroundings(surroundings(scene, sky->sky));
   }
 
-  GpsTime go_to(double seconds) {
-    if (!std::isfinite(seconds) || std::abs(seconds) > 1e9) {
-      throw InputError(fmt::format("the host's time {} s is out of range", seconds));
-    }
+  /// Begins the step at `t`. @param under_sky the sky is the caller's, and reaches to it
+  void go_to(GpsTime t, bool under_sky) {
+    const double seconds = t - start;
     if (seconds < last_s) restart();
-    const GpsTime t = start + seconds;
-    bring_sky_to(t);
+    if (!under_sky) bring_sky_to(t);
     last_s = seconds;
-    return t;
   }
 
   /// Whether the host put the antenna elsewhere since the step before.
-  void look_for_jump(GpsTime t, const AntennaState& antenna) {
+  void look_for_jump(const Pose& antenna, const Eigen::Vector3d& enu_m, bool continuous) {
     const double stated_mps = antenna.velocity_enu_mps.norm();
     const auto before =
-        std::exchange(last_place, Place{t, antenna.position_enu_m, std::max(stated_mps, kTeleport_mps / 2)});
+        std::exchange(last_place, Place{antenna.time, enu_m, std::max(stated_mps, kTeleport_mps / 2)});
     if (!before) return;
-    const double step_s = t - before->time;
-    const double way_m = (antenna.position_enu_m - before->enu_m).norm();
+    const double step_s = antenna.time - before->time;
+    const double way_m = (enu_m - before->enu_m).norm();
     last_place->speed_mps = step_s > 0 ? std::max(stated_mps, way_m / step_s) : before->speed_mps;
     const double reach_m = kSlack_m + 2 * before->speed_mps * step_s +
                            std::min(kHardest_mps2 * step_s / 2, kTeleport_mps) * step_s;
-    if (antenna.continuous || way_m <= reach_m) return;
-    *put_elsewhere = t;
+    if (continuous || way_m <= reach_m) return;
+    *put_elsewhere = antenna.time;
     road->clear();
     warnings.push_back(fmt::format(
         "the antenna was put {:.0f} m away at {:.1f} s: the receiver restarts, as after a hot start", way_m,
-        t - start));
+        antenna.time - start));
   }
 
   void restart() {
     faults = make_faults();
     begin_anew();
-    if (base) base->restart();
   }
 
   void begin_anew() {
     if (arrivals) arrivals->forget();
     road->clear();
     corrections.reset();
-    make_links();
     put_elsewhere->reset();
     last_place.reset();
     receiver = make_receiver();
@@ -252,6 +222,7 @@ struct LiveReceiver::Impl {
   GpsTime sky_begin;
   Environment environment;
   std::shared_ptr<disturbance::Road> road = std::make_shared<disturbance::Road>();  // driven so far
+  std::shared_ptr<const disturbance::Road> way;                                      // the whole; null: unknown
   std::shared_ptr<disturbance::FaultTimeline> faults;
   std::shared_ptr<std::optional<GpsTime>> put_elsewhere = std::make_shared<std::optional<GpsTime>>();  // last
   receiver::Receiver receiver;
@@ -263,17 +234,13 @@ struct LiveReceiver::Impl {
   bool said_empty = false;
   std::vector<std::string> warnings;
   bool warned_of_station = false;
-  std::unique_ptr<LiveReceiver> base;
   std::shared_ptr<const relative::Corrections> corrections;  // that came since the last step
-  std::optional<CorrectionLinks> links;                      // of this receiver, 0, and its base, 1
   std::optional<receiver::VehicleSensors> felt;              // by a receiver with dead reckoning
-  const SensorBatch* samples = nullptr;                      // of the step
-  const AntennaState* moving_base = nullptr;                 // of the step
 };
 
 LiveReceiver::LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
-                           std::shared_ptr<const BuiltSky> sky)
-    : impl_(std::make_unique<Impl>(std::move(config), std::move(scene), start, sky)) {
+                           std::shared_ptr<const BuiltSky> sky, std::shared_ptr<const disturbance::Road> way)
+    : impl_(std::make_unique<Impl>(std::move(config), std::move(scene), start, sky, std::move(way))) {
   const auto own = impl_->sky->report.warnings();  // another receiver says those of a shared one
   if (!sky) impl_->warnings.insert(impl_->warnings.end(), own.begin(), own.end());
 }
@@ -285,6 +252,12 @@ const LiveConfig& LiveReceiver::config() const {
 }
 GpsTime LiveReceiver::start() const {
   return impl_->start;
+}
+GpsTime LiveReceiver::at(double seconds) const {
+  if (!std::isfinite(seconds) || std::abs(seconds) > 1e9) {
+    throw InputError(fmt::format("the host's time {} s is out of range", seconds));
+  }
+  return impl_->start + seconds;
 }
 const BuiltSky& LiveReceiver::sky() const {
   return *impl_->sky;
@@ -298,7 +271,6 @@ void LiveReceiver::set_scene(std::shared_ptr<CityScene> scene) {
   impl_->scene = checked(std::move(scene));
   impl_->make_environment();
   if (std::isinf(impl_->last_s)) impl_->receiver = impl_->make_receiver();
-  if (impl_->base) impl_->base->set_scene(impl_->scene);
 }
 
 void LiveReceiver::set_tracer(Tracer tracer) {
@@ -317,7 +289,6 @@ void LiveReceiver::set_config(LiveConfig config) {
   config.with_sensors = impl_->config.with_sensors;
   impl_->warnings.insert(impl_->warnings.end(), config.warnings.begin(), config.warnings.end());
   config.receivers.resize(1);
-  if (impl_->config.base() != nullptr) config.receivers.push_back(*impl_->config.base());
   impl_->config = std::move(config);
   impl_->felt = vehicle_sensors(impl_->config.sensors, impl_->config.receiver());
   impl_->make_environment();
@@ -337,77 +308,57 @@ std::string LiveReceiver::add_fault(const std::string& text, const std::string& 
                      "leave from_s out, for a fault from now on");
   }
   std::string name = fault.name;
-  if (impl_->base) impl_->base->impl_->faults->add(fault);
   impl_->faults->add(std::move(fault));
   return name;
 }
 
 void LiveReceiver::end_fault(const std::string& name) {
-  if (!impl_->base) return impl_->faults->end(name, impl_->now_s());
-  // It may concern one of the two.
-  bool ended = false;
-  try {
-    impl_->base->end_fault(name);
-    ended = true;
-  } catch (const InputError&) {
-  }
-  try {
-    impl_->faults->end(name, impl_->now_s());
-  } catch (const InputError&) {
-    if (!ended) throw;
-  }
+  impl_->faults->end(name, impl_->now_s());
 }
 
 std::vector<disturbance::FaultState> LiveReceiver::faults() const {
   return impl_->faults->states(impl_->now_s());
 }
 
-LiveReceiver::Step LiveReceiver::observe(double seconds, const AntennaState& antenna,
-                                         const SensorBatch* sensors, const AntennaState* base) {
+LiveReceiver::Step LiveReceiver::observe(const Pose& antenna, const EpochInputs& inputs) {
   Impl& impl = *impl_;
-  raytrace::check_place(antenna.position_enu_m, "the antenna's position");
+  const GpsTime t = antenna.time;
+  const geodesy::LocalFrame& frame = impl.scene->city.frame;
+  const Eigen::Vector3d enu = frame.local_from_geodetic(antenna.position);
+  raytrace::check_place(enu, "the antenna's position");
   if (!is_possible(antenna)) {
     throw InputError("the antenna's velocity or yaw is not finite, or it is faster than 1000 km/s",
                      "check what moves the vehicle");
   }
-  if (impl.base && base == nullptr && !impl.config.base()->fixed) {
-    throw InputError("the base has no place", "give it fixed: {east_m: ..., ...}");
-  }
-  const GpsTime t = impl.go_to(seconds);
-  impl.look_for_jump(t, antenna);
-  if (impl.config.receiver().streets.enabled) {
+  impl.go_to(t, inputs.arrival != nullptr);
+  impl.look_for_jump(antenna, enu, inputs.continuous);
+  if (impl.config.receiver().streets.enabled && !impl.way) {
     impl.road->face({std::cos(antenna.yaw_rad), std::sin(antenna.yaw_rad)});
-    impl.road->add(t, antenna.position_enu_m.head<2>());
-  }
-
-  const geodesy::LocalFrame& frame = impl.scene->city.frame;
-  if (!impl.tracer && !impl.arrivals) {
-    impl.arrivals.emplace(impl.environment.make_propagator(impl.config.receiver().propagation));
+    impl.road->add(t, enu.head<2>());
   }
   Step step;
-  step.arrival = impl.tracer ? impl.environment.arrival(t, antenna.position_enu_m, impl.tracer)
-                             : impl.arrivals->arrival(impl.environment, t, antenna.position_enu_m);
-  Pose truth;
-  truth.time = t;
-  truth.position = frame.geodetic_from_local(antenna.position_enu_m);
-  // A pose's velocity is in the east-north-up of its own place.
-  truth.velocity_enu_mps = geodesy::enu_from_ecef_rotation(truth.position) *
-                           (frame.ecef_from_local_rotation() * antenna.velocity_enu_mps);
-  truth.yaw_rad = antenna.yaw_rad;
-  truth.yaw_rate_radps = antenna.yaw_rate_radps;
-  impl.last_truth = truth;
-  impl.samples = sensors;
-  impl.moving_base = base;
-  impl.make_epochs(seconds, truth, step);
-  impl.samples = nullptr;
-  impl.moving_base = nullptr;
-
+  if (inputs.arrival != nullptr) {
+    step.arrival = std::move(*inputs.arrival);
+  } else {
+    if (!impl.tracer && !impl.arrivals) {
+      impl.arrivals.emplace(impl.environment.make_propagator(impl.config.receiver().propagation));
+    }
+    step.arrival = impl.tracer ? impl.environment.arrival(t, enu, impl.tracer)
+                               : impl.arrivals->arrival(impl.environment, t, enu);
+    if (!impl.config.receiver().fixed) tilt_antenna(step.arrival, antenna, frame);
+  }
+  impl.last_truth = antenna;
+  step.epoch = impl.make_epoch(antenna, step.arrival, inputs.sensors);
   if (step.arrival.views.empty() && !impl.said_empty) {
     impl.said_empty = true;
     impl.warnings.push_back(fmt::format("no satellite has an orbit at {}: there is no fix from here on",
                                         geodesy::format_gpst(t, 0)));
   }
   return step;
+}
+
+LiveReceiver::Step LiveReceiver::observe(double seconds, const RigidPose& antenna) {
+  return observe(pose_of(antenna, {impl_->scene->city.frame}, at(seconds)));
 }
 
 const Environment& LiveReceiver::environment() const {
@@ -418,18 +369,19 @@ void LiveReceiver::give(std::shared_ptr<const relative::Corrections> corrections
   impl_->corrections = std::move(corrections);
 }
 
-LiveReceiver::Step LiveReceiver::lose(double seconds) {
+LiveReceiver::Step LiveReceiver::lose(GpsTime time) {
   Impl& impl = *impl_;
   const geodesy::LocalFrame& frame = impl.scene->city.frame;
   Pose truth = impl.last_truth.value_or(Pose{});
   if (!impl.last_truth) truth.position = frame.origin();
-  truth.time = impl.go_to(seconds);
+  truth.time = time;
+  impl.go_to(time, false);
   truth.velocity_enu_mps.setZero();
   Step step;
   step.arrival.placement = raytrace::Placement::Unknown;
   step.arrival.ecef_from_enu = frame.ecef_from_local_rotation();
   step.arrival.antenna_enu = frame.local_from_geodetic(truth.position);
-  impl.make_epochs(seconds, truth, step);
+  step.epoch = impl.make_epoch(truth, step.arrival, nullptr);
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   step.epoch.truth.position = {kNan, kNan, kNan};
   step.epoch.truth.velocity_enu_mps.setConstant(kNan);
@@ -443,29 +395,6 @@ void LiveReceiver::restart() {
 
 std::vector<std::string> LiveReceiver::take_warnings() {
   return std::exchange(impl_->warnings, {});
-}
-
-std::vector<std::string> add_fault(std::span<LiveReceiver* const> receivers, const std::string& text,
-                                   const std::string& source) {
-  std::vector<std::string> names;
-  for (LiveReceiver* const each : receivers) names.push_back(each->add_fault(text, source));
-  return names;
-}
-
-std::vector<const LiveReceiver*> end_fault(std::span<LiveReceiver* const> receivers,
-                                           const std::string& name) {
-  std::vector<const LiveReceiver*> ended;
-  std::optional<InputError> refused;
-  for (LiveReceiver* const each : receivers) {
-    try {
-      each->end_fault(name);
-      ended.push_back(each);
-    } catch (const InputError& error) {
-      refused = error;
-    }
-  }
-  if (ended.empty() && refused) throw *refused;
-  return ended;
 }
 
 }  // namespace canyon::simulation

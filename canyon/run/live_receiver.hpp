@@ -1,26 +1,37 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "canyon/paths/disturbance/faults/fault_timeline.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/run/environment.hpp"
-#include "canyon/run/motion/pose_motion.hpp"
+#include "canyon/run/motion/pose.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/run/sensor_run.hpp"
 #include "canyon/run/simulator.hpp"
 
+namespace canyon::disturbance {
+class Road;
+}
+
 namespace canyon::simulation {
 
-/// One receiver driven step by step by a host that brings time, motion and surroundings. Same seed and same
-/// steps, same numbers. Not thread-safe.
+/// What a receiver is given of an epoch beside its antenna.
+struct EpochInputs {
+  /// Of the vehicle since the epoch before, where the receiver's LiveConfig is with_sensors; their times count
+  /// from LiveReceiver::start(). Null: none.
+  const SensorBatch* sensors = nullptr;
+  /// The antenna follows a trajectory or stays at a place: it never jumps.
+  bool continuous = false;
+  /// Paths that are traced already, which the step takes over. Null: it traces them.
+  propagation::Arrival* arrival = nullptr;
+};
+
+/// One receiver driven epoch by epoch by who brings time, motion and surroundings: a Run, or a loop of your
+/// own. Same seed and same epochs, same numbers. Not thread-safe.
 class LiveReceiver {
  public:
   /// @param scene shared by the receivers of one world; the host moves its instances between steps.
@@ -28,15 +39,20 @@ class LiveReceiver {
   /// @param start GPS time of the host's time 0
   /// @param sky of another receiver with the same config.sky and start, see shared_sky(), which has its
   /// warnings; null: its own
-  /// Throws InputError where the sky has no satellite at `start` (see build_sky()), or coefficients are
-  /// missing.
+  /// @param way of the whole drive, for streets; null: known as far as it was driven
+  /// Throws InputError where the sky has no satellite at `start` (see build_sky()), coefficients are missing,
+  /// or the configuration has a base (Run makes both).
   LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, geodesy::GpsTime start,
-               std::shared_ptr<const BuiltSky> sky = nullptr);
+               std::shared_ptr<const BuiltSky> sky = nullptr,
+               std::shared_ptr<const disturbance::Road> way = nullptr);
   ~LiveReceiver();
   LiveReceiver(LiveReceiver&&) noexcept;
 
   [[nodiscard]] const LiveConfig& config() const;
   [[nodiscard]] geodesy::GpsTime start() const;
+  /// The instant at a host's time [s] after start(). Throws InputError for one that is not finite, or beyond
+  /// 1e9 s.
+  [[nodiscard]] geodesy::GpsTime at(double seconds) const;
   [[nodiscard]] const Environment& environment() const;
   /// In use until observe() builds the next one: of nominal skies once a day.
   [[nodiscard]] const BuiltSky& sky() const;
@@ -49,7 +65,7 @@ class LiveReceiver {
   /// Rays of the host's own instead of the scene's; empty: back to the scene's.
   void set_tracer(Tracer tracer);
 
-  /// Other options from the next step on: those of changed_live_config(). Sky, start and base stay, whatever
+  /// Other options from the next step on: those of changed_live_config(). Sky and start stay, whatever
   /// `config` says of them. The receiver begins anew, as constructed: noise, clock, tracking and filter have
   /// no memory of before. Throws InputError where check() does; then nothing has changed.
   void set_config(LiveConfig config);
@@ -62,31 +78,26 @@ class LiveReceiver {
   struct Step {
     Epoch epoch;  ///< receiver 0; its own `arrival` is null, `navigation` is arrival.messages
     propagation::Arrival arrival;  ///< the paths behind it, disturbed, in the scene's ENU frame
-    /// The base's epoch of the same instant, receiver 1; null without a base.
-    std::shared_ptr<const Step> base = nullptr;
   };
-  /// One epoch `seconds` of host time after `start`. A time before the last step's begins anew, as
-  /// constructed: a world that was reset gives the same numbers again. Throws InputError for a state that is
-  /// not finite.
+  /// One epoch, at the pose's time. A time before the last step's begins anew, as constructed: a world that
+  /// was reset gives the same numbers again. Throws InputError for a pose that is_possible() refuses.
   ///
-  /// An antenna that is not AntennaState::continuous and moves farther in one step of dt than
+  /// An antenna that is not EpochInputs::continuous and moves farther in one step of dt than
   ///     10 m + 2 v dt + min(a dt^2 / 2, kTeleport_mps dt), a = 200 m/s^2 (20 g),
   /// v the greater of its stated speed and that of the step before (unknown in the first step: kTeleport_mps
   /// / 2), was put elsewhere: the receiver restarts hot, with a warning. Receivers of vehicles work up to 4 g
   /// and 500 m/s (data sheet of u-blox M8 modules, UBX-15031506); 10 m and the factor of 2 are for poses that
   /// are measured or late (assumed).
-  /// @param sensors of the vehicle since the last step, where config() is LiveConfig::with_sensors; their
-  /// times count from start()
-  /// @param base the antenna of a base without a place, which moves; null: there is none, or it has a place
-  [[nodiscard]] Step observe(double seconds, const AntennaState& antenna,
-                             const SensorBatch* sensors = nullptr, const AntennaState* base = nullptr);
+  [[nodiscard]] Step observe(const Pose& antenna, const EpochInputs& inputs = {});
+  /// The same of an antenna in the city's frame, at a host's time [s].
+  [[nodiscard]] Step observe(double seconds, const RigidPose& antenna);
 
   /// Corrections that came since the last step, of a receiver elsewhere or of a stream; used by the next one.
   void give(std::shared_ptr<const relative::Corrections> corrections);
 
   /// One epoch of an antenna at an unknown place: no signal, no fix; placement is Unknown, the true place
   /// NaN.
-  [[nodiscard]] Step lose(double seconds);
+  [[nodiscard]] Step lose(geodesy::GpsTime time);
 
   /// As constructed: faults are those of config() again.
   void restart();
@@ -107,13 +118,5 @@ class LiveReceiver {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
-
-/// Puts a fault on the timelines of several receivers of one host; its name in each. Throws as
-/// LiveReceiver::add_fault().
-std::vector<std::string> add_fault(std::span<LiveReceiver* const> receivers, const std::string& text,
-                                   const std::string& source = "fault");
-/// Ends it in those of `receivers` that have it, which need not be all; returns them. Throws InputError where
-/// none has it.
-std::vector<const LiveReceiver*> end_fault(std::span<LiveReceiver* const> receivers, const std::string& name);
 
 }  // namespace canyon::simulation

@@ -94,12 +94,12 @@ seed: 9
   ASSERT_EQ(batch.epochs.size(), 41U);  // 120 m at 6 m/s, twice a second, both ends
   for (const Epoch& expected : batch.epochs) {
     const Pose pose = simulation.antenna_pose(0, expected.truth.time);
-    AntennaState antenna;
-    antenna.position_enu_m = frame.local_from_geodetic(pose.position);
-    antenna.velocity_enu_mps =
+    RigidPose antenna;
+    antenna.position_m = frame.local_from_geodetic(pose.position);
+    antenna.linear_velocity =
         frame.ecef_from_local_rotation().transpose() *
         (geodesy::enu_from_ecef_rotation(pose.position).transpose() * pose.velocity_enu_mps);
-    antenna.yaw_rad = pose.yaw_rad;
+    antenna.attitude = Eigen::AngleAxisd(pose.yaw_rad, Eigen::Vector3d::UnitZ());
     const auto step = live.observe(expected.truth.time - *live_config().start, antenna);
     expect_same(expected, step.epoch);
     EXPECT_EQ(step.arrival.views.size(), step.epoch.observed.satellites.size());
@@ -111,8 +111,8 @@ seed: 9
 TEST(LiveReceiver, EpochsSayWhereMeanSeaLevelIs) {
   const auto scene = downtown();
   scene->city.geoid_undulation_m = -2.375;
-  AntennaState antenna;
-  antenna.position_enu_m = {0, 0, 200};
+  RigidPose antenna;
+  antenna.position_m = {0, 0, 200};
   LiveConfig config = live_config();
   const Epoch of_city = LiveReceiver(config, scene, *config.start).observe(0, antenna).epoch;
   EXPECT_EQ(of_city.geoid_undulation_m, -2.375);
@@ -132,7 +132,7 @@ TEST(LiveReceiver, EpochsSayWhereMeanSeaLevelIs) {
 
 TEST(LiveReceiver, BeginsAnewWhenTimeJumpsBack) {
   LiveReceiver live(live_config(), downtown(), *live_config().start);
-  const AntennaState antenna{{0, 0, 1.5}, Eigen::Vector3d::Zero()};
+  const RigidPose antenna{{0, 0, 1.5}};
   std::vector<Epoch> first;
   first.reserve(5);
   for (int k = 0; k < 5; ++k) first.push_back(live.observe(0.1 * k, antenna).epoch);
@@ -145,17 +145,17 @@ struct Jump {
   explicit Jump(bool continuous) {
     live.emplace(parse_live_config(std::string(kLive) + "profile: ublox-m10\n", "plugin"), wall(),
                  *live_config().start);
-    antenna.position_enu_m = {-500, 0, 2};
+    antenna.position_m = {-500, 0, 2};
     antenna.continuous = continuous;
   }
   receiver::ReceiverEpoch to(double seconds) {
-    if (seconds == 60) antenna.position_enu_m.y() += 60;
+    if (seconds == 60) antenna.position_m.y() += 60;
     Epoch epoch = live->observe(seconds, antenna).epoch;
     error_m = epoch.error_enu_m.head<2>().norm();
     return epoch.observed;
   }
   std::optional<LiveReceiver> live;
-  AntennaState antenna;
+  RigidPose antenna;
   double error_m = 0;
 };
 
@@ -195,17 +195,17 @@ TEST(LiveReceiver, WhatARestartTookIsStillMissingBehindAJump) {
 // From standstill to 100 m/s within an epoch, poses 3 m beside the way, a gap of a minute.
 TEST(LiveReceiver, TakesNoVehicleForAJump) {
   LiveReceiver live(live_config(), wall(), *live_config().start);
-  AntennaState antenna;
-  antenna.position_enu_m = {-500, 0, 2};
+  RigidPose antenna;
+  antenna.position_m = {-500, 0, 2};
   double t = 0;
   const auto step = [&](double dt, const Eigen::Vector3d& by) {
     t += dt;
-    antenna.position_enu_m += by;
+    antenna.position_m += by;
     (void)live.observe(t, antenna);
   };
   for (int k = 0; k < 5; ++k) step(0.1, {0, 0, 0});
   for (int k = 0; k < 20; ++k) step(0.1, {k == 0 ? 3.0 : k % 2 == 0 ? 6.0 : -6.0, 10, 0});
-  (void)live.lose(t + 60);
+  (void)live.lose(live.at(t + 60));
   step(61, {1500, 0, 0});
   for (int k = 0; k < 5; ++k) step(1, {0, 30, 0});
   EXPECT_TRUE(live.take_warnings().empty());
@@ -221,17 +221,17 @@ TEST(LiveReceiver, IsMadeForTheSceneOfItsFirstStep) {
   LiveReceiver late(config, std::make_shared<CityScene>(field), *live_config().start);
   late.set_scene(downtown());
   LiveReceiver made(config, downtown(), *live_config().start);
-  AntennaState antenna;
-  antenna.position_enu_m = {0, 0, 1.5};
+  RigidPose antenna;
+  antenna.position_m = {0, 0, 1.5};
   for (double t = 0; t < 40; t += 1) {
-    antenna.position_enu_m.x() = t;
+    antenna.position_m.x() = t;
     expect_same(made.observe(t, antenna).epoch, late.observe(t, antenna).epoch);
   }
 }
 
 TEST(LiveReceiver, HasNominalOrbitsAnyTimeOn) {
   LiveReceiver live(live_config(), wall(), *live_config().start);
-  const AntennaState antenna{{-500, 0, 150}, Eigen::Vector3d::Zero()};
+  const RigidPose antenna{{-500, 0, 150}};
   for (const double day : {0.0, 0.5, 3.0, 400.0}) {
     EXPECT_GT(live.observe(day * 86400, antenna).arrival.views.size(), 10U) << day;
   }
@@ -246,8 +246,8 @@ TEST(LiveReceiver, ReceiversMayShareTheirSky) {
   LiveReceiver first(live_config(), scene, start);
   LiveReceiver second(live_config(), scene, start, first.shared_sky());
   EXPECT_EQ(second.shared_sky(), first.shared_sky());
-  AntennaState antenna;
-  antenna.position_enu_m = {0, 0, 1.5};
+  RigidPose antenna;
+  antenna.position_m = {0, 0, 1.5};
   for (const double seconds : {0.0, 1.0, 100'000.0}) {
     expect_same(first.observe(seconds, antenna).epoch, second.observe(seconds, antenna).epoch);
   }
@@ -269,7 +269,7 @@ profile: ideal
           propagation::mirror_paths(antenna, directions[i], east, east ? std::optional(12.0) : std::nullopt);
     }
   });
-  const auto step = live.observe(0, {{0, 0, 1}, Eigen::Vector3d::Zero()});
+  const auto step = live.observe(0, {{0, 0, 1}});
   const auto& satellites = step.epoch.observed.satellites;
   ASSERT_EQ(satellites.size(), 2U);
   EXPECT_EQ(satellites[0].visibility, propagation::Visibility::NLOS);
@@ -298,9 +298,9 @@ TEST(LiveReceiver, DopplerOfTwoReflectionsIsTheRateOfTheRange) {
   for (int k = 0; k < 60; ++k) {
     std::vector<LiveReceiver::Step> steps;
     for (const double dt : {-0.1, 0.0, 0.1}) {
-      AntennaState antenna;
-      antenna.position_enu_m = Eigen::Vector3d(3, 0, 2) + dt * velocity;
-      antenna.velocity_enu_mps = velocity;
+      RigidPose antenna;
+      antenna.position_m = Eigen::Vector3d(3, 0, 2) + dt * velocity;
+      antenna.linear_velocity = velocity;
       steps.push_back(live.observe(600.0 * k + 1 + dt, antenna));
     }
     const auto& now = steps[1].epoch.observed.satellites;
@@ -339,7 +339,7 @@ TEST(LiveReceiver, FollowsMovedInstancesAndNewScenes) {
   city::append_box(box, "bus", city::Surface::Vehicle, city::Material::Metal, {-1, -5, 0}, {1, 5, 30});
   const auto bus = empty->scene.add_instance(box);
   LiveReceiver live(config, empty, GpsTime::from_week(2300, 0));
-  const AntennaState antenna{{0, 0, 1}, Eigen::Vector3d::Zero()};
+  const RigidPose antenna{{0, 0, 1}};
   const auto visibility = [&](double t) {
     return live.observe(t, antenna).epoch.observed.satellites.at(0).visibility;
   };
@@ -376,17 +376,17 @@ TEST(LiveReceiver, RefusesWhatIsNoPlaceOrTime) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double place : {nan, 1e300}) {
     EXPECT_THAT(error_text([&] {
-                  (void)live.observe(0, {{place, 0, 0}, Eigen::Vector3d::Zero()});
+                  (void)live.observe(0, {{place, 0, 0}});
                 }),
                 HasSubstr("is not finite, or more than 10000 km away"));
     EXPECT_THAT(error_text([&] {
-                  (void)live.observe(0, {{0, 0, 50}, {0, place, 0}});
+                  (void)live.observe(0, {.position_m = {0, 0, 50}, .linear_velocity = {0, place, 0}});
                 }),
                 HasSubstr("velocity"));
   }
   EXPECT_THAT(error_text([&] { (void)live.observe(nan, {}); }), HasSubstr("out of range"));
   // A refused call leaves no trace.
-  EXPECT_TRUE(live.observe(0, {{-500, 0, 150}, Eigen::Vector3d::Zero()}).epoch.observed.fix.solved());
+  EXPECT_TRUE(live.observe(0, {{-500, 0, 150}}).epoch.observed.fix.solved());
 }
 
 TEST(LiveReceiver, NeedsIonosphereCoefficientsWhereAskedFor) {

@@ -10,13 +10,11 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/receiver/corrections.hpp"
-#include "canyon/run/correction_links.hpp"
 #include "canyon/run/environment.hpp"
 #include "canyon/run/motion/antenna_pose.hpp"
 #include "canyon/run/ordered_blocks.hpp"
+#include "canyon/run/run.hpp"
 #include "canyon/run/run_plan.hpp"
-#include "canyon/run/run_receiver.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/run/sensor_run.hpp"
 #include "canyon/run/trace_places.hpp"
@@ -71,20 +69,21 @@ struct Simulation::Impl {
   Impl(Scenario s, std::shared_ptr<CityScene> scene, RunPlan p, const SkyBuilder& build)
       : scenario(std::move(s)),
         plan(std::move(p)),
-        sky(build(scenario.sky, plan.begin, plan.end(), plan.trajectory.at(plan.begin).position)),
+        sky(std::make_shared<const BuiltSky>(
+            build(scenario.sky, plan.begin, plan.end(), plan.trajectory.at(plan.begin).position))),
         city_scene(scene),
-        environment(make_environment(std::move(scene), sky, scenario.sky, scenario.seed)) {
+        environment(make_environment(std::move(scene), *sky, scenario.sky, scenario.seed)) {
     const auto say = [this](const std::vector<std::string>& lines) {
       report.say(ReadReport::Level::Guess, lines);
     };
     say(scenario.warnings);
     report.append(city_scene->city.notes);
     report.append(plan.report);
-    report.append(sky.report);
+    report.append(sky->report);
     decide_receivers();
-    say(check_run({scenario, plan, sky, environment}));
+    say(check_run({scenario, plan, *sky, environment}));
     if (scenario.sensors.feel_motion()) say(smooth_motion(scenario, plan, environment));
-    say(check_slopes({scenario, plan, sky, environment}));
+    say(check_slopes({scenario, plan, *sky, environment}));
     for (const ReceiverConfig& receiver : scenario.receivers) {
       propagators.push_back(environment.make_propagator(receiver.propagation));
     }
@@ -93,7 +92,7 @@ struct Simulation::Impl {
   void decide_receivers() {
     try {
       for (ReceiverConfig& receiver : scenario.receivers) {
-        decide_options(receiver.options, environment.errors().get(), sky.sky.get());
+        decide_options(receiver.options, environment.errors().get(), sky->sky.get());
       }
     } catch (const InputError& e) {
       throw scenario_error(scenario, e.problem(), e.cure());
@@ -103,19 +102,11 @@ struct Simulation::Impl {
   [[nodiscard]] Pose vehicle_pose(GpsTime t) const {
     return simulation::vehicle_pose(scenario, plan.trajectory, environment, t);
   }
-  [[nodiscard]] std::vector<receiver::Receiver> make_receivers() const {
-    std::vector<receiver::Receiver> receivers;
-    const std::shared_ptr<const disturbance::Road> way =
-        road_of(scenario, plan.trajectory, environment.city().frame);
-    for (const ReceiverConfig& config : scenario.receivers) {
-      std::vector<disturbance::Source> sources;
-      auto faults =
-          std::make_shared<disturbance::FaultTimeline>(plan.begin, scenario.faults, config.options.name);
-      faults->set_surroundings(surroundings(city_scene, sky.sky));
-      if (!faults->empty()) sources.push_back(disturbance::FaultTimeline::source(faults));
-      receivers.push_back(make_receiver(config, scenario.seed, environment, way, sources));
-    }
-    return receivers;
+  [[nodiscard]] Run make_run() const {
+    LiveConfig config(scenario);
+    config.with_sensors = scenario.sensors.any();
+    return {std::move(config), city_scene, plan.begin, sky,
+            road_of(scenario, plan.trajectory, environment.city().frame)};
   }
 
   [[nodiscard]] SensorRun make_sensors() const {
@@ -196,38 +187,12 @@ struct Simulation::Impl {
 
   Scenario scenario;
   RunPlan plan;
-  BuiltSky sky;
+  std::shared_ptr<const BuiltSky> sky;
   ReadReport report;
   std::shared_ptr<CityScene> city_scene;
   Environment environment;
   std::vector<propagation::Propagator> propagators;  // of each receiver
 };
-
-Epoch make_epoch(receiver::Receiver& receiver, const Pose& truth, propagation::Arrival& arrival,
-                 const Environment& environment, const relative::Corrections* corrections,
-                 const receiver::VehicleSensors* sensors) {
-  const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(truth.position);
-  Epoch epoch;
-  epoch.truth = truth;
-  epoch.truth_ecef = geodesy::ecef_from_geodetic(truth.position);
-  epoch.placement = arrival.placement;
-  epoch.environment = &environment;
-  epoch.options = &receiver.options();
-  epoch.geoid_undulation_m = environment.city().geoid_undulation_m;
-  epoch.observed =
-      receiver.observe({{truth.time, epoch.truth_ecef, enu_from_ecef.transpose() * truth.velocity_enu_mps},
-                        arrival,
-                        environment.sky(),
-                        environment.klobuchar(),
-                        corrections,
-                        sensors});
-  epoch.navigation = arrival.messages.get();  // disturbances may have replaced them
-  epoch.faults = epoch.observed.events.faults;
-  if (epoch.observed.fix.solved()) {
-    epoch.error_enu_m = enu_from_ecef * (epoch.observed.fix.position_ecef - epoch.truth_ecef);
-  }
-  return epoch;
-}
 
 Simulation::Simulation(Scenario scenario, city::City city)
     : Simulation(std::move(scenario), std::make_shared<CityScene>(std::move(city))) {}
@@ -259,7 +224,7 @@ const Trajectory& Simulation::trajectory() const {
   return impl_->plan.trajectory;
 }
 const gnss::NavigationData& Simulation::navigation() const {
-  return impl_->sky.navigation;
+  return impl_->sky->navigation;
 }
 const ReadReport& Simulation::report() const {
   return impl_->report;
@@ -289,23 +254,18 @@ Pose Simulation::antenna_pose(std::size_t receiver, GpsTime t) const {
   return impl_->antenna_pose(receiver, t);
 }
 
-// The receivers of one run, in the calling thread.
-class Simulation::Run {
+// The epochs of one run, in the calling thread.
+class Simulation::Epochs {
  public:
-  Run(const Impl& impl, const std::vector<EpochSink*>& sinks, const RunOptions& options)
+  Epochs(const Impl& impl, const std::vector<EpochSink*>& sinks, const RunOptions& options)
       : impl_(impl),
         sinks_(sinks),
         stop_(options.stop),
-        receivers_(impl.make_receivers()),
-        links_(impl.scenario.receivers, impl.scenario.seed),
+        run_(impl.make_run()),
         sensors_(impl.make_sensors(sinks)),
-        placements_(receivers_.size()),
-        station_offsets_(receivers_.size()),
+        placements_(run_.size()),
         progress_(options.progress, impl.plan.epochs()) {
-    for (const ReceiverConfig& config : impl.scenario.receivers) {
-      felt_.push_back(vehicle_sensors(impl.scenario.sensors, config));
-    }
-    for (const std::size_t r : links_.order()) due_.push_back({r, {}});
+    for (std::size_t r = 0; r < run_.size(); ++r) (void)run_[r].take_warnings();  // report() has them
   }
 
   /// Epochs of all receivers at the block's instants, until the run is stopped.
@@ -319,27 +279,18 @@ class Simulation::Run {
     if (block.failure) std::rethrow_exception(block.failure);
   }
 
-  /// Finishes all sinks but one that failed, so that its file stays absent. Rethrows the first exception.
   /// @param failure of the run so far
   void finish_sinks(std::exception_ptr failure) {
-    for (EpochSink* sink : sinks_) {
-      if (sink == broken_) continue;
-      try {
-        sink->finish();
-      } catch (...) {
-        if (!failure) failure = std::current_exception();
-      }
-    }
-    if (failure) std::rethrow_exception(failure);
+    simulation::finish_sinks(sinks_, broken_, std::move(failure));
     progress_.finish(done_);
   }
 
   [[nodiscard]] std::size_t done() const { return done_; }
-  [[nodiscard]] std::vector<std::string> warnings() const {
+  [[nodiscard]] std::vector<std::string> warnings() {
     std::vector<std::string> warnings = placement_warnings(impl_.scenario, placements_);
-    for (std::size_t r = 0; r < receivers_.size(); ++r) {
-      if (const auto warning = receiver::wrong_station_warning(station_offsets_[r])) {
-        warnings.push_back(fmt::format("{}: {}", impl_.scenario.receivers[r].options.name, *warning));
+    for (std::size_t r = 0; r < run_.size(); ++r) {
+      for (const std::string& line : run_[r].take_warnings()) {
+        warnings.push_back(fmt::format("{}: {}", impl_.scenario.receivers[r].options.name, line));
       }
     }
     for (const EpochSink* sink : sinks_) {
@@ -350,46 +301,30 @@ class Simulation::Run {
 
  private:
   void make_epochs(std::size_t instant, std::vector<PureEpoch>& from) {
-    for (DueEpoch& each : due_) each.time = from[each.receiver].truth.time;
     const SensorBatch* batch = sensors_ ? &sensors_->until(impl_.plan.at(instant)) : nullptr;
-    std::vector<Epoch> made(receivers_.size());
-    links_.make_epochs(due_, false, [&](std::size_t i, const auto& corrections) -> Epoch& {
-      const std::size_t r = due_[i].receiver;
-      return made[r] = make_one(r, from[r], corrections.get(), batch);
-    });
-    for (const Epoch& epoch : made) {
+    std::vector<Run::Due> due;
+    std::vector<std::size_t> place(from.size());  // of each receiver in `due`
+    for (const std::size_t r : run_.order()) {
+      place[r] = due.size();
+      due.push_back({r, from[r].truth.time, from[r].truth, {batch, true, &from[r].arrival}});
+      ++placements_[r][static_cast<std::size_t>(from[r].arrival.placement)];
+    }
+    const std::vector<LiveReceiver::Step> made = run_.make(due, false);
+    for (const std::size_t i : place) {
       for (EpochSink* sink : sinks_) {
         broken_ = sink;
-        sink->write(epoch);
+        sink->write(made[i].epoch);
         broken_ = nullptr;
       }
     }
   }
 
-  Epoch make_one(std::size_t receiver, PureEpoch& from, const relative::Corrections* corrections,
-                 const SensorBatch* batch) {
-    from.arrival.messages = unowned(impl_.sky.navigation);
-    std::optional<receiver::VehicleSensors>& felt = felt_[receiver];
-    if (felt) felt->readings = readings_of(*batch, impl_.scenario.sensors, impl_.plan.begin);
-    Epoch epoch = make_epoch(receivers_[receiver], from.truth, from.arrival, impl_.environment, corrections,
-                             felt ? &*felt : nullptr);
-    epoch.arrival = &from.arrival;
-    epoch.sensors = batch;
-    ++placements_[receiver][static_cast<std::size_t>(from.arrival.placement)];
-    if (epoch.observed.station_offset_m) station_offsets_[receiver] = epoch.observed.station_offset_m;
-    return epoch;
-  }
-
   const Impl& impl_;
   const std::vector<EpochSink*>& sinks_;
   const std::atomic<bool>* stop_;
-  std::vector<receiver::Receiver> receivers_;
-  CorrectionLinks links_;
+  Run run_;
   std::optional<SensorRun> sensors_;
-  std::vector<std::optional<receiver::VehicleSensors>> felt_;  // by each receiver
-  std::vector<DueEpoch> due_;                                  // of an instant
   std::vector<PlacementCounts> placements_;
-  std::vector<std::optional<double>> station_offsets_;
   Progress progress_;
   std::size_t done_ = 0;  // instants
   const EpochSink* broken_ = nullptr;
@@ -399,7 +334,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   const auto started = std::chrono::steady_clock::now();
   const Impl& impl = *impl_;
   const std::size_t count = impl.plan.epochs(), receiver_count = impl.scenario.receivers.size();
-  Run run(impl, sinks, options);
+  Epochs run(impl, sinks, options);
   std::vector<RetracedAntenna> antennas(impl.propagators.begin(), impl.propagators.end());
   std::exception_ptr failure;
   try {

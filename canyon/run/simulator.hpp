@@ -16,15 +16,6 @@ namespace canyon::simulation {
 
 class SensorRun;
 
-/// A receiver's epoch at a known place: measurements, fix and its error. Simulation and LiveReceiver call it.
-/// `arrival` is disturbed in place. Throws as Receiver::observe() does.
-/// @param corrections that came since the receiver's last epoch; null: none
-/// @param sensors of the vehicle; null: none
-[[nodiscard]] Epoch make_epoch(receiver::Receiver& receiver, const Pose& truth, propagation::Arrival& arrival,
-                               const Environment& environment,
-                               const relative::Corrections* corrections = nullptr,
-                               const receiver::VehicleSensors* sensors = nullptr);
-
 struct RunOptions {
   int threads = 0;                          ///< 0: as many as cores; never more than those
   const std::atomic<bool>* stop = nullptr;  ///< set to end after the epochs in flight
@@ -91,7 +82,7 @@ class Simulation {
 
  private:
   struct Impl;
-  class Run;
+  class Epochs;
   std::unique_ptr<Impl> impl_;
 };
 

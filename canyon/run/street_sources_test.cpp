@@ -111,10 +111,10 @@ TEST(Streets, AreThoseOfASimulationInAHostOnAStraightRoad) {
   const auto drive = [&] {
     std::vector<Epoch> epochs;
     for (std::size_t k = 0; k < simulation.epoch_count(); ++k) {
-      AntennaState antenna;
-      antenna.position_enu_m =
+      RigidPose antenna;
+      antenna.position_m =
           simulation.environment().city().frame.local_from_geodetic(offline.epochs[k].truth.position);
-      antenna.velocity_enu_mps = {6, 0, 0};
+      antenna.linear_velocity = {6, 0, 0};
       epochs.push_back(live.observe(static_cast<double>(k), antenna).epoch);
     }
     return epochs;

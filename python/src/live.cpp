@@ -5,7 +5,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/run/environment.hpp"
-#include "canyon/run/live_receiver.hpp"
+#include "canyon/run/run.hpp"
 #include "canyon/run/load_city.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/epochs.hpp"
@@ -28,7 +28,7 @@ class Live {
     if (!begin) throw InputError("'start' is missing", "give the instant of the host's time 0");
     {
       const py::gil_scoped_release release;
-      receiver_ = std::make_shared<LiveReceiver>(std::move(config), scene_, *begin);
+      run_ = std::make_shared<simulation::Run>(std::move(config), scene_, *begin);
     }
     if (faults.is_none()) return;
     for (const py::handle fault : faults) (void)add_fault(py::reinterpret_borrow<py::object>(fault));
@@ -36,36 +36,35 @@ class Live {
 
   EpochPtr observe(double seconds, py::handle position, py::handle velocity, double yaw, double yaw_rate,
                    bool paths) {
-    simulation::AntennaState antenna;
-    antenna.position_enu_m = vector3(position, "the position");
-    if (!velocity.is_none()) antenna.velocity_enu_mps = vector3(velocity, "the velocity");
-    antenna.yaw_rad = yaw;
-    antenna.yaw_rate_radps = yaw_rate;
+    simulation::RigidPose body{vector3(position, "the position"),
+                               Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()))};
+    if (!velocity.is_none()) body.linear_velocity = vector3(velocity, "the velocity");
+    body.angular_velocity.z() = yaw_rate;
     const py::gil_scoped_release release;
-    return kept(receiver_->observe(seconds, antenna), paths);
+    return make(simulation::pose_of(body, {scene_->city.frame}, receiver().at(seconds)), seconds, paths);
   }
   EpochPtr lose(double seconds) {
     const py::gil_scoped_release release;
-    return kept(receiver_->lose(seconds), false);
+    return make(std::nullopt, seconds, false);
   }
   std::string add_fault(const py::object& fault) {
     // An item of `faults:` as JSON: text is what the engine takes while a receiver runs.
     const std::string text = py::isinstance<py::str>(fault)
                                  ? fault.cast<std::string>()
                                  : py::module_::import("json").attr("dumps")(fault).cast<std::string>();
-    return receiver_->add_fault(text);
+    return run_->add_fault(text);
   }
   void change(const py::object& changes, const py::kwargs& keys) {
     py::dict all = changes.is_none() ? py::dict() : py::dict(changes);
     all.attr("update")(keys);
     const std::string text =
         py::module_::import("json").attr("dumps")(object_of(tree_of(all))).cast<std::string>();
-    receiver_->set_config(simulation::changed_live_config(receiver_->config(), text, {}));
+    receiver().set_config(simulation::changed_live_config(receiver().config(), text, {}));
     signal_.reset();
   }
   [[nodiscard]] std::unique_ptr<EpochEncoder> encoder(const std::string& format, double interval_s,
                                                       const std::string& generation) const {
-    output::ReceiverDescription description = output::describe_receivers(*receiver_, interval_s).front();
+    output::ReceiverDescription description = output::describe_receivers(receiver(), interval_s).front();
     description.ubx_generation =
         read_tree<simulation::StreamOptions>(tree_of(py::dict("generation"_a = generation)), "encoder")
             .generation;
@@ -73,29 +72,38 @@ class Live {
   }
   [[nodiscard]] py::dict options() const {
     py::dict values;
-    std::istringstream lines(simulation::running_options(receiver_->config()));
+    std::istringstream lines(simulation::running_options(receiver().config()));
     for (std::string line; std::getline(lines, line);) {
       const std::size_t colon = line.find(": ");
       values[py::str(line.substr(0, colon))] = line.substr(colon + 2);
     }
     return values;
   }
-  LiveReceiver& receiver() { return *receiver_; }
+  [[nodiscard]] LiveReceiver& receiver() const { return (*run_)[0]; }
 
  private:
+  EpochPtr make(const std::optional<simulation::Pose>& antenna, double seconds, bool paths) {
+    const geodesy::GpsTime now = receiver().at(seconds);
+    std::vector<simulation::Run::Due> due;
+    for (const std::size_t r : run_->order()) {
+      due.push_back({r, now, r == 0 ? antenna : run_->fixed_pose(r, now)});
+    }
+    return kept(std::move(run_->make(due, false).back()), paths);
+  }
   EpochPtr kept(LiveReceiver::Step step, bool paths) {
     auto messages = step.arrival.messages;  // those of the sky of this day
+    step.epoch.arrival = nullptr;
     if (!signal_)
       signal_ =
-          std::make_shared<const tracking::SignalOptions>(receiver_->config().receiver().options.signal);
+          std::make_shared<const tracking::SignalOptions>(receiver().config().receiver().options.signal);
     return std::make_shared<KeptEpoch>(
         std::move(step.epoch), std::move(messages),
         paths ? std::make_shared<const propagation::Arrival>(std::move(step.arrival)) : nullptr, signal_,
-        receiver_->shared_sky());
+        receiver().shared_sky());
   }
 
   std::shared_ptr<simulation::CityScene> scene_;
-  std::shared_ptr<LiveReceiver> receiver_;
+  std::shared_ptr<simulation::Run> run_;  // of the receiver, 0, and its base, 1
   std::shared_ptr<const tracking::SignalOptions> signal_;  ///< the receiver's; null: to be copied anew
 };
 

@@ -14,9 +14,9 @@ int main() {
   file << track->begin();
   for (int step = 0; step < 250; ++step) {  // your loop: 4 m/s to the east along the middle street
     const double seconds = 0.2 * step;
-    simulation::AntennaState antenna;
-    antenna.position_enu_m = {4 * seconds, 0, 1.5};
-    antenna.velocity_enu_mps = {4, 0, 0};
+    simulation::RigidPose antenna;
+    antenna.position_m = {4 * seconds, 0, 1.5};
+    antenna.linear_velocity = {4, 0, 0};
     const simulation::LiveReceiver::Step now = receiver.observe(seconds, antenna);
     // now.epoch.observed.fix: what the receiver believes; now.arrival: the paths behind it.
     file << track->encode(now.epoch);

@@ -29,7 +29,7 @@
 #include "canyon/city/tiles/read_tiles.hpp"
 #include "canyon/city/tiles/tile_content.hpp"
 #include "canyon/city/tiles/tile_selection.hpp"
-#include "canyon/outputs/live/commands.hpp"
+#include "canyon/outputs/live/controls.hpp"
 #include "canyon/outputs/live/pose_source.hpp"
 #include "canyon/outputs/output/encoder.hpp"
 #include "canyon/outputs/output/ubx/frame.hpp"
@@ -422,16 +422,15 @@ void take_commands(const fs::path& path) {
       "sky: {frozen: {satAzimuth: [0, 1.5, 3, 4.5, 2], satElevation: [0.5, 0.6, 0.7, 0.8, 1.4]}}\n"
       "start: 2026-06-01T12:00:00Z\nreceivers: [{name: rover, profile: ideal}]\n",
       "commands", {false});
-  static std::vector<simulation::LiveReceiver> receivers = [] {
-    city::City city{"open", geodesy::LocalFrame(test::sample_place()), {}, {}};
-    std::vector<simulation::LiveReceiver> made;
-    made.emplace_back(simulation::LiveConfig(scenario),
-                      std::make_shared<simulation::CityScene>(std::move(city)), *scenario.start);
-    return made;
-  }();
-  static const live::Figures figures;
-  const auto commands = live::make_commands({scenario, receivers, figures, true, [] { return 1.0; }},
-                                            std::make_shared<transport::Link>(std::make_unique<Deaf>()));
+  static simulation::LiveReceiver rover(
+      simulation::LiveConfig(scenario),
+      std::make_shared<simulation::CityScene>(
+          city::City{"open", geodesy::LocalFrame(test::sample_place()), {}, {}}),
+      *scenario.start);
+  static const live::SessionFigures figures;
+  const auto commands =
+      live::make_commands({scenario.file, {{"rover", &rover}}, figures, true, [] { return 1.0; }},
+                          std::make_shared<transport::Link>(std::make_unique<Deaf>()));
   const std::string text = test::read_bytes(path);
   for (const std::string_view line : split(text, '\n')) {
     if (commands->answer(line).back() != '\n') std::abort();

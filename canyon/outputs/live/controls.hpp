@@ -4,12 +4,16 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "canyon/base/transport/link.hpp"
+#include "canyon/outputs/live/session.hpp"
 #include "canyon/run/live_receiver.hpp"
 
 // Options and faults of receivers, read and set while they run: by services of hosts, whose requests come
@@ -25,6 +29,7 @@ struct OptionsRequest {
   /// Get: a key or a section, empty for all. Set: YAML or JSON of simulation::changed_live_config().
   /// AddFault: an item of a scenario's `faults`, YAML or JSON. EndFault: a fault's name.
   std::string text = {};
+  std::filesystem::path source = "request";  ///< for messages and relative paths of `text`
 };
 
 /// A receiver that runs, as requests see it.
@@ -34,6 +39,8 @@ struct AdjustableReceiver {
   /// Called after a change: the host's copies of receiver->config(), its rate and lever arm, may be out of
   /// date.
   std::function<void()> changed = {};
+  simulation::LiveReceiver* base = nullptr;  ///< beside it, to which its faults go as well; null: none
+  bool changes_rate = true;                  ///< rate_hz may change while it runs
 };
 
 /// The answer, for people and programs: several lines without one at the end.
@@ -46,6 +53,8 @@ struct AdjustableReceiver {
 /// Never throws InputError.
 [[nodiscard]] std::string answer(const OptionsRequest& request,
                                  const std::vector<AdjustableReceiver>& receivers);
+/// The same, but throws InputError instead of "refused: ...".
+std::string perform(const OptionsRequest& request, const std::vector<AdjustableReceiver>& receivers);
 
 /// A queue in which requests wait for the host's thread.
 class OptionsDesk {
@@ -101,5 +110,30 @@ struct FaultAnswerer {
   /// Calls `answer` if the request is allowed.
   [[nodiscard]] ServiceReply call(OptionsRequest::Kind kind, const std::string& text) const;
 };
+
+/// The state that commands read and change.
+struct CommandContext {
+  std::filesystem::path source;  ///< of the scenario, as OptionsRequest::source
+  std::vector<AdjustableReceiver> receivers;
+  const SessionFigures& figures;
+  bool changes = false;           ///< may change the simulation
+  std::function<double()> now_s;  ///< the scenario's time
+};
+
+/// Requests to a running session as JSON: one object a line in, one out, {"ok": true, ...} or {"ok": false,
+/// "error": ..., "cure": ...} (docs/live.md lists them).
+class Commands {
+ public:
+  virtual ~Commands() = default;
+  /// Answers a line; never throws.
+  [[nodiscard]] virtual std::string answer(std::string_view line) = 0;
+  /// The latest epoch of a receiver, for status requests.
+  virtual void keep(const simulation::Epoch& epoch) = 0;
+  /// Somebody asked for the end of the run.
+  [[nodiscard]] virtual bool stopped() const = 0;
+};
+/// Answers the lines that come by a link.
+[[nodiscard]] std::unique_ptr<Commands> make_commands(CommandContext context,
+                                                      std::shared_ptr<transport::Link> link);
 
 }  // namespace canyon::live

@@ -105,7 +105,7 @@ TEST_F(OptionsDeskTest, PutsFaultsOnTheTimelineAndEndsThem) {
   EXPECT_EQ(ask(Kind::Faults, "", ""), "none");
   EXPECT_EQ(ask(Kind::AddFault, "car", "{name: dark, duration_s: 5, outage: {}}"), "added car: dark");
   EXPECT_EQ(ask(Kind::Faults, "", ""), "car: dark (outage) from 0 s until 5 s, at work");
-  const simulation::AntennaState at{{0, 0, 2}};
+  const simulation::RigidPose at{{0, 0, 2}};
   EXPECT_FALSE(car_.observe(1, at).epoch.observed.fix.solved());
   EXPECT_EQ(ask(Kind::EndFault, "", " dark "), "ended car: dark");
   EXPECT_TRUE(car_.observe(2, at).epoch.observed.fix.solved());
@@ -133,7 +133,7 @@ TEST_F(OptionsDeskTest, RefusesWhatCannotBeAndChangesNothing) {
 TEST_F(OptionsDeskTest, AChangedReceiverIsThatOfItsOptions) {
   const std::string text = "noise: {enabled: true}\nclock: {bias_s: 1.0e-4}";
   simulation::LiveReceiver built = receiver(text);
-  const simulation::AntennaState at{{0, 0, 2}};
+  const simulation::RigidPose at{{0, 0, 2}};
   int compared = 0;
   (void)car_.observe(0, at);
   ASSERT_THAT(ask(Kind::Set, "car", text), StartsWith("set car: "));
@@ -157,7 +157,7 @@ TEST_F(OptionsDeskTest, AChangedReceiverIsThatOfItsOptions) {
 TEST_F(OptionsDeskTest, AnotherRateAloneLeavesTheReceiverAsItIs) {
   const std::string text = "noise: {enabled: true}\nclock: {bias_s: 1.0e-4}";
   simulation::LiveReceiver kept = receiver(text), other = receiver(text);
-  const simulation::AntennaState at{{0, 0, 2}};
+  const simulation::RigidPose at{{0, 0, 2}};
   const std::vector<AdjustableReceiver> one{{"car", &other, [this] { ++changed_; }}};
   (void)kept.observe(0, at);
   (void)other.observe(0, at);

@@ -33,12 +33,8 @@ class StreamPublisher final : public EpochPublisher {
 
   void publish(const ReceiverReport& report) override {
     serve(report.sim_time_ns);
-    for (const simulation::LiveReceiver::Step* step = report.step; step != nullptr; step = step->base.get()) {
-      if (step->epoch.receiver != stream_->receiver()) continue;
-      simulation::Epoch epoch = step->epoch;
-      epoch.arrival = &step->arrival;
-      stream_->write(epoch);
-    }
+    const auto* step = stream_->receiver() == 0 ? report.step : report.base;
+    if (step != nullptr) stream_->write(step->epoch);
   }
   void serve(std::int64_t sim_time_ns) override {
     now_ns_ = sim_time_ns;

@@ -22,6 +22,7 @@ struct ReceiverReport {
   std::int64_t sim_time_ns = 0;  ///< time of the host's clock
   /// Null if the truth has not come (pose_topic silent or too old): there is no epoch, for this `reason`.
   const simulation::LiveReceiver::Step* step = nullptr;
+  const simulation::LiveReceiver::Step* base = nullptr;  ///< of its own base at that instant; null: none
   std::string reason;
   Eigen::Vector3d antenna_world_m = Eigen::Vector3d::Zero();                ///< in the host's world frame
   Eigen::Quaterniond link_attitude_world = Eigen::Quaterniond::Identity();  ///< world from link

@@ -21,8 +21,6 @@
 namespace canyon::live {
 namespace {
 
-using simulation::TruePose;
-
 std::shared_ptr<simulation::CityScene> open_field(const WorldFrame& frame) {
   city::City city;
   city.name = "open field";
@@ -40,9 +38,6 @@ void visit_streams(options::Visitor& v, const options::Field& field, std::vector
     throw v.fault(field.name, e.problem(), e.cure());
   }
 }
-
-// Places of a rover and its base in the links of the two.
-constexpr std::size_t kRover = 0, kBase = 1;
 
 }  // namespace
 
@@ -62,10 +57,13 @@ HostedReceiver::HostedReceiver(HostSetup setup)
   for (const std::string& line : setup.warnings) say(Tone::Warning, line);
   try {
     start_receiver();
-    const auto descriptions = output::describe_receivers(*receiver_, schedule_.interval_s());
+    std::vector<output::ReceiverDescription> descriptions;
+    for (std::size_t r = 0; r < run_->size(); ++r) {
+      descriptions.push_back(output::describe_receivers((*run_)[r], schedule_.interval_s()).front());
+    }
     for (const auto& [setting, stream] : setup.streams) {
       add(make_stream_publisher(setting, stream_of_model(setting, stream, setup.model), descriptions,
-                                setup.open_link, &*receiver_),
+                                setup.open_link, &receiver()),
           setting);
     }
   } catch (const InputError& e) {  // name the receiver
@@ -79,8 +77,8 @@ HostedReceiver::~HostedReceiver() = default;
 void HostedReceiver::start_receiver() {
   auto& fixed = options_.live.receiver().fixed;
   if (fixed) fixed->settle(frame_.enu);
-  receiver_.emplace(options_.live, city_ ? city_ : open_field(frame_), start_);
-  if (tracer_) receiver_->set_tracer(tracer_);
+  run_.emplace(options_.live, city_ ? city_ : open_field(frame_), start_);
+  if (tracer_) receiver().set_tracer(tracer_);
   say_warnings();
   make_rtcm();
   begin_sensors();
@@ -92,8 +90,12 @@ void HostedReceiver::begin_sensors() {
 }
 
 void HostedReceiver::say_warnings() {
-  sky_warnings_->take(*receiver_,
-                      [this](const std::string& line, bool of_sky) { say(Tone::Warning, line, of_sky); });
+  for (std::size_t r = 0; r < run_->size(); ++r) {
+    sky_warnings_->take((*run_)[r], [&](const std::string& line, bool of_sky) {
+      say(Tone::Warning, r == 0 ? line : fmt::format("{}: {}", options_.live.base()->options.name, line),
+          of_sky);
+    });
+  }
 }
 
 void HostedReceiver::say(Tone tone, const std::string& line, bool of_all) {
@@ -151,21 +153,27 @@ void HostedReceiver::set_tracer(simulation::Tracer tracer, std::function<std::ve
   tracer_ = std::move(tracer);
   ranges_ = std::move(ranges);
   reach_m_ = reach_m;
-  receiver_->set_tracer(tracer_);
+  receiver().set_tracer(tracer_);
 }
 
 void HostedReceiver::set_config(simulation::LiveConfig config) {
   if (auto& fixed = config.receiver().fixed) fixed->settle(frame_.enu);
-  receiver_->set_config(std::move(config));
-  options_.live = receiver_->config();
+  receiver().set_config(std::move(config));
+  take_config();
   make_rtcm();
 }
 
+void HostedReceiver::take_config() {
+  options_.live.receiver() = receiver().config().receiver();
+  options_.live.rate_hz = receiver().config().rate_hz;
+}
+
 AdjustableReceiver HostedReceiver::adjustable(const std::string& name) {
-  return {name, &*receiver_, [this] {
-            options_.live = receiver_->config();
-            schedule_.set_interval(1 / rate_hz());
-          }};
+  const auto changed = [this] {
+    take_config();
+    schedule_.set_interval(1 / rate_hz());
+  };
+  return {name, &receiver(), changed, run_->size() > 1 ? &(*run_)[1] : nullptr};
 }
 
 geodesy::GpsTime HostedReceiver::time_of(std::int64_t now_ns) const {
@@ -182,7 +190,7 @@ void HostedReceiver::reset() {
 }
 
 void HostedReceiver::begin_anew() {
-  receiver_->restart();
+  run_->restart();
   begin_sensors();
   if (rtcm_) rtcm_->begin_anew();
   if (on_reset_) on_reset_();
@@ -223,7 +231,8 @@ void HostedReceiver::begin(std::int64_t now_ns, const Truth& truth) {
 }
 
 void HostedReceiver::finish() {
-  step_.reset();
+  steps_.clear();
+  report_.step = report_.base = nullptr;
   const auto begin = std::chrono::steady_clock::now();
   try {
     if (motion_) compute(*motion_);
@@ -232,8 +241,9 @@ void HostedReceiver::finish() {
     say(Tone::Error, report_.reason);
   }
   report_.compute_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  report_.step = step_ ? &*step_ : nullptr;
-  if (step_) {
+  if (!steps_.empty()) {
+    report_.step = &steps_.back();  // the base comes first
+    if (steps_.size() > 1) report_.base = &steps_.front();
     say_warnings();
   } else {
     report_.scan_ranges_m.clear();
@@ -245,38 +255,47 @@ void HostedReceiver::finish() {
 }
 
 void HostedReceiver::compute(const Motion& motion) {
+  const std::int64_t now_ns = report_.sim_time_ns;
+  const geodesy::GpsTime now = receiver().at(static_cast<double>(now_ns) * 1e-9);
   Antennas antennas;
-  if (const auto* body = std::get_if<TruePose>(&motion)) {
-    const auto antenna_of = [&](const simulation::ReceiverConfig& receiver) {
-      return simulation::antenna_of(*body, receiver.lever_arm_m, frame_.heading_rad, frame_.origin_enu_m);
+  if (const auto* body = std::get_if<simulation::RigidPose>(&motion)) {
+    const auto antenna_of = [&](const simulation::ReceiverConfig& mounted) {
+      return simulation::pose_of(*body, frame_, now, mounted.lever_arm_m);
     };
     const simulation::ReceiverConfig& own = options_.live.receiver();
-    report_.antenna_world_m = body->pose.position_m + body->pose.attitude * own.lever_arm_m;
-    report_.link_attitude_world = body->pose.attitude;
+    report_.antenna_world_m = body->position_m + body->attitude * own.lever_arm_m;
+    report_.link_attitude_world = body->attitude;
     antennas.receiver = antenna_of(own);
     if (const simulation::ReceiverConfig* base = options_.live.base()) antennas.base = antenna_of(*base);
   } else {
     antennas = std::get<Antennas>(motion);
   }
   follow_scene();
-  const double seconds = static_cast<double>(report_.sim_time_ns) * 1e-9;
-  if (rtcm_) {
-    if (auto came = rtcm_->take(time_of(report_.sim_time_ns))) receiver_->give(std::move(came));
+  std::vector<simulation::Run::Due> due;
+  for (const std::size_t r : run_->order()) {
+    const std::optional<simulation::Pose> fixed = run_->fixed_pose(r, now);
+    if (r != 0 && !fixed && !antennas.base) {
+      throw InputError("the base has no place", "give it fixed: {east_m: ..., ...}");
+    }
+    due.push_back({r, now, r == 0 ? antennas.receiver : fixed ? fixed : antennas.base});
+    if (due.back().antenna) due.back().antenna->time = now;
+    due.back().inputs.continuous = std::holds_alternative<Antennas>(motion);
+    if (r != 0) continue;
+    if (rtcm_) due.back().corrections = rtcm_->take(now);
+    if (sensors_) due.back().inputs.sensors = &sensors_->until(now);
   }
-  const simulation::SensorBatch* samples =
-      sensors_ ? &sensors_->until(time_of(report_.sim_time_ns)) : nullptr;
-  step_ = receiver_->observe(seconds, antennas.receiver, samples, antennas.base ? &*antennas.base : nullptr);
-  if (rtcm_) rtcm_->set_place(step_->epoch.truth_ecef);
+  steps_ = run_->make(due, false);
+  if (rtcm_) rtcm_->set_place(steps_.back().epoch.truth_ecef);
   if (!scans_) return;
   report_.scan_max_range_m = ranges_ ? reach_m_ : std::numeric_limits<double>::infinity();
-  report_.scan_ranges_m = ranges_ ? ranges_() : scan(antennas.receiver.position_enu_m);
+  report_.scan_ranges_m = ranges_ ? ranges_() : scan(steps_.back().arrival);
 }
 
 void HostedReceiver::follow_scene() {
   if (!scene_) return;
   scene_->show(own_model_);
   if (!has_scene_ || scene_->generation() != generation_) {
-    receiver_->set_scene(scene_->scene());
+    for (std::size_t r = 0; r < run_->size(); ++r) (*run_)[r].set_scene(scene_->scene());
     generation_ = scene_->generation();
     has_scene_ = true;
   }
@@ -284,9 +303,10 @@ void HostedReceiver::follow_scene() {
 }
 
 // Direct and mirror ray of each satellite through the engine's scene.
-std::vector<double> HostedReceiver::scan(const Eigen::Vector3d& antenna_enu) const {
+std::vector<double> HostedReceiver::scan(const propagation::Arrival& arrival) const {
   std::vector<double> ranges;
   if (!scene_) return ranges;
+  const Eigen::Vector3d& antenna_enu = arrival.antenna_enu;
   const raytrace::RayScene& scene = scene_->scene()->scene;
   const double min_range = scene.surface_offset_m(antenna_enu);
   const Eigen::Matrix3d enu_from_ecef = frame_.enu.ecef_from_local_rotation().transpose();
@@ -294,8 +314,8 @@ std::vector<double> HostedReceiver::scan(const Eigen::Vector3d& antenna_enu) con
     const auto hit = scene.cast({antenna_enu, direction, reach_m}, min_range);
     return hit ? hit->range_m : std::numeric_limits<double>::infinity();
   };
-  ranges.reserve(2 * step_->arrival.views.size());
-  for (const propagation::SatelliteView& view : step_->arrival.views) {
+  ranges.reserve(2 * arrival.views.size());
+  for (const propagation::SatelliteView& view : arrival.views) {
     const Eigen::Vector3d direction = enu_from_ecef * view.line.direction_ecef;
     ranges.push_back(range(direction, std::numeric_limits<double>::infinity()));
     ranges.push_back(
@@ -332,97 +352,80 @@ void visit_host(options::Visitor& v, HostOptions& o, std::string& frame_id,
 }
 
 void HostBases::add(HostedReceiver& receiver, std::uint64_t vehicle) {
-  members_.push_back({&receiver, vehicle, nullptr, {}, 0});
+  members_.push_back({&receiver, vehicle});
 }
 
 void HostBases::remove(const HostedReceiver& receiver) {
-  std::erase_if(members_, [&](const Member& member) { return member.receiver == &receiver; });
-  for (Member& member : members_) {
-    if (member.base != &receiver) continue;
-    member.base = nullptr;
-    member.links.reset();
+  for (std::size_t m = 0; m < members_.size(); ++m) {
+    if (members_[m].receiver == &receiver) members_[m].receiver = nullptr;
+    const auto base = links_.base_of(m);
+    if (base && members_[*base].receiver == nullptr) links_.disconnect(m);
   }
 }
 
-HostBases::Member* HostBases::member_of(const HostedReceiver* receiver) {
-  const auto at = std::find_if(members_.begin(), members_.end(),
-                               [&](const Member& member) { return member.receiver == receiver; });
-  return at == members_.end() ? nullptr : &*at;
-}
-
-void HostBases::finish(std::vector<HostedReceiver*> begun) {
-  for (Member& member : members_) {
-    if (member.receiver->begun_ns() < member.last_ns) {  // the world was reset
-      member.base = nullptr;
-      member.links.reset();
-    }
+void HostBases::finish(const std::vector<HostedReceiver*>& begun) {
+  std::vector<std::size_t> numbers;
+  for (std::size_t m = 0; m < members_.size(); ++m) {
+    Member& member = members_[m];
+    if (member.receiver == nullptr) continue;
+    if (member.receiver->begun_ns() < member.last_ns) links_.disconnect(m);  // the world was reset
     member.last_ns = member.receiver->begun_ns();
-    find_base(member);
+    find_base(m);
+    if (std::find(begun.begin(), begun.end(), member.receiver) != begun.end()) numbers.push_back(m);
   }
-  while (!begun.empty()) {
-    auto next = std::find_if(begun.begin(), begun.end(), [&](const HostedReceiver* receiver) {
-      const Member* member = member_of(receiver);
-      return member == nullptr || std::find(begun.begin(), begun.end(), member->base) == begun.end();
-    });
-    if (next == begun.end()) next = begun.begin();  // they are each other's bases
-    finish_one(**next);
-    begun.erase(next);
+  for (HostedReceiver* const each : begun) {
+    const auto is_each = [each](const Member& member) { return member.receiver == each; };
+    if (std::none_of(members_.begin(), members_.end(), is_each)) each->finish();
   }
+  std::vector<simulation::DueEpoch> due;
+  for (const std::size_t m : links_.order(std::move(numbers))) {
+    const HostedReceiver& receiver = *members_[m].receiver;
+    due.push_back({m, receiver.receiver().start() + std::chrono::nanoseconds(receiver.begun_ns())});
+  }
+  links_.make_epochs(due, false, [&](std::size_t i, auto came) -> const simulation::Epoch* {
+    HostedReceiver& receiver = *members_[due[i].receiver].receiver;
+    if (came) receiver.receiver().give(std::move(came));
+    receiver.finish();
+    return receiver.step() != nullptr ? &receiver.step()->epoch : nullptr;
+  });
 }
 
-void HostBases::find_base(Member& member) {
+void HostBases::find_base(std::size_t number) {
+  const Member& member = members_[number];
   HostedReceiver& rover = *member.receiver;
   const std::string from = rover.base_elsewhere();
-  if (from.empty() || member.base != nullptr) return;
-  const Member* base = nullptr;
+  if (from.empty() || links_.base_of(number)) return;
+  std::optional<std::size_t> base;
   std::vector<std::string> names;
-  for (const Member& other : members_) {
-    names.push_back(other.receiver->receiver().config().receiver().options.name);
-    if (base == nullptr && other.receiver != &rover && names.back() == from) base = &other;
+  for (std::size_t m = 0; m < members_.size(); ++m) {
+    if (members_[m].receiver == nullptr) continue;
+    names.push_back(members_[m].receiver->receiver().config().receiver().options.name);
+    if (!base && m != number && names.back() == from) base = m;
   }
-  if (base == nullptr) {
+  if (!base) {
     return rover.say(Tone::Warning,
                      fmt::format("there is no receiver '{}' in this world yet, whose corrections it takes; "
                                  "receivers: {}; give one <name>{}</name>",
                                  from, fmt::join(names, ", "), from));
   }
+  const HostedReceiver& station = *members_[*base].receiver;
   const simulation::LiveConfig& own = rover.receiver().config();
-  const simulation::LiveConfig& others = base->receiver->receiver().config();
-  if (own.seed != others.seed || rover.receiver().start() != base->receiver->receiver().start()) {
+  const simulation::LiveConfig& others = station.receiver().config();
+  if (own.seed != others.seed || rover.receiver().start() != station.receiver().start()) {
     rover.say(Tone::Warning,
               fmt::format("its base '{}' has another seed or start: errors of the sky do not cancel; give "
                           "both the same <seed> and <start>",
                           from));
   }
-  std::vector<simulation::ReceiverConfig> receivers{own.receiver(), others.receiver()};
-  receivers[kBase].options.corrections = {};
-  if (base->vehicle != member.vehicle) receivers[kBase].fixed.emplace();
+  const bool elsewhere = members_[*base].vehicle != member.vehicle;
+  std::vector<simulation::ReceiverConfig> both{own.receiver(), others.receiver()};
+  both[1].options.corrections = {};
+  if (elsewhere) both[1].fixed.emplace();
   try {
-    member.links.emplace(receivers, own.seed);
-    member.base = base->receiver;
+    simulation::check_corrections(both, 0);
+    links_.connect(number, *base, both[1].fixed.has_value(), both[0].options, own.seed);
   } catch (const InputError& e) {
     rover.say(Tone::Error, e.what());
-  }
-}
-
-void HostBases::finish_one(HostedReceiver& receiver) {
-  Member* member = member_of(&receiver);
-  if (member == nullptr) return receiver.finish();
-  if (member->links) {
-    const geodesy::GpsTime now = receiver.receiver().start() + std::chrono::nanoseconds(receiver.begun_ns());
-    if (auto came = member->links->take(kRover, now)) receiver.receiver().give(std::move(came));
-  }
-  receiver.finish();
-  const simulation::LiveReceiver::Step* step = receiver.step();
-  if (step == nullptr) return;
-  const auto send = [step](simulation::CorrectionLinks& links, std::size_t as) {
-    simulation::Epoch epoch = step->epoch;
-    epoch.receiver = as;
-    links.send(epoch);
-  };
-  if (member->links) send(*member->links, kRover);
-  for (Member& other : members_) {
-    if (other.base == &receiver && other.links) send(*other.links, kBase);
   }
 }
 

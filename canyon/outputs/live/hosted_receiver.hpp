@@ -15,8 +15,8 @@
 #include "canyon/outputs/live/epoch_publisher.hpp"
 #include "canyon/outputs/live/rtcm_input.hpp"
 #include "canyon/outputs/live/world_scene.hpp"
-#include "canyon/run/correction_links.hpp"
 #include "canyon/run/epoch_schedule.hpp"
+#include "canyon/run/run.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 
 namespace canyon::live {
@@ -66,13 +66,13 @@ struct HostSetup {
 /// truth and geometry. For one thread at a time.
 class HostedReceiver {
  public:
-  /// Antennas in the city's frame: the receiver's, and that of its base on the vehicle.
+  /// The receiver's antenna, and that of its base on the vehicle.
   struct Antennas {
-    simulation::AntennaState receiver;
-    std::optional<simulation::AntennaState> base = {};
+    simulation::Pose receiver;
+    std::optional<simulation::Pose> base = {};
   };
   /// The body that carries the antennas, in the world's frame, or these themselves.
-  using Motion = std::variant<simulation::TruePose, Antennas>;
+  using Motion = std::variant<simulation::RigidPose, Antennas>;
   /// Motion at this instant; empty, with `reason`, if there is none.
   using Truth = std::function<std::optional<Motion>(std::string& reason)>;
 
@@ -89,10 +89,10 @@ class HostedReceiver {
 
   /// Name of the receiver of the same world whose corrections it takes; empty: of none (HostBases).
   [[nodiscard]] std::string base_elsewhere() const;
-  [[nodiscard]] simulation::LiveReceiver& receiver() { return *receiver_; }
-  [[nodiscard]] const simulation::LiveReceiver& receiver() const { return *receiver_; }
+  [[nodiscard]] simulation::LiveReceiver& receiver() { return (*run_)[0]; }
+  [[nodiscard]] const simulation::LiveReceiver& receiver() const { return (*run_)[0]; }
   /// The epoch of the last finish(), until the next begin(); null: there was none.
-  [[nodiscard]] const simulation::LiveReceiver::Step* step() const { return step_ ? &*step_ : nullptr; }
+  [[nodiscard]] const simulation::LiveReceiver::Step* step() const { return report_.step; }
   /// The world's time of the last begin().
   [[nodiscard]] std::int64_t begun_ns() const { return report_.sim_time_ns; }
 
@@ -154,8 +154,10 @@ class HostedReceiver {
   void begin_anew();
   void begin_sensors();
   void compute(const Motion& motion);
+  /// The receiver's own options and rate have changed.
+  void take_config();
   void follow_scene();
-  [[nodiscard]] std::vector<double> scan(const Eigen::Vector3d& antenna_enu) const;
+  [[nodiscard]] std::vector<double> scan(const propagation::Arrival& arrival) const;
   [[nodiscard]] geodesy::GpsTime time_of(std::int64_t now_ns) const;
   [[nodiscard]] double rate_hz() const { return options_.live.rate_hz.value_or(default_rate_hz_); }
 
@@ -176,9 +178,9 @@ class HostedReceiver {
   std::function<std::vector<double>()> ranges_;
   double reach_m_ = 0;
   std::function<void()> on_reset_;
-  std::optional<simulation::LiveReceiver> receiver_;  // stays at its address: streams refer to it
+  std::optional<simulation::Run> run_;  // of the receiver, 0, and its base, 1; streams refer to it
   std::optional<RtcmInput> rtcm_;
-  std::optional<simulation::LiveReceiver::Step> step_;
+  std::vector<simulation::LiveReceiver::Step> steps_;  // of the last epoch
   std::string name_;
   Say say_;
   std::set<std::string> said_;
@@ -201,21 +203,18 @@ class HostBases {
 
   /// HostedReceiver::finish() of the receivers that have begun an epoch of one instant, in any thread: each
   /// with the corrections that have come for it, and a base before those that take its corrections.
-  void finish(std::vector<HostedReceiver*> begun);
+  void finish(const std::vector<HostedReceiver*>& begun);
 
  private:
   struct Member {
-    HostedReceiver* receiver = nullptr;
+    HostedReceiver* receiver = nullptr;  // null: removed
     std::uint64_t vehicle = 0;
-    HostedReceiver* base = nullptr;  // found; null: it has none, or it is not there
-    std::optional<simulation::CorrectionLinks> links;
     std::int64_t last_ns = 0;
   };
-  [[nodiscard]] Member* member_of(const HostedReceiver* receiver);
-  void find_base(Member& member);
-  void finish_one(HostedReceiver& receiver);
+  void find_base(std::size_t number);
 
-  std::vector<Member> members_;
+  std::vector<Member> members_;         // their places are the numbers in `links_`
+  simulation::CorrectionLinks links_;
 };
 
 }  // namespace canyon::live

@@ -317,12 +317,12 @@ TEST(MavlinkPoses, AltitudesAreAboveMeanSeaLevel) {
   std::string reason;
   const auto at = source.track().at(0, reason);
   ASSERT_TRUE(at) << reason;
-  EXPECT_NEAR(at->pose.position_m.z(), 2, 1e-3);
+  EXPECT_NEAR(at->position_m.z(), 2, 1e-3);
   PoseSource json(options(PoseFormat::Json), frame_of_city, 39.5);
   json.receive({0, "{\"latitude_deg\": 52.5, \"longitude_deg\": 13.4, \"height_m\": 76.5}\n"}, 0);
   const auto other = json.track().at(0, reason);
   ASSERT_TRUE(other) << reason;
-  EXPECT_NEAR(other->pose.position_m.z(), 2, 1e-3);
+  EXPECT_NEAR(other->position_m.z(), 2, 1e-3);
 }
 
 // As PX4 and ArduPilot send a vehicle that stands: without times, several messages read at once.
@@ -432,7 +432,7 @@ TEST(Poses, OfNoAntennaAreDroppedAndCounted) {
   std::string reason;
   const auto at = source.track().at(0, reason);
   ASSERT_TRUE(at) << reason;
-  EXPECT_NEAR(simulation::yaw_of(at->pose.attitude), 0, 1e-9);
+  EXPECT_NEAR((at->attitude * Eigen::Vector3d::UnitX()).y(), 0, 1e-9);
 }
 
 // Milliseconds where seconds belong make a vehicle that seems to stand: told once.

@@ -47,8 +47,9 @@ std::optional<simulation::ReportedPose> PoseSource::in_city(const PoseReport& re
     sent.pose.position_m = options_.origin_enu_m + turn * (scale * *report.position_m);
   }
   if (report.velocity_mps) sent.linear_velocity = turn * (scale * *report.velocity_mps);
-  if (!simulation::is_possible(
-          {sent.pose.position_m, sent.linear_velocity.value_or(Vector3d::Zero()), 0, 0, false})) {
+  const simulation::RigidPose body{sent.pose.position_m, Quaterniond::Identity(),
+                                   sent.linear_velocity.value_or(Vector3d::Zero())};
+  if (!simulation::is_possible(simulation::pose_of(body, {frame_}, {}))) {
     sent.pose.position_m.setConstant(std::nan(""));
     return sent;
   }

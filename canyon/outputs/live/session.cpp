@@ -15,17 +15,17 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/secrets.hpp"
-#include "canyon/outputs/live/commands.hpp"
+#include "canyon/outputs/live/controls.hpp"
 #include "canyon/outputs/live/epoch_publisher.hpp"
 #include "canyon/outputs/live/pose_source.hpp"
 #include "canyon/outputs/live/rtcm_input.hpp"
 #include "canyon/outputs/output/epoch_values.hpp"
 #include "canyon/outputs/output/nmea.hpp"
 #include "canyon/outputs/output/stream.hpp"
-#include "canyon/run/correction_links.hpp"
 #include "canyon/run/environment.hpp"
 #include "canyon/run/epoch_schedule.hpp"
-#include "canyon/run/motion/pose_motion.hpp"
+#include "canyon/run/motion/smooth_poses.hpp"
+#include "canyon/run/run.hpp"
 #include "canyon/run/sensor_run.hpp"
 #include "canyon/run/simulator.hpp"
 
@@ -92,7 +92,7 @@ struct Vehicle {
   /// Poses of this instant are needed for an epoch at `at`.
   [[nodiscard]] std::int64_t needs_ns(std::int64_t at) const { return motion ? motion->needs_ns(at) : at; }
   /// The body at an instant; empty, without truth.
-  [[nodiscard]] std::optional<simulation::TruePose> body_at(std::int64_t at) {
+  [[nodiscard]] std::optional<simulation::RigidPose> body_at(std::int64_t at) {
     std::string reason;
     if (!motion) return source->track().at(at, reason);
     motion->reach(source->track(), at);
@@ -104,14 +104,12 @@ struct Vehicle {
   }
 };
 
-/// One epoch of one receiver that is due.
+/// One epoch of one receiver that is due, its pose's arrival, and the samples of its vehicle's sensors since
+/// the epoch before.
 struct Due {
-  std::size_t receiver = 0;
-  double host_s = 0;
-  std::optional<simulation::AntennaState> antenna;  ///< empty: no truth
-  std::optional<Clock::time_point> pose_came;
-  LiveReceiver::Step step = {};
-  simulation::SensorBatch samples = {};  ///< of the vehicle's sensors since the epoch before
+  simulation::Run::Due epoch;
+  std::optional<Clock::time_point> pose_came = {};
+  simulation::SensorBatch samples = {};
 };
 
 /// Corrections of one receiver that come by a stream of RTCM 3.
@@ -186,22 +184,22 @@ struct Session::Impl {
   }
 
   void make_receivers() {
-    corrections.emplace(scenario.receivers, scenario.seed);
-    std::shared_ptr<const simulation::BuiltSky> sky;
-    for (std::size_t r = 0; r < scenario.receivers.size(); ++r) {
-      simulation::LiveConfig config = simulation::live_config(scenario, r, start, schedule.interval_s());
-      config.with_sensors = scenario.sensors.any();
-      receivers.emplace_back(std::move(config), scene, start, sky);
-      sky = receivers.back().shared_sky();
-      // Prepared now, so that the first epoch is not late.
-      prepared.push_back(
-          receivers.back().environment().make_propagator(receivers.back().config().receiver().propagation));
+    simulation::LiveConfig config(scenario);
+    config.start = start;
+    config.rate_hz = 1 / schedule.interval_s();
+    config.warnings.clear();  // they are the scenario's, and said once
+    config.with_sensors = scenario.sensors.any();
+    receivers.emplace(std::move(config), scene, start);
+    // Prepared now, so that the first epoch is not late.
+    for (std::size_t r = 0; r < receivers->size(); ++r) {
+      const LiveReceiver& receiver = (*receivers)[r];
+      prepared.push_back(receiver.environment().make_propagator(receiver.config().receiver().propagation));
     }
   }
 
   void make_inputs() {
-    inputs.resize(receivers.size());
-    for (std::size_t r = 0; r < receivers.size(); ++r) {
+    inputs.resize(names.size());
+    for (std::size_t r = 0; r < names.size(); ++r) {
       const std::string& address = scenario.receivers[r].options.corrections.from;
       if (!relative::is_stream(address)) continue;
       if (address.starts_with(relative::kTopicAddress)) {
@@ -310,7 +308,7 @@ struct Session::Impl {
       const simulation::StreamRequest& request = options.streams[i];
       try {
         const std::size_t r = output::find_receiver(request, names);
-        const simulation::BuiltSky& sky = receivers[r].sky();
+        const simulation::BuiltSky& sky = (*receivers)[r].sky();
         output::ReceiverDescription description = output::describe_receiver(
             scenario.receivers[r], *sky.sky, sky.navigation, start, schedule.interval_s());
         description.sensors = scenario.sensors.any();
@@ -321,8 +319,11 @@ struct Session::Impl {
       }
     }
     if (options.control.empty()) return;
-    CommandContext context{scenario, receivers, figures, options.changes,
+    CommandContext context{std::filesystem::absolute(scenario.file), {}, figures, options.changes,
                            [this] { return seconds(now_ns()); }};
+    for (std::size_t r = 0; r < names.size(); ++r) {
+      context.receivers.push_back({names[r], &(*receivers)[r], {}, nullptr, false});
+    }
     commands = make_commands(std::move(context), link_of(options.control));
   }
 
@@ -339,14 +340,14 @@ struct Session::Impl {
   /// Makes what sensors feel, where a receiver, a stream or a sink needs them.
   void begin_sensors() {
     sensors.clear();
-    sensors.resize(receivers.size());
-    felt.clear();
-    felt.resize(receivers.size());
+    sensors.resize(names.size());
+    sensed.clear();
+    sensed.resize(names.size());
     if (!scenario.sensors.any()) return;
     const bool written = std::any_of(sinks->begin(), sinks->end(),
                                      [](const simulation::EpochSink* sink) { return sink->uses_sensors(); });
     const auto needs = [&](std::size_t r) {
-      return written || receivers[r].config().receiver().options.dead_reckoning.enabled || sends_samples(r);
+      return written || (*receivers)[r].config().receiver().options.dead_reckoning.enabled || sends_samples(r);
     };
     for (Vehicle& vehicle : vehicles) {
       if (stands_still(vehicle)) continue;
@@ -385,7 +386,7 @@ struct Session::Impl {
     }
     if (!run) return;
     const simulation::SensorBatch& batch = run->until(start + seconds(until_ns));
-    add(batch, felt[receiver]);
+    add(batch, sensed[receiver]);
     if (by_stamps()) return;
     for (const auto& stream : streams) {
       if (stream->receiver() == receiver) stream->write_samples(batch);
@@ -461,11 +462,10 @@ struct Session::Impl {
     resumed = false;
     stamped_ns = -1;
     if (vehicle.motion) vehicle.motion.emplace(scene->city.frame, vehicle.motion->step_s());
-    corrections.emplace(scenario.receivers, scenario.seed);
-    for (std::size_t r = 0; r < receivers.size(); ++r) {
-      receivers[r].restart();
+    receivers->restart();
+    for (std::size_t r = 0; r < names.size(); ++r) {
       sensors[r].reset();
-      felt[r] = {};
+      sensed[r] = {};
       if (!inputs[r]) continue;
       inputs[r]->reported.reset();
       inputs[r]->input.begin_anew();
@@ -583,36 +583,37 @@ struct Session::Impl {
     const std::size_t r = of.receiver;
     gather_base_of(r, at);
     if (vehicle.source) stamped_ns = std::max(stamped_ns, at);
-    std::optional<simulation::TruePose> body;
-    std::optional<Clock::time_point> came;
+    const GpsTime time = start + seconds(at);
+    Due next{{r, time}};
+    simulation::Run::Due& epoch = next.epoch;
+    epoch.antenna = receivers->fixed_pose(r, time);
+    epoch.inputs.continuous = !vehicle.source;
+    bool moves = !vehicle.source;
     if (vehicle.source) {
-      body = vehicle.body_at(at);
-      if (const auto arrival = vehicle.source->track().last_arrival_ns(); body && arrival && !by_stamps()) {
-        came = wall_of(std::max(*arrival, at));
+      const std::optional<simulation::RigidPose> body = vehicle.body_at(at);
+      moves = body.has_value();
+      const auto arrival = vehicle.source->track().last_arrival_ns();
+      if (body && arrival && !by_stamps()) next.pose_came = wall_of(std::max(*arrival, at));
+      if (body) {
+        epoch.antenna = simulation::pose_of(*body, {scene->city.frame}, time,
+                                            scenario.receivers[r].lever_arm_m);
       }
-    }
-    Due epoch{r, seconds(at), {}, came};
-    if (body || !vehicle.source) {
-      feel(vehicle, r, at);
-      epoch.samples = std::exchange(felt[r], {});
-    }
-    if (const auto& fixed = scenario.receivers[r].fixed) {
-      epoch.antenna = simulation::antenna_state({start + seconds(at), fixed->place}, scene->city.frame);
-    } else if (!vehicle.source) {
-      epoch.antenna =
-          simulation::antenna_state(trajectory->antenna_pose(r, start + seconds(at)), scene->city.frame);
-    } else if (body) {
-      epoch.antenna =
-          simulation::antenna_of(*body, scenario.receivers[r].lever_arm_m, 0, Eigen::Vector3d::Zero());
       // Between two poses, and behind the last one, the motion may lead anywhere.
-      if (!simulation::is_possible(*epoch.antenna)) epoch.antenna.reset();
+      if (epoch.antenna && !simulation::is_possible(*epoch.antenna)) epoch.antenna.reset();
+    } else if (!epoch.antenna) {
+      epoch.antenna = trajectory->antenna_pose(r, time);
     }
-    due.push_back(std::move(epoch));
+    if (moves) {
+      feel(vehicle, r, at);
+      next.samples = std::exchange(sensed[r], {});
+    }
+    if (inputs[r]) epoch.corrections = inputs[r]->input.take(time);
+    due.push_back(std::move(next));
   }
 
   /// The epochs of a receiver's base, and of that base's base, up to an instant.
   void gather_base_of(std::size_t receiver, std::int64_t until_ns) {
-    const std::optional<std::size_t> base = corrections->base_of(receiver);
+    const std::optional<std::size_t> base = receivers->base_of(receiver);
     if (!base) return;
     for (Vehicle& vehicle : vehicles) {
       for (Schedule& each : vehicle.receivers) {
@@ -627,43 +628,33 @@ struct Session::Impl {
     std::vector<Due> block = std::exchange(due, {});
     if (block.empty()) return;
     // A receiver may be due twice, where the run is late.
-    std::vector<simulation::DueEpoch> instants;
-    instants.reserve(block.size());
-    for (const Due& epoch : block) instants.push_back({epoch.receiver, start + epoch.host_s});
-    corrections->make_epochs(instants, true, [&](std::size_t i, auto came) -> simulation::Epoch& {
-      Due& epoch = block[i];
-      LiveReceiver& receiver = receivers[epoch.receiver];
-      if (inputs[epoch.receiver]) came = inputs[epoch.receiver]->input.take(instants[i].time);
-      if (came) receiver.give(std::move(came));
-      if (!epoch.antenna) {
-        epoch.step = receiver.lose(epoch.host_s);
-        return epoch.step.epoch;
-      }
-      epoch.step =
-          receiver.observe(epoch.host_s, *epoch.antenna, sensors[epoch.receiver] ? &epoch.samples : nullptr);
-      return epoch.step.epoch;
-    });
-    for (Due& epoch : block) {
-      simulation::Epoch& out = epoch.step.epoch;
-      out.arrival = &epoch.step.arrival;
+    std::vector<simulation::Run::Due> epochs;
+    epochs.reserve(block.size());
+    for (Due& each : block) {
+      if (sensors[each.epoch.receiver]) each.epoch.inputs.sensors = &each.samples;
+      epochs.push_back(each.epoch);
+    }
+    const std::vector<LiveReceiver::Step> steps = receivers->make(epochs, true);
+    for (std::size_t i = 0; i < block.size(); ++i) {
+      const simulation::Epoch& out = steps[i].epoch;
       ++figures.epochs;
-      figures.host_s = epoch.host_s;
+      figures.host_s = out.truth.time - start;
       if (out.observed.fix.solved()) ++figures.fixes;
       if (!out.observed.fix.solved()) {
-        figures.no_fix = fmt::format("{}: {}", names[epoch.receiver],
+        figures.no_fix = fmt::format("{}: {}", names[out.receiver],
                                      output::no_fix_reason(out.observed.fix, out.placement));
-      } else if (figures.no_fix.starts_with(names[epoch.receiver] + ": ")) {
+      } else if (figures.no_fix.starts_with(names[out.receiver] + ": ")) {
         figures.no_fix.clear();
       }
-      if (!epoch.antenna) ++figures.no_truth;
+      if (!epochs[i].antenna) ++figures.no_truth;
       for (const auto& stream : streams) stream->write(out);
       report_place(out);
       for (simulation::EpochSink* sink : *sinks) sink->write(out);
       if (commands) commands->keep(out);
-      if (epoch.pose_came) {
-        figures.latency.add(std::chrono::duration<double>(Clock::now() - *epoch.pose_came).count());
+      if (const auto& came = block[i].pose_came) {
+        figures.latency.add(std::chrono::duration<double>(Clock::now() - *came).count());
       }
-      say_warnings(epoch.receiver);
+      say_warnings(out.receiver);
     }
   }
 
@@ -683,7 +674,7 @@ struct Session::Impl {
     for (const auto& [address, link] : links) link->serve();
     for (const auto& stream : streams) {
       stream->send_due();
-      const std::string line = output::hand_on(*stream, receivers[stream->receiver()]);
+      const std::string line = output::hand_on(*stream, (*receivers)[stream->receiver()]);
       if (!line.empty()) note(fmt::format("{}: {}", names[stream->receiver()], line));
     }
   }
@@ -774,7 +765,7 @@ struct Session::Impl {
     if (say) say(hide_passwords(text));
   }
   void say_warnings(std::size_t receiver) {
-    sky_warnings.take(receivers[receiver], [&](const std::string& line, bool of_sky) {
+    sky_warnings.take((*receivers)[receiver], [&](const std::string& line, bool of_sky) {
       warn(of_sky ? line : fmt::format("{}: {}", names[receiver], line));
     });
     if (!inputs[receiver]) return;
@@ -791,13 +782,12 @@ struct Session::Impl {
   simulation::EpochSchedule schedule{1};  // of every receiver, but for its offset
   bool now_starts = false;                // at the next full second
   bool resumed = false;
-  std::vector<LiveReceiver> receivers;
+  std::optional<simulation::Run> receivers;
   SkyWarnings sky_warnings;
   std::vector<propagation::Propagator> prepared;  // that receivers will ask for
   /// By receiver: the sensors of its vehicle. Empty: it does not need them, or no pose has come.
   std::vector<std::optional<simulation::SensorRun>> sensors;
-  std::vector<simulation::SensorBatch> felt;  // by them, since the receiver's last epoch
-  std::optional<simulation::CorrectionLinks> corrections;
+  std::vector<simulation::SensorBatch> sensed;  // by them, since the receiver's last epoch
   std::vector<std::unique_ptr<CorrectionInput>> inputs;  // by receiver; null: none
   std::map<std::string, std::shared_ptr<transport::Link>> links;
   std::vector<Vehicle> vehicles;
@@ -805,13 +795,13 @@ struct Session::Impl {
   std::unique_ptr<Commands> commands;
 
   // State of a run.
-  const RunOptions* run_options = nullptr;
+  const SessionOptions* run_options = nullptr;
   const std::vector<simulation::EpochSink*>* sinks = nullptr;
   Clock::time_point wall_begin;
   Clock::time_point next_second, next_anew;
   std::vector<Due> due;
   std::int64_t stamped_ns = -1;  // latest instant of a vehicle that poses move
-  Figures figures;
+  SessionFigures figures;
 };
 
 Session::Session(simulation::Scenario scenario, std::shared_ptr<simulation::CityScene> scene)
@@ -828,14 +818,14 @@ const simulation::Scenario& Session::scenario() const {
   return impl_->scenario;
 }
 
-Figures Session::run(const std::vector<simulation::EpochSink*>& sinks, const RunOptions& options) {
+SessionFigures Session::run(const std::vector<simulation::EpochSink*>& sinks, const SessionOptions& options) {
   Impl& impl = *impl_;
   impl.run_options = &options;
   impl.sinks = &sinks;
   impl.figures = {};
   impl.begin_sensors();
   impl.begin_clock();
-  for (std::size_t r = 0; r < impl.receivers.size(); ++r) impl.say_warnings(r);
+  for (std::size_t r = 0; r < impl.names.size(); ++r) impl.say_warnings(r);
   for (const auto& [address, link] : impl.links) {
     for (const std::string& line : link->take_notes()) impl.note(fmt::format("{}: {}", address, line));
   }
@@ -852,7 +842,7 @@ Figures Session::run(const std::vector<simulation::EpochSink*>& sinks, const Run
     while (impl.running() && impl.turn()) impl.wait();
   });
   for (const auto& stream : impl.streams) finish([&] { stream->finish(); });
-  for (simulation::EpochSink* sink : sinks) finish([&] { sink->finish(); });
+  finish([&] { simulation::finish_sinks(sinks, nullptr, nullptr); });
   impl.next_second = {};
   finish([&] { impl.once_a_second(); });
   // A link that poses and streams share ends here.

@@ -15,8 +15,8 @@
 
 namespace canyon::live {
 
-/// Figures of a run so far.
-struct Figures {
+/// SessionFigures of a run so far.
+struct SessionFigures {
   double host_s = 0;           ///< the scenario's time
   std::uint64_t epochs = 0;    ///< all receivers'
   std::uint64_t fixes = 0;     ///< epochs with a fix
@@ -27,12 +27,12 @@ struct Figures {
   Distribution latency{0};  ///< from a pose to the bytes of its epoch [s]
 };
 
-struct RunOptions {
+struct SessionOptions {
   const std::atomic<bool>* stop = nullptr;  ///< set: the run ends; null: never
   /// Take notes, and the warnings of receivers and their skies (empty: `note` does), one line each.
   std::function<void(const std::string&)> note, warn;
   /// Called once a second of real time.
-  std::function<void(const Figures&)> progress;
+  std::function<void(const SessionFigures&)> progress;
 };
 
 /// Receivers of a scenario in real time: poses in, epochs out (docs/live.md).
@@ -59,7 +59,7 @@ class Session {
   [[nodiscard]] const simulation::Scenario& scenario() const;
   /// Runs to the end of the trajectory, of duration_s, of every log, or until stopped. Streams end whole.
   /// @param sinks take every epoch as Simulation::run() gives them, and are finished
-  Figures run(const std::vector<simulation::EpochSink*>& sinks, const RunOptions& options);
+  SessionFigures run(const std::vector<simulation::EpochSink*>& sinks, const SessionOptions& options);
 
  private:
   struct Impl;

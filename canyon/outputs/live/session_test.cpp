@@ -55,10 +55,10 @@ Scenario scenario(const std::string& live, const std::string& rest = "rate_hz: 1
       "test.yaml", {false});
 }
 
-Figures run(const Scenario& s, Kept& kept, std::vector<std::string>* notes = nullptr,
+SessionFigures run(const Scenario& s, Kept& kept, std::vector<std::string>* notes = nullptr,
             const std::atomic<bool>* stop = nullptr) {
   Session session(s, city_of(s));
-  RunOptions options;
+  SessionOptions options;
   options.stop = stop;
   options.note = [&](const std::string& line) {
     if (notes != nullptr) notes->push_back(line);
@@ -74,7 +74,7 @@ const std::string kDrive =
 TEST(Session, TrajectoryGivesTheNumbersOfSimulate) {
   const Scenario s = scenario("live: {speed: 20}\n", kDrive);
   Kept live, offline;
-  const Figures figures = run(s, live);
+  const SessionFigures figures = run(s, live);
   const simulation::Simulation simulation(s, city_of(s));
   (void)simulation.run({&offline}, {});
   ASSERT_EQ(live.epochs.size(), 21U);
@@ -149,7 +149,7 @@ TEST(Session, LogPosesComeAtTheirStampsAndGoIntoTheCity) {
   Kept kept;
   const Scenario s = scenario("live: {clock: stamps, poses: [{from: 'file:" + log +
                               "', east_m: 10, north_m: 20, up_m: 1, heading_deg: 90, scale: 2}]}\n");
-  const Figures figures = run(s, kept);
+  const SessionFigures figures = run(s, kept);
   ASSERT_EQ(kept.epochs.size(), 11U);
   EXPECT_EQ(figures.poses, 101U);
   EXPECT_NEAR(figures.host_s, 1, 1e-9);
@@ -188,7 +188,7 @@ TEST(Session, APauseInALogLosesNoPoseBehindIt) {
   const Scenario s = scenario(log_of(folder, {{0, 3}, {23, 26.9}}), "rate_hz: 10\n",
                               "receivers: [{name: a, profile: ideal}, {name: b, profile: ideal}]\n");
   Kept kept;
-  const Figures figures = run(s, kept);
+  const SessionFigures figures = run(s, kept);
   ASSERT_EQ(kept.epochs.size(), 2 * 270U);
   EXPECT_EQ(figures.no_truth, 2 * 194U);  // 3.6 to 22.9 s
   for (std::size_t i = 0; i < kept.epochs.size(); ++i) {
@@ -255,7 +255,7 @@ TEST(Session, PosesOfAnotherClockAmongSeveralLogsAreTold) {
                "rate_hz: 10\n", "receivers: [{name: a, profile: ideal}, {name: b, profile: ideal}]\n");
   Session session(s, city_of(s));
   std::vector<std::string> warnings;
-  RunOptions options;
+  SessionOptions options;
   options.warn = [&](const std::string& line) { warnings.push_back(line); };
   Kept kept;
   (void)session.run({&kept}, options);
@@ -307,7 +307,7 @@ TEST(Session, StandardFormsOfPosesByUdpMoveTheReceiver) {
     }
   });
   std::vector<std::string> notes;
-  const Figures figures = run(s, kept, &notes);
+  const SessionFigures figures = run(s, kept, &notes);
   over = true;
   driver.join();
   EXPECT_EQ(figures.epochs, 41U);
@@ -330,7 +330,7 @@ TEST(Session, SendsStreamsAndTakesCommands) {
       "rate_hz: 10\nduration_s: 1000\ntrajectory: {position: {east_m: 0, north_m: 0, up_m: 30}}\n");
   Session session(s, city_of(s));
   Kept kept;
-  Figures figures;
+  SessionFigures figures;
   std::thread server([&] { figures = session.run({&kept}, {}); });
   {
     test::LocalConnection reader(nmea), commands(control);
@@ -380,7 +380,7 @@ TEST(Session, UbxRestartsTheReceiver) {
   kept.each = [&](const Epoch&) { ++epochs; };
   std::vector<std::string> notes;
   std::thread server([&] {
-    RunOptions options;
+    SessionOptions options;
     options.stop = &stop;
     options.note = [&](const std::string& line) { notes.push_back(line); };
     (void)session.run({&kept}, options);
@@ -418,7 +418,7 @@ TEST(Session, CommandsThatChangeNeedToBeSwitchedOn) {
   Session session(s, city_of(s));
   std::atomic<bool> stop{false};
   std::thread server([&] {
-    RunOptions options;
+    SessionOptions options;
     options.stop = &stop;
     (void)session.run({}, options);
   });
@@ -489,10 +489,10 @@ TEST(Session, SaysThatNoPoseHasComeAndWhyThereIsNoFix) {
       "rate_hz: 10\nduration_s: 5.5\n");
   Kept kept;
   std::vector<std::string> notes;
-  Figures figures;
+  SessionFigures figures;
   Session session(s, city_of(s));
   std::thread server([&] {
-    RunOptions options;
+    SessionOptions options;
     options.note = [&](const std::string& line) { notes.push_back(line); };
     figures = session.run({&kept}, options);
   });
@@ -707,7 +707,7 @@ TEST(Session, AStreamThatIsNotRtcmIsTold) {
   s.duration_s = 4;
   std::vector<std::string> warned;
   Session session(s, city_of(s));
-  RunOptions options;
+  SessionOptions options;
   options.warn = [&](const std::string& line) { warned.push_back(line); };
   (void)session.run({}, options);
   EXPECT_THAT(warned, Contains(AllOf(HasSubstr("rover: "), HasSubstr("are not a frame of RTCM 3"),

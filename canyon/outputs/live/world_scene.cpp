@@ -431,11 +431,4 @@ bool operator==(const WorldScene::Options& a, const WorldScene::Options& b) {
          a.facades.shares == b.facades.shares && a.facades.named == b.facades.named && a.seed == b.seed;
 }
 
-bool operator==(const WorldFrame& a, const WorldFrame& b) {
-  const geodesy::Geodetic &at = a.enu.origin(), &other = b.enu.origin();
-  return at.latitude_rad == other.latitude_rad && at.longitude_rad == other.longitude_rad &&
-         at.height_m == other.height_m && a.enu.heading_rad() == b.enu.heading_rad() &&
-         a.heading_rad == b.heading_rad;
-}
-
 }  // namespace canyon::live

@@ -26,19 +26,7 @@ struct HostOrigin {
   friend bool operator==(const HostOrigin& a, const HostOrigin& b);
 };
 
-/// The place of a host's world on the Earth, or of the frame of its poses in a city.
-struct WorldFrame {
-  geodesy::LocalFrame enu;  ///< of the city
-  double heading_rad = 0;   ///< of the world's x axis, counter-clockwise from east
-  /// The world's origin in the city [m]; 0 for a world whose geometry is read (HostWorld).
-  Eigen::Vector3d origin_enu_m = Eigen::Vector3d::Zero();
-
-  /// Rotation about the vertical.
-  [[nodiscard]] Eigen::Matrix3d enu_from_world() const {
-    return Eigen::AngleAxisd(heading_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  }
-  friend bool operator==(const WorldFrame& a, const WorldFrame& b);
-};
+using simulation::WorldFrame;
 
 /// Mixes a value into a fingerprint.
 inline void mix(std::uint64_t& sum, std::uint64_t value) {

@@ -86,9 +86,7 @@ Probe::Question Probe::read(const Json& json) const {
 std::string Probe::trace(const Question& question, std::optional<std::int64_t> id) {
   simulation::LiveReceiver& receiver = receivers_[question.receiver];
   receiver.restart();
-  simulation::AntennaState antenna;
-  antenna.position_enu_m = question.place;
-  simulation::LiveReceiver::Step step = receiver.observe(question.time_s, antenna);
+  simulation::LiveReceiver::Step step = receiver.observe(question.time_s, {question.place});
   step.epoch.arrival = &step.arrival;
 
   const receiver::ReceiverOptions& options = receiver.config().receiver().options;

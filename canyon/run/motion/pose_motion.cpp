@@ -22,77 +22,6 @@ double seconds(std::int64_t ns) {
 
 }  // namespace
 
-bool is_possible(const AntennaState& antenna) {
-  constexpr double kFarthest_m = 1e7, kFastest_mps = 1e6;
-  return antenna.position_enu_m.norm() <= kFarthest_m && antenna.velocity_enu_mps.norm() <= kFastest_mps &&
-         std::isfinite(antenna.yaw_rad) && std::isfinite(antenna.yaw_rate_radps);
-}
-
-bool same_pose(const RigidPose& a, const RigidPose& b) {
-  return (a.position_m - b.position_m).cwiseAbs().maxCoeff() <= 1e-6 &&
-         (a.attitude.coeffs() - b.attitude.coeffs()).cwiseAbs().maxCoeff() <= 1e-6;
-}
-
-double yaw_of(const Quaterniond& q) {
-  return std::atan2(2 * (q.x() * q.y() + q.w() * q.z()),
-                    q.w() * q.w() + q.x() * q.x() - q.y() * q.y() - q.z() * q.z());
-}
-
-AntennaState antenna_of(const TruePose& body, const Vector3d& lever_arm_m, double heading_rad,
-                        const Vector3d& origin_enu_m) {
-  const Vector3d arm = body.pose.attitude * lever_arm_m;
-  const Eigen::AngleAxisd enu_from_world(heading_rad, Vector3d::UnitZ());
-  AntennaState antenna;
-  antenna.position_enu_m = origin_enu_m + enu_from_world * (body.pose.position_m + arm);
-  antenna.velocity_enu_mps = enu_from_world * (body.linear_velocity + body.angular_velocity.cross(arm));
-  antenna.yaw_rad = yaw_of(body.pose.attitude) + heading_rad;
-  antenna.yaw_rate_radps = body.angular_velocity.z();
-  return antenna;
-}
-
-AntennaState antenna_state(const Pose& antenna, const geodesy::LocalFrame& frame) {
-  AntennaState state;
-  state.position_enu_m = frame.local_from_geodetic(antenna.position);
-  state.velocity_enu_mps =
-      frame.ecef_from_local_rotation().transpose() *
-      (geodesy::enu_from_ecef_rotation(antenna.position).transpose() * antenna.velocity_enu_mps);
-  state.yaw_rad = antenna.yaw_rad;
-  state.yaw_rate_radps = antenna.yaw_rate_radps;
-  state.continuous = true;
-  return state;
-}
-
-TruePose motion_between(const RigidPose& from, const RigidPose& to, double seconds) {
-  TruePose motion{to, Vector3d::Zero(), Vector3d::Zero()};
-  const Vector3d way = to.position_m - from.position_m;
-  if (!(way.norm() <= kTeleport_mps * seconds)) return motion;
-  motion.linear_velocity = way / seconds;
-  Quaterniond turn = to.attitude * from.attitude.inverse();
-  if (turn.w() < 0) turn.coeffs() *= -1;  // the same turn, the shorter way
-  const double sine = turn.vec().norm();
-  if (sine > 0) motion.angular_velocity = turn.vec() * (2 * std::atan2(sine, turn.w()) / sine / seconds);
-  return motion;
-}
-
-TruePose moved_on(const TruePose& body, double seconds) {
-  TruePose moved = body;
-  moved.pose.position_m += body.linear_velocity * seconds;
-  const double turn_rad = body.angular_velocity.norm() * seconds;
-  if (turn_rad != 0) {
-    moved.pose.attitude =
-        Eigen::AngleAxisd(turn_rad, body.angular_velocity.normalized()) * body.pose.attitude;
-  }
-  return moved;
-}
-
-std::optional<RigidPose> proper_pose(const RigidPose& pose) {
-  const double norm = pose.attitude.norm();
-  if (!std::isfinite(norm) || !pose.position_m.allFinite() || norm < 1e-6) return std::nullopt;
-  RigidPose proper = pose;
-  proper.attitude.coeffs() /= norm;
-  return proper;
-}
-
 PoseTrack::PoseTrack(std::string source, const PoseTrackOptions& options)
     : source_(std::move(source)), options_(options), timeout_ns_(std::llround(options.timeout_s * 1e9)) {}
 
@@ -111,7 +40,7 @@ PoseTrack::Taken PoseTrack::add(const ReportedPose& sent, std::int64_t now_ns) {
       if (step_s > -options_.timeout_s) return Taken::Old;
       samples_.clear();
       clock_runs_ = false;
-    } else if (step_s == 0 && clock_runs_ && same_pose(*pose, last.motion.pose)) {
+    } else if (step_s == 0 && clock_runs_ && same_pose(*pose, last.motion)) {
       return Taken::Old;
     } else {
       clock_runs_ = step_s > 0;
@@ -145,7 +74,7 @@ std::optional<std::int64_t> PoseTrack::last_arrival_ns() const {
   return samples_.back().arrival_ns;
 }
 
-std::optional<TruePose> PoseTrack::at(std::int64_t now_ns, std::string& reason) {
+std::optional<RigidPose> PoseTrack::at(std::int64_t now_ns, std::string& reason) {
   const std::lock_guard lock(mutex_);
   const double now_s = seconds(now_ns);
   if (!options_.by_stamp && !samples_.empty() && samples_.back().arrival_ns > now_ns) samples_.clear();
@@ -174,10 +103,9 @@ std::optional<TruePose> PoseTrack::at(std::int64_t now_ns, std::string& reason) 
   }
   const double share = ahead_s / (time_s(*later) - time_s(before));
   const auto mix = [share](const Vector3d& a, const Vector3d& b) -> Vector3d { return a + share * (b - a); };
-  const TruePose &a = before.motion, &b = later->motion;
-  return TruePose{{mix(a.pose.position_m, b.pose.position_m), a.pose.attitude.slerp(share, b.pose.attitude)},
-                  mix(a.linear_velocity, b.linear_velocity),
-                  mix(a.angular_velocity, b.angular_velocity)};
+  const RigidPose &a = before.motion, &b = later->motion;
+  return RigidPose{mix(a.position_m, b.position_m), a.attitude.slerp(share, b.attitude),
+                   mix(a.linear_velocity, b.linear_velocity), mix(a.angular_velocity, b.angular_velocity)};
 }
 
 void PoseTrack::reset() {
@@ -187,8 +115,8 @@ void PoseTrack::reset() {
 
 PoseTrack::Sample PoseTrack::after_last(const ReportedPose& sent, const RigidPose& pose,
                                         std::int64_t arrival_ns) const {
-  Sample sample{arrival_ns, sent.stamp_s, {pose, Vector3d::Zero(), Vector3d::Zero()}};
-  const auto from_poses = [&]() -> TruePose {
+  Sample sample{arrival_ns, sent.stamp_s, {pose.position_m, pose.attitude}};
+  const auto from_poses = [&]() -> RigidPose {
     if (samples_.empty()) return sample.motion;
     const std::int64_t arrival_step_ns = arrival_ns - samples_.back().arrival_ns;
     // Poses on both sides of a pause, or of a jump back, give no velocity.
@@ -202,7 +130,7 @@ PoseTrack::Sample PoseTrack::after_last(const ReportedPose& sent, const RigidPos
       if (since(*earlier) > options_.timeout_s) break;
       // Not across a jump.
       if (earlier != samples_.rbegin() &&
-          (from->motion.pose.position_m - earlier->motion.pose.position_m).norm() >
+          (from->motion.position_m - earlier->motion.position_m).norm() >
               kTeleport_mps * (since(*earlier) - since(*from))) {
         break;
       }
@@ -210,8 +138,8 @@ PoseTrack::Sample PoseTrack::after_last(const ReportedPose& sent, const RigidPos
       if (since(*from) >= options_.smoothing_s) break;
     }
     const double step_s = since(*from);
-    if (step_s > 0) return motion_between(from->motion.pose, pose, step_s);
-    if (same_pose(pose, samples_.back().motion.pose))
+    if (step_s > 0) return motion_between(from->motion, pose, step_s);
+    if (same_pose(pose, samples_.back().motion))
       return samples_.back().motion;  // the same message again
     return sample.motion;
   };
@@ -232,7 +160,7 @@ std::string PoseInbox::take(const RigidPose& pose, double stamp_s) {
       source_);
 }
 
-std::optional<TruePose> PoseInbox::at(std::int64_t now_ns, std::string& reason) {
+std::optional<RigidPose> PoseInbox::at(std::int64_t now_ns, std::string& reason) {
   now_ns_ = now_ns;
   return track_.at(now_ns, reason);
 }
@@ -242,21 +170,21 @@ void PoseInbox::reset() {
   now_ns_ = 0;  // poses that come before the host goes on belong to its new time
 }
 
-std::optional<TruePose> EngineMotion::at(std::int64_t now_ns, const TruePose& engine) {
-  const std::optional<RigidPose> pose = proper_pose(engine.pose);
+std::optional<RigidPose> EngineMotion::at(std::int64_t now_ns, const RigidPose& engine) {
+  const std::optional<RigidPose> pose = proper_pose(engine);
   if (!pose || !engine.linear_velocity.allFinite() || !engine.angular_velocity.allFinite()) {
     last_.reset();
     return std::nullopt;
   }
   Sample sample{now_ns,
-                {*pose, engine.linear_velocity, engine.angular_velocity},
+                *pose,
                 engine.linear_velocity.isZero(0) && engine.angular_velocity.isZero(0)};
   if (last_ && now_ns < last_->time_ns) last_.reset();
   if (last_ && sample.at_rest && last_->at_rest) {
     const double seconds = static_cast<double>(now_ns - last_->time_ns) * 1e-9;
     if (seconds > 0) {
-      sample.motion = motion_between(last_->motion.pose, *pose, seconds);
-    } else if (same_pose(*pose, last_->motion.pose)) {
+      sample.motion = motion_between(last_->motion, *pose, seconds);
+    } else if (same_pose(*pose, last_->motion)) {
       sample.motion = last_->motion;  // asked twice at one time
     }
   }

@@ -28,9 +28,9 @@ TEST(MotionBetween, IsTheStraightWayAndTheShorterTurn) {
   const Quaterniond start(AngleAxisd(0.9, Vector3d(0.3, -0.2, 1.1).normalized()));
   const RigidPose from{{1, 2, 3}, start};
   const RigidPose to{{1.5, 1, 3.25}, Quaterniond(AngleAxisd(0.7, axis)) * start};
-  const TruePose motion = motion_between(from, to, 0.25);
-  EXPECT_EQ(motion.pose.position_m, to.position_m);
-  EXPECT_EQ(motion.pose.attitude.coeffs(), to.attitude.coeffs());
+  const RigidPose motion = motion_between(from, to, 0.25);
+  EXPECT_EQ(motion.position_m, to.position_m);
+  EXPECT_EQ(motion.attitude.coeffs(), to.attitude.coeffs());
   expect_near(motion.linear_velocity, {2, -4, 1}, 1e-12);
   expect_near(motion.angular_velocity, axis * (0.7 / 0.25), 1e-12);
   // Both signs of a quaternion are one attitude.
@@ -47,10 +47,10 @@ TEST(MotionBetween, IsNoneOverTeleports) {
   const RigidPose from;
   const Quaterniond turned(AngleAxisd(0.1, Vector3d::UnitZ()));
   expect_near(motion_between(from, {{99.9, 0, 0}, turned}, 0.1).linear_velocity, {999, 0, 0}, 1e-9);
-  const TruePose jump = motion_between(from, {{100.1, 0, 0}, turned}, 0.1);
+  const RigidPose jump = motion_between(from, {{100.1, 0, 0}, turned}, 0.1);
   EXPECT_EQ(jump.linear_velocity, Vector3d::Zero());
   EXPECT_EQ(jump.angular_velocity, Vector3d::Zero());
-  EXPECT_EQ(jump.pose.position_m.x(), 100.1);
+  EXPECT_EQ(jump.position_m.x(), 100.1);
 }
 
 TEST(ProperPose, NormalizesAndRefuses) {
@@ -62,14 +62,6 @@ TEST(ProperPose, NormalizesAndRefuses) {
   EXPECT_FALSE(proper_pose({{1, 2, 3}, Quaterniond(1, 0, kNan, 0)}));
   for (const Vector3d& place : {Vector3d(kNan, 0, 0), Vector3d(0, HUGE_VAL, 0), Vector3d(0, 0, -HUGE_VAL)}) {
     EXPECT_FALSE(proper_pose({place, Quaterniond::Identity()}));
-  }
-}
-
-TEST(Yaw, IsThatOfTheForwardAxis) {
-  for (const double yaw : {-2.5, -0.3, 0.0, 1.1, 3.0}) {
-    const Quaterniond attitude = AngleAxisd(yaw, Vector3d::UnitZ()) * AngleAxisd(0.4, Vector3d::UnitY()) *
-                                 AngleAxisd(-0.7, Vector3d::UnitX());
-    EXPECT_NEAR(yaw_of(attitude), yaw, 1e-12);
   }
 }
 
@@ -107,8 +99,8 @@ TEST(PoseTrack, GoesOnForABoundedTimeAndThenKnowsNoTruth) {
   const auto ahead = track.at(350 * kMs, reason);
   ASSERT_TRUE(ahead);
   // 0.25 s on at (10, 20, -10) m/s, turning by 1 rad/s.
-  expect_near(ahead->pose.position_m, {3.5, 7, -3.5}, 1e-9);
-  EXPECT_NEAR(yaw_of(ahead->pose.attitude), 0.35, 1e-9);
+  expect_near(ahead->position_m, {3.5, 7, -3.5}, 1e-9);
+  EXPECT_NEAR(ahead->attitude.angularDistance(Quaterniond(AngleAxisd(0.35, Vector3d::UnitZ()))), 0, 1e-9);
   EXPECT_TRUE(track.at(400 * kMs, reason));
   EXPECT_FALSE(track.at(400 * kMs + 1, reason));
 }
@@ -135,9 +127,9 @@ TEST(PoseTrack, TakesLatePosesForWhatTheyWere) {
   for (int i = 0; i <= 20; ++i) track.add(at_x(0.1 * i, 50 + 0.01 * i), (5 + 10 * i) * kMs);
   track.add(at_x(2.1, 50.21), (45 + 210) * kMs);
   // The quickest message is the clock: that of stamp 50.2 counts as of 205 ms.
-  EXPECT_NEAR(track.at(205 * kMs, reason)->pose.position_m.x(), 2, 1e-3);
-  EXPECT_NEAR(track.at(255 * kMs, reason)->pose.position_m.x(), 2.5, 1e-3);
-  EXPECT_NEAR(track.at(203 * kMs, reason)->pose.position_m.x(), 1.98, 1e-3);  // between two poses
+  EXPECT_NEAR(track.at(205 * kMs, reason)->position_m.x(), 2, 1e-3);
+  EXPECT_NEAR(track.at(255 * kMs, reason)->position_m.x(), 2.5, 1e-3);
+  EXPECT_NEAR(track.at(203 * kMs, reason)->position_m.x(), 1.98, 1e-3);  // between two poses
   EXPECT_TRUE(track.reaches(215 * kMs));
   EXPECT_FALSE(track.reaches(216 * kMs));
 }
@@ -147,15 +139,15 @@ TEST(PoseTrack, KeepsPosesBehindAPauseUntilTheirTime) {
   PoseTrack track("log", {0.5, 0, true});
   std::string reason;
   for (const int ms : {0, 100, 200, 20'000, 20'100}) track.add(at_x(0.01 * ms, 1e-3 * ms), ms * kMs);
-  EXPECT_NEAR(track.at(150 * kMs, reason)->pose.position_m.x(), 1.5, 1e-9);
-  EXPECT_NEAR(track.at(700 * kMs, reason)->pose.position_m.x(), 7, 1e-9);  // moved on
+  EXPECT_NEAR(track.at(150 * kMs, reason)->position_m.x(), 1.5, 1e-9);
+  EXPECT_NEAR(track.at(700 * kMs, reason)->position_m.x(), 7, 1e-9);  // moved on
   for (const int ms : {701, 5'000, 19'400, 19'999}) EXPECT_FALSE(track.at(ms * kMs, reason)) << ms;
   EXPECT_EQ(reason, "the pose before on log is 19.8 s old");
-  EXPECT_NEAR(track.at(20'050 * kMs, reason)->pose.position_m.x(), 200.5, 1e-9);
+  EXPECT_NEAR(track.at(20'050 * kMs, reason)->position_m.x(), 200.5, 1e-9);
   EXPECT_TRUE(track.at(0, reason)) << "of another receiver on the vehicle";
   // Poses as far apart as two time-outs are no pause.
   track.add(at_x(210.1, 21.1), 21'100 * kMs);
-  EXPECT_NEAR(track.at(20'300 * kMs, reason)->pose.position_m.x(), 201 + 9.1 * 0.2, 1e-9);
+  EXPECT_NEAR(track.at(20'300 * kMs, reason)->position_m.x(), 201 + 9.1 * 0.2, 1e-9);
 }
 
 TEST(PoseTrack, AveragesTheNoiseOfMeasuredPoses) {
@@ -184,19 +176,33 @@ TEST(PoseTrack, TakesTheSendersVelocities) {
   EXPECT_EQ(track.add(pose, kMs), PoseTrack::Taken::NoPose);
 }
 
-TEST(AntennaOf, TurnsArmAndMotionIntoTheCity) {
-  TruePose body;
-  body.pose = {{10, 20, 30}, Quaterniond(AngleAxisd(M_PI / 2, Vector3d::UnitZ()))};
-  body.linear_velocity = {1, 2, 3};
-  body.angular_velocity = {0, 0, 0.5};
+TEST(PoseOf, TurnsArmAndMotionIntoTheCity) {
+  RigidPose body{{10, 20, 30}, Quaterniond(AngleAxisd(M_PI / 2, Vector3d::UnitZ())), {1, 2, 3}, {0, 0, 0.5}};
   // Forward of the body is y of its frame; the frame lies a quarter turn and an offset into the city.
-  const AntennaState antenna = antenna_of(body, {0.4, 0.1, 0.2}, M_PI / 2, {1000, 2000, 3000});
+  const geodesy::LocalFrame city({0.4, 2, 10});
+  const Pose antenna = pose_of(body, {city, M_PI / 2, {1000, 2000, 3000}}, {}, {0.4, 0.1, 0.2});
   const Vector3d arm(-0.1, 0.4, 0.2);
-  const Vector3d place = body.pose.position_m + arm, velocity(1 - 0.5 * 0.4, 2 - 0.5 * 0.1, 3);
-  expect_near(antenna.position_enu_m, {1000 - place.y(), 2000 + place.x(), 3000 + place.z()}, 1e-9);
-  expect_near(antenna.velocity_enu_mps, {-velocity.y(), velocity.x(), velocity.z()}, 1e-9);
-  EXPECT_NEAR(antenna.yaw_rad, M_PI, 1e-9);
-  EXPECT_EQ(antenna.yaw_rate_radps, 0.5);
+  const Vector3d place = body.position_m + arm, velocity(1 - 0.5 * 0.4, 2 - 0.5 * 0.1, 3);
+  expect_near(city.local_from_geodetic(antenna.position),
+              {1000 - place.y(), 2000 + place.x(), 3000 + place.z()}, 1e-8);
+  const Eigen::Matrix3d city_from_own = city.ecef_from_local_rotation().transpose() *
+                                        geodesy::enu_from_ecef_rotation(antenna.position).transpose();
+  expect_near(city_from_own * antenna.velocity_enu_mps, {-velocity.y(), velocity.x(), velocity.z()}, 1e-9);
+  // It looks west of the city, whose meridian is another one than its own.
+  expect_near(city_from_own * antenna.forward_enu(), {-1, 0, 0}, 1e-9);
+  expect_near(city_from_own * antenna.up_enu(), {0, 0, 1}, 1e-9);
+  EXPECT_NEAR(antenna.yaw_rate_radps, 0.5, 1e-6);
+}
+
+TEST(PoseOf, HasYawPitchAndRoll) {
+  for (const double yaw : {-2.5, -0.3, 0.0, 1.1, 3.0}) {
+    const Quaterniond attitude(AngleAxisd(yaw, Vector3d::UnitZ()) * AngleAxisd(-0.4, Vector3d::UnitY()) *
+                               AngleAxisd(-0.7, Vector3d::UnitX()));
+    const Pose pose = pose_of({Vector3d::Zero(), attitude}, {geodesy::LocalFrame({0.4, 2, 10})}, {});
+    EXPECT_NEAR(pose.yaw_rad, yaw, 1e-9);
+    EXPECT_NEAR(pose.pitch_rad, 0.4, 1e-9);
+    EXPECT_NEAR(pose.roll_rad, -0.7, 1e-9);
+  }
 }
 
 }  // namespace

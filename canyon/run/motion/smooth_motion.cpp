@@ -119,18 +119,6 @@ SmoothMotion::Point SmoothMotion::at(double t_s) const {
 using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 
-Eigen::Matrix3d enu_from_body(const Pose& pose) {
-  return (AngleAxisd(pose.yaw_rad, Vector3d::UnitZ()) * AngleAxisd(-pose.pitch_rad, Vector3d::UnitY()) *
-          AngleAxisd(pose.roll_rad, Vector3d::UnitX()))
-      .toRotationMatrix();
-}
-
-EcefPose body_state(const Pose& pose) {
-  const Eigen::Matrix3d ecef_from_enu = geodesy::enu_from_ecef_rotation(pose.position).transpose();
-  return {geodesy::ecef_from_geodetic(pose.position), ecef_from_enu * pose.velocity_enu_mps,
-          ecef_from_enu * pose.acceleration_enu_mps2, ecef_from_enu * enu_from_body(pose)};
-}
-
 Eigen::Matrix3d enu_from_ecef_at(const Vector3d& ecef_m) {
   using geodesy::kFlattening;
   constexpr double kA = geodesy::kSemiMajorAxis, kB = kA * (1 - kFlattening);

@@ -1,5 +1,4 @@
-// Declared in canyon/run/motion/pose_motion.hpp.
-#include "canyon/run/motion/pose_motion.hpp"
+#include "canyon/run/motion/smooth_poses.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -44,7 +43,7 @@ void SmoothPoses::follow(PoseTrack& track, std::int64_t now_ns) {
   }
   std::string reason;
   while (track.reaches(next() * step_ns_)) {
-    const std::optional<TruePose> body = track.at(next() * step_ns_, reason);
+    const std::optional<RigidPose> body = track.at(next() * step_ns_, reason);
     if (!body) return forget();
     add(*body);
   }
@@ -53,7 +52,7 @@ void SmoothPoses::follow(PoseTrack& track, std::int64_t now_ns) {
 void SmoothPoses::reach(PoseTrack& track, std::int64_t at_ns) {
   std::string reason;
   while (!points_.empty() && next() * step_ns_ <= needs_ns(at_ns)) {
-    const std::optional<TruePose> body = track.at(next() * step_ns_, reason);
+    const std::optional<RigidPose> body = track.at(next() * step_ns_, reason);
     if (!body) return forget();
     add(*body);
   }
@@ -65,12 +64,12 @@ std::optional<double> SmoothPoses::sparse_s() const {
   return longest_s_;
 }
 
-void SmoothPoses::add(const TruePose& body) {
+void SmoothPoses::add(const RigidPose& body) {
   if (points_.empty()) {
-    points_.push_back(body.pose);
+    points_.push_back(body);
     return;
   }
-  RigidPose pose = body.pose;
+  RigidPose pose = body;
   if (pose.attitude.dot(points_.back().attitude) < 0) pose.attitude.coeffs() *= -1;
   if ((pose.position_m - points_.back().position_m).norm() > kTeleport_mps * step_s_) {
     // It was put elsewhere.
@@ -80,10 +79,11 @@ void SmoothPoses::add(const TruePose& body) {
     return add(body);
   }
   if (points_.size() == 1) {
-    const TruePose begin = motion_between(points_.front(), pose, step_s_);
-    const TruePose at_first{points_.front(), begin.linear_velocity, begin.angular_velocity};
+    const RigidPose begin = motion_between(points_.front(), pose, step_s_);
+    const RigidPose at_first{points_.front().position_m, points_.front().attitude, begin.linear_velocity,
+                             begin.angular_velocity};
     for (std::int64_t k = 1; k <= kAhead; ++k) {
-      RigidPose before = moved_on(at_first, -static_cast<double>(k) * step_s_).pose;
+      RigidPose before = moved_on(at_first, -static_cast<double>(k) * step_s_);
       if (before.attitude.dot(points_.front().attitude) < 0) before.attitude.coeffs() *= -1;
       points_.push_front(before);
     }
@@ -120,43 +120,34 @@ SmoothPoses::Derivatives SmoothPoses::derivatives_at(double t_s) const {
   const UniformSpline::Point place = UniformSpline(std::move(places), step_s_).at(since_s);
   const UniformSpline::Point turn = UniformSpline(std::move(attitudes), step_s_).at(since_s);
   Derivatives result;
-  result.body.pose.position_m = place.value.head<3>();
+  result.body.position_m = place.value.head<3>();
   result.body.linear_velocity = place.rate.head<3>();
   result.acceleration = place.acceleration.head<3>();
   const double length = turn.value.norm();
   const Eigen::Vector4d unit = turn.value / length;
   Quaterniond rate;
   rate.coeffs() = (turn.rate - unit * unit.dot(turn.rate)) / length;
-  result.body.pose.attitude.coeffs() = unit;
-  result.body.angular_velocity = 2 * (rate * result.body.pose.attitude.conjugate()).vec();
+  result.body.attitude.coeffs() = unit;
+  result.body.angular_velocity = 2 * (rate * result.body.attitude.conjugate()).vec();
   return result;
 }
 
-TruePose SmoothPoses::at(double t_s) const {
+RigidPose SmoothPoses::at(double t_s) const {
   return derivatives_at(t_s).body;
 }
 
 EcefPose SmoothPoses::ecef_at(double t_s) const {
   const Derivatives motion = derivatives_at(t_s);
   const Eigen::Matrix3d& turn = frame_.ecef_from_local_rotation();
-  return {frame_.ecef_from_local(motion.body.pose.position_m), turn * motion.body.linear_velocity,
-          turn * motion.acceleration, turn * motion.body.pose.attitude.toRotationMatrix()};
+  return {frame_.ecef_from_local(motion.body.position_m), turn * motion.body.linear_velocity,
+          turn * motion.acceleration, turn * motion.body.attitude.toRotationMatrix()};
 }
 
 Pose SmoothPoses::pose_at(double t_s, geodesy::GpsTime time) const {
   const Derivatives motion = derivatives_at(t_s);
-  Pose pose;
-  pose.time = time;
-  pose.position = frame_.geodetic_from_local(motion.body.pose.position_m);
-  const Eigen::Matrix3d enu_from_local =
-      geodesy::enu_from_ecef_rotation(pose.position) * frame_.ecef_from_local_rotation();
-  const Eigen::Matrix3d enu_from_body = enu_from_local * motion.body.pose.attitude.toRotationMatrix();
-  pose.velocity_enu_mps = enu_from_local * motion.body.linear_velocity;
-  pose.acceleration_enu_mps2 = enu_from_local * motion.acceleration;
-  pose.yaw_rad = std::atan2(enu_from_body(1, 0), enu_from_body(0, 0));
-  pose.pitch_rad = std::asin(std::clamp(enu_from_body(2, 0), -1.0, 1.0));
-  pose.roll_rad = std::atan2(enu_from_body(2, 1), enu_from_body(2, 2));
-  pose.yaw_rate_radps = (enu_from_local * motion.body.angular_velocity).z();
+  Pose pose = pose_of(motion.body, {frame_}, time);
+  pose.acceleration_enu_mps2 = geodesy::enu_from_ecef_rotation(pose.position) *
+                               (frame_.ecef_from_local_rotation() * motion.acceleration);
   return pose;
 }
 

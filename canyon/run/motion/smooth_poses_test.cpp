@@ -1,4 +1,4 @@
-#include "canyon/run/motion/pose_motion.hpp"
+#include "canyon/run/motion/smooth_poses.hpp"
 
 #include <gtest/gtest.h>
 
@@ -17,18 +17,18 @@ constexpr double kRadius_m = 30, kRate_radps = 0.4;  // 12 m/s, 4.8 m/s^2
 class SmoothPosesTest : public ::testing::Test {
  protected:
   /// A circle to the left that begins eastwards.
-  static TruePose circle(double t_s) {
+  static RigidPose circle(double t_s) {
     const double angle = kRate_radps * t_s;
-    TruePose body;
-    body.pose.position_m = kRadius_m * Vector3d(std::sin(angle), 1 - std::cos(angle), 0);
-    body.pose.attitude = Eigen::AngleAxisd(angle, Vector3d::UnitZ());
+    RigidPose body;
+    body.position_m = kRadius_m * Vector3d(std::sin(angle), 1 - std::cos(angle), 0);
+    body.attitude = Eigen::AngleAxisd(angle, Vector3d::UnitZ());
     body.linear_velocity = kRadius_m * kRate_radps * Vector3d(std::cos(angle), std::sin(angle), 0);
     body.angular_velocity = {0, 0, kRate_radps};
     return body;
   }
-  void send(const TruePose& body, double t_s) {
+  void send(const RigidPose& body, double t_s) {
     const std::int64_t ns = std::llround(t_s * 1e9);
-    (void)track_.add({body.pose, t_s, body.linear_velocity, body.angular_velocity}, ns);
+    (void)track_.add({body, t_s, body.linear_velocity, body.angular_velocity}, ns);
     poses_.follow(track_, ns);
   }
   void drive(double from_s, double to_s, double interval_s = 0.02) {
@@ -47,11 +47,11 @@ TEST_F(SmoothPosesTest, FollowTheBend) {
   ASSERT_TRUE(poses_.holds(5'000'000'000));
   const double inside_m = kRadius_m * kRate_radps * kRate_radps * kStep_s * kStep_s / 4;
   for (double t = 1; t < 5; t += 0.0137) {
-    const TruePose body = poses_.at(t), truth = circle(t);
+    const RigidPose body = poses_.at(t), truth = circle(t);
     const Vector3d centre(0, kRadius_m, 0);
-    EXPECT_NEAR((body.pose.position_m - centre).norm(), kRadius_m - inside_m, 1e-4);
+    EXPECT_NEAR((body.position_m - centre).norm(), kRadius_m - inside_m, 1e-4);
     EXPECT_NEAR((body.linear_velocity - truth.linear_velocity).norm(), 0, 5e-3);
-    EXPECT_NEAR(body.pose.attitude.angularDistance(truth.pose.attitude), 0, 1e-5);
+    EXPECT_NEAR(body.attitude.angularDistance(truth.attitude), 0, 1e-5);
     EXPECT_NEAR((body.angular_velocity - truth.angular_velocity).norm(), 0, 1e-5);
     // The acceleration is that of the bend, in ECEF as well, and continuous.
     const EcefPose ecef = poses_.ecef_at(t);
@@ -76,9 +76,9 @@ TEST_F(SmoothPosesTest, AreLateByThreeSteps) {
   drive(1.12, 1.12);
   EXPECT_TRUE(poses_.holds(1'000'000'000));
   // Further poses change nothing of it.
-  const Vector3d place = poses_.at(1).pose.position_m;
+  const Vector3d place = poses_.at(1).position_m;
   drive(1.14, 2);
-  EXPECT_EQ(place, poses_.at(1).pose.position_m);
+  EXPECT_EQ(place, poses_.at(1).position_m);
 }
 
 // The first two points give the velocity: in a bend that of half a step later, 4.8 m/s^2 * 0.02 s.
@@ -102,13 +102,13 @@ TEST_F(SmoothPosesTest, EndInAPauseAndBeginAnew) {
   EXPECT_FALSE(poses_.holds(3'000'000'000));
   ASSERT_TRUE(poses_.holds(4'500'000'000));
   EXPECT_EQ(poses_.begin_s(), 4);
-  EXPECT_NEAR((poses_.at(4.5).pose.position_m - circle(4.5).pose.position_m).norm(), 0, 3e-3);
+  EXPECT_NEAR((poses_.at(4.5).position_m - circle(4.5).position_m).norm(), 0, 3e-3);
 }
 
 TEST_F(SmoothPosesTest, BeginAnewElsewhere) {
   drive(0, 2);
-  TruePose far = circle(2.02);
-  far.pose.position_m.x() += 5000;
+  RigidPose far = circle(2.02);
+  far.position_m.x() += 5000;
   for (double t = 2.02; t < 3; t += 0.02) send(far, t);
   EXPECT_NEAR(poses_.begin_s(), 2.04, 1e-9);
   EXPECT_NEAR(poses_.at(2.5).linear_velocity.norm(), 0, 1e-3);

@@ -84,27 +84,6 @@ void set_smooth_yaw(Pose& pose, double yaw_rad, double yaw_rate_radps) {
 
 }  // namespace
 
-Eigen::Vector3d Pose::forward_enu() const {
-  const double level = std::cos(pitch_rad);
-  return {std::cos(yaw_rad) * level, std::sin(yaw_rad) * level, std::sin(pitch_rad)};
-}
-
-Eigen::Vector3d Pose::up_enu() const {
-  const double forward = -std::cos(roll_rad) * std::sin(pitch_rad), left = -std::sin(roll_rad);
-  const double c = std::cos(yaw_rad), s = std::sin(yaw_rad);
-  return {c * forward - s * left, s * forward + c * left, std::cos(roll_rad) * std::cos(pitch_rad)};
-}
-
-std::string impossible_motion(double height_m, const Eigen::Vector3d& velocity_mps) {
-  constexpr double kFastest_mps = 1000, kLowest_m = -1e3, kHighest_m = 100e3;
-  const double speed_mps = velocity_mps.norm();
-  if (!(speed_mps < kFastest_mps))
-    return fmt::format("no vehicle moves at {:.0f} m/s (at most 1,000 m/s)", speed_mps);
-  if (!(height_m >= kLowest_m && height_m <= kHighest_m))
-    return fmt::format("no vehicle is at a height of {:.0f} m (-1 to 100 km)", height_m);
-  return {};
-}
-
 struct Trajectory::Track {
   std::vector<GpsTime> times;
   std::vector<Geodetic> places;

@@ -12,36 +12,9 @@
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/geodesy/gps_time.hpp"
 #include "canyon/base/read_report.hpp"
+#include "canyon/run/motion/pose.hpp"
 
 namespace canyon::simulation {
-
-/// A vehicle's reference point at an instant.
-struct Pose {
-  geodesy::GpsTime time;
-  geodesy::Geodetic position;
-  Eigen::Vector3d velocity_enu_mps = Eigen::Vector3d::Zero();
-  /// The second derivative of the place in axes fixed to the Earth, turned to ENU [m/s^2]; 0 on straight
-  /// legs.
-  Eigen::Vector3d acceleration_enu_mps2 = Eigen::Vector3d::Zero();
-  double yaw_rad = 0;         ///< ENU yaw of the direction of travel; the last moving one at standstill
-  double yaw_rate_radps = 0;  ///< counter-clockwise; 0 at standstill and at corners of straight legs
-  double roll_rad = 0;  ///< about the forward axis, the left side up; 0 unless the trajectory has an attitude
-  double pitch_rad = 0;  ///< nose up; likewise
-
-  /// The vehicle's forward and up axes in ENU: x and z turned by roll, pitch and yaw; unit vectors.
-  [[nodiscard]] Eigen::Vector3d forward_enu() const;
-  [[nodiscard]] Eigen::Vector3d up_enu() const;
-};
-
-/// Why no vehicle of this world has this height above the ellipsoid [m] and this speed [m/s], with the
-/// number: it is below -1 km or above 100 km, or faster than 1,000 m/s; empty where one may.
-[[nodiscard]] std::string impossible_motion(double height_m, const Eigen::Vector3d& velocity_mps);
-
-/// A vehicle as a rigid body in ECEF. Its own axes are forward, left, up.
-struct EcefPose {
-  Eigen::Vector3d position_m, velocity_mps, acceleration_mps2;  ///< and its derivatives
-  Eigen::Matrix3d ecef_from_body;
-};
 
 /// How a vehicle tilts as it moves.
 enum class Attitude : std::uint8_t {

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstddef>
+#include <exception>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "canyon/run/correction_links.hpp"
+#include "canyon/run/live_receiver.hpp"
+
+namespace canyon::simulation {
+
+/// The receivers of one world with the corrections between them: told the next instants and poses, it makes
+/// their epochs. A trajectory (Simulation), poses that arrive (live::Session) and a host's steps
+/// (live::HostedReceiver) tell it.
+class Run {
+ public:
+  /// A receiver for each of `config.receivers`; the others as LiveReceiver(). Throws as that and as
+  /// check_corrections(), whose fixed places are FixedPlace::settle()d here.
+  Run(LiveConfig config, std::shared_ptr<CityScene> scene, geodesy::GpsTime start,
+      std::shared_ptr<const BuiltSky> sky = nullptr, std::shared_ptr<const disturbance::Road> way = nullptr);
+
+  [[nodiscard]] std::size_t size() const { return receivers_.size(); }
+  [[nodiscard]] LiveReceiver& operator[](std::size_t receiver) { return receivers_[receiver]; }
+  [[nodiscard]] const LiveReceiver& operator[](std::size_t receiver) const { return receivers_[receiver]; }
+  /// All receivers, a base before its rovers.
+  [[nodiscard]] const std::vector<std::size_t>& order() const { return order_; }
+  [[nodiscard]] std::optional<std::size_t> base_of(std::size_t receiver) const {
+    return links_.base_of(receiver);
+  }
+  /// The pose of a receiver with a fixed place; empty for others.
+  [[nodiscard]] std::optional<Pose> fixed_pose(std::size_t receiver, geodesy::GpsTime time) const;
+
+  /// One epoch of one receiver.
+  struct Due {
+    std::size_t receiver = 0;
+    geodesy::GpsTime time;
+    std::optional<Pose> antenna = {};  ///< at `time`; empty: there is no truth (LiveReceiver::lose())
+    EpochInputs inputs = {};
+    /// That came from elsewhere, instead of those of a receiver of this run; null: none.
+    std::shared_ptr<const relative::Corrections> corrections = nullptr;
+  };
+  /// Makes the epochs, with Epoch::receiver and Epoch::arrival, in the order of `due`, each from the corrections
+  /// that have come for it. Epochs of a receiver must be in order of time, and behind those of its base; a time
+  /// that goes back begins the run anew.
+  /// @param parallel make epochs of receivers that need nothing of each other on several threads
+  [[nodiscard]] std::vector<LiveReceiver::Step> make(std::span<Due> due, bool parallel);
+
+  /// As constructed.
+  void restart();
+
+  /// LiveReceiver::add_fault() and end_fault() of all receivers, of which a fault may concern some.
+  std::string add_fault(const std::string& text, const std::string& source = "fault");
+  void end_fault(const std::string& name);
+
+ private:
+  std::vector<LiveReceiver> receivers_;
+  std::vector<ReceiverConfig> configs_;
+  std::uint64_t seed_;
+  bool linked_;  // else its one receiver's base is in another run
+  CorrectionLinks links_;
+  std::vector<std::size_t> order_;
+  std::vector<std::optional<geodesy::GpsTime>> last_;  // epoch of each
+};
+
+/// Finishes sinks, but `broken` that has failed (its file stays absent); null: all. Rethrows the first
+/// exception, or `failure` of the run before.
+void finish_sinks(std::span<EpochSink* const> sinks, const EpochSink* broken, std::exception_ptr failure);
+
+}  // namespace canyon::simulation
