@@ -12,7 +12,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/run/environment.hpp"
 #include "canyon/run/load_city.hpp"
-#include "canyon/run/run_plan.hpp"
+#include "canyon/run/run_checks.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/run/simulator.hpp"
 #include "canyon/run/sky_builder.hpp"

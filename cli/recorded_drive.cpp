@@ -8,6 +8,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/run/environment.hpp"
+#include "canyon/run/georeference.hpp"
 #include "canyon/run/load_city.hpp"
 #include "canyon/run/motion/trajectory.hpp"
 #include "canyon/run/scenario/profile.hpp"

@@ -19,7 +19,7 @@ class PoseSource {
   virtual ~PoseSource() = default;
   /// The truth at `now` of simulated time; empty, with `reason`, if there is none.
   [[nodiscard]] virtual std::optional<simulation::RigidPose> at(const gazebo::common::Time& now,
-                                                               std::string& reason) = 0;
+                                                                std::string& reason) = 0;
   virtual void reset() {}
 };
 

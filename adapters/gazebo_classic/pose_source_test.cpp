@@ -59,8 +59,8 @@ gazebo::physics::LinkPtr link_of(const gazebo::physics::WorldPtr& world, const s
 // A truth in Gazebo's types.
 struct Truth {
   explicit Truth(const simulation::RigidPose& from)
-      : pose(ignition_from(from.position_m), {from.attitude.w(), from.attitude.x(),
-                                                   from.attitude.y(), from.attitude.z()}),
+      : pose(ignition_from(from.position_m),
+             {from.attitude.w(), from.attitude.x(), from.attitude.y(), from.attitude.z()}),
         linear_velocity(ignition_from(from.linear_velocity)),
         angular_velocity(ignition_from(from.angular_velocity)) {}
   Pose3d pose;

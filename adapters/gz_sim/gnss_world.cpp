@@ -270,7 +270,7 @@ struct GnssWorld::Impl {
   }
 
   std::optional<simulation::RigidPose> truth(Receiver& receiver, std::int64_t now_ns, const Ecm& ecm,
-                                            std::string& reason) const {
+                                             std::string& reason) const {
     if (receiver.poses) return receiver.poses->at(now_ns, reason);
     if (ecm.Component<components::Pose>(receiver.link) == nullptr) {
       reason = fmt::format("link {} is gone", receiver.link_name);
@@ -281,8 +281,7 @@ struct GnssWorld::Impl {
     const auto angular = ecm.ComponentData<components::WorldAngularVelocity>(receiver.link);
     if (angular) engine.angular_velocity = eigen(*angular);
     if (linear) {
-      const Eigen::Vector3d arm =
-          engine.position_m - eigen(gz::sim::worldPose(receiver.link, ecm).Pos());
+      const Eigen::Vector3d arm = engine.position_m - eigen(gz::sim::worldPose(receiver.link, ecm).Pos());
       engine.linear_velocity = eigen(*linear) + engine.angular_velocity.cross(arm);
     }
     const auto motion = receiver.motion.at(now_ns, engine);

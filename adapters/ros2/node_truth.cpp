@@ -31,8 +31,7 @@ live::HostSetup setup_of(const NodeSettings& settings, std::shared_ptr<simulatio
 }
 
 NodeTruth::NodeTruth(const NodeSettings& settings, const city::City& city, Drive drive)
-    : drive_(std::move(drive)),
-      poses_(source_name(settings.pose_source), settings.pose_timeout_s) {
+    : drive_(std::move(drive)), poses_(source_name(settings.pose_source), settings.pose_timeout_s) {
   if (settings.pose_source == PoseSource::Fixed) {
     simulation::FixedPlace place = *settings.live.receiver().fixed;
     place.settle(city.frame);

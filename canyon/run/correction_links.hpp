@@ -56,9 +56,9 @@ class CorrectionLinks {
     std::optional<std::size_t> base;
     bool states_place = false;
     std::optional<relative::CorrectionLink> link;
-    std::optional<VirtualStation> station;          // where it asks for one
-    std::optional<Eigen::Vector3d> place_ecef;      // of its latest epoch [m]
-    std::optional<Eigen::Vector3d> reported_ecef;   // its latest fix [m]
+    std::optional<VirtualStation> station;         // where it asks for one
+    std::optional<Eigen::Vector3d> place_ecef;     // of its latest epoch [m]
+    std::optional<Eigen::Vector3d> reported_ecef;  // its latest fix [m]
   };
   Node& node(std::size_t receiver);
   void send(std::size_t receiver, const Epoch& epoch);

@@ -379,7 +379,8 @@ receivers:
   for (std::size_t k = 0; k < batch.epochs.size(); k += 2) {
     const Epoch& expected = batch.epochs[k];
     const geodesy::GpsTime time = expected.truth.time;
-    std::vector<Run::Due> due{{1, time, live.fixed_pose(1, time)}, {0, time, simulation.antenna_pose(0, time)}};
+    std::vector<Run::Due> due{{1, time, live.fixed_pose(1, time)},
+                              {0, time, simulation.antenna_pose(0, time)}};
     const std::vector<LiveReceiver::Step> steps = live.make(due, false);
     EXPECT_EQ(steps[0].epoch.receiver, 1U);
     for (const auto& [a, b] :

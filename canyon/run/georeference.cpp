@@ -1,5 +1,5 @@
-// Declared in canyon/run/load_city.hpp.
-// Hosts without readers of cities move one too.
+#include "canyon/run/georeference.hpp"
+
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -7,7 +7,6 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/run/load_city.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 
 namespace canyon::simulation {

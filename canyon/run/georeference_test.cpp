@@ -1,3 +1,4 @@
+#include "canyon/run/georeference.hpp"
 #include "canyon/run/load_city.hpp"
 
 #include <gmock/gmock.h>

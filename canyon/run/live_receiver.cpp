@@ -70,8 +70,9 @@ struct LiveReceiver::Impl {
         faults(make_faults()),
         receiver(make_receiver()) {
     if (config.base() != nullptr) {
-      throw InputError(fmt::format("receiver '{}' has a base, and runs alone", config.receiver().options.name),
-                       "give the configuration to a simulation::Run, which makes the epochs of both");
+      throw InputError(
+          fmt::format("receiver '{}' has a base, and runs alone", config.receiver().options.name),
+          "give the configuration to a simulation::Run, which makes the epochs of both");
     }
     warnings = config.warnings;
     check(config.receiver());
@@ -222,7 +223,7 @@ struct LiveReceiver::Impl {
   GpsTime sky_begin;
   Environment environment;
   std::shared_ptr<disturbance::Road> road = std::make_shared<disturbance::Road>();  // driven so far
-  std::shared_ptr<const disturbance::Road> way;                                      // the whole; null: unknown
+  std::shared_ptr<const disturbance::Road> way;  // the whole; null: unknown
   std::shared_ptr<disturbance::FaultTimeline> faults;
   std::shared_ptr<std::optional<GpsTime>> put_elsewhere = std::make_shared<std::optional<GpsTime>>();  // last
   receiver::Receiver receiver;

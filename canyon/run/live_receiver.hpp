@@ -21,8 +21,8 @@ namespace canyon::simulation {
 
 /// What a receiver is given of an epoch beside its antenna.
 struct EpochInputs {
-  /// Of the vehicle since the epoch before, where the receiver's LiveConfig is with_sensors; their times count
-  /// from LiveReceiver::start(). Null: none.
+  /// Of the vehicle since the epoch before, where the receiver's LiveConfig is with_sensors; their times
+  /// count from LiveReceiver::start(). Null: none.
   const SensorBatch* sensors = nullptr;
   /// The antenna follows a trajectory or stays at a place: it never jumps.
   bool continuous = false;

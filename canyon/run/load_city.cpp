@@ -23,6 +23,7 @@
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/city/tiles/read_tiles.hpp"
+#include "canyon/run/georeference.hpp"
 #include "canyon/run/run_plan.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 

@@ -40,21 +40,4 @@ namespace canyon::simulation {
 [[nodiscard]] city::City load_city_source(const CityConfig& config);
 [[nodiscard]] city::City draw_city(city::City source, const Scenario& scenario);
 
-/// A rigid movement of a city in the horizontal plane.
-struct CityShift {
-  double east_m = 0;
-  double north_m = 0;
-  double heading_rad = 0;  ///< counter-clockwise seen from above, about the middle of the bounds
-};
-
-/// Draws a run's own: independent normal deviates of zero mean, from the stream "georeference" of `seed`.
-/// Empty where all standard deviations are 0. Heading and place do not depend on each other's deviation.
-[[nodiscard]] std::optional<CityShift> draw_city_shift(const Georeference& georeference, std::uint64_t seed);
-
-/// Moves the vertices; frame and heights stay.
-void move_city(city::City& city, const CityShift& shift);
-
-/// "city moved by east 2.1 m, north -0.4 m, turned 0.20 deg (georeference)".
-[[nodiscard]] std::string describe(const CityShift& shift);
-
 }  // namespace canyon::simulation

@@ -43,9 +43,9 @@ class Run {
     /// That came from elsewhere, instead of those of a receiver of this run; null: none.
     std::shared_ptr<const relative::Corrections> corrections = nullptr;
   };
-  /// Makes the epochs, with Epoch::receiver and Epoch::arrival, in the order of `due`, each from the corrections
-  /// that have come for it. Epochs of a receiver must be in order of time, and behind those of its base; a time
-  /// that goes back begins the run anew.
+  /// Makes the epochs, with Epoch::receiver and Epoch::arrival, in the order of `due`, each from the
+  /// corrections that have come for it. Epochs of a receiver must be in order of time, and behind those of
+  /// its base; a time that goes back begins the run anew.
   /// @param parallel make epochs of receivers that need nothing of each other on several threads
   [[nodiscard]] std::vector<LiveReceiver::Step> make(std::span<Due> due, bool parallel);
 

@@ -1,5 +1,4 @@
-// Declared in canyon/run/run_plan.hpp.
-#include "canyon/run/run_plan.hpp"
+#include "canyon/run/run_checks.hpp"
 
 #include <fmt/format.h>
 

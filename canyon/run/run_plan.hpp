@@ -81,31 +81,4 @@ struct RunPlan {
                                                                const Trajectory& trajectory,
                                                                const geodesy::LocalFrame& city);
 
-/// Throws InputError for a city without a triangle, unless it is an open field.
-void check_city(const Scenario& scenario, const city::City& city);
-
-/// A run before its first epoch.
-struct RunView {
-  const Scenario& scenario;
-  const RunPlan& plan;
-  const BuiltSky& sky;
-  const Environment& environment;
-};
-/// Checks what a scenario's parts say of each other, and up to two thousand epochs of the trajectory. Returns
-/// warnings of probable mistakes. Throws InputError for what cannot be run: corrections that nobody sends,
-/// missing coefficients of the ionosphere, a trajectory far from the city or beside the terrain, sensors that
-/// a receiver needs.
-[[nodiscard]] std::vector<std::string> check_run(const RunView& run);
-
-/// A warning where a vehicle moves along its up axis, as one does that stays level on a slope: a receiver
-/// with dead reckoning takes that for impossible. Call it when the motion is smooth.
-[[nodiscard]] std::vector<std::string> check_slopes(const RunView& run);
-
-/// Epochs of a receiver by raytrace::Placement.
-using PlacementCounts = std::array<std::size_t, 3>;
-/// A warning for each receiver whose antenna was inside a building or under the terrain.
-/// @param counts of each receiver of the scenario
-[[nodiscard]] std::vector<std::string> placement_warnings(const Scenario& scenario,
-                                                          std::span<const PlacementCounts> counts);
-
 }  // namespace canyon::simulation

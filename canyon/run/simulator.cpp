@@ -14,6 +14,7 @@
 #include "canyon/run/motion/antenna_pose.hpp"
 #include "canyon/run/ordered_blocks.hpp"
 #include "canyon/run/run.hpp"
+#include "canyon/run/run_checks.hpp"
 #include "canyon/run/run_plan.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/run/sensor_run.hpp"

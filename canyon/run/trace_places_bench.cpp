@@ -62,7 +62,8 @@ void observe(benchmark::State& state, const std::shared_ptr<CityScene>& scene) {
                         kNoon);
   double t = 0;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(receiver.observe(t, {.position_m = {0, std::fmod(t, 60), 2}, .linear_velocity = {0, 1, 0}}));
+    benchmark::DoNotOptimize(
+        receiver.observe(t, {.position_m = {0, std::fmod(t, 60), 2}, .linear_velocity = {0, 1, 0}}));
     t += 0.1;
   }
 }

@@ -5,8 +5,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/run/environment.hpp"
-#include "canyon/run/run.hpp"
 #include "canyon/run/load_city.hpp"
+#include "canyon/run/run.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/epochs.hpp"
 #include "python/src/settings.hpp"
@@ -103,7 +103,7 @@ class Live {
   }
 
   std::shared_ptr<simulation::CityScene> scene_;
-  std::shared_ptr<simulation::Run> run_;  // of the receiver, 0, and its base, 1
+  std::shared_ptr<simulation::Run> run_;                   // of the receiver, 0, and its base, 1
   std::shared_ptr<const tracking::SignalOptions> signal_;  ///< the receiver's; null: to be copied anew
 };
 

@@ -422,11 +422,10 @@ void take_commands(const fs::path& path) {
       "sky: {frozen: {satAzimuth: [0, 1.5, 3, 4.5, 2], satElevation: [0.5, 0.6, 0.7, 0.8, 1.4]}}\n"
       "start: 2026-06-01T12:00:00Z\nreceivers: [{name: rover, profile: ideal}]\n",
       "commands", {false});
-  static simulation::LiveReceiver rover(
-      simulation::LiveConfig(scenario),
-      std::make_shared<simulation::CityScene>(
-          city::City{"open", geodesy::LocalFrame(test::sample_place()), {}, {}}),
-      *scenario.start);
+  static simulation::LiveReceiver rover(simulation::LiveConfig(scenario),
+                                        std::make_shared<simulation::CityScene>(city::City{
+                                            "open", geodesy::LocalFrame(test::sample_place()), {}, {}}),
+                                        *scenario.start);
   static const live::SessionFigures figures;
   const auto commands =
       live::make_commands({scenario.file, {{"rover", &rover}}, figures, true, [] { return 1.0; }},

@@ -201,7 +201,8 @@ std::vector<std::string> end_on_timelines(const Receivers& receivers, const std:
 std::string end_fault(const OptionsRequest& request, const Receivers& receivers) {
   const std::string name(trim(request.text));
   std::string text;
-  for (const std::string& each : end_on_timelines(receivers, name)) text += fmt::format("ended {}: {}\n", each, name);
+  for (const std::string& each : end_on_timelines(receivers, name))
+    text += fmt::format("ended {}: {}\n", each, name);
   text.pop_back();
   return text;
 }

@@ -213,7 +213,7 @@ class HostBases {
   };
   void find_base(std::size_t number);
 
-  std::vector<Member> members_;         // their places are the numbers in `links_`
+  std::vector<Member> members_;  // their places are the numbers in `links_`
   simulation::CorrectionLinks links_;
 };
 

@@ -319,8 +319,9 @@ struct Session::Impl {
       }
     }
     if (options.control.empty()) return;
-    CommandContext context{std::filesystem::absolute(scenario.file), {}, figures, options.changes,
-                           [this] { return seconds(now_ns()); }};
+    CommandContext context{std::filesystem::absolute(scenario.file), {}, figures, options.changes, [this] {
+                             return seconds(now_ns());
+                           }};
     for (std::size_t r = 0; r < names.size(); ++r) {
       context.receivers.push_back({names[r], &(*receivers)[r], {}, nullptr, false});
     }
@@ -347,7 +348,8 @@ struct Session::Impl {
     const bool written = std::any_of(sinks->begin(), sinks->end(),
                                      [](const simulation::EpochSink* sink) { return sink->uses_sensors(); });
     const auto needs = [&](std::size_t r) {
-      return written || (*receivers)[r].config().receiver().options.dead_reckoning.enabled || sends_samples(r);
+      return written || (*receivers)[r].config().receiver().options.dead_reckoning.enabled ||
+             sends_samples(r);
     };
     for (Vehicle& vehicle : vehicles) {
       if (stands_still(vehicle)) continue;
@@ -595,8 +597,8 @@ struct Session::Impl {
       const auto arrival = vehicle.source->track().last_arrival_ns();
       if (body && arrival && !by_stamps()) next.pose_came = wall_of(std::max(*arrival, at));
       if (body) {
-        epoch.antenna = simulation::pose_of(*body, {scene->city.frame}, time,
-                                            scenario.receivers[r].lever_arm_m);
+        epoch.antenna =
+            simulation::pose_of(*body, {scene->city.frame}, time, scenario.receivers[r].lever_arm_m);
       }
       // Between two poses, and behind the last one, the motion may lead anywhere.
       if (epoch.antenna && !simulation::is_possible(*epoch.antenna)) epoch.antenna.reset();
@@ -787,7 +789,7 @@ struct Session::Impl {
   std::vector<propagation::Propagator> prepared;  // that receivers will ask for
   /// By receiver: the sensors of its vehicle. Empty: it does not need them, or no pose has come.
   std::vector<std::optional<simulation::SensorRun>> sensors;
-  std::vector<simulation::SensorBatch> sensed;  // by them, since the receiver's last epoch
+  std::vector<simulation::SensorBatch> sensed;           // by them, since the receiver's last epoch
   std::vector<std::unique_ptr<CorrectionInput>> inputs;  // by receiver; null: none
   std::map<std::string, std::shared_ptr<transport::Link>> links;
   std::vector<Vehicle> vehicles;

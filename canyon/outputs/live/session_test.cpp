@@ -56,7 +56,7 @@ Scenario scenario(const std::string& live, const std::string& rest = "rate_hz: 1
 }
 
 SessionFigures run(const Scenario& s, Kept& kept, std::vector<std::string>* notes = nullptr,
-            const std::atomic<bool>* stop = nullptr) {
+                   const std::atomic<bool>* stop = nullptr) {
   Session session(s, city_of(s));
   SessionOptions options;
   options.stop = stop;

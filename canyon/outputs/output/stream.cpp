@@ -14,6 +14,7 @@
 #include "canyon/base/options/read.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/run/live_receiver.hpp"
+#include "canyon/run/motion/nmea_fixes.hpp"
 #include "canyon/run/motion/recorded_path.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 

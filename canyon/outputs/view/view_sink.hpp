@@ -7,6 +7,7 @@
 #include <string>
 
 #include "canyon/outputs/view/server.hpp"
+#include "canyon/run/run_checks.hpp"
 #include "canyon/run/simulator.hpp"
 
 namespace canyon::view {

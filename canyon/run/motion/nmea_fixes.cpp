@@ -1,5 +1,4 @@
-// Declared in canyon/run/motion/recorded_path.hpp.
-#include "canyon/run/motion/recorded_path.hpp"
+#include "canyon/run/motion/nmea_fixes.hpp"
 
 #include <fmt/format.h>
 

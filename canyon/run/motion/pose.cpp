@@ -74,8 +74,7 @@ RigidPose moved_on(const RigidPose& body, double seconds) {
   moved.position_m += body.linear_velocity * seconds;
   const double turn_rad = body.angular_velocity.norm() * seconds;
   if (turn_rad != 0) {
-    moved.attitude =
-        Eigen::AngleAxisd(turn_rad, body.angular_velocity.normalized()) * body.attitude;
+    moved.attitude = Eigen::AngleAxisd(turn_rad, body.angular_velocity.normalized()) * body.attitude;
   }
   return moved;
 }
@@ -104,8 +103,8 @@ Pose pose_of(const RigidPose& body, const WorldFrame& world, geodesy::GpsTime ti
   pose.position =
       world.enu.geodetic_from_local(world.origin_enu_m + city_from_world * (body.position_m + arm));
   // East, north and up of the body's own place.
-  const Eigen::Matrix3d enu_from_world = geodesy::enu_from_ecef_rotation(pose.position) *
-                                         world.enu.ecef_from_local_rotation() * city_from_world;
+  const Eigen::Matrix3d enu_from_world =
+      geodesy::enu_from_ecef_rotation(pose.position) * world.enu.ecef_from_local_rotation() * city_from_world;
   const Eigen::Matrix3d turn = enu_from_world * body.attitude.toRotationMatrix();
   pose.velocity_enu_mps = enu_from_world * (body.linear_velocity + body.angular_velocity.cross(arm));
   pose.yaw_rad = std::atan2(turn(1, 0), turn(0, 0));

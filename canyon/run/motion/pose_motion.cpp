@@ -129,9 +129,8 @@ PoseTrack::Sample PoseTrack::after_last(const ReportedPose& sent, const RigidPos
     for (auto earlier = samples_.rbegin(); earlier != samples_.rend(); ++earlier) {
       if (since(*earlier) > options_.timeout_s) break;
       // Not across a jump.
-      if (earlier != samples_.rbegin() &&
-          (from->motion.position_m - earlier->motion.position_m).norm() >
-              kTeleport_mps * (since(*earlier) - since(*from))) {
+      if (earlier != samples_.rbegin() && (from->motion.position_m - earlier->motion.position_m).norm() >
+                                              kTeleport_mps * (since(*earlier) - since(*from))) {
         break;
       }
       from = &*earlier;
@@ -139,8 +138,7 @@ PoseTrack::Sample PoseTrack::after_last(const ReportedPose& sent, const RigidPos
     }
     const double step_s = since(*from);
     if (step_s > 0) return motion_between(from->motion, pose, step_s);
-    if (same_pose(pose, samples_.back().motion))
-      return samples_.back().motion;  // the same message again
+    if (same_pose(pose, samples_.back().motion)) return samples_.back().motion;  // the same message again
     return sample.motion;
   };
   if (!sent.linear_velocity || !sent.angular_velocity) sample.motion = from_poses();
@@ -176,9 +174,7 @@ std::optional<RigidPose> EngineMotion::at(std::int64_t now_ns, const RigidPose& 
     last_.reset();
     return std::nullopt;
   }
-  Sample sample{now_ns,
-                *pose,
-                engine.linear_velocity.isZero(0) && engine.angular_velocity.isZero(0)};
+  Sample sample{now_ns, *pose, engine.linear_velocity.isZero(0) && engine.angular_velocity.isZero(0)};
   if (last_ && now_ns < last_->time_ns) last_.reset();
   if (last_ && sample.at_rest && last_->at_rest) {
     const double seconds = static_cast<double>(now_ns - last_->time_ns) * 1e-9;

@@ -14,6 +14,9 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
+#include "canyon/run/motion/csv_track.hpp"
+#include "canyon/run/motion/nmea_fixes.hpp"
+#include "canyon/run/motion/track_file.hpp"
 #include "canyon/run/motion/trajectory.hpp"
 
 namespace canyon::simulation {

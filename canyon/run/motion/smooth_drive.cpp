@@ -1,5 +1,4 @@
-// Declared in canyon/run/motion/smooth_motion.hpp.
-#include "canyon/run/motion/smooth_motion.hpp"
+#include "canyon/run/motion/smooth_drive.hpp"
 
 #include <fmt/format.h>
 

@@ -6,6 +6,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/run/motion/antenna_pose.hpp"
+#include "canyon/run/motion/smooth_drive.hpp"
 #include "canyon/run/motion/smooth_motion.hpp"
 #include "canyon/run/motion/trajectory.hpp"
 #include "tests/support/simulation_support.hpp"

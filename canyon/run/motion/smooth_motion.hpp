@@ -85,15 +85,4 @@ class SmoothMotion {
 /// Review 23, 1976). Within 1e-12 below 10 km of height. The point is not on the Earth's axis.
 [[nodiscard]] Eigen::Matrix3d enu_from_ecef_at(const Eigen::Vector3d& ecef_m);
 
-/// A drive in seconds from its start.
-struct SmoothDrive {
-  SmoothMotion motion;  ///< in the local frame of the first waypoint; empty where all are at one place
-  double duration_s = 0, length_m = 0;
-};
-
-/// See Trajectory::from_waypoints(). Legs are straight in east, north (about the first waypoint) and height
-/// above the ellipsoid. At least two waypoints, checked. Throws InputError for an acceleration out of range,
-/// and for a drive that moves for more than 11 days.
-[[nodiscard]] SmoothDrive smooth_drive(const std::vector<Waypoint>& waypoints, double acceleration_mps2);
-
 }  // namespace canyon::simulation

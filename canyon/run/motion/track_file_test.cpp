@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "canyon/base/geodesy/constants.hpp"
+#include "canyon/run/motion/track_file.hpp"
 #include "canyon/run/motion/trajectory.hpp"
 #include "tests/support/simulation_support.hpp"
 

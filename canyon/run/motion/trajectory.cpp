@@ -9,6 +9,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/run/motion/smooth_drive.hpp"
 #include "canyon/run/motion/smooth_motion.hpp"
 
 namespace canyon::simulation {

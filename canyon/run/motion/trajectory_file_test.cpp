@@ -5,6 +5,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
+#include "canyon/run/motion/nmea_fixes.hpp"
 #include "canyon/run/motion/recorded_path.hpp"
 #include "canyon/run/motion/trajectory.hpp"
 #include "tests/support/case_file.hpp"

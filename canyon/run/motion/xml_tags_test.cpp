@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "canyon/run/motion/recorded_path.hpp"
+#include "canyon/run/motion/track_file.hpp"
 #include "tests/support/simulation_support.hpp"
 
 // Tracks of recorders that lose power, and what GPX and KML say beside places.

@@ -7,6 +7,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/run/motion/csv_track.hpp"
 #include "canyon/run/motion/recorded_path.hpp"
 #include "canyon/run/motion/trajectory.hpp"
 #include "canyon/run/scenario/scenario_fields.hpp"

@@ -11,6 +11,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/run/georeference.hpp"
 #include "canyon/run/load_city.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 
