@@ -161,7 +161,8 @@ TEST(Session, LogPosesComeAtTheirStampsAndGoIntoTheCity) {
     if (k > 0) {
       EXPECT_NEAR(kept.epochs[k].truth.velocity_enu_mps.y(), 10, 1e-3) << k;
     }
-    EXPECT_NEAR(kept.epochs[k].truth.yaw_rad, M_PI / 2, 1e-9);
+    // Yaw counts from the east of its own place, whose meridian is another one than the city's.
+    EXPECT_NEAR(kept.epochs[k].truth.yaw_rad, M_PI / 2, 1e-6);
   }
 }
 
