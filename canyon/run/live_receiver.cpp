@@ -327,7 +327,7 @@ LiveReceiver::Step LiveReceiver::observe(const Pose& antenna, const EpochInputs&
   const geodesy::LocalFrame& frame = impl.scene->city.frame;
   const Eigen::Vector3d enu = frame.local_from_geodetic(antenna.position);
   raytrace::check_place(enu, "the antenna's position");
-  if (!is_possible(antenna)) {
+  if (!is_possible(antenna, frame)) {
     throw InputError("the antenna's velocity or yaw is not finite, or it is faster than 1000 km/s",
                      "check what moves the vehicle");
   }

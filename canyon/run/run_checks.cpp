@@ -167,8 +167,9 @@ void check_fixed(const RunView& run) {
   for (std::size_t r = 0; r < run.scenario.receivers.size(); ++r) {
     const ReceiverConfig& receiver = run.scenario.receivers[r];
     if (!receiver.fixed) continue;
-    const double far_m = run.environment.city().frame.local_from_geodetic(receiver.fixed->place).norm();
-    if (far_m <= 1e7) continue;
+    const geodesy::LocalFrame& frame = run.environment.city().frame;
+    if (is_possible({run.plan.begin, receiver.fixed->place}, frame)) continue;
+    const double far_m = frame.local_from_geodetic(receiver.fixed->place).norm();
     throw scenario_error(run.scenario,
                          fmt::format("receivers[{}].fixed: '{}' stands {:.0f} km from the city", r,
                                      receiver.options.name, far_m / 1e3),

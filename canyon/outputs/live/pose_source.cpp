@@ -49,9 +49,7 @@ std::optional<simulation::ReportedPose> PoseSource::in_city(const PoseReport& re
   if (report.velocity_mps) sent.linear_velocity = turn * (scale * *report.velocity_mps);
   const simulation::RigidPose body{sent.pose.position_m, Quaterniond::Identity(),
                                    sent.linear_velocity.value_or(Vector3d::Zero())};
-  constexpr double kFarthest_m = 1e7;
-  if (!(body.position_m.norm() <= kFarthest_m) ||
-      !simulation::is_possible(simulation::pose_of(body, {frame_}, {}))) {
+  if (!simulation::is_possible(simulation::pose_of(body, {frame_}, {}), frame_)) {
     sent.pose.position_m.setConstant(std::nan(""));
     return sent;
   }

@@ -601,7 +601,7 @@ struct Session::Impl {
             simulation::pose_of(*body, {scene->city.frame}, time, scenario.receivers[r].lever_arm_m);
       }
       // Between two poses, and behind the last one, the motion may lead anywhere.
-      if (epoch.antenna && !simulation::is_possible(*epoch.antenna)) epoch.antenna.reset();
+      if (epoch.antenna && !simulation::is_possible(*epoch.antenna, scene->city.frame)) epoch.antenna.reset();
     } else if (!epoch.antenna) {
       epoch.antenna = trajectory->antenna_pose(r, time);
     }

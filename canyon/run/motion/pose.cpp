@@ -32,12 +32,12 @@ std::string impossible_motion(double height_m, const Vector3d& velocity_mps) {
   return {};
 }
 
-bool is_possible(const Pose& pose) {
+bool is_possible(const Pose& pose, const geodesy::LocalFrame& city) {
   constexpr double kFarthest_m = 1e7, kFastest_mps = 1e6;
   const auto finite = [](auto... values) { return (std::isfinite(values) && ...); };
-  return finite(pose.position.latitude_rad, pose.position.longitude_rad, pose.yaw_rad, pose.yaw_rate_radps,
-                pose.roll_rad, pose.pitch_rad) &&
-         std::abs(pose.position.height_m) <= kFarthest_m && pose.velocity_enu_mps.norm() <= kFastest_mps;
+  return finite(pose.yaw_rad, pose.yaw_rate_radps, pose.roll_rad, pose.pitch_rad) &&
+         city.local_from_geodetic(pose.position).norm() <= kFarthest_m &&
+         pose.velocity_enu_mps.norm() <= kFastest_mps;
 }
 
 Eigen::Matrix3d enu_from_body(const Pose& pose) {

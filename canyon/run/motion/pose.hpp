@@ -27,9 +27,9 @@ struct Pose {
   [[nodiscard]] Eigen::Vector3d up_enu() const;
 };
 
-/// Whether a pose is finite, within 10,000 km of the Earth and not faster than 1000 km/s: receivers take no
-/// other.
-[[nodiscard]] bool is_possible(const Pose& pose);
+/// Whether a pose is finite, within 10,000 km of the city's origin and not faster than 1000 km/s: receivers
+/// take no other.
+[[nodiscard]] bool is_possible(const Pose& pose, const geodesy::LocalFrame& city);
 /// Why no vehicle of this world has this height above the ellipsoid [m] and this speed [m/s], with the
 /// number: it is below -1 km or above 100 km, or faster than 1,000 m/s; empty where one may.
 [[nodiscard]] std::string impossible_motion(double height_m, const Eigen::Vector3d& velocity_mps);
