@@ -108,7 +108,7 @@ struct Simulation::Impl {
     const std::shared_ptr<const disturbance::Road> way =
         road_of(scenario, plan.trajectory, environment.city().frame);
     for (const ReceiverConfig& config : scenario.receivers) {
-      std::vector<disturbance::Source> sources;
+      std::vector<disturbance::DisturbanceSource> sources;
       auto faults =
           std::make_shared<disturbance::FaultTimeline>(plan.begin, scenario.faults, config.options.name);
       faults->set_surroundings(surroundings(city_scene, sky.sky));

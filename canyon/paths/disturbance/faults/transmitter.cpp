@@ -148,8 +148,6 @@ void visit(options::Visitor& v, BeamOptions& o) {
   v.number({"azimuth_deg", "deg", "azimuth of the axis, from north, clockwise"}, o.azimuth_deg,
            {0, 360, false, true});
   v.number({"elevation_deg", "deg", "elevation of the axis"}, o.elevation_deg, {-90, 90});
-  v.number({"front_to_back_db", "dB", "power on the axis relative to directions far from it"},
-           o.front_to_back_db, {0, 60});
 }
 
 double beam_gain_db(const BeamOptions& beam, const Vector3d& direction) {
@@ -157,7 +155,7 @@ double beam_gain_db(const BeamOptions& beam, const Vector3d& direction) {
   const Vector3d axis = geodesy::enu_from_azimuth_elevation(geodesy::radians(beam.azimuth_deg),
                                                             geodesy::radians(beam.elevation_deg));
   const double off_deg = geodesy::degrees(std::atan2(axis.cross(direction).norm(), axis.dot(direction)));
-  return -std::min(12 * std::pow(off_deg / beam.width_deg, 2), beam.front_to_back_db);
+  return -std::min(12 * std::pow(off_deg / beam.width_deg, 2), BeamOptions::kFrontToBack_db);
 }
 
 void TransmitterOptions::validate() const {

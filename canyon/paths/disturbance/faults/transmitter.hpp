@@ -18,9 +18,10 @@ namespace canyon::disturbance {
 struct BeamOptions {
   /// Half power to half power [deg], (0, 360]; infinite: isotropic.
   double width_deg = std::numeric_limits<double>::infinity();
-  double azimuth_deg = 0;        ///< of its axis, from north, clockwise, [0, 360)
-  double elevation_deg = 0;      ///< of its axis, [-90, 90]
-  double front_to_back_db = 20;  ///< of what leaves it far from its axis, [0, 60]
+  double azimuth_deg = 0;    ///< of its axis, from north, clockwise, [0, 360)
+  double elevation_deg = 0;  ///< of its axis, [-90, 90]
+  /// Power on the axis over that in directions far from it.
+  static constexpr double kFrontToBack_db = 20;
 };
 void visit(options::Visitor& v, BeamOptions& o);
 /// Gain over that of the axis [dB], <= 0: a parabola in dB, 12 (angle / width)^2, down to the front-to-back

@@ -23,6 +23,8 @@ using geodesy::kPi;
 const double kSameDirection = std::cos(geodesy::radians(0.5));
 constexpr double kLineTolerance = 0.5e-3;  // m
 constexpr double kSameFace = 1e-3;  // rad about the edge: faces given twice, walls that two buildings share
+/// Faces turn away from one plane by at least 5 deg; seams of rounded walls stay below it.
+constexpr double kMinTurn_rad = 0.087266462599716477;
 constexpr double kFloorTolerance = 1e-3;  // m
 constexpr double kEndSlack = 1e-9;        // m
 constexpr double kMinSine = 1e-6;         // between edge and satellite
@@ -60,7 +62,7 @@ struct Piece {
   }
 };
 
-std::vector<Side> sides_of(const city::Mesh& mesh, const EdgeOptions& options) {
+std::vector<Side> sides_of(const city::Mesh& mesh, bool terrain) {
   city::TriangleIndices welded = mesh.triangles;
   city::weld(mesh.vertices, welded);
   std::vector<Side> sides;
@@ -68,7 +70,7 @@ std::vector<Side> sides_of(const city::Mesh& mesh, const EdgeOptions& options) {
   for (const city::Object& object : mesh.objects) {
     const bool diffracts = object.surface == city::Surface::Building ||
                            object.surface == city::Surface::Vehicle ||
-                           (object.surface == city::Surface::Terrain && options.terrain);
+                           (object.surface == city::Surface::Terrain && terrain);
     if (!diffracts) continue;
     for (std::uint32_t i = 0; i < object.triangle_count; ++i) {
       const std::uint32_t t = object.first_triangle + i;
@@ -115,14 +117,12 @@ void order_faces(std::vector<Face>& faces) {
   faces.resize(kept);
 }
 
-/// Appends the wedges of air about one edge of the mesh, those wider than a half-space by the turn asked for.
-void append_wedges(const std::vector<Face>& faces, const Piece& blank, const EdgeOptions& options,
-                   std::vector<Piece>& pieces) {
+/// Appends the wedges of air about one edge of the mesh, those wider than a half-space by kMinTurn_rad.
+void append_wedges(const std::vector<Face>& faces, const Piece& blank, std::vector<Piece>& pieces) {
   const bool one_sheet =
       faces.size() == 1 || (faces.size() == 2 && faces[0].ascending && !faces[1].ascending &&
                             faces[1].angle - faces[0].angle <= kSameFace);
   if (one_sheet) {
-    if (!options.free_edges) return;
     Piece piece = blank;
     piece.edge.exterior_rad = 2 * kPi;
     const Vector3d ascending = faces[0].ascending ? faces[0].normal : Vector3d(-faces[0].normal);
@@ -137,7 +137,7 @@ void append_wedges(const std::vector<Face>& faces, const Piece& blank, const Edg
     if (!from.ascending || to.ascending) continue;
     double air = to.angle - from.angle;
     if (i + 1 == faces.size()) air += 2 * kPi;
-    if (air < kPi + options.min_turn_rad) continue;
+    if (air < kPi + kMinTurn_rad) continue;
     Piece piece = blank;
     piece.edge.exterior_rad = std::min(air, 2 * kPi);
     piece.edge.normal = {from.normal, to.normal};
@@ -146,8 +146,8 @@ void append_wedges(const std::vector<Face>& faces, const Piece& blank, const Edg
   }
 }
 
-std::vector<Piece> pieces_of(const city::Mesh& mesh, const EdgeOptions& options) {
-  const std::vector<Side> sides = sides_of(mesh, options);
+std::vector<Piece> pieces_of(const city::Mesh& mesh, bool terrain) {
+  const std::vector<Side> sides = sides_of(mesh, terrain);
   std::vector<double> floor(mesh.triangles.size(), -1e300);  // lowest vertex of each triangle's object
   for (const city::Object& object : mesh.objects) {
     double lowest = 1e300;
@@ -191,7 +191,7 @@ std::vector<Piece> pieces_of(const city::Mesh& mesh, const EdgeOptions& options)
     const bool missing_floor = end - begin == 1 && blank.edge.start.z() <= lowest && stop.z() <= lowest &&
                                mesh.vertices[sides[begin].opposite].z() > lowest;
     order_faces(faces);
-    if (!missing_floor) append_wedges(faces, blank, options, pieces);
+    if (!missing_floor) append_wedges(faces, blank, pieces);
     begin = end;
   }
   return pieces;
@@ -384,9 +384,7 @@ void mark_diffracting(const NearEdges& near, const Vector3d& s, double max_exces
              marks.data());
 }
 
-EdgeSet::EdgeSet(const city::Mesh& mesh, EdgeOptions options) {
-  options.validate();
-  edges_ = merge(pieces_of(mesh, options));
+EdgeSet::EdgeSet(const city::Mesh& mesh, bool terrain) : edges_(merge(pieces_of(mesh, terrain))) {
   order_in_blocks();
 }
 
