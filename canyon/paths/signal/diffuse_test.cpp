@@ -665,8 +665,8 @@ double reflectance(Material material, double thickness_m) {
   constexpr int kSteps = 2000;
   for (int k = 0; k < kSteps; ++k) {
     const double theta = (k + 0.5) / kSteps * kPi / 2;
-    const LinearReflection r = thickness_m > 0 ? slab(eta, theta, thickness_m, wavelength_m(kL1)).reflected
-                                               : reflect_half_space(eta, theta);
+    const LinearReflection r =
+        thickness_m > 0 ? slab(eta, theta, thickness_m, wavelength_m(kL1)) : reflect_half_space(eta, theta);
     sum += (std::norm(r.perpendicular) + std::norm(r.parallel)) / 2 * std::sin(2 * theta) * kPi / 2 / kSteps;
   }
   return sum;

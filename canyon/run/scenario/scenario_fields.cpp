@@ -129,9 +129,7 @@ namespace {
 
 constexpr Range kLocal_m{-1e6, 1e6};
 
-struct PlaceKeys {
-  std::optional<double> latitude_deg, longitude_deg, height_m, east_m, north_m, up_m;
-};
+using PlaceKeys = disturbance::PlaceOptions;
 
 PlaceKeys keys_of(const TrajectoryConfig& config, std::size_t index) {
   PlaceKeys keys;

@@ -146,8 +146,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "antenna_temperature_k: 200, noise_figure_db: 3, implementation_loss_db: 2}, offset_db: "
       "[GPS=1, BeiDou-2&BeiDou-GEO=-4], installation: roof, installation_db: 3, installation_sigma_db: 2, "
       "satellite_sigma_db: 1, "
-      "strength: {slabs: false, "
-      "roughness_m: 0.1, foliage: slant_path}, shadowing: " +
+      "strength: {slabs: false}, shadowing: " +
           shadowing +
           ", "
           "front_end_bandwidth_hz: "

@@ -220,7 +220,7 @@ TEST(CellMethod, OfSteadyReceiversChangeTheMap) {
       "own_draws at_once noise.drift. weights.elevation_a_m weights.elevation_b_m "
       "biases.code_m biases.drift_sigma_m signal.antenna_lower_rows signal.wide_front_end_bandwidth_hz "
       "noise.mu_m "
-      "signal.strength.foliage signal.lock.tracking_threshold_dbhz");
+      "signal.lock.tracking_threshold_dbhz");
 }
 
 TEST(CellMethod, OfSharedCellsChangeTheMap) {
