@@ -116,20 +116,17 @@ void add_iq(Command& app) {
     return add_change(command, flag, arguments.samples, name);
   };
   add("--band", "bands");
-  add("--centre-hz", "centre_hz").excludes("--band");
   add("--rate", "rate_hz");
   add("--intermediate-hz", "intermediate_hz").formerly("--if");
   add("--bandwidth", "bandwidth_hz");
   add_switch(command, "--real", arguments.samples, "real");
   add("--format", "format");
   add("--noise-level", "noise_level");
-  add("--agc", "agc_s");
   command.add_flag("--no-noise", arguments.no_noise, "no noise of the front end");
   command
       .add_option("--receiver", arguments.receivers, "NAME",
                   "one of the scenario's receivers; may be repeated")
       .repeated();
-  add_run_field(command, "--epoch-rate", arguments, "rate_hz");
   add_run_options(command, arguments);
 }
 

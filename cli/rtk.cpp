@@ -254,7 +254,7 @@ int run_rtk(const RtkArguments& arguments) {
                      arguments.base, lost)});
   receiver::CodeCorrections station{{}};
   positioning::FixOptions models;
-  models.correct_troposphere = arguments.options.rtk.troposphere;
+  models.correct_troposphere = true;
   models.correct_ionosphere = !sky.navigation.klobuchar.empty();
   for (const auto& epoch : base) station.take(*epoch, *sky.sky, models, sky.navigation.klobuchar);
   if (const auto warning = receiver::wrong_station_warning(station.station_offset_m()))
@@ -266,7 +266,7 @@ int run_rtk(const RtkArguments& arguments) {
     Progress progress("epochs", arguments.quiet);
     relative::PairOptions options = arguments.options;
     options.signals = signals;
-    options.fix.correct_troposphere = options.rtk.troposphere;
+    options.fix.correct_troposphere = true;
     epochs = relative::solve_pair(rover.epochs(*sky.sky), base, *sky.sky, sky.navigation.klobuchar, options,
                                   progress.callback());
   }
@@ -330,7 +330,6 @@ void add_rtk(Command& app) {
   add_field(command, "--integers", options.rtk, "integers");
   add_field(command, "--ratio", options.rtk, "ratio");
   add_field(command, "--fix-glonass", options.rtk, "fix_glonass");
-  add_field(command, "--troposphere", options.rtk, "troposphere");
   command.add_option("--max-age", options.max_age_s, "S", "base epochs that are older are not used [s] (60)")
       .within(0, 3600);
   add_field(command, "--allow-stale", arguments.sky, "allow_stale", nullptr, true);

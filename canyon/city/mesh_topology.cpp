@@ -24,41 +24,6 @@ struct PositionHash {
   }
 };
 
-/// One side of a triangle, lower vertex first.
-struct Side {
-  std::uint64_t edge = 0;
-  std::uint32_t triangle = 0;
-  std::uint32_t corner = 0;  ///< at which it begins
-  bool forward = true;       ///< the triangle runs from the lower to the higher vertex
-};
-
-std::vector<Side> sorted_sides(const TriangleIndices& triangles) {
-  std::vector<Side> sides;
-  sides.reserve(triangles.size() * 3);
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::uint64_t a = triangles[t][k];
-      const std::uint64_t b = triangles[t][(k + 1) % 3];
-      sides.push_back({(std::min(a, b) << 32) | std::max(a, b), static_cast<std::uint32_t>(t), k, a < b});
-    }
-  }
-  std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) {
-    return x.edge != y.edge ? x.edge < y.edge : x.triangle < y.triangle;
-  });
-  return sides;
-}
-
-/// Calls edge(sides) for the sides at each edge.
-template <typename Edge>
-void each_edge(const TriangleIndices& triangles, const Edge& edge) {
-  const std::vector<Side> sides = sorted_sides(triangles);
-  for (auto begin = sides.begin(); begin != sides.end();) {
-    const auto end = std::find_if(begin, sides.end(), [&](const Side& s) { return s.edge != begin->edge; });
-    edge(std::span(begin, end));
-    begin = end;
-  }
-}
-
 /// Two triangles at one edge, and whether they run along it in opposite directions as neighbours should.
 struct Neighbour {
   std::uint32_t triangle = 0;
@@ -94,10 +59,10 @@ class Surroundings {
 std::vector<std::vector<Neighbour>> neighbours_of(const TriangleIndices& triangles,
                                                   const Surroundings& around, bool& manifold) {
   std::vector<std::vector<Neighbour>> result(triangles.size());
-  each_edge(triangles, [&](std::span<const Side> sides) {
+  each_edge(triangles, [&](std::span<const TriangleSide> sides) {
     manifold = manifold && sides.size() <= 2;
     if (sides.size() != 2) return;
-    const Side &a = sides[0], &b = sides[1];
+    const TriangleSide &a = sides[0], &b = sides[1];
     const bool two_walls = around.at_base(a.edge) && !around.is_floor(triangles[a.triangle]) &&
                            !around.is_floor(triangles[b.triangle]);
     if (two_walls) return;
@@ -149,8 +114,9 @@ std::vector<Patch> patches_of(const std::vector<std::vector<Neighbour>>& neighbo
 /// in the one direction as in the other.
 bool encloses(const TriangleIndices& triangles, const Surroundings& around) {
   bool closed = true;
-  each_edge(triangles, [&](std::span<const Side> sides) {
-    const auto forward = std::count_if(sides.begin(), sides.end(), [](const Side& s) { return s.forward; });
+  each_edge(triangles, [&](std::span<const TriangleSide> sides) {
+    const auto forward =
+        std::count_if(sides.begin(), sides.end(), [](const TriangleSide& s) { return s.forward; });
     const bool balanced = 2 * static_cast<std::size_t>(forward) == sides.size();
     closed = closed && (balanced || around.at_base(sides[0].edge));
   });
@@ -178,6 +144,22 @@ double enclosed_volume(const std::vector<Eigen::Vector3d>& vertices, const Trian
 }
 
 }  // namespace
+
+std::vector<TriangleSide> sorted_sides(const TriangleIndices& triangles) {
+  std::vector<TriangleSide> sides;
+  sides.reserve(triangles.size() * 3);
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint64_t a = triangles[t][k];
+      const std::uint64_t b = triangles[t][(k + 1) % 3];
+      sides.push_back({(std::min(a, b) << 32) | std::max(a, b), static_cast<std::uint32_t>(t), k, a < b});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const TriangleSide& x, const TriangleSide& y) {
+    return x.edge != y.edge ? x.edge < y.edge : x.triangle < y.triangle;
+  });
+  return sides;
+}
 
 bool is_degenerate(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   return !((b - a).cross(c - a).norm() >= 2 * kSmallestArea_m2);
@@ -211,7 +193,7 @@ void weld(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangl
 
 std::vector<std::array<std::uint32_t, 3>> neighbours(const TriangleIndices& triangles) {
   std::vector<std::array<std::uint32_t, 3>> across(triangles.size(), {kNoTriangle, kNoTriangle, kNoTriangle});
-  each_edge(triangles, [&](std::span<const Side> sides) {
+  each_edge(triangles, [&](std::span<const TriangleSide> sides) {
     if (sides.size() != 2) return;
     across[sides[0].triangle][sides[0].corner] = sides[1].triangle;
     across[sides[1].triangle][sides[1].corner] = sides[0].triangle;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,28 @@ std::size_t append_object(Mesh& mesh, std::string name, Surface surface,
 
 /// Gives vertices of exactly equal position one index (the first one's), in `triangles`; vertices stay.
 void weld(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles);
+
+/// One side of a triangle, lower vertex first.
+struct TriangleSide {
+  std::uint64_t edge = 0;
+  std::uint32_t triangle = 0;
+  std::uint32_t corner = 0;  ///< at which it begins
+  bool forward = true;       ///< the triangle runs from the lower to the higher vertex
+};
+
+/// All sides, by edge and triangle. Vertices below 2^32.
+[[nodiscard]] std::vector<TriangleSide> sorted_sides(const TriangleIndices& triangles);
+/// Calls edge(sides) for the sides at each edge, edges ascending.
+template <typename Edge>
+void each_edge(const TriangleIndices& triangles, const Edge& edge) {
+  const std::vector<TriangleSide> sides = sorted_sides(triangles);
+  for (auto begin = sides.begin(); begin != sides.end();) {
+    const auto end =
+        std::find_if(begin, sides.end(), [&](const TriangleSide& s) { return s.edge != begin->edge; });
+    edge(std::span(begin, end));
+    begin = end;
+  }
+}
 
 inline constexpr std::uint32_t kNoTriangle = 0xFFFFFFFF;
 /// The triangle across each edge: [t][k] lies across the edge from corner k to k + 1 of t; kNoTriangle where

@@ -19,7 +19,7 @@ namespace canyon::receiver {
 
 struct Receiver::State {
   State(ReceiverOptions receiver_options, std::uint64_t stream_seed,
-        std::span<const disturbance::Source> sources, const ModelSource& source_of_models)
+        std::span<const disturbance::DisturbanceSource> sources, const ModelSource& source_of_models)
       : options(validated(std::move(receiver_options))),
         seed(stream_seed),
         draws(draws_of(options)),
@@ -35,12 +35,12 @@ struct Receiver::State {
     if (options.signal.enabled && shadowing.active()) {
       disturbances.push_back(std::make_unique<disturbance::DirectShadowing>(shadowing, seed, around));
     }
-    for (const disturbance::Source& source : sources) {
+    for (const disturbance::DisturbanceSource& source : sources) {
       disturbances.push_back(source.make(seed, around));
       if (!disturbances.back()) {
         throw InputError(
             fmt::format("receiver '{}': disturbance '{}' was not made", options.name, source.name),
-            "its Source::make must give one");
+            "its DisturbanceSource::make must give one");
       }
     }
     if (options.spoofing_check.enabled) check.emplace(options.spoofing_check);
@@ -302,7 +302,7 @@ struct Receiver::State {
 };
 
 Receiver::Receiver(ReceiverOptions options, std::uint64_t seed,
-                   std::span<const disturbance::Source> disturbances, const ModelSource& models)
+                   std::span<const disturbance::DisturbanceSource> disturbances, const ModelSource& models)
     : state_(std::make_unique<State>(std::move(options), seed, disturbances, models)) {}
 Receiver::~Receiver() = default;
 Receiver::Receiver(Receiver&&) noexcept = default;

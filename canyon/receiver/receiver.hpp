@@ -176,7 +176,7 @@ class Receiver {
   /// @param models in place of its own weights and position; empty: its own
   /// Throws InputError where options.validate() does, or a disturbance cannot be made.
   Receiver(ReceiverOptions options, std::uint64_t seed,
-           std::span<const disturbance::Source> disturbances = {}, const ModelSource& models = {});
+           std::span<const disturbance::DisturbanceSource> disturbances = {}, const ModelSource& models = {});
   ~Receiver();
   Receiver(Receiver&&) noexcept;
   Receiver& operator=(Receiver&&) noexcept;

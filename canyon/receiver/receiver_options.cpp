@@ -12,7 +12,7 @@
 namespace canyon::receiver {
 
 bool NoiseOptions::drifts(double speed_mps, int los) const {
-  return enabled && drift_enabled && (speed_mps < drift_below_speed_mps || los < drift_below_los);
+  return enabled && drift_enabled && (speed_mps < 0.5 || los < 5);
 }
 
 void NoiseOptions::validate() const {
@@ -30,11 +30,6 @@ void visit(options::Visitor& v, NoiseOptions& o) {
                "the paper's drift mode: at low speed or with few satellites in line of sight, means move "
                "away from mu"},
               o.drift_enabled);
-    v.number({"below_speed_mps", "m/s", "drift below this speed"}, o.drift_below_speed_mps, {0, 1e4});
-    v.integer({"below_los", "satellites", "drift if fewer satellites are in line of sight"},
-              o.drift_below_los, 0, 1000);
-    v.number({"mu_sigma_m", "m", "standard deviation of the drifted means, drawn once per satellite"},
-             o.drift_mu_sigma_m, {0, 1e6});
   });
 }
 
@@ -153,7 +148,7 @@ double ReceiverOptions::shared_error_m() const {
 }
 
 double ReceiverOptions::stated_noise_m() const {
-  const double drift_m = noise.enabled && noise.drift_enabled ? noise.drift_mu_sigma_m : 0;
+  const double drift_m = noise.enabled && noise.drift_enabled ? NoiseOptions::kDriftMuSigma_m : 0;
   return std::hypot(slow_error().sigma_m, drift_m);
 }
 

@@ -28,13 +28,11 @@ struct NoiseOptions {
   options::Switch enabled = true;
   tracking::OuOptions ou;
   double doppler_sigma_hz = 0.1;  ///< white, per measurement; >= 0
-  /// The paper's mu drift mode: while the antenna is slower than drift_below_speed_mps or fewer than
-  /// drift_below_los satellites above the mask are in line of sight, each satellite's mean moves by a value
-  /// drawn once per satellite from N(0, drift_mu_sigma_m), with the process's own time constant 1 / theta.
+  /// The paper's mu drift mode: while the antenna is slower than 0.5 m/s or fewer than five satellites above
+  /// the mask are in line of sight, each satellite's mean moves by a value drawn once per satellite from
+  /// N(0, kDriftMuSigma_m), with the process's own time constant 1 / theta.
   bool drift_enabled = false;
-  double drift_below_speed_mps = 0.5;  ///< >= 0
-  int drift_below_los = 5;             ///< >= 0
-  double drift_mu_sigma_m = 2;         ///< >= 0
+  static constexpr double kDriftMuSigma_m = 2;
   /// Whether the means drift at an epoch. @param los satellites above the mask in line of sight
   [[nodiscard]] bool drifts(double speed_mps, int los) const;
   /// Throws InputError naming the field that is out of range.
@@ -163,7 +161,7 @@ struct OwnModels {
 
 /// Makes the models of one receiver as they are before the first epoch; a run or a world that begins anew
 /// makes them anew. @param seed of the run; @param receiver what sets its draws apart, as for
-/// disturbance::Source
+/// disturbance::DisturbanceSource
 using ModelSource = std::function<OwnModels(std::uint64_t seed, const std::string& receiver)>;
 
 }  // namespace canyon::receiver

@@ -579,9 +579,9 @@ TEST(ReceiverSignal, BadOptionsNameTheReceiver) {
   EXPECT_THAT(test::refusal([&] { Receiver receiver(options, 1); }),
               testing::AllOf(testing::HasSubstr("rover"), testing::HasSubstr("cn0_step_db")));
   options.signal.cn0_step_db = 0;
-  options.filter.gate_sigmas = 0;
+  options.filter.coast_s = 0;
   EXPECT_THAT(test::refusal([&] { Receiver receiver(options, 1); }),
-              testing::AllOf(testing::HasSubstr("rover"), testing::HasSubstr("gate_sigmas")));
+              testing::AllOf(testing::HasSubstr("rover"), testing::HasSubstr("coast_s")));
   // A BOC's side peaks are half a chip away: GPS takes correlators a chip apart, Galileo does not.
   options = plain();
   options.name = "rover";

@@ -43,12 +43,12 @@ propagation::Interference white(double share) {
   wave.polarisation = propagation::Polarisation::Right;
   return wave;
 }
-disturbance::Source noise(double share) {
+disturbance::DisturbanceSource noise(double share) {
   return canyon::test::always("noise",
                               [share](Arrival& arrival) { arrival.interference.push_back(white(share)); });
 }
 
-Scenario street(std::vector<disturbance::Source> disturbances, bool strength = true) {
+Scenario street(std::vector<disturbance::DisturbanceSource> disturbances, bool strength = true) {
   Scenario scenario = parse_scenario(R"(
 city: {synthetic: {}}
 sky: {nominal: true, systems: [GPS, Galileo]}
@@ -75,14 +75,14 @@ std::vector<Epoch> simulated(const Simulation& simulation) {
   (void)simulation.run({&collector});
   return collector.epochs;
 }
-std::vector<Epoch> simulated(std::vector<disturbance::Source> disturbances, bool strength = true) {
+std::vector<Epoch> simulated(std::vector<disturbance::DisturbanceSource> disturbances, bool strength = true) {
   return simulated(made(street(std::move(disturbances), strength)));
 }
 
 /// The same drive by a host with a clock of its own.
 class Host {
  public:
-  explicit Host(std::vector<disturbance::Source> disturbances)
+  explicit Host(std::vector<disturbance::DisturbanceSource> disturbances)
       : simulation_(made(street({}))), live_(config(std::move(disturbances)), scene(), simulation_.begin()) {}
 
   std::vector<Epoch> drive() {
@@ -102,7 +102,7 @@ class Host {
   }
 
  private:
-  static LiveConfig config(std::vector<disturbance::Source> disturbances) {
+  static LiveConfig config(std::vector<disturbance::DisturbanceSource> disturbances) {
     return LiveConfig(street(std::move(disturbances)));
   }
   static std::shared_ptr<CityScene> scene() { return std::make_shared<CityScene>(city::synthetic_city({})); }
@@ -186,7 +186,7 @@ TEST(Disturbances, SayWhatHappensToTheReceiver) {
       events.weeks_off -= 1024;
     }
   };
-  const disturbance::Source mistaken{
+  const disturbance::DisturbanceSource mistaken{
       "mistaken", [](std::uint64_t, const std::string&) { return std::make_unique<Mistaken>(); }};
   const std::vector<Epoch> plain = simulated({}, false);
   const std::vector<Epoch> twice = simulated({mistaken, mistaken}, false);
@@ -246,7 +246,7 @@ TEST(Disturbances, HaveMemoryAndSeedsOfTheirOwn) {
     RandomStream stream_;
     double share_ = 0;
   };
-  const disturbance::Source wandering{
+  const disturbance::DisturbanceSource wandering{
       "wandering noise", [](std::uint64_t seed, const std::string& receiver) {
         return std::make_unique<Wandering>(RandomStream(seed, receiver + "/wandering noise"));
       }};
@@ -280,9 +280,9 @@ TEST(Disturbances, HaveMemoryAndSeedsOfTheirOwn) {
 }
 
 TEST(Disturbances, ThatAreNotMadeAreNamed) {
-  const disturbance::Source broken{"broken", [](std::uint64_t, const std::string&) {
-                                     return std::unique_ptr<disturbance::Disturbance>();
-                                   }};
+  const disturbance::DisturbanceSource broken{"broken", [](std::uint64_t, const std::string&) {
+                                                return std::unique_ptr<disturbance::Disturbance>();
+                                              }};
   EXPECT_THAT(test::error_of([&] { (void)simulated({broken}); }).what(), HasSubstr("'broken'"));
 }
 

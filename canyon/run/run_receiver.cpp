@@ -14,8 +14,8 @@ namespace canyon::simulation {
 receiver::Receiver make_receiver(const ReceiverConfig& config, std::uint64_t seed,
                                  const Environment& environment,
                                  std::shared_ptr<const disturbance::Road> road,
-                                 const std::vector<disturbance::Source>& more) {
-  std::vector<disturbance::Source> sources =
+                                 const std::vector<disturbance::DisturbanceSource>& more) {
+  std::vector<disturbance::DisturbanceSource> sources =
       config.fixed ? config.disturbances : with_streets(config, environment.city(), std::move(road));
   sources.insert(sources.end(), more.begin(), more.end());
   receiver::ReceiverOptions options = with_surroundings(config, environment.scene(), environment.city());
@@ -48,9 +48,10 @@ std::optional<disturbance::StreetsOptions> streets_of(const ReceiverConfig& rece
   return options;
 }
 
-std::vector<disturbance::Source> with_streets(const ReceiverConfig& receiver, const city::City& city,
-                                              std::shared_ptr<const disturbance::Road> road) {
-  std::vector<disturbance::Source> sources = receiver.disturbances;
+std::vector<disturbance::DisturbanceSource> with_streets(const ReceiverConfig& receiver,
+                                                         const city::City& city,
+                                                         std::shared_ptr<const disturbance::Road> road) {
+  std::vector<disturbance::DisturbanceSource> sources = receiver.disturbances;
   if (const auto streets = streets_of(receiver, city, std::move(road))) {
     sources.insert(sources.begin(), disturbance::streets_source(*streets));
   }

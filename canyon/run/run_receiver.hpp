@@ -23,9 +23,8 @@ namespace canyon::simulation {
     const ReceiverConfig& receiver, const city::City& city, std::shared_ptr<const disturbance::Road> road);
 
 /// ReceiverConfig::disturbances, and before them streets_of().
-[[nodiscard]] std::vector<disturbance::Source> with_streets(const ReceiverConfig& receiver,
-                                                            const city::City& city,
-                                                            std::shared_ptr<const disturbance::Road> road);
+[[nodiscard]] std::vector<disturbance::DisturbanceSource> with_streets(
+    const ReceiverConfig& receiver, const city::City& city, std::shared_ptr<const disturbance::Road> road);
 
 /// Share of the sky from 15 to 60 deg that the city hides, the mean over antennas (ENU, m) that are not
 /// inside something; 0 without any. Sixty-four rays each.
@@ -44,7 +43,7 @@ namespace canyon::simulation {
 [[nodiscard]] receiver::Receiver make_receiver(const ReceiverConfig& config, std::uint64_t seed,
                                                const Environment& environment,
                                                std::shared_ptr<const disturbance::Road> road,
-                                               const std::vector<disturbance::Source>& more);
+                                               const std::vector<disturbance::DisturbanceSource>& more);
 
 /// City and sky as effects of faults find them around a receiver.
 [[nodiscard]] disturbance::FaultTimeline::Surroundings surroundings(const std::shared_ptr<CityScene>& scene,

@@ -108,48 +108,28 @@ std::optional<BarometerSample> BarometerRun::next(geodesy::GpsTime until) {
   const double now_s = interval->to_s;
   BarometerSample sample;
   sample.time = begin() + now_s;
-  const auto height_m = [this](const Pose& pose) { return pose.position.height_m - geoid_undulation_m_; };
-  const auto pose_at = [this](double t_s) {
-    return mounted_antenna(vehicle_(begin() + t_s), options_.position_m);
-  };
-  const double felt_s = std::max(0.0, now_s - options_.delay_s);
-  const Pose felt = pose_at(felt_s);
-  sample.pressure = sensor_.measure(height_m(felt), felt.velocity_enu_mps.norm(), felt_s);
-  sample.height_m = height_m(felt_s < now_s ? pose_at(now_s) : felt);
-  sample.pressure.true_pa = sensor_.air(sample.height_m, now_s).pressure_pa;
+  const Pose pose = mounted_antenna(vehicle_(sample.time), options_.position_m);
+  sample.height_m = pose.position.height_m - geoid_undulation_m_;
+  sample.pressure = sensor_.measure(sample.height_m, pose.velocity_enu_mps.norm(), now_s);
   return sample;
 }
-
-namespace {
-
-/// The Earth's field in ENU at a pose, and the pose's axes.
-struct FieldAt {
-  FieldAt(const Pose& pose, const Eigen::Matrix3d& body_from_sensor) {
-    field_enu_t = geodesy::enu_from_ecef_rotation(pose.position) *
-                  geodesy::magnetic_field_tesla(geodesy::ecef_from_geodetic(pose.position), pose.time);
-    const Eigen::Vector3d forward = pose.forward_enu(), up = pose.up_enu();
-    Eigen::Matrix3d enu_from_body;
-    enu_from_body << forward, up.cross(forward), up;
-    enu_from_sensor = enu_from_body * body_from_sensor;
-  }
-  Eigen::Vector3d field_enu_t;
-  Eigen::Matrix3d enu_from_sensor;
-};
-
-}  // namespace
 
 std::optional<MagnetometerSample> MagnetometerRun::next(geodesy::GpsTime until) {
   const auto interval = pass(until);
   if (!interval) return std::nullopt;
   MagnetometerSample sample;
   sample.time = begin() + interval->to_s;
-  const Pose pose = vehicle_(begin() + std::max(0.0, interval->to_s - options_.delay_s));
-  const Eigen::Matrix3d turn = body_from_sensor(options_.orientation, options_.axes);
-  const FieldAt felt(pose, turn);
-  sample.measured_t = sensor_.measure(felt.field_enu_t, felt.enu_from_sensor,
-                                      pose.velocity_enu_mps.norm() / options_.rate_hz);
-  const FieldAt now(options_.delay_s > 0 ? vehicle_(sample.time) : pose, turn);
-  sample.true_t = now.enu_from_sensor.transpose() * now.field_enu_t;
+  const Pose pose = vehicle_(sample.time);
+  const Eigen::Vector3d field_enu_t =
+      geodesy::enu_from_ecef_rotation(pose.position) *
+      geodesy::magnetic_field_tesla(geodesy::ecef_from_geodetic(pose.position), pose.time);
+  const Eigen::Vector3d forward = pose.forward_enu(), up = pose.up_enu();
+  Eigen::Matrix3d enu_from_sensor;
+  enu_from_sensor << forward, up.cross(forward), up;
+  enu_from_sensor *= body_from_sensor(options_.orientation, options_.axes);
+  sample.measured_t =
+      sensor_.measure(field_enu_t, enu_from_sensor, pose.velocity_enu_mps.norm() / options_.rate_hz);
+  sample.true_t = enu_from_sensor.transpose() * field_enu_t;
   return sample;
 }
 

@@ -68,7 +68,6 @@ std::optional<Distribution> skyline_of(const ReceiverConfig& receiver) {
     case ShadowingEnvironment::Suburban:
       return uniform(0, 0.2, "");
     case ShadowingEnvironment::Auto:
-    case ShadowingEnvironment::Custom:
       return uniform(0, 0.8, "");
     case ShadowingEnvironment::Open:
       break;

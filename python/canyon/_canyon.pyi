@@ -134,7 +134,7 @@ class Stream:
 
 class SampleStream:
     def __init__(
-        self, simulation: Simulation, band: Optional[str], centre_hz: Optional[float], rate_hz: Optional[float],
+        self, simulation: Simulation, band: Optional[str], rate_hz: Optional[float],
         intermediate_hz: Optional[float], real: Optional[bool], bandwidth_hz: Optional[float], noise: Optional[bool],
         receiver: int, size: int, threads: int,
     ) -> None: ...

@@ -21,7 +21,6 @@ def sample_blocks(
     city: Optional[City] = None,
     *,
     band: Optional[str] = None,
-    centre_hz: Optional[float] = None,
     rate_hz: Optional[float] = None,
     intermediate_hz: Optional[float] = None,
     real: Optional[bool] = None,
@@ -63,7 +62,7 @@ def sample_blocks(
     simulation = Simulation(scenario, city)
     number = index_of_receiver(receiver, simulation.receivers)
     return _canyon.SampleStream(
-        simulation, band, centre_hz, rate_hz, intermediate_hz, real, bandwidth_hz, noise, number, block, threads
+        simulation, band, rate_hz, intermediate_hz, real, bandwidth_hz, noise, number, block, threads
     )
 
 
@@ -72,7 +71,6 @@ def samples(
     city: Optional[City] = None,
     *,
     band: Optional[str] = None,
-    centre_hz: Optional[float] = None,
     rate_hz: Optional[float] = None,
     intermediate_hz: Optional[float] = None,
     real: Optional[bool] = None,
@@ -91,8 +89,6 @@ def samples(
     ----------
     band : str, optional
         "L1", "L2", "L5", "E5", or a signal's name.
-    centre_hz : float, optional
-        Another centre than a band's [Hz].
     rate_hz : float, optional
         Samples per second of the receiver's clock.
     intermediate_hz : float, optional
@@ -126,7 +122,7 @@ def samples(
     (dtype('complex64'), True)
     """
     blocks = sample_blocks(
-        scenario, city, band=band, centre_hz=centre_hz, rate_hz=rate_hz, intermediate_hz=intermediate_hz, real=real,
+        scenario, city, band=band, rate_hz=rate_hz, intermediate_hz=intermediate_hz, real=real,
         bandwidth_hz=bandwidth_hz, noise=noise, duration_s=duration_s, receiver=receiver, threads=threads, if_hz=if_hz,
     )
     return np.concatenate(list(blocks))

@@ -93,7 +93,7 @@ py::object begun(const py::object& object, const char* method, std::uint64_t see
   return object(seed, receiver);
 }
 
-disturbance::Source source_of(const Held& object) {
+disturbance::DisturbanceSource source_of(const Held& object) {
   const std::string name = py::repr(object.get()).cast<std::string>();
   return {name, [object](std::uint64_t seed, const std::string& receiver) {
             const py::gil_scoped_acquire gil;

@@ -28,7 +28,7 @@ class Pieces final : public simulation::EpochSink {
         push_(std::move(push)) {}
   void write(const simulation::Epoch& epoch) override {
     if (epoch.receiver != receiver_) return;
-    generator_.next(epoch, [this](const samples::Block& block, std::size_t count) {
+    generator_.next(epoch, [this](const samples::SampleBlock& block, std::size_t count) {
       for (std::size_t n = 0; n < count; ++n) {
         piece_.emplace_back(block.re[n], real_ ? 0 : block.im[n]);
         if (piece_.size() == size_) hand_over();
@@ -90,28 +90,26 @@ class SampleStream {
 void bind_samples(py::module_& m) {
   py::class_<SampleStream>(m, "SampleStream", "Samples of a run, block by block.")
       .def(py::init([](const SimulationPtr& simulation, const std::optional<std::string>& band,
-                       std::optional<double> centre_hz, std::optional<double> rate_hz,
-                       std::optional<double> intermediate_hz, std::optional<bool> real,
-                       std::optional<double> bandwidth_hz, std::optional<bool> noise, std::size_t receiver,
-                       std::size_t size, int threads) {
+                       std::optional<double> rate_hz, std::optional<double> intermediate_hz,
+                       std::optional<bool> real, std::optional<double> bandwidth_hz,
+                       std::optional<bool> noise, std::size_t receiver, std::size_t size, int threads) {
              samples::SampleOptions samples = simulation->scenario().samples;
-             if (band) samples.bands = {*band}, samples.centre_hz.reset();
-             if (centre_hz) samples.centre_hz = centre_hz;
+             if (band) samples.bands = {*band};
              samples.rate_hz = rate_hz.value_or(samples.rate_hz);
              samples.intermediate_hz = intermediate_hz.value_or(samples.intermediate_hz);
              samples.real = real.value_or(samples.real);
              samples.bandwidth_hz = bandwidth_hz.value_or(samples.bandwidth_hz);
              samples.noise = noise.value_or(samples.noise);
-             if (!samples.centre_hz && samples.bands.size() != 1) {
+             if (samples.bands.size() != 1) {
                throw InputError(
                    fmt::format("the scenario's samples have the bands {}", fmt::join(samples.bands, ", ")),
                    "choose one with band");
              }
-             return std::make_unique<SampleStream>(simulation, samples.centre_hz ? "" : samples.bands.front(),
-                                                   receiver, samples, size, threads);
+             return std::make_unique<SampleStream>(simulation, samples.bands.front(), receiver, samples, size,
+                                                   threads);
            }),
-           "simulation"_a, "band"_a, "centre_hz"_a, "rate_hz"_a, "intermediate_hz"_a, "real"_a,
-           "bandwidth_hz"_a, "noise"_a, "receiver"_a, "size"_a, "threads"_a)
+           "simulation"_a, "band"_a, "rate_hz"_a, "intermediate_hz"_a, "real"_a, "bandwidth_hz"_a, "noise"_a,
+           "receiver"_a, "size"_a, "threads"_a)
       .def(
           "__iter__", [](SampleStream& self) -> SampleStream& { return self; },
           py::return_value_policy::reference_internal)

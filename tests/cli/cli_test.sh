@@ -577,21 +577,21 @@ P
   runs 2 "$canyon" iq small.yaml --out "tcp://127.0.0.1:$port" --band L1 --band E1; one_line; says err 'takes one band'
   runs 0 "$canyon" iq small.yaml --out two.iq --duration 1 --rate 2.5e6 --band L1 --band E1
   [ -s two.L1.iq ] || fail "no two.L1.iq"
-  runs 0 "$canyon" iq small.yaml --out r.iq --duration 1 --rate 5e6 --real --if 1.25e6 --format 2bit --agc 0.1
+  runs 0 "$canyon" iq small.yaml --out r.iq --duration 1 --rate 5e6 --real --if 1.25e6 --format 2bit
   says err '1575.420 MHz at 1.25 MHz, 5 Msps real 2bit' 'warning: --if is now --intermediate-hz'
   [ "$(stat -c %s r.iq)" -eq 1250000 ] || fail "r.iq has $(stat -c %s r.iq) bytes"
   says r.sigmf-meta '"core:datatype": "ru8"' '"canyon:bits": 2'
   runs 2 "$canyon" iq small.yaml --out f.iq --real; one_line; says err 'real samples need an intermediate frequency' '1000000 Hz'
   runs 2 "$canyon" iq small.yaml --out f.iq --real --intermediate-hz 3e6; one_line; says err 'is aliased' '1000000 Hz leaves the widest band'
   runs 2 "$canyon" iq small.yaml --out f.iq --real --intermediate-hz=2e5; one_line; says err 'too narrow for GPS L1CA' 'now 1000000 Hz'
-  runs 2 "$canyon" iq small.yaml --out f.iq --format 1bit --agc 1; one_line; says err 'has no level'
+  runs 2 "$canyon" iq small.yaml --out f.iq --format 1bit --noise-level 0.5; one_line; says err 'has no level'
   runs 0 "$canyon" iq small.yaml --out b.iq --duration 1 --rate 2.5e6 --bandwidth 2e6 --quiet
   runs 0 "$canyon" iq small.yaml --out c.iq --duration 1 --rate 2.5e6 --bandwidth 2e6 --quiet --threads 1
   cmp b.iq c.iq || fail "the filter's bytes depend on the threads"
   says b.sigmf-meta 'Filtered: 2 MHz'
   runs 2 "$canyon" iq small.yaml --out f.iq --rate 2.5e6 --bandwidth 2.4e6; one_line; says err 'needs 1320000 Hz to either side, and 1250000 Hz are there'
   runs 2 "$canyon" iq small.yaml --out f.iq --band L9; one_line; says err "'L9' is not a band"
-  runs 2 "$canyon" iq small.yaml --out f.iq --centre-hz 1.5e9; one_line; says err 'carry no signal of the sky'
+  runs 2 "$canyon" iq small.yaml --out f.iq --band L6; one_line; says err 'carry no signal of the sky'
   runs 2 "$canyon" iq small.yaml --out f.iq --duration 0.5; one_line; says err 'one epoch'
   runs 2 "$canyon" iq small.yaml --out f.iq --rate 1e5; says err '--rate'
   runs 2 "$canyon" iq small.yaml --out f.iq --receiver nobody; one_line; says err "the scenario has no receiver 'nobody'"

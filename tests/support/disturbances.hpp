@@ -12,7 +12,7 @@ namespace canyon::test {
 
 /// A disturbance without memory.
 template <typename Apply>
-disturbance::Source always(std::string name, Apply apply) {
+disturbance::DisturbanceSource always(std::string name, Apply apply) {
   class Each final : public disturbance::Disturbance {
    public:
     explicit Each(Apply apply) : apply_(std::move(apply)) {}
@@ -27,7 +27,7 @@ disturbance::Source always(std::string name, Apply apply) {
           [apply](std::uint64_t, const std::string&) { return std::make_unique<Each>(apply); }};
 }
 
-inline disturbance::Source without(gnss::SatelliteId id) {
+inline disturbance::DisturbanceSource without(gnss::SatelliteId id) {
   return always("without " + gnss::to_string(id), [id](propagation::Arrival& arrival) {
     arrival.views.erase(
         std::remove_if(arrival.views.begin(), arrival.views.end(),

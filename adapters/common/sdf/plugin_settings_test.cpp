@@ -311,8 +311,7 @@ TEST(HostSettings, EveryElementOfTheScenario) {
     <noise>
       <enabled>0</enabled><theta_per_s>0.05</theta_per_s><mu_m>0.3</mu_m>
       <sigma_m_per_sqrt_s>0.4</sigma_m_per_sqrt_s><doppler_sigma_hz>0.6</doppler_sigma_hz>
-      <drift><enabled>1</enabled><below_speed_mps>0.7</below_speed_mps><below_los>9</below_los>
-        <mu_sigma_m>2.5</mu_sigma_m></drift>
+      <drift><enabled>1</enabled></drift>
     </noise>
     <propagation>
       <model>specular</model><reflection_order>0</reflection_order><max_range_m>450</max_range_m>
@@ -345,9 +344,6 @@ TEST(HostSettings, EveryElementOfTheScenario) {
   EXPECT_EQ(o.noise.ou.sigma_m_per_sqrt_s, 0.4);
   EXPECT_EQ(o.noise.doppler_sigma_hz, 0.6);
   EXPECT_TRUE(o.noise.drift_enabled);
-  EXPECT_EQ(o.noise.drift_below_speed_mps, 0.7);
-  EXPECT_EQ(o.noise.drift_below_los, 9);
-  EXPECT_EQ(o.noise.drift_mu_sigma_m, 2.5);
   const propagation::PropagationOptions& p = live.receiver().propagation;
   EXPECT_EQ(p.model, propagation::Model::Specular);  // beats the profile's
   EXPECT_EQ(p.reflection_order, 0);
@@ -552,8 +548,7 @@ TEST(HostSettings, WrongValuesNamePluginElementAndCure) {
       // The scenario's own checks, in the words of SDF.
       {"<noise><sigma_m_per_sqrt_s>-1</sigma_m_per_sqrt_s></noise>", "<noise><sigma_m_per_sqrt_s>",
        "-1 is out of range", "at least 0"},
-      {"<noise><drift><below_los>x</below_los></drift></noise>", "<noise><drift><below_los>",
-       "'x' is not a whole number", ""},
+      {"<min_satellites>x</min_satellites>", "<min_satellites>", "'x' is not a whole number", ""},
       {"<elevation_mask_deg>10 deg</elevation_mask_deg>", "<elevation_mask_deg>", "'10 deg' is not a number",
        "the unit is in the element's name"},
       {"<propagation><model>miror</model></propagation>", "<propagation><model>", "'miror' is unknown",

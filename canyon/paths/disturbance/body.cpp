@@ -1,5 +1,4 @@
-// Declared in canyon/paths/disturbance/streets.hpp.
-#include "canyon/paths/disturbance/streets.hpp"
+#include "canyon/paths/disturbance/body.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +8,6 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/paths/propagation/index/knife_edge.hpp"
-#include "canyon/paths/propagation/paths.hpp"
 
 namespace canyon::disturbance {
 namespace {
@@ -137,7 +135,7 @@ Sight::Sight(const Vector3d& antenna, const Vector3d& arrival, double leg_m) : f
   ahead_m = leg_m * cosine;
 }
 
-Shade shade(const Body& body, const Sight& ray, double wavelength_m) {
+Blockage blockage(const Body& body, const Sight& ray, double wavelength_m) {
   if (body.kind == Body::Kind::Crown) return {};
   // Most bodies are far from most rays: nu^2 = 2 w^2 / (lambda r) of an edge w beside a ray at a distance r.
   const Vector2d to_centre = body.centre - ray.from.head<2>();

@@ -45,12 +45,12 @@ Vector3d towards(double azimuth_deg, double elevation_deg) {
   return geodesy::enu_from_azimuth_elevation(radians(azimuth_deg), radians(elevation_deg));
 }
 
-Shade shade(const Body& body, const Vector3d& antenna, const Vector3d& arrival, double leg_m,
-            double wavelength_m) {
-  return disturbance::shade(body, Sight(antenna, arrival, leg_m), wavelength_m);
+Blockage blockage(const Body& body, const Vector3d& antenna, const Vector3d& arrival, double leg_m,
+                  double wavelength_m) {
+  return disturbance::blockage(body, Sight(antenna, arrival, leg_m), wavelength_m);
 }
 
-double loss_db(const Shade& shade) {
+double loss_db(const Blockage& shade) {
   return -20 * std::log10(shade.amplitude);
 }
 
@@ -64,7 +64,7 @@ TEST(EdgeField, IsTheKnifeEdges) {
 // The knife edge of ITU-R P.526-15, 4.1: nu = p sqrt(2 / (lambda r)), p the edge's distance from the ray, r
 // along the ray (plane wave, p << r), loss by the approximation (31) there, which is good to 0.124 dB above
 // nu = -0.78.
-TEST(Shade, OfALongWallIsTheKnifeEdgeOfItsTop) {
+TEST(Blockage, OfALongWallIsTheKnifeEdgeOfItsTop) {
   for (const double top : {3.0, 3.5, 4.0, 4.5, 5.0}) {
     // 500 m to both sides, 10 m north of the antenna.
     const Body wall = box(0, 10.01, 0, 1000, 0.02, top);
@@ -75,7 +75,7 @@ TEST(Shade, OfALongWallIsTheKnifeEdgeOfItsTop) {
       const double r = 10 * std::cos(e) + h * std::sin(e);
       const double nu = p * std::sqrt(2 / (kWavelength * r));
       if (nu < -0.7) continue;
-      const Shade shaded = shade(wall, kAntenna, towards(0, elevation_deg), kFar, kWavelength);
+      const Blockage shaded = blockage(wall, kAntenna, towards(0, elevation_deg), kFar, kWavelength);
       EXPECT_NEAR(loss_db(shaded), propagation::approximate_knife_edge_loss_db(nu), 0.25)
           << top << " m at " << elevation_deg;
       EXPECT_EQ(shaded.cuts, p > 0);
@@ -83,26 +83,26 @@ TEST(Shade, OfALongWallIsTheKnifeEdgeOfItsTop) {
   }
 }
 
-TEST(Shade, OfASideIsTheKnifeEdgeOfAnUprightEdge) {
+TEST(Blockage, OfASideIsTheKnifeEdgeOfAnUprightEdge) {
   // Endless upwards and to the east: its western corner, 8 m ahead, stands w beside the ray.
   for (const double w : {-1.0, -0.3, 0.0, 0.5, 1.0, 2.0}) {
     const Body tower = box(500 - w, 8.01, 0, 1000, 0.02, 1e5);
     const double e = radians(30);
     const double nu = w * std::sqrt(2 * std::cos(e) / (kWavelength * 8));
-    const Shade shaded = shade(tower, kAntenna, towards(0, 30), kFar, kWavelength);
+    const Blockage shaded = blockage(tower, kAntenna, towards(0, 30), kFar, kWavelength);
     // Exact, as Sommerfeld's half plane has it; w is not small against r.
     EXPECT_NEAR(shaded.amplitude, std::abs(propagation::knife_edge_field(nu)), 0.01) << w;
     EXPECT_EQ(shaded.cuts, w > 0);
   }
 }
 
-TEST(Shade, ChangesSteadilyFromLightToShadow) {
+TEST(Blockage, ChangesSteadilyFromLightToShadow) {
   // A bus passes: no step in amplitude as it comes, covers and goes.
   double before = 1;
   double least = 1;
   for (int i = 0; i <= 4000; ++i) {
     const Body bus = box(-20 + 0.01 * i, 4, 0, 12, 2.5, 4.4);
-    const double now = shade(bus, kAntenna, towards(0, 25), kFar, kWavelength).amplitude;
+    const double now = blockage(bus, kAntenna, towards(0, 25), kFar, kWavelength).amplitude;
     // Ripples of 1 / (pi sqrt(2) 3) end where an edge is out of sight.
     EXPECT_LT(std::abs(now - before), 0.1) << i;
     before = now;
@@ -111,24 +111,24 @@ TEST(Shade, ChangesSteadilyFromLightToShadow) {
   EXPECT_LT(20 * std::log10(least), -15);
 }
 
-TEST(Shade, IsNoneOfWhatIsBehindTheReflectorOrTheAntenna) {
+TEST(Blockage, IsNoneOfWhatIsBehindTheReflectorOrTheAntenna) {
   const Body bus = box(0, 10, 0, 12, 2.5, 4.4);
-  EXPECT_EQ(shade(bus, kAntenna, towards(0, 5), 8, kWavelength).amplitude, 1);
-  EXPECT_LT(shade(bus, kAntenna, towards(0, 5), 20, kWavelength).amplitude, 0.3);
-  EXPECT_EQ(shade(bus, kAntenna, towards(180, 5), kFar, kWavelength).amplitude, 1);
+  EXPECT_EQ(blockage(bus, kAntenna, towards(0, 5), 8, kWavelength).amplitude, 1);
+  EXPECT_LT(blockage(bus, kAntenna, towards(0, 5), 20, kWavelength).amplitude, 0.3);
+  EXPECT_EQ(blockage(bus, kAntenna, towards(180, 5), kFar, kWavelength).amplitude, 1);
 }
 
-TEST(Shade, OfAFootbridgeCoversWhatIsAbove) {
+TEST(Blockage, OfAFootbridgeCoversWhatIsAbove) {
   Body bridge = box(0, 0, 0, 4, 20, 8.5);
   bridge.bottom_m = 5.5;
   bridge.grounded = false;
-  const Shade above = shade(bridge, kAntenna, Vector3d(0, 0, 1), kFar, kWavelength);
+  const Blockage above = blockage(bridge, kAntenna, Vector3d(0, 0, 1), kFar, kWavelength);
   EXPECT_TRUE(above.cuts);
   EXPECT_GT(loss_db(above), 10);
   // Its edge stands 2 m east in 3.7 m of height: 61.6 deg.
-  EXPECT_TRUE(shade(bridge, kAntenna, towards(90, 63), kFar, kWavelength).cuts);
-  EXPECT_FALSE(shade(bridge, kAntenna, towards(90, 60), kFar, kWavelength).cuts);
-  EXPECT_GT(shade(bridge, kAntenna, towards(90, 30), kFar, kWavelength).amplitude, 0.9);
+  EXPECT_TRUE(blockage(bridge, kAntenna, towards(90, 63), kFar, kWavelength).cuts);
+  EXPECT_FALSE(blockage(bridge, kAntenna, towards(90, 60), kFar, kWavelength).cuts);
+  EXPECT_GT(blockage(bridge, kAntenna, towards(90, 30), kFar, kWavelength).amplitude, 0.9);
 }
 
 TEST(CrownDepth, IsTheChordOfItsSphere) {
@@ -202,7 +202,7 @@ TEST(Bodies, BlockAndReflectAsTheSceneOfTheSameBoxesDoes) {
                                       [](const Path& path) { return path.kind == PathKind::Direct; });
       const auto cuts = [&](const Vector3d& from, const Vector3d& to, double leg, std::uint64_t but) {
         return std::any_of(bodies.begin(), bodies.end(), [&](const Body& body) {
-          return body.name != but && shade(body, from, to, leg, kWavelength).cuts;
+          return body.name != but && blockage(body, from, to, leg, kWavelength).cuts;
         });
       };
       EXPECT_EQ(cuts(kAntenna, s, kFar, 0), !direct) << street << " " << i;

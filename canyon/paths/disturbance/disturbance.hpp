@@ -70,7 +70,7 @@ class Disturbance {
 };
 
 /// Maker of one receiver's disturbance, in its state before the first epoch.
-struct Source {
+struct DisturbanceSource {
   /// Stands for all that `make` depends on but its arguments: "jammer at 114.18, 22.3, 10 W". Sources of one
   /// name are taken as the same where heat maps are stored.
   std::string name;

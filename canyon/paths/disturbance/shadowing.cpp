@@ -8,10 +8,28 @@
 #include "canyon/base/geodesy/frames.hpp"
 
 namespace canyon::disturbance {
+namespace {
+
+/// Satellites this far apart share shadows with a correlation of exp(-1/2): 10 deg.
+constexpr double kSharedAngle_rad = 0.17453292519943295;
+/// Way behind a change of state over which mean and deviation change linearly [m], at most a frame.
+constexpr double kTransition_m = 2.2;
+/// Way over which levels correlate by 1/e [m].
+constexpr double kCorrelation_m = 1.7;
+/// From antenna to what shadows it [m]: while a satellite's direction turns by an angle, shadows move over
+/// the antenna by at most this times the angle, and a bridge shades the satellites ahead before those behind.
+/// Assumed, range 2 (a vehicle) to 30 (across a street).
+constexpr double kObstacleDistance_m = 10;
+/// Speed at which what shadows passes an antenna at rest [m/s]: vehicles and people come and go, leaves move.
+/// Added to the antenna's own speed by its square, so that only those at rest notice. Assumed: an urban
+/// shadow of 33 m in the mean then ends after some five minutes. Range 0.01 (parked vehicles) to 1 (traffic).
+constexpr double kObstacleSpeed_mps = 0.1;
+
+}  // namespace
 
 Shadowing::Shadowing(const ShadowingOptions& options, std::uint64_t seed, const std::string& key)
     : options_((options.validate(), options)),
-      nodes_(options.shared_angle_rad),
+      nodes_(kSharedAngle_rad),
       shadows_(nodes_, seed, key + "/shadow"),
       levels_stream_(seed, key + "/shadow level"),
       levels_(nodes_.size()) {
@@ -24,25 +42,23 @@ Shadowing::Shadowing(const ShadowingOptions& options, std::uint64_t seed, const 
 
 void Shadowing::go_to(double way_m, double height_m) {
   assert(way_m >= way_m_);
-  share_above_ =
-      options_.environment == ShadowingEnvironment::Custom ? 1 : options_.skyline.share_above(height_m);
+  share_above_ = options_.numbers ? 1 : options_.skyline.share_above(height_m);
   if (way_m <= way_m_) return;
-  const double steps = (way_m - way_m_) / options_.correlation_m;
+  const double steps = (way_m - way_m_) / kCorrelation_m;
   const double kept = std::exp(-steps), fresh = std::sqrt(-std::expm1(-2 * steps));
   for (double& level : levels_) level = level * kept + fresh * coins(levels_stream_);
   way_m_ = way_m;
 }
 
 Shadowing::Place Shadowing::place(const Eigen::Vector3d& direction) const {
-  const double frames =
-      (way_m_ + origin_m_ + options_.obstacle_distance_m * axis_.dot(direction)) / options_.frame_m;
+  const double frames = (way_m_ + origin_m_ + kObstacleDistance_m * axis_.dot(direction)) / options_.frame_m;
   const double frame = std::floor(frames);
   return {static_cast<std::int64_t>(frame), (frames - frame) * options_.frame_m};
 }
 
 double Shadowing::passed(FrameStates::States states, double into_m) const {
-  if (states.now == states.before || into_m >= options_.transition_m) return states.now ? 1 : 0;
-  const double turned = into_m / options_.transition_m;
+  if (states.now == states.before || into_m >= kTransition_m) return states.now ? 1 : 0;
+  const double turned = into_m / kTransition_m;
   return states.now ? turned : 1 - turned;
 }
 
@@ -67,14 +83,12 @@ Shadowing::Shadow Shadowing::of(const Eigen::Vector3d& direction) {
 
 DirectShadowing::DirectShadowing(const ShadowingOptions& options, std::uint64_t seed,
                                  const std::string& receiver)
-    : obstacle_speed_mps_(options.obstacle_speed_mps),
-      shadowing_(options, seed, receiver),
-      skyline_(options, seed) {}
+    : shadowing_(options, seed, receiver), skyline_(options, seed) {}
 
 void DirectShadowing::apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) {
   if (before_) {
     way_m_ += std::hypot((antenna.position_ecef - before_->position_ecef).norm(),
-                         obstacle_speed_mps_ * (antenna.time - before_->time));
+                         kObstacleSpeed_mps * (antenna.time - before_->time));
   }
   before_ = antenna;
   shadowing_.go_to(way_m_, arrival.height_above_ground_m);

@@ -99,9 +99,8 @@ class Shadowing {
 };
 
 /// Obstacles that the map lacks, at one antenna: shadows on every satellite's direct path (Shadowing), and
-/// obstacles on those and on paths around edges (Skyline). The obstacles move, too
-/// (ShadowingOptions::obstacle_speed_mps). Antennas of one seed and name that drive the same way meet the
-/// same shadows; all of one seed meet the same skyline.
+/// obstacles on those and on paths around edges (Skyline). The obstacles move, too. Antennas of one seed and
+/// name that drive the same way meet the same shadows; all of one seed meet the same skyline.
 class DirectShadowing : public Disturbance {
  public:
   /// Throws InputError where options.validate() does.
@@ -110,7 +109,6 @@ class DirectShadowing : public Disturbance {
   void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override;
 
  private:
-  double obstacle_speed_mps_;
   Shadowing shadowing_;
   Skyline skyline_;
   std::optional<propagation::Antenna> before_;

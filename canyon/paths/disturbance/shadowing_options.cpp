@@ -65,7 +65,7 @@ ShadowingParameters interpolated(std::span<const Row> rows, double elevation_deg
 
 ShadowingParameters shadowing_parameters(const ShadowingOptions& options, double elevation_rad) {
   const double elevation_deg = geodesy::degrees(elevation_rad);
-  if (options.environment == ShadowingEnvironment::Custom) return options.custom;
+  if (options.numbers) return *options.numbers;
   const bool suburban = options.environment == ShadowingEnvironment::Suburban;
   return suburban ? interpolated(kSuburban, elevation_deg) : interpolated(kUrban, elevation_deg);
 }
@@ -78,10 +78,6 @@ ShadowingEnvironment of_surroundings(double closed_sky, bool outlines) {
 
 void ShadowingOptions::validate() const {
   options::check(*this, "shadowing");
-  if (transition_m > frame_m) {
-    throw InputError(fmt::format("transition_m of the shadowing is {}", transition_m),
-                     fmt::format("it runs from 0 m to one frame, {:g} m", frame_m));
-  }
 }
 
 void SkylineOptions::validate() const {
@@ -107,16 +103,9 @@ void visit(options::Visitor& v, SkylineOptions& o) {
            o.share, {0, 1});
   v.number({"height_m", "m", "mean height of obstacles above 2 m"}, o.height_m, {0, 100, true});
   v.number({"distance_m", "m", "median distance of obstacles"}, o.distance_m, {1, 100});
-  v.number({"distance_sigma", "", "standard deviation of the logarithm of distances"}, o.distance_sigma,
-           {0, 2});
   v.number({"foliage_share", "", "share of obstacles that are vegetation; left out: 0.2"}, o.foliage_share,
            {0, 1});
-  v.number({"crown_m", "m", "width of a crown"}, o.crown_m, {0, 100, true});
-  v.number({"edge_radius_m", "m", "radius that the edges of obstacles are rounded with"}, o.edge_radius_m,
-           {0, 10});
   v.number({"length_m", "m", "way after which other obstacles are met"}, o.length_m, {1, 1000});
-  v.number({"width_deg", "deg", "angle of azimuth after which other obstacles are seen"}, o.width_deg,
-           {5, 90});
   v.number({"moving_share", "",
             "share of the variance of heights that changes with time, by traffic; left out: 0.15"},
            o.moving_share, {0, 1});
@@ -124,40 +113,23 @@ void visit(options::Visitor& v, SkylineOptions& o) {
 }
 
 void visit_environment(options::Visitor& v, std::string_view key, ShadowingEnvironment& environment) {
-  static constexpr std::string_view kEnvironments[]{"urban", "suburban", "custom", "dense", "open", "auto"};
-  v.choice({key, "",
-            "statistics of shadows: urban, suburban, dense (urban, with many obstacles that the map lacks), "
-            "open (none) or custom; auto: open, suburban, urban or dense by the city"},
-           environment, kEnvironments);
+  static constexpr std::string_view kEnvironments[]{"urban", "suburban", "dense", "open", "auto"};
+  v.choice(
+      {key, "",
+       "statistics of shadows: urban, suburban, dense (urban, with many obstacles that the map lacks) or "
+       "open (none); auto: one of them by the city"},
+      environment, kEnvironments);
 }
 
 void visit(options::Visitor& v, ShadowingOptions& o) {
   v.boolean({"enabled", "", "shadows on the direct signal by objects that maps lack: vehicles, trees, signs"},
             o.enabled);
   visit_environment(v, "environment", o.environment);
-  v.section("custom", [&] {
-    v.number({"clear_mean_db", "dB", "custom: mean level in the clear"}, o.custom.clear_mean_db, {-40, 10});
-    v.number({"clear_sigma_db", "dB", "standard deviation of that level"}, o.custom.clear_sigma_db, {0, 20});
-    v.number({"shadowed_mean_db", "dB", "mean level in shadow"}, o.custom.shadowed_mean_db, {-40, 10});
-    v.number({"shadowed_sigma_db", "dB", "standard deviation of that level"}, o.custom.shadowed_sigma_db,
-             {0, 20});
-    v.number({"enter", "", "probability that shadow follows a clear frame"}, o.custom.enter, {0, 1});
-    v.number({"leave", "", "probability that a clear frame follows shadow"}, o.custom.leave, {0, 1, true});
-  });
   v.part("skyline", o.skyline);
   v.replaced("blockage",
              "obstacles that maps lack are 'skyline' now: write skyline: {share: S}, S twice the share of "
              "blockages");
-  v.angle({"shared_angle_deg", "deg", "angle between satellites whose shadows have a correlation of 0.6"},
-          o.shared_angle_rad, {5, 60});
-  v.number({"frame_m", "m", "length of a frame; states last whole frames"}, o.frame_m, {0.1, 1000});
-  v.number({"transition_m", "m", "length of the transition between states"}, o.transition_m, {0, 1000});
-  v.number({"correlation_m", "m", "distance over which the correlation of levels falls to 1/e"},
-           o.correlation_m, {0, 1000, true});
-  v.number({"obstacle_distance_m", "m", "distance to the obstacles, whose shadows move with the satellite"},
-           o.obstacle_distance_m, {0, 1000});
-  v.number({"obstacle_speed_mps", "m/s", "speed at which obstacles pass an antenna at rest"},
-           o.obstacle_speed_mps, {0, 100});
+  v.number({"frame_m", "m", "length of a frame; states last whole frames"}, o.frame_m, {2.2, 1000});
 }
 
 namespace {

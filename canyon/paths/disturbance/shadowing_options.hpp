@@ -16,7 +16,6 @@ namespace canyon::disturbance {
 enum class ShadowingEnvironment {
   Urban,     ///< as published for streets of a city
   Suburban,  ///< as published for low houses with trees
-  Custom,    ///< ShadowingOptions::custom
   Dense,     ///< Urban, and a skyline of obstacles that the map lacks (SkylineOptions)
   Open,      ///< nothing casts a shadow
   Auto,      ///< Open, Suburban, Urban or Dense by the city, see of_surroundings(); else Urban
@@ -25,12 +24,9 @@ enum class ShadowingEnvironment {
 /// Level of the direct signal [dB] against a clear line of sight, log-normal in each of two states, and the
 /// chain that chooses between them, one step each frame.
 struct ShadowingParameters {
-  double clear_mean_db = -0.3;     ///< [-40, 10]
-  double clear_sigma_db = 0.73;    ///< [0, 20]
-  double shadowed_mean_db = -8.0;  ///< [-40, 10]
-  double shadowed_sigma_db = 4.5;  ///< [0, 20]
-  double enter = 0.0787;           ///< probability that shadow follows a clear frame, [0, 1]
-  double leave = 0.1318;           ///< probability that a clear frame follows one in shadow, (0, 1]
+  double clear_mean_db, clear_sigma_db, shadowed_mean_db, shadowed_sigma_db;
+  double enter;  ///< probability that shadow follows a clear frame, [0, 1]
+  double leave;  ///< probability that a clear frame follows one in shadow, (0, 1]
 
   /// Share of the way that lies in shadow: the stationary one of the chain.
   [[nodiscard]] double shadowed_share() const { return enter / (enter + leave); }
@@ -43,12 +39,9 @@ struct SkylineOptions {
   std::optional<double> share;          ///< of azimuths with an obstacle, [0, 1]
   double height_m = 8;                  ///< mean of heights above kBase_m: gamma, shape 2; (0, 100]
   double distance_m = 8;                ///< median of distances: log-normal; [1, 100]
-  double distance_sigma = 0.4;          ///< standard deviation of the distances' logarithm, [0, 2]
+  double distance_sigma = 0.4;          ///< standard deviation of the distances' logarithm; no key
   std::optional<double> foliage_share;  ///< of obstacles that are vegetation, [0, 1]; others have an edge
-  double crown_m = 5;                   ///< width of a crown, (0, 100]
-  double edge_radius_m = 1;             ///< that edges are rounded with, [0, 10]; 0: knife edges
   double length_m = 25;                 ///< way after which other obstacles are met, [1, 1000]
-  double width_deg = 30;                ///< azimuth after which other obstacles are seen, [5, 90]
   std::optional<double> moving_share;   ///< of the variance of heights: changes by traffic, [0, 1]
   double moving_s = 20;                 ///< time in which that part changes, [0.1, 1e4]
 
@@ -67,29 +60,14 @@ struct SkylineOptions {
 /// between the other two have their probabilities on condition that the third is not entered: enter = P12 /
 /// (P11 + P12), leave = P21 / (P21 + P22). docs/shadowing.md has the tables and where they come from. They
 /// are those of a vehicle: for an antenna above SkylineOptions::kBase_m the share of shadow is times
-/// SkylineOptions::share_above(), but not that of custom numbers.
+/// SkylineOptions::share_above().
 struct ShadowingOptions {
   bool enabled = false;
   ShadowingEnvironment environment = ShadowingEnvironment::Urban;
-  ShadowingParameters custom;  ///< at every elevation; used with ShadowingEnvironment::Custom
+  std::optional<ShadowingParameters> numbers;  ///< at every place, not the environment's; no key
   SkylineOptions skyline;
-  /// Satellites this far apart share shadows with a correlation of exp(-1/2) [rad], 5 to 60 deg.
-  double shared_angle_rad = 0.17453292519943295;  // 10 deg
   /// Length of a frame [m], [0.1, 1000]: states last whole frames.
   double frame_m = 4.4;
-  /// Way behind a change of state over which mean and deviation change linearly [m], [0, frame_m].
-  double transition_m = 2.2;
-  /// Way over which levels correlate by 1/e [m], (0, 1000].
-  double correlation_m = 1.7;
-  /// From antenna to what shadows it [m], [0, 1000]: while a satellite's direction turns by an angle, shadows
-  /// move over the antenna by at most this times the angle, and a bridge shades the satellites ahead before
-  /// those behind. 10 m: assumed, range 2 (a vehicle) to 30 (across a street).
-  double obstacle_distance_m = 10;
-  /// Speed at which what shadows passes an antenna at rest [m/s], [0, 100]: vehicles and people come and go,
-  /// leaves move. Added to the antenna's own speed by its square, so that only those at rest notice. 0.1 m/s:
-  /// assumed; an urban shadow of 33 m in the mean then ends after some five minutes. Range 0.01 (parked
-  /// vehicles) to 1 (traffic).
-  double obstacle_speed_mps = 0.1;
 
   /// Whether anything is ever shadowed.
   [[nodiscard]] bool active() const { return enabled && environment != ShadowingEnvironment::Open; }

@@ -16,6 +16,8 @@ namespace {
 
 constexpr double kL1_hz = 1575.42e6;
 constexpr double kL1Wavelength_m = geodesy::kSpeedOfLight / kL1_hz;
+/// Azimuth after which other obstacles are seen; width of a crown; radius that edges are rounded with.
+constexpr double kWidth_deg = 30, kCrown_m = 5, kEdgeRadius_m = 1;
 /// Fields of numbers that do not depend on each other.
 enum Field : std::uint64_t { kHeight, kMovingHeight, kDistance, kKind };
 
@@ -37,7 +39,7 @@ double eased(double share) {
 Skyline::Skyline(const ShadowingOptions& options, std::uint64_t seed)
     : numbers_((options.skyline.validate(), skyline_numbers(options))),
       root_(RandomStream(seed, "/skyline").next()),
-      nodes_(static_cast<std::size_t>(std::round(2 * geodesy::kPi / geodesy::radians(numbers_.width_deg)))) {}
+      nodes_(static_cast<std::size_t>(std::round(2 * geodesy::kPi / geodesy::radians(kWidth_deg)))) {}
 
 double Skyline::number(std::uint64_t field, std::size_t node, std::int64_t slot) const {
   const std::uint64_t of_node =
@@ -112,15 +114,13 @@ double Skyline::level_db(const Eigen::Vector3d& arrival, double above_rad) const
   if (o.foliage) {
     if (below <= 0) return 0;
     // The way through the crown: in at its top, out on its far side.
-    const double depth_m = std::min(o.distance_m * (o.slope - std::tan(above_rad)) / std::max(up, 0.1),
-                                    numbers_.crown_m / level);
+    const double depth_m =
+        std::min(o.distance_m * (o.slope - std::tan(above_rad)) / std::max(up, 0.1), kCrown_m / level);
     return -signal::foliage_loss_db(signal::FoliageModel::SlantPath, depth_m, kL1_hz, elevation);
   }
   const double nu = std::copysign(std::sqrt(2 * o.distance_m / kL1Wavelength_m), below) * std::abs(below);
   const double of_round_edge_db =
-      below > 0
-          ? propagation::rounded_edge_loss_db(numbers_.edge_radius_m, o.distance_m, below, kL1Wavelength_m)
-          : 0;
+      below > 0 ? propagation::rounded_edge_loss_db(kEdgeRadius_m, o.distance_m, below, kL1Wavelength_m) : 0;
   return -propagation::approximate_knife_edge_loss_db(nu) - of_round_edge_db;
 }
 

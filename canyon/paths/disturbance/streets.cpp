@@ -269,7 +269,7 @@ void Streets::pass(const Vector3d& antenna, propagation::SatelliteView& view, co
         path.foliage_depth_m += crown_depth_m(body, antenna, path.arrival, leg_m);
         continue;
       }
-      const Shade shaded = shade(body, sight, kWavelength_m);
+      const Blockage shaded = blockage(body, sight, kWavelength_m);
       if (shaded.cuts && !options_.strength) left = 0;
       left *= shaded.amplitude;
       if (!shaded.cuts) continue;
@@ -301,7 +301,7 @@ void Streets::apply(const propagation::Antenna& antenna, propagation::Arrival& a
   }
 }
 
-Source streets_source(const StreetsOptions& options) {
+DisturbanceSource streets_source(const StreetsOptions& options) {
   return {
       "streets: " + options::exact_text(options.street),
       [options](std::uint64_t seed, const std::string&) { return std::make_unique<Streets>(options, seed); }};

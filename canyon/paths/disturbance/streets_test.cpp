@@ -50,9 +50,9 @@ Road corner() {
   return road;
 }
 
-Shade shade(const Body& body, const Vector3d& antenna, const Vector3d& arrival, double leg_m,
-            double wavelength_m) {
-  return disturbance::shade(body, Sight(antenna, arrival, leg_m), wavelength_m);
+Blockage blockage(const Body& body, const Vector3d& antenna, const Vector3d& arrival, double leg_m,
+                  double wavelength_m) {
+  return disturbance::blockage(body, Sight(antenna, arrival, leg_m), wavelength_m);
 }
 
 TEST(Road, TellsWayAndDirection) {
@@ -112,9 +112,10 @@ TEST(Street, BlocksADirectionSquareToTheRoadForTheShareOfItsVehiclesLength) {
       // m away and 1.4 m higher than the antenna, 35 deg.
       for (const Body& body : bodies(street, kStart + 977.0 * k, nullptr, antenna)) {
         const Vector3d s = geodesy::enu_from_azimuth_elevation(0, geodesy::radians(30));
-        blocked += shade(body, antenna, s, std::numeric_limits<double>::infinity(), kWavelength).cuts;
+        blocked += blockage(body, antenna, s, std::numeric_limits<double>::infinity(), kWavelength).cuts;
         const Vector3d over = geodesy::enu_from_azimuth_elevation(0, geodesy::radians(36));
-        EXPECT_FALSE(shade(body, antenna, over, std::numeric_limits<double>::infinity(), kWavelength).cuts);
+        EXPECT_FALSE(
+            blockage(body, antenna, over, std::numeric_limits<double>::infinity(), kWavelength).cuts);
       }
     }
   }

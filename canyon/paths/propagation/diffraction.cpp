@@ -13,6 +13,7 @@
 #include "canyon/paths/propagation/index/near_pairs.hpp"
 #include "canyon/paths/propagation/index/per_instance.hpp"
 #include "canyon/paths/propagation/index/places.hpp"
+#include "canyon/sky/gnss/signals.hpp"
 
 namespace canyon::propagation {
 namespace {
@@ -25,6 +26,8 @@ constexpr double kSamePoint = 2e-3;  // m
 constexpr double kStep = 0.05;  // m
 /// A point is lifted by at most this many times the offset, where the faces enclose next to nothing.
 constexpr double kMostLift = 4;
+/// Of L1, for nu and the loss; excess paths do not depend on it.
+constexpr double kWavelength_m = geodesy::kSpeedOfLight / gnss::kL1_hz;
 
 /// A path by the geometry of one edge, before obstacles are looked for.
 struct Candidate {
@@ -48,10 +51,6 @@ DiffractionScratch& diffraction_scratch() {
   return scratch;
 }
 
-double wavelength_m(const DiffractionOptions& options) {
-  return geodesy::kSpeedOfLight / options.frequency_hz;
-}
-
 /// Off the edge into the air, so that the point lies `offset_m` above both faces.
 Vector3d lift(const Edge& edge, double offset_m) {
   const Vector3d outward = edge.outward();
@@ -65,13 +64,12 @@ double DiffractionOptions::max_excess_m() const {
   // J(nu) = 6.9 + 20 log10(y) with y = sqrt(x^2 + 1) + x, x = nu - 0.1, whose root is x = (y - 1 / y) / 2.
   const double y = std::pow(10, (max_loss_db - 6.9) / 20);
   const double nu = 0.1 + 0.5 * (y - 1 / y);
-  return wavelength_m(*this) * nu * nu / 4;
+  return kWavelength_m * nu * nu / 4;
 }
 
 struct EdgeDiffraction::Impl {
   const raytrace::RayScene* scene;
   DiffractionOptions options;
-  double wavelength;
   double shadow_excess, lit_excess;  ///< largest ones with the straight line blocked, and clear
   EdgeSet city;
   Places<NearBends> bends;
@@ -81,14 +79,13 @@ struct EdgeDiffraction::Impl {
   Impl(const city::Mesh& mesh, const raytrace::RayScene& from, const DiffractionOptions& o)
       : scene(&from),
         options(o),
-        wavelength(wavelength_m(o)),
         shadow_excess(o.max_excess_m()),
-        lit_excess(wavelength * o.max_clear_nu * o.max_clear_nu / 4),
-        city(mesh, o.edges) {}
+        lit_excess(kWavelength_m * o.max_clear_nu * o.max_clear_nu / 4),
+        city(mesh, o.terrain) {}
 
   const EdgeSet& edges_of(const raytrace::PlacedInstance& placed) const {
     return instances.of(placed, [this](const city::Mesh& mesh) {
-      return std::make_unique<const EdgeSet>(mesh, options.edges);
+      return std::make_unique<const EdgeSet>(mesh, options.terrain);
     });
   }
 
@@ -135,7 +132,7 @@ struct EdgeDiffraction::Impl {
         at->bending_rad > options.max_bending_rad) {
       return;
     }
-    const double nu = signed_knife_edge_nu(at->excess_m, wavelength, true);
+    const double nu = signed_knife_edge_nu(at->excess_m, kWavelength_m, true);
 
     Candidate& c = s.candidates.emplace_back();
     c.satellite = satellite;

@@ -22,53 +22,15 @@ namespace {
 using Eigen::Vector3d;
 using geodesy::kPi;
 
-constexpr int kMostExponent = 20;
-/// Patches seen more grazingly than this (0.06 deg) weigh no more in the directive lobe, whose share of a ray
-/// grows as 1 / cos(theta_s).
+/// Patches seen more grazingly than this are taken as seen at 0.06 deg.
 constexpr double kLeastCosine = 1e-3;
-
-double power(double base, int exponent) {
-  double result = 1;
-  for (; exponent > 0; exponent >>= 1, base *= base)
-    if ((exponent & 1) != 0) result *= base;
-  return result;
-}
-
-/// lobe_integral() as constant + cos(theta) * (polynomial in sin^2(theta)).
-struct LobeIntegral {
-  double constant = 0;
-  std::array<double, kMostExponent / 2> coefficient{};
-  int terms = 0;
-
-  explicit LobeIntegral(int exponent) : terms((exponent + 1) / 2) {
-    double binomial = std::ldexp(1, -exponent);  // C(exponent, j) / 2^exponent
-    for (int j = 0; j <= exponent; ++j) {
-      const double share = binomial * 2 * kPi / (j + 1);
-      if (j % 2 == 0) {
-        constant += share;
-      } else {
-        double central = 1;  // C(2w, w) / 4^w
-        for (int w = 0; w <= (j - 1) / 2; ++w) {
-          coefficient[static_cast<std::size_t>(w)] += share * central;
-          central *= (2 * w + 1.0) / (2 * w + 2.0);
-        }
-      }
-      binomial *= static_cast<double>(exponent - j) / (j + 1);
-    }
-  }
-  [[nodiscard]] double at(double cosine) const {
-    const double sin2 = std::max(0.0, 1 - cosine * cosine);
-    double sum = 0;
-    for (int w = terms - 1; w >= 0; --w) sum = sum * sin2 + coefficient[static_cast<std::size_t>(w)];
-    return constant + cosine * sum;
-  }
-};
+/// Length [m] of a piece of facade that scatters with one strength.
+constexpr double kPiece_m = 8;
 
 /// A piece of facade that a ray of the antenna met, at once or over others.
 struct Patch {
   Vector3d arrival;            ///< unit, from the antenna towards where its waves come from
   Vector3d towards;            ///< unit, from the antenna to the patch
-  Vector3d from;               ///< unit, of the ray that met it
   Vector3d normal;             ///< unit, to the side that was met
   Vector3d lifted;             ///< the point, off the surface
   bool moves = false;          ///< on a movable instance
@@ -113,7 +75,7 @@ struct PatchArrays {
   }
 };
 
-/// PatchArrays::cos_lit, excess_m, power of Lambert's lobe, and bin. excess = detour + range (1 - towards .
+/// PatchArrays::cos_lit, excess_m, power and bin. excess = detour + range (1 - towards .
 /// s), without the loss of digits near 1.
 CANYON_CLONES void light(std::size_t count, const double* __restrict nx, const double* __restrict ny,
                          const double* __restrict nz, const double* __restrict tx,
@@ -201,21 +163,13 @@ double reflectance(city::Material material) {
   return 0;
 }
 
-double lobe_integral(int exponent, double cos_incidence) {
-  if (!(exponent >= 0 && exponent <= kMostExponent && cos_incidence >= 0 && cos_incidence <= 1))
-    throw InputError(fmt::format("a lobe of exponent {} at cos(incidence) {}", exponent, cos_incidence),
-                     "give an exponent from 0 to 20 and a cosine from 0 to 1");
-  return LobeIntegral(exponent).at(cos_incidence);
-}
-
 struct DiffuseScattering::Impl {
   const raytrace::RayScene* scene;
   DiffuseOptions options;
   std::vector<Vector3d> sphere;  ///< directions of the rays
-  double share;                  ///< of one ray: d(Omega), over pi for Lambert's lobe
+  double share;                  ///< of one ray: d(Omega) / pi
   double scattered;              ///< S^2
   double min_power;
-  LobeIntegral lobe;
   std::uint64_t root;        ///< of strengths
   std::vector<double> city;  ///< reflectances()
   FacadeLight facades;
@@ -225,7 +179,6 @@ struct DiffuseScattering::Impl {
       : scene(&from),
         options(o),
         min_power(std::pow(10, o.min_power_db / 10)),
-        lobe(o.lobe_exponent),
         root(RandomStream(seed, "facades/strengths").next()),
         city(reflectances(mesh, o.wall_reflectance)),
         facades(from) {
@@ -238,7 +191,7 @@ struct DiffuseScattering::Impl {
       sphere.back().normalize();
     }
     scattered = o.scattering_coefficient * o.scattering_coefficient;
-    share = 2 * kPi * (1 - low) / o.rays / (o.lobe_exponent == 0 ? kPi : 1);
+    share = 2 * kPi * (1 - low) / o.rays / kPi;
   }
 
   [[nodiscard]] double reflectance_of(const raytrace::Hit& hit) const {
@@ -279,7 +232,6 @@ struct DiffuseScattering::Impl {
           patch.towards = (point - antenna) / patch.range_m;
           patch.detour_m = way_m - patch.range_m;
         }
-        patch.from = towards;
         patch.normal = hit->front ? hit->normal : Vector3d(-hit->normal);
         patch.lifted = point + scene->surface_offset_m(point) * patch.normal;
         patch.moves = hit->instance != 0;
@@ -315,12 +267,6 @@ struct DiffuseScattering::Impl {
     s.patches_of_bin.clear();
     for (std::uint32_t k = 0; k < count; ++k) {
       if (!(a.cos_lit[k] > 0)) continue;
-      if (options.lobe_exponent != 0) {
-        const Patch& patch = s.patches[k];
-        const double cos_psi = 2 * a.cos_lit[k] * patch.cos_seen + patch.from.dot(direction);
-        a.power[k] *= power(std::max(0.0, 0.5 + 0.5 * cos_psi), options.lobe_exponent) /
-                      (lobe.at(std::min(1.0, a.cos_lit[k])) * patch.cos_seen);
-      }
       const auto bin = static_cast<std::size_t>(a.bin[k]);
       if (bin >= s.patches_of_bin.size()) s.patches_of_bin.resize(bin + 1, 0);
       ++s.patches_of_bin[bin];
@@ -376,7 +322,7 @@ struct DiffuseScattering::Impl {
     std::uint64_t bits = mix64(root + kGolden64 * of + mix64(instance));
     if (instance == 0) {
       for (int axis = 0; axis < 3; ++axis) {
-        const auto cube = static_cast<std::int64_t>(std::floor(point[axis] / options.strength_piece_m));
+        const auto cube = static_cast<std::int64_t>(std::floor(point[axis] / kPiece_m));
         bits = mix64(bits + kGolden64 * static_cast<std::uint64_t>(cube));
       }
     }

@@ -13,14 +13,6 @@
 
 namespace canyon::propagation {
 
-/// F [sr], the directive lobe ((1 + cos psi) / 2)^exponent over the half space in front of a wall, psi from
-/// the specular direction of a wave incident at theta: with x = sin^2(theta) / 4
-///   F = 2^-exponent sum_j C(exponent, j) I_j,  I_j = 2 pi / (j + 1) for even j,
-///   I_j = 2 pi / (j + 1) cos(theta) sum_{w = 0}^{(j - 1) / 2} C(2w, w) x^w for odd j
-/// (Degli-Esposti et al., 2007). Relative error below 1e-12.
-/// @param exponent [0, 20], @param cos_incidence [0, 1]; InputError outside
-[[nodiscard]] double lobe_integral(int exponent, double cos_incidence);
-
 /// rho [1]: the power that a smooth wall of the material reflects at 1575.42 MHz, mean of both polarisations,
 /// of waves from everywhere in front of it: Fresnel's coefficients of a slab of the material's default
 /// thickness (signal::radio_material(), ITU-R P.2040-3) over the half space, within 0.006. 0 for foliage.
@@ -42,11 +34,9 @@ struct DiffusePath {
 /// dA at distance r from the antenna, lit by the satellite at theta_i and seen at theta_s, scatters by
 /// Lambert's lobe the power
 ///   dP / P_los = S^2 rho cos(theta_i) cos(theta_s) dA / (pi r^2) = S^2 rho cos(theta_i) d(Omega) / pi,
-/// d(Omega) the solid angle that the antenna sees it in, rho the wall's reflectance; by the directive lobe
-///   dP / P_los = S^2 rho cos(theta_i) ((1 + cos psi) / 2)^alpha_R / F(theta_i) d(Omega) / cos(theta_s),
-/// psi between the direction to the antenna and the specular one, F = lobe_integral(). Either way a patch
-/// scatters S^2 rho of the power that falls on it. So each ray of an even sphere of directions (a golden
-/// spiral, fixed in ENU) stands for its share of solid angle, whatever it meets.
+/// d(Omega) the solid angle that the antenna sees it in, rho the wall's reflectance: S^2 rho of the power
+/// that falls on it. So each ray of an even sphere of directions (a golden spiral, fixed in ENU) stands for
+/// its share of solid angle, whatever it meets.
 ///
 /// Over several facades: each ray is followed over one more wall, with the first wall's reflectance. A share
 /// S^2 of the rays leaves the first wall by Lambert's law, in directions of an even sequence; the others
@@ -58,7 +48,7 @@ struct DiffusePath {
 /// (FacadeLight). Patches of placed instances, and shadows that these throw, have rays of their own.
 ///
 /// Strengths: the power of a class is multiplied by 10^((median + sigma n) / 10), n normal, by seed, number
-/// of the class and the cube of strength_piece_m in which its point lies. So it changes as antenna or
+/// of the class and the cube of 8 m in which its point lies. So it changes as antenna or
 /// satellite move on along a facade, and is the same for every receiver. Of placed instances all points count
 /// as one.
 ///

@@ -74,11 +74,10 @@ std::vector<Total> totals(DiffuseOptions options) {
   return result;
 }
 
-void diffuse(benchmark::State& state, int lobe_exponent) {
+void diffuse(benchmark::State& state) {
   const Fixture& f = fixture();
   DiffuseOptions options;
   options.rays = static_cast<int>(state.range(0));
-  options.lobe_exponent = lobe_exponent;
   const DiffuseScattering scattering(f.city.city.mesh, f.scene, options);
   std::vector<std::vector<DiffusePath>> paths(f.sky.size());
   std::size_t place = 0;
@@ -134,10 +133,7 @@ void diffuse(benchmark::State& state, int lobe_exponent) {
   state.counters["m_p90"] = quantile(m, 0.9);
 }
 
-void Lambert(benchmark::State& state) {
-  diffuse(state, 0);
-}
-BENCHMARK(Lambert)
+BENCHMARK(diffuse)
     ->Arg(48)
     ->Arg(96)
     ->Arg(128)
@@ -148,11 +144,6 @@ BENCHMARK(Lambert)
     ->Arg(384)
     ->Arg(1024)
     ->Unit(benchmark::kMicrosecond);
-
-void Directive(benchmark::State& state) {
-  diffuse(state, 3);
-}
-BENCHMARK(Directive)->Arg(96)->Arg(192)->Arg(384)->Arg(1024)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 

@@ -20,7 +20,7 @@ std::span<const FirstOrderSearch::Found> FirstOrderSearch::trace(const raytrace:
                                                                  std::span<const PlacedFacets> sets,
                                                                  const Vector3d& antenna,
                                                                  std::span<const Vector3d> directions,
-                                                                 const FirstOrderLimits& limits, Kept* kept) {
+                                                                 const ReflectionLimits& limits, Kept* kept) {
   found_.clear();
   for (const PlacedFacets& set : sets) find(scene, set, antenna, directions, limits, kept);
   sort_and_drop_doubles();
@@ -47,7 +47,7 @@ const NearFacets& FirstOrderSearch::gather(const PlacedFacets& set, const Vector
 
 /// Appends what the image construction gives for every facet of one set.
 void FirstOrderSearch::find(const raytrace::RayScene& scene, const PlacedFacets& set, const Vector3d& antenna,
-                            std::span<const Vector3d> directions, const FirstOrderLimits& limits,
+                            std::span<const Vector3d> directions, const ReflectionLimits& limits,
                             Kept* kept) {
   const SetPose& pose = set.pose;
   const Vector3d here = pose.moved_back(antenna);

@@ -13,12 +13,6 @@
 
 namespace canyon::propagation {
 
-struct FirstOrderLimits {
-  double reach_m;      ///< from the antenna to the reflection point
-  double min_cosine;   ///< of the angle of incidence
-  double clearance_m;  ///< of the antenna over the facet's plane, more than
-};
-
 /// Paths satellite -> facet -> antenna by the image method (Propagator::trace()). Holds what a search needs
 /// for a while: one for each thread; nothing is allocated once it has grown.
 class FirstOrderSearch {
@@ -42,7 +36,7 @@ class FirstOrderSearch {
   /// about the antenna; null: none is
   std::span<const Found> trace(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
                                const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
-                               const FirstOrderLimits& limits, Kept* kept);
+                               const ReflectionLimits& limits, Kept* kept);
 
   /// The city's facets that the last search gathered about its antenna.
   [[nodiscard]] const FacingFacets& facing_of_city() const { return facing_of_city_; }
@@ -50,7 +44,7 @@ class FirstOrderSearch {
  private:
   const NearFacets& gather(const PlacedFacets& set, const Eigen::Vector3d& here, double reach_m, Kept* kept);
   void find(const raytrace::RayScene& scene, const PlacedFacets& set, const Eigen::Vector3d& antenna,
-            std::span<const Eigen::Vector3d> directions, const FirstOrderLimits& limits, Kept* kept);
+            std::span<const Eigen::Vector3d> directions, const ReflectionLimits& limits, Kept* kept);
   void sort_and_drop_doubles();
   void keep_clear(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna,
                   std::span<const Eigen::Vector3d> directions);

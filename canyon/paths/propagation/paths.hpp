@@ -31,8 +31,7 @@ struct Incidence {
   double plane_turn_rad = 0;  ///< of the plane of incidence since the reflection before; 0 for the first
   /// Share [0, 1] of the smooth surface's amplitude that goes on in the mirror direction: sqrt(1 - S^2) of a
   /// wall that scatters with the coefficient S (DiffuseOptions), by the energy balance of the effective
-  /// roughness model (V. Degli-Esposti, IEEE Trans. AP 49(7), 2001, pp. 1111-1113). An alternative to
-  /// StrengthOptions::roughness_m; both multiply.
+  /// roughness model (V. Degli-Esposti, IEEE Trans. AP 49(7), 2001, pp. 1111-1113).
   double specular_factor = 1;
 };
 

@@ -10,24 +10,14 @@ constexpr options::Range kReach_m{0, 100e3, true};
 }  // namespace
 
 void DiffractionOptions::validate() const {
-  edges.validate();
   options::check(*this, "diffraction.");
 }
 
 void visit(options::Visitor& v, DiffractionOptions& o) {
-  v.number({"frequency_hz", "Hz", ""}, o.frequency_hz, {1e8, 1e11});
   v.number({"max_range_m", "m", "largest distance from the antenna to an edge"}, o.max_range_m, kReach_m);
-  v.angle({"max_bending_deg", "deg", "largest angle between that leg and the direction to the satellite"},
-          o.max_bending_rad, {0, 180, true});
-  v.number({"max_loss_db", "dB", "largest loss of a path that is kept"}, o.max_loss_db, {7, 100});
   v.number({"edge_radius_m", "m", "radius of rounded edges (ITU-R P.526, 4.2); 0: knife edges"},
            o.edge_radius_m, {0, 100});
-  v.number(
-      {"max_clear_nu", "", "if the line of sight is clear: largest Fresnel-Kirchhoff parameter of an edge"},
-      o.max_clear_nu, {0, 100});
-  v.integer({"max_paths", "", "largest number of these paths of one satellite, the strongest ones"},
-            o.max_paths, 1, 100);
-  visit(v, o.edges);
+  v.boolean({"terrain", "", "crests of the terrain too"}, o.terrain);
 }
 
 void DiffuseOptions::validate() const {
@@ -35,30 +25,11 @@ void DiffuseOptions::validate() const {
 }
 
 void visit(options::Visitor& v, DiffuseOptions& o) {
-  v.integer({"rays", "", "number of directions in which facades are searched"}, o.rays, 8, 4096);
   v.number({"scattering_coefficient", "",
             "scattered amplitude, divided by the amplitude that a smooth wall reflects"},
            o.scattering_coefficient, {0, 1});
-  v.number({"wall_reflectance", "", "share of power that smooth walls reflect; left out: by material"},
-           o.wall_reflectance, {0, 1});
   v.integer({"bounces", "", "largest number of facades on a path, one of which scatters"}, o.bounces, 1, 8);
-  v.integer(
-      {"lobe_exponent", "",
-       "exponent of the lobe; 0: Lambert's; larger: about the mirror's direction, 3 to 4 by measurements"},
-      o.lobe_exponent, 0, 20);
-  v.angle({"lowest_elevation_deg", "deg", "lowest elevation of these directions"}, o.lowest_elevation_rad,
-          {-90, 90, false, true});
   v.number({"max_range_m", "m", "largest length of these rays"}, o.max_range_m, kReach_m);
-  v.number({"min_power_db", "dB", "weakest power of a path, relative to the line of sight"}, o.min_power_db,
-           {-100, 0});
-  v.number({"class_m", "m", "width of the classes of excess path in which paths are added"}, o.class_m,
-           {0.1, 100e3});
-  v.integer({"max_paths", "", "largest number of classes of one satellite, the strongest ones"}, o.max_paths,
-            1, 64);
-  v.number({"strength_sigma_db", "dB", "standard deviation of the strengths of pieces of facades; 0: none"},
-           o.strength_sigma_db, {0, 30});
-  v.number({"strength_median_db", "dB", "median of these strengths"}, o.strength_median_db, {-30, 30});
-  v.number({"strength_piece_m", "m", "length of such a piece"}, o.strength_piece_m, {0, 1000, true});
   v.number(
       {"glint_sigma", "rad",
        "angle between a mirror's point and what leads on a piece of facade, which Dopplers show; 0: mirrors"},
@@ -69,12 +40,6 @@ void PropagationOptions::validate() const {
   edges.validate();
   scattering.validate();
   options::check(*this);
-}
-
-DiffractionOptions PropagationOptions::default_edges() {
-  DiffractionOptions options;
-  options.max_clear_nu = 2;
-  return options;
 }
 
 void visit(options::Visitor& v, PropagationOptions& o) {

@@ -321,12 +321,12 @@ struct Propagator::Impl {
       const Prepared& of = *set.prepared;
       s.placed.push_back({&of.facets, &of.beams, &of.occluders, set.instance, set.pose});
     }
-    const double min_cosine = std::max(kMinCosine, std::cos(options.max_incidence_rad));
-    const double clearance = 2 * scene->surface_offset_m(antenna);
+    const ReflectionLimits limits{options.max_range_m,
+                                  std::max(kMinCosine, std::cos(options.max_incidence_rad)),
+                                  2 * scene->surface_offset_m(antenna)};
     const auto lease = places.about(antenna);
     About* about = lease.get();
-    for (const auto& found : s.first_order.trace(*scene, s.placed, antenna, directions,
-                                                 {options.max_range_m, min_cosine, clearance},
+    for (const auto& found : s.first_order.trace(*scene, s.placed, antenna, directions, limits,
                                                  about != nullptr ? &about->facets : nullptr)) {
       Path& path = result[found.satellite].paths.emplace_back(found.path);
       path.arrival_elevation_rad = elevation_rad(path.arrival);
@@ -334,9 +334,9 @@ struct Propagator::Impl {
       add_glint(path);
     }
     if (order < 2) return;
-    for (const auto& found : s.second_order.trace(
-             *scene, s.placed, antenna, directions, {options.max_range_m, min_cosine, clearance},
-             s.first_order.facing_of_city(), about != nullptr ? &about->pairs : nullptr)) {
+    for (const auto& found :
+         s.second_order.trace(*scene, s.placed, antenna, directions, limits, s.first_order.facing_of_city(),
+                              about != nullptr ? &about->pairs : nullptr)) {
       Path& path = result[found.satellite].paths.emplace_back(found.path);
       path.arrival_elevation_rad = elevation_rad(path.arrival);
       add_material(s, path.far_instance, path.far_triangle, path.incidences[0]);
@@ -423,12 +423,46 @@ struct Propagator::Impl {
     if (diffraction) add_diffraction(antenna, directions, blocked, s, &edges, result, nullptr);
   }
 
-  [[nodiscard]] std::vector<StandingInstance> instances_about(const Vector3d& antenna) const {
-    return propagation::instances_about(
-        *scene, antenna,
-        std::max({options.max_range_m, options.edges.max_range_m, options.scattering.max_range_m}));
+  /// The instances, by id, that may have a part in paths to the antenna.
+  [[nodiscard]] std::vector<raytrace::PlacedInstance> instances_about(const Vector3d& antenna) const {
+    const double reach_m =
+        std::max({options.max_range_m, options.edges.max_range_m, options.scattering.max_range_m});
+    std::vector<raytrace::PlacedInstance> result = scene->placed_instances();
+    std::erase_if(result, [&](const raytrace::PlacedInstance& each) {
+      const double far_m = (each.enu_from_instance * each.bounds.center() - antenna).norm();
+      return far_m - each.bounds.diagonal().norm() / 2 > reach_m;
+    });
+    return result;
   }
 };
+
+std::optional<Path> FarPath::seen_from(const Vector3d& antenna, const Vector3d& direction,
+                                       const Vector3d& from_antenna, const Vector3d& from_direction) const {
+  Path seen = path;
+  const Vector3d step = antenna - from_antenna;
+  const double turned_m =
+      (direction - from_direction).dot(from_antenna - antenna_image(path, from_antenna, from_direction));
+  if (path.kind == PathKind::Diffuse) {
+    const Vector3d way = path.point - antenna;
+    const double leg_m = way.norm();
+    if (!(leg_m > 0)) return std::nullopt;
+    seen.excess_m += turned_m + direction.dot(step) + leg_m - (path.point - from_antenna).norm();
+    seen.arrival = way / leg_m;
+    seen.arrival_elevation_rad = std::asin(std::clamp(seen.arrival.z(), -1.0, 1.0));
+  } else {
+    seen.excess_m += turned_m + (direction - path.arrival).dot(step);
+    // The ray is moved by `step`, and the one that its mirror image is by the step's image.
+    seen.leg_m = path.leg_m - normal.dot(step) / normal.dot(path.arrival);
+    if (!(seen.leg_m > 0)) return std::nullopt;
+    seen.point = antenna + seen.leg_m * path.arrival;
+    const Vector3d onward = (path.far_point - path.point).normalized();
+    const Vector3d image_step = step - 2 * normal.dot(step) * normal;
+    seen.far_point =
+        path.far_point + image_step - far_normal.dot(image_step) / far_normal.dot(onward) * onward;
+  }
+  seen.excess_m = std::max(0.0, seen.excess_m);
+  return seen;
+}
 
 Propagator::Propagator(const city::Mesh& city, const raytrace::RayScene& scene, PropagationOptions options,
                        std::uint64_t seed) {
@@ -471,11 +505,15 @@ bool Propagator::retrace(const Vector3d& antenna, std::span<const Vector3d> dire
   for (std::size_t i = 0; i < directions.size(); ++i) {
     if ((directions[i] - place.directions[i]).squaredNorm() > kSameSatellite * kSameSatellite) return false;
   }
-  const std::vector<StandingInstance> now = impl_->instances_about(place.antenna);
-  if (!std::equal(now.begin(), now.end(), place.instances.begin(), place.instances.end(),
-                  [](const auto& a, const auto& b) { return a.is_like(b); })) {
+  const auto stands = [](const raytrace::PlacedInstance& a, const raytrace::PlacedInstance& b) {
+    constexpr double kMoved_m = 0.01, kTurned = 2e-3;
+    const Eigen::Isometry3d &from = a.enu_from_instance, &to = b.enu_from_instance;
+    return a.id == b.id && (from.translation() - to.translation()).norm() < kMoved_m &&
+           (from.linear() - to.linear()).norm() < kTurned && a.bounds.isApprox(b.bounds);
+  };
+  const std::vector<raytrace::PlacedInstance> now = impl_->instances_about(place.antenna);
+  if (!std::equal(now.begin(), now.end(), place.instances.begin(), place.instances.end(), stands))
     return false;
-  }
   impl_->trace_near(antenna, directions, place.edges, result);
   for (const FarPath& far : place.far) {
     const auto path =

@@ -36,27 +36,13 @@ struct FarPath {
                                               const Eigen::Vector3d& from_direction) const;
 };
 
-/// A movable instance that stood about an antenna.
-struct StandingInstance {
-  raytrace::InstanceId id = 0;
-  Eigen::Isometry3d enu_from_instance = Eigen::Isometry3d::Identity();
-  Eigen::AlignedBox3d bounds;  ///< of the mesh, in its own frame
-
-  /// Whether it is the same, within a centimetre and 2e-3 rad.
-  [[nodiscard]] bool is_like(const StandingInstance& other) const;
-};
-
-/// The instances of a scene, by id, that are nearer to `antenna` than `reach_m`.
-[[nodiscard]] std::vector<StandingInstance> instances_about(const raytrace::RayScene& scene,
-                                                            const Eigen::Vector3d& antenna, double reach_m);
-
 /// What was found at one place, for antennas near it (Propagator::retrace()).
 struct TracedPlace {
   Eigen::Vector3d antenna = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3d> directions;  ///< of the satellites, unit, ENU; empty: nothing was traced
   std::vector<KnownEdge> edges;             ///< of the city that bend signals here
   std::vector<FarPath> far;                 ///< by kind, satellite
-  std::vector<StandingInstance> instances;  ///< in reach
+  std::vector<raytrace::PlacedInstance> instances;  ///< in reach; their meshes are not used
 };
 
 /// Traces satellites at places in a city. Const, thread-safe; facets are prepared once, and copies share

@@ -51,7 +51,7 @@ struct SecondOrderSearch::Near {
 
 std::span<const SecondOrderSearch::Found> SecondOrderSearch::trace(
     const raytrace::RayScene& scene, std::span<const PlacedFacets> sets, const Vector3d& antenna,
-    std::span<const Vector3d> directions, const SecondOrderLimits& limits, const FacingFacets& facing_of_city,
+    std::span<const Vector3d> directions, const ReflectionLimits& limits, const FacingFacets& facing_of_city,
     NearPairs* pairs) {
   found_.clear();
   near_pairs_ = pairs;
@@ -65,7 +65,7 @@ std::span<const SecondOrderSearch::Found> SecondOrderSearch::trace(
 
 void SecondOrderSearch::prepare(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
                                 const Vector3d& antenna, std::span<const Vector3d> directions,
-                                const SecondOrderLimits& limits) {
+                                const ReflectionLimits& limits) {
   bins_.build(directions);
   if (near_pairs_ != nullptr)
     near_pairs_->hold(*sets[0].facets, *sets[0].beams, antenna, directions, limits.reach_m);
@@ -93,7 +93,7 @@ void SecondOrderSearch::prepare(const raytrace::RayScene& scene, std::span<const
 /// Appends the paths of all pairs whose facet next to the antenna is of one set.
 void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
                                    std::size_t near_set, const Vector3d& antenna,
-                                   std::span<const Vector3d> directions, const SecondOrderLimits& limits) {
+                                   std::span<const Vector3d> directions, const ReflectionLimits& limits) {
   const PlacedFacets& set = sets[near_set];
   if (!around_[near_set].in_reach || around_[near_set].hidden) return;
   const Vector3d here = set.pose.moved_back(antenna);
@@ -137,7 +137,7 @@ void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<co
 /// Appends the paths of one facet next to the antenna and all facets of one set next to the satellites.
 void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& near,
                                  std::span<const PlacedFacets> sets, std::size_t far_set,
-                                 std::span<const Vector3d> directions, const SecondOrderLimits& limits) {
+                                 std::span<const Vector3d> directions, const ReflectionLimits& limits) {
   const PlacedFacets& set = sets[far_set];
   Around& around = around_[far_set];
   const SetPose& pose = set.pose;
@@ -154,7 +154,7 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
 /// Appends the paths of one facet next to the antenna and facets of one set in directions that may fit.
 void SecondOrderSearch::reflect(const raytrace::RayScene& scene, const Near& near, const PlacedFacets& set,
                                 std::span<const BeamIndex::Match> matches,
-                                std::span<const Vector3d> directions, const SecondOrderLimits& limits) {
+                                std::span<const Vector3d> directions, const ReflectionLimits& limits) {
   const SetPose& pose = set.pose;
   const Vector3d apex = pose.moved_back(near.beam.apex);
   for (const BeamIndex::Match& match : matches) {

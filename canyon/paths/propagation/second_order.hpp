@@ -26,10 +26,10 @@ struct PlacedFacets {
   SetPose pose;
 };
 
-struct SecondOrderLimits {
+struct ReflectionLimits {
   double reach_m;      ///< from the antenna along the path to its last reflection point
-  double min_cosine;   ///< of both angles of incidence
-  double clearance_m;  ///< of the antenna and of either reflection point over the other's plane, more than
+  double min_cosine;   ///< of each angle of incidence
+  double clearance_m;  ///< of the antenna, and of reflection points, over the next facet's plane, more than
 };
 
 /// Paths satellite -> facet A -> facet B -> antenna. Holds what a search needs for a while: one for each
@@ -67,7 +67,7 @@ class SecondOrderSearch {
   /// antenna; null: none is kept
   std::span<const Found> trace(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
                                const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
-                               const SecondOrderLimits& limits, const FacingFacets& facing_of_city,
+                               const ReflectionLimits& limits, const FacingFacets& facing_of_city,
                                NearPairs* pairs);
 
  private:
@@ -75,16 +75,16 @@ class SecondOrderSearch {
 
   void prepare(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
                const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
-               const SecondOrderLimits& limits);
+               const ReflectionLimits& limits);
   void find_pairs(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets, std::size_t near_set,
                   const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
-                  const SecondOrderLimits& limits);
+                  const ReflectionLimits& limits);
   void find_far(const raytrace::RayScene& scene, const Near& near, std::span<const PlacedFacets> sets,
                 std::size_t far_set, std::span<const Eigen::Vector3d> directions,
-                const SecondOrderLimits& limits);
+                const ReflectionLimits& limits);
   void reflect(const raytrace::RayScene& scene, const Near& near, const PlacedFacets& set,
                std::span<const BeamIndex::Match> matches, std::span<const Eigen::Vector3d> directions,
-               const SecondOrderLimits& limits);
+               const ReflectionLimits& limits);
   void keep_clear(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna,
                   std::span<const Eigen::Vector3d> directions);
   void sort_and_drop_doubles(const Eigen::Vector3d& antenna);

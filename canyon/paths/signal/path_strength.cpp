@@ -83,31 +83,22 @@ CircularReflection reflection_of(const propagation::Incidence& incidence, double
   const Complex eta = complex_permittivity(material, frequency_hz);
   const double thickness = incidence.thickness_m.value_or(material.default_thickness_m);
   const bool half_space = !options.slabs || material.default_thickness_m == 0;
-  const LinearReflection linear = half_space
-                                      ? reflect_half_space(eta, incidence.incidence_rad)
-                                      : slab(eta, incidence.incidence_rad, thickness, wavelength).reflected;
-  const double kept =
-      incidence.specular_factor * roughness_factor(options.roughness_m, incidence.incidence_rad, wavelength);
+  const LinearReflection linear = half_space ? reflect_half_space(eta, incidence.incidence_rad)
+                                             : slab(eta, incidence.incidence_rad, thickness, wavelength);
   if (!(incidence.specular_factor >= 0 && incidence.specular_factor <= 1)) {
     throw InputError(fmt::format("specular factor of {}", incidence.specular_factor),
                      "give a share from 0 to 1");
   }
   CircularReflection result = circular(linear);
-  result.co *= kept;
-  result.cross *= kept;
+  result.co *= incidence.specular_factor;
+  result.cross *= incidence.specular_factor;
   return result;
-}
-
-// Called for every path: validate() walks a list, and has the words for what is wrong.
-void check_options(const StrengthOptions& options) {
-  if (!(options.roughness_m >= 0 && options.roughness_m <= 1)) options.validate();
 }
 
 }  // namespace
 
 CircularWave arriving_wave(const propagation::PathGeometry& path, double frequency_hz,
                            const StrengthOptions& options) {
-  check_options(options);
   if (path.incidence_count < 0 || path.incidence_count > static_cast<int>(path.incidences.size()))
     throw InputError(fmt::format("path of {} reflections", path.incidence_count), "give 0 to 2");
   check_excess(path.excess_m);
@@ -130,8 +121,8 @@ CircularWave arriving_wave(const propagation::PathGeometry& path, double frequen
   }
   factor *= phasor(turns);
   if (path.foliage_depth_m != 0)
-    factor *= amplitude_of_db(
-        -foliage_loss_db(options.foliage, path.foliage_depth_m, frequency_hz, path.arrival_elevation_rad));
+    factor *= amplitude_of_db(-foliage_loss_db(FoliageModel::Woodland, path.foliage_depth_m, frequency_hz,
+                                               path.arrival_elevation_rad));
   return {wave.rhcp * factor, wave.lhcp * factor};
 }
 
@@ -174,7 +165,6 @@ Complex path_amplitude(const propagation::Path& path, double satellite_elevation
     const propagation::PathGeometry& geometry = path;
     return factor * path_amplitude(geometry, satellite_elevation_rad, frequency_hz, antenna, options);
   }
-  check_options(options);
   if (!(path.scattered_power >= 0) || !std::isfinite(path.scattered_power))
     throw InputError(fmt::format("diffuse path of power {}", path.scattered_power), "give 0 or more");
   check_excess(path.excess_m);
@@ -194,17 +184,8 @@ void path_amplitudes(const propagation::SatelliteView& view, double carrier_hz, 
   }
 }
 
-void StrengthOptions::validate() const {
-  options::check(*this, "signal strength");
-}
-
 void visit(options::Visitor& v, StrengthOptions& o) {
-  static constexpr std::string_view kFoliage[]{"woodland", "slant_path"};
   v.boolean({"slabs", "", "facades are slabs of their material's thickness; false: half spaces"}, o.slabs);
-  v.number({"roughness_m", "m", "standard deviation of the heights of reflecting surfaces; 0: mirrors"},
-           o.roughness_m, {0, 1});
-  v.choice({"foliage", "", "loss through vegetation by ITU-R P.833: woodland (2.1) or slant_path (2.2)"},
-           o.foliage, kFoliage);
 }
 
 }  // namespace canyon::signal

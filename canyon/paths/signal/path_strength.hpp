@@ -48,12 +48,6 @@ struct StrengthOptions {
   /// Facades are slabs in air, of their material's default thickness or Incidence::thickness_m; false: half
   /// spaces, as if every wall were thick. Ground and metal always are half spaces.
   bool slabs = true;
-  /// Standard deviation [m] of the heights of every reflecting surface about its plane, for
-  /// roughness_factor(); [0, 1]. 0: mirrors.
-  double roughness_m = 0;
-  FoliageModel foliage = FoliageModel::Woodland;
-  /// Throws InputError naming the field and its bound.
-  void validate() const;
 };
 void visit(options::Visitor& v, StrengthOptions& o);
 
@@ -84,7 +78,7 @@ void visit(options::Visitor& v, StrengthOptions& o);
 /// Diffuse: sqrt(scattered_power) times the antenna's
 /// response to an unpolarised wave (half of its power in each hand) over that to the line of sight,
 /// sqrt((G_R + G_L) / 2 / G_R(satellite)), with the phase of its excess; the phase of the way itself is
-/// random (tracking::PathPhases). `options` but for their validity do not matter there.
+/// random (tracking::PathPhases). `options` do not matter there.
 /// Transmitted: a right-hand wave's, with the phase of its carrier's excess. All: times
 /// Path::amplitude_factor. InputError also for a negative scattered power or factor.
 [[nodiscard]] std::complex<double> path_amplitude(const propagation::Path& path,

@@ -106,16 +106,11 @@ TEST(PathStrength, EdgeCountsItsDetourOnce) {
   EXPECT_LT(std::abs(both - propagation::knife_edge_field(*path.edge_nu)), 1e-12);
 }
 
-TEST(PathStrength, FoliageAndRoughnessTakeTheirShare) {
+TEST(PathStrength, FoliageTakesItsShare) {
   propagation::PathGeometry path = direct(30);
   path.foliage_depth_m = 10;
   EXPECT_NEAR(db(path_amplitude(path, radians(30), kL1, isotropic_antenna())),
               -foliage_loss_db(FoliageModel::Woodland, 10, kL1, radians(30)), 1e-12);
-  StrengthOptions rough;
-  rough.roughness_m = 0.01;
-  const propagation::PathGeometry wall = reflected(40, Material::Brick, 12, 20);
-  EXPECT_NEAR(std::abs(arriving_wave(wall, kL1, rough).lhcp) / std::abs(arriving_wave(wall, kL1).lhcp),
-              roughness_factor(0.01, radians(40), wavelength_m(kL1)), 1e-14);
   EXPECT_EQ(std::abs(arriving_wave(reflected(40, Material::Foliage, 12, 20), kL1).lhcp), 0);
 }
 
@@ -238,9 +233,6 @@ TEST(PathStrength, RefusesWhatIsOutOfRange) {
   EXPECT_THROW(static_cast<void>(arriving_wave(path, kL1)), InputError);
   EXPECT_THROW(static_cast<void>(arriving_wave(direct(10), 0)), InputError);
   EXPECT_THROW(static_cast<void>(arriving_wave(reflected(91, Material::Glass, 0, 0), kL1)), InputError);
-  StrengthOptions options;
-  options.roughness_m = -1;
-  EXPECT_THROW(options.validate(), InputError);
 }
 
 }  // namespace

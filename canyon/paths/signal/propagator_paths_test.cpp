@@ -596,12 +596,11 @@ TEST(Everything, IsInOrderAndTellsItsStrength) {
 
 TEST(Everything, NamesWhatIsWrong) {
   propagation::PropagationOptions options;
-  options.edges.max_paths = 0;
+  options.edges.max_range_m = 0;
   EXPECT_THROW(options.validate(), InputError);
   options = {};
   options.scattering.scattering_coefficient = 1.5;
   EXPECT_THROW(options.validate(), InputError);
-  EXPECT_EQ(propagation::PropagationOptions{}.edges.max_clear_nu, 2);
   EXPECT_EQ(propagation::PropagationOptions{}, propagation::PropagationOptions{});
 }
 

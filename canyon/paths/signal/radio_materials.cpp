@@ -28,44 +28,37 @@ double checked_ghz(double frequency_hz) {
 
 RadioMaterial radio_material(city::Material material) {
   using city::Material;
-  constexpr RadioMaterial kConcrete{5.24, 0, 0.0462, 0.7822, 1, 100, 0.20};
+  constexpr RadioMaterial kConcrete{5.24, 0, 0.0462, 0.7822, 0.20};
   switch (material) {
     case Material::Unknown:
     case Material::Concrete:
       return kConcrete;
     case Material::Glass:
-      return {6.31, 0, 0.0036, 1.3394, 0.1, 100, 0.012};
+      return {6.31, 0, 0.0036, 1.3394, 0.012};
     case Material::Brick:
-      return {3.91, 0, 0.0238, 0.16, 1, 40, 0.1025};
+      return {3.91, 0, 0.0238, 0.16, 0.1025};
     case Material::Metal:
-      return {1, 0, 1e7, 0, 1, 100, 0};
+      return {1, 0, 1e7, 0, 0};
     case Material::Stone:
-      return {7.074, 0, 0.0055, 0.9262, 1, 60, 0.030};
+      return {7.074, 0, 0.0055, 0.9262, 0.030};
     case Material::Wood:
-      return {1.99, 0, 0.0047, 1.0718, 0.001, 100, 0.020};
+      return {1.99, 0, 0.0047, 1.0718, 0.020};
     case Material::Plaster:
-      return {2.73, 0, 0.0085, 0.9395, 1, 100, 0.0125};
+      return {2.73, 0, 0.0085, 0.9395, 0.0125};
     case Material::Ground:
-      return {15, -0.1, 0.035, 1.63, 1, 10, 0};
+      return {15, -0.1, 0.035, 1.63, 0};
     case Material::Foliage:
-      return {1, 0, 0, 0, 0.001, 100, 0};
+      return {1, 0, 0, 0, 0};
   }
   assert(false && "unknown material");
   return kConcrete;
 }
 
-double relative_permittivity(const RadioMaterial& material, double frequency_hz) {
-  return material.a * std::pow(checked_ghz(frequency_hz), material.b);
-}
-
-double conductivity_s_per_m(const RadioMaterial& material, double frequency_hz) {
-  return material.c * std::pow(checked_ghz(frequency_hz), material.d);
-}
-
 std::complex<double> complex_permittivity(const RadioMaterial& material, double frequency_hz) {
-  return {
-      relative_permittivity(material, frequency_hz),
-      -conductivity_s_per_m(material, frequency_hz) / (2 * geodesy::kPi * frequency_hz * kElectricConstant)};
+  const double ghz = checked_ghz(frequency_hz);
+  const double conductivity = material.c * std::pow(ghz, material.d);  // [S/m]
+  return {material.a * std::pow(ghz, material.b),
+          -conductivity / (2 * geodesy::kPi * frequency_hz * kElectricConstant)};
 }
 
 double wavelength_m(double frequency_hz) {
@@ -146,7 +139,7 @@ LinearReflection reflect_half_space(Complex eta, double incidence_rad) {
   return {(cosine - w) / (cosine + w), (eta * cosine - w) / (eta * cosine + w)};
 }
 
-SlabResponse slab(Complex eta, double incidence_rad, double thickness_m, double wavelength_m) {
+LinearReflection slab(Complex eta, double incidence_rad, double thickness_m, double wavelength_m) {
   check_wavelength(wavelength_m);
   if (!(thickness_m >= 0) || !std::isfinite(thickness_m))
     throw InputError(fmt::format("slab of {} m", thickness_m), "give a thickness of 0 m or more");
@@ -155,9 +148,7 @@ SlabResponse slab(Complex eta, double incidence_rad, double thickness_m, double 
       2 * geodesy::kPi * thickness_m / wavelength_m * refracted_cosine(eta, std::cos(incidence_rad));
   const Complex once = std::exp(-kJ * q), twice = once * once;
   const auto reflected = [&](Complex r) { return r * (1.0 - twice) / (1.0 - r * r * twice); };
-  const auto transmitted = [&](Complex r) { return (1.0 - r * r) * once / (1.0 - r * r * twice); };
-  return {{reflected(surface.perpendicular), reflected(surface.parallel)},
-          {transmitted(surface.perpendicular), transmitted(surface.parallel)}};
+  return {reflected(surface.perpendicular), reflected(surface.parallel)};
 }
 
 CircularReflection circular(const LinearReflection& linear) {
@@ -168,16 +159,6 @@ CircularWave reflect(const CircularWave& wave, const CircularReflection& reflect
   const Complex r = wave.rhcp * std::polar(1.0, -plane_turn_rad);
   const Complex l = wave.lhcp * std::polar(1.0, plane_turn_rad);
   return {reflection.co * r + reflection.cross * l, reflection.cross * r + reflection.co * l};
-}
-
-double roughness_factor(double height_sigma_m, double incidence_rad, double wavelength_m) {
-  check_incidence(incidence_rad);
-  check_wavelength(wavelength_m);
-  if (!(height_sigma_m >= 0) || !std::isfinite(height_sigma_m))
-    throw InputError(fmt::format("roughness of {} m", height_sigma_m),
-                     "give a standard deviation of 0 m or more");
-  const double g = 2 * geodesy::kPi / wavelength_m * height_sigma_m * std::cos(incidence_rad);
-  return std::exp(-2 * g * g);
 }
 
 }  // namespace canyon::signal

@@ -13,7 +13,6 @@ namespace canyon::signal {
 /// (moisture, composition).
 struct RadioMaterial {
   double a = 1, b = 0, c = 0, d = 0;
-  double min_ghz = 1, max_ghz = 100;  ///< that the measurements behind the curve cover
   /// Thickness of the slab that stands for a facade of this material [m]; 0: a half space. These are Canyon's
   /// assumptions, not P.2040's; docs/propagation.md gives the reason of each.
   double default_thickness_m = 0;
@@ -24,13 +23,9 @@ struct RadioMaterial {
 /// attenuates (foliage_loss_db()) but makes no mirror.
 [[nodiscard]] RadioMaterial radio_material(city::Material material);
 
-/// eps', the real part of the relative permittivity [1].
-/// @param frequency_hz 1 to 10 GHz, where all rows but none beyond are valid; else InputError
-[[nodiscard]] double relative_permittivity(const RadioMaterial& material, double frequency_hz);
-/// sigma [S/m], like relative_permittivity().
-[[nodiscard]] double conductivity_s_per_m(const RadioMaterial& material, double frequency_hz);
 /// eta = eps' - j sigma / (2 pi f eps0) [1] for the time dependence exp(+j w t) (P.2040-3, 2.1.2: eta''
-/// = 17.98 sigma / f_GHz), like relative_permittivity().
+/// = 17.98 sigma / f_GHz).
+/// @param frequency_hz 1 to 10 GHz, where all rows but none beyond are valid; else InputError
 [[nodiscard]] std::complex<double> complex_permittivity(const RadioMaterial& material, double frequency_hz);
 
 /// Wavelength in vacuum [m]. Throws InputError unless the frequency is finite and > 0.
@@ -76,20 +71,13 @@ struct LinearReflection {
 /// Relative error below 1e-14 (that of the arithmetic), grazing angles included.
 [[nodiscard]] LinearReflection reflect_half_space(std::complex<double> eta, double incidence_rad);
 
-/// Reflection and transmission of a slab in air.
-struct SlabResponse {
-  LinearReflection reflected;
-  LinearReflection transmitted;
-};
-
-/// Slab with air on both sides, ITU-R P.2040-3, 2.2.2.2 (simplified method for a single layer): with R' of
-/// the half space and q = (2 pi d / lambda) sqrt(eta - sin^2 theta)
-///   R = R' (1 - e^(-2jq)) / (1 - R'^2 e^(-2jq)),  T = (1 - R'^2) e^(-jq) / (1 - R'^2 e^(-2jq)).
-/// The phase of R refers to the front surface; T to the same plane (the slab's far side by q).
+/// Reflection by a slab with air on both sides, ITU-R P.2040-3, 2.2.2.2 (simplified method for a single
+/// layer): with R' of the half space and q = (2 pi d / lambda) sqrt(eta - sin^2 theta)
+///   R = R' (1 - e^(-2jq)) / (1 - R'^2 e^(-2jq)), its phase that at the front surface.
 /// @param thickness_m d >= 0; 0 reflects nothing
 /// @param wavelength_m in vacuum, > 0
-[[nodiscard]] SlabResponse slab(std::complex<double> eta, double incidence_rad, double thickness_m,
-                                double wavelength_m);
+[[nodiscard]] LinearReflection slab(std::complex<double> eta, double incidence_rad, double thickness_m,
+                                    double wavelength_m);
 
 /// Reflection of a right-hand circular wave (RHCP, IEEE sense): co in the same hand, cross in the other. The
 /// same two coefficients hold for an incident LHCP wave. Circular axes e_R = (s - j p) / sqrt(2), e_L = (s +
@@ -114,11 +102,5 @@ struct CircularWave {
 /// RHCP and e^(+j phi) on LHCP.
 [[nodiscard]] CircularWave reflect(const CircularWave& wave, const CircularReflection& reflection,
                                    double plane_turn_rad = 0);
-
-/// Share (0, 1] of the specular amplitude that a rough surface keeps: exp(-2 (k sigma cos theta)^2), k = 2 pi
-/// / lambda, for heights of normal distribution (Rayleigh roughness factor: W. S. Ament, Proc. IRE 41 (1953)
-/// 142; Beckmann & Spizzichino 1963, 5.3). The rest is scattered. It is a lower bound for very rough walls.
-/// @param height_sigma_m standard deviation of the heights, >= 0
-[[nodiscard]] double roughness_factor(double height_sigma_m, double incidence_rad, double wavelength_m);
 
 }  // namespace canyon::signal

@@ -64,8 +64,6 @@ TEST(Reciprocity, OfTwoWalls) {
   constexpr double kL1 = 1575.42e6;
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> along(-60, 60), across(-14, 14), height(0, 40), turn(-0.6, 0.6);
-  StrengthOptions rough;
-  rough.roughness_m = 0.01;
   int ways = 0, turned = 0;
   for (int i = 0; i < 500; ++i) {
     // Parallel walls every other time, else turned and leaning.
@@ -87,8 +85,7 @@ TEST(Reciprocity, OfTwoWalls) {
       const double across_m = 2 * 55 + (b.y() - a.y());
       EXPECT_NEAR(there->length_m, std::hypot(across_m, std::hypot(b.x() - a.x(), b.z() - a.z())), 1e-9);
     }
-    const CircularWave forth = arriving_wave(there->geometry, kL1, rough),
-                       home = arriving_wave(back->geometry, kL1, rough);
+    const CircularWave forth = arriving_wave(there->geometry, kL1), home = arriving_wave(back->geometry, kL1);
     // A nanometre of the length is 3e-8 of a turn.
     EXPECT_LT(std::abs(forth.rhcp - home.rhcp), 1e-7);
     EXPECT_NEAR(std::abs(forth.rhcp), std::abs(home.rhcp), 1e-12);

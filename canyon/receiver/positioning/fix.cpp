@@ -274,9 +274,7 @@ class Solver {
   [[nodiscard]] std::optional<bool> consistent(const Fix& fix) const {
     const int redundancy = rows_ - fix.unknowns;
     if (redundancy < 1) return std::nullopt;
-    const double scale = options_.raim.sigma_scale;
-    return residual_.squaredNorm() <=
-           scale * scale * chi_square_quantile(options_.raim.false_alarm, redundancy);
+    return residual_.squaredNorm() <= chi_square_quantile(options_.raim.false_alarm, redundancy);
   }
 
   /// Fault detection and exclusion (Kuusniemi 2005): while the global test fails, the satellite with the

@@ -196,7 +196,7 @@ struct [[nodiscard]] Fix {
 /// @param start initial guess, ECEF [m]; the Earth's centre works. Where it leads nowhere the ground below
 /// the satellites is tried. The mask is applied at the iterated position.
 ///
-/// With RAIM, sum (r_i / (sigma_i sigma_scale))^2 is tested against the chi-square quantile of 1 -
+/// With RAIM, sum (r_i / sigma_i)^2 is tested against the chi-square quantile of 1 -
 /// false_alarm with (satellites used - unknowns) degrees of freedom. While it fails, the satellite with the
 /// largest normalised residual is excluded; once it passes, all exclusions but the last are tried again in
 /// turn. Where fewer than two measurements are redundant (with one, all normalised residuals are alike), or

@@ -23,6 +23,8 @@ using gnss::System;
 
 /// A third of ClockOptions' largest drift, 1e-4.
 constexpr double kUnknownDrift_mps = 1e-4 / 3 * kSpeedOfLight;
+/// Innovations beyond so many of their standard deviations are left out.
+constexpr double kGateSigmas = 4;
 
 void look_around(Epoch& epoch, const Eigen::Vector3d& position, const FixOptions& fix,
                  const std::map<System, gnss::Klobuchar>& klobuchar) {
@@ -61,14 +63,14 @@ Dopplers take_dopplers(const Track& track, const Epoch& epoch, double gate_sigma
 
 /// Where most Dopplers contradict the predicted velocity and agree on another one, they are right: the
 /// vehicle turned or braked unexpectedly.
-void take_motion(const Track& track, const Epoch& epoch, double gate_sigmas, Update& update) {
+void take_motion(const Track& track, const Epoch& epoch, Update& update) {
   Track turned = track;
   Update other(turned, update);
-  const Dopplers expected = take_dopplers(track, epoch, gate_sigmas, update);
+  const Dopplers expected = take_dopplers(track, epoch, kGateSigmas, update);
   if (2 * expected.taken >= expected.considered) return;
   turned.p.block<3, 3>(kVelocity, kVelocity) += unknown_velocity(turned.position());
   turned.stated.block<3, 3>(kVelocity, kVelocity) += unknown_velocity(turned.position());
-  const Dopplers agreed = take_dopplers(turned, epoch, gate_sigmas, other);
+  const Dopplers agreed = take_dopplers(turned, epoch, kGateSigmas, other);
   // Any four make a velocity and a drift.
   if (agreed.taken > 4 && 2 * agreed.taken > agreed.considered) update.adopt(other);
 }
@@ -85,9 +87,9 @@ double excess_of_residuals(const Epoch& epoch, const Fix& fix, const FixOptions&
 }
 
 /// excess_variance() of the residuals at the track's position, of all satellites above the masks.
-double excess_of_innovations(const Track& track, const Epoch& epoch, double gate_sigmas) {
+double excess_of_innovations(const Track& track, const Epoch& epoch) {
   // Farther beyond the gate it tells no more of the position, which the satellite does not move.
-  const double most_sigmas = 2 * gate_sigmas;
+  const double most_sigmas = 2 * kGateSigmas;
   double squares = 0;
   int count = 0;
   std::array<bool, kConstellations.size()> clock{};
@@ -186,17 +188,16 @@ bool correct(Track& track, OwnClock& own, Epoch& epoch, double dt, const Positio
   for (const Candidate& candidate : candidates) {
     const std::size_t system = clock_index(epoch.satellites[candidate.index].measured->id.system);
     ++considered[system];
-    epoch.passed[candidate.index] = update.take(candidate.row, options.gate_sigmas);
+    epoch.passed[candidate.index] = update.take(candidate.row, kGateSigmas);
     if (epoch.passed[candidate.index]) {
       track.measured = epoch.time;
     } else {
       ++failed[system];
     }
   }
-  take_motion(track, epoch, options.gate_sigmas, update);
+  take_motion(track, epoch, update);
   update.finish();
-  state_accuracy(track, update.taken(),
-                 by_residuals ? excess_of_innovations(track, epoch, options.gate_sigmas) : 1, options);
+  state_accuracy(track, update.taken(), by_residuals ? excess_of_innovations(track, epoch) : 1, options);
   int all_considered = 0;
   int all_failed = 0;
   for (std::size_t system = 0; system < kConstellations.size(); ++system) {

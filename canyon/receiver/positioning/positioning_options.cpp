@@ -33,9 +33,6 @@ void visit(options::Visitor& v, WeightOptions& o) {
   v.number({"elevation_a_m", "m", "elevation: sigma^2 = a^2 + b^2 / sin(elevation)^2"}, o.elevation_a_m,
            {0, 1e6, true});
   v.number({"elevation_b_m", "m", "b of that formula"}, o.elevation_b_m, {0, 1e6, true});
-  v.number({"cn0_floor_m2", "m^2", "cn0: sigma^2 = floor + scale 10^(-C/N0 / 10)"}, o.cn0_floor_m2,
-           {0, 1e6, true});
-  v.number({"cn0_scale_m2_hz", "m^2 Hz", "scale of that formula"}, o.cn0_scale_m2_hz, {0, 1e12});
 }
 
 void RaimOptions::validate() const {
@@ -50,8 +47,6 @@ void visit(options::Visitor& v, RaimOptions& o) {
   v.number({"false_alarm", "", "probability of a false alarm of one fix"}, o.false_alarm, {0, 0.5, true});
   v.integer({"max_exclusions", "satellites", "largest number of satellites excluded from one fix"},
             o.max_exclusions, 1, 30);
-  v.number({"sigma_scale", "", "factor on the weights' standard deviations when residuals are tested"},
-           o.sigma_scale, {0, 1e6, true});
 }
 
 void FixOptions::validate() const {
@@ -105,9 +100,6 @@ void visit(options::Visitor& v, PositionFilterOptions& o) {
            o.clock_frequency_density, {0, 1e-6, true});
   v.number({"clock_drift_density", "1/s^2 s", "random walk of that frequency"}, o.clock_drift_density,
            {0, 1e-6, true});
-  v.number({"gate_sigmas", "",
-            "innovations beyond this number of standard deviations are rejected; none: all are used"},
-           o.gate_sigmas, options::or_none({0, kInfinity, true}));
   v.number({"coast_s", "s", "the filter restarts after this time without a measurement"}, o.coast_s,
            {0, 3600, true});
   v.number({"max_sigma_m", "m", "largest standard deviation of a valid position"}, o.max_sigma_m,
@@ -121,6 +113,10 @@ namespace {
 
 /// Lower satellites weigh as one at 5 deg, RTKLIB's MIN_EL: 1 / sin would grow beyond any bound.
 constexpr double kLowestElevation_rad = geodesy::radians(5);
+/// sigma^2 = c + d 10^(-C/N0 / 10), as validation::ClockOptions (Kuusniemi, User-level reliability and
+/// quality monitoring in satellite-based personal navigation, Tampere University of Technology 2005, where
+/// signals are lightly degraded).
+constexpr double kFloor_m2 = 10, kScale_m2_hz = 22'500;
 
 }  // namespace
 
@@ -137,8 +133,8 @@ double WeightOptions::sigma_m(const Measurement& measurement, double elevation_r
       break;
   }
   return measurement.sigma_factor *
-         std::sqrt(cn0_floor_m2 +
-                   cn0_scale_m2_hz * std::pow(10, -measurement.cn0_dbhz.value_or(kUnknownCn0_dbhz) / 10));
+         std::sqrt(kFloor_m2 +
+                   kScale_m2_hz * std::pow(10, -measurement.cn0_dbhz.value_or(kUnknownCn0_dbhz) / 10));
 }
 
 double WeightOptions::doppler_sigma_mps(const Measurement& measurement) const {

@@ -30,11 +30,6 @@ struct WeightOptions {
   /// stats-eratio1, 100. The square of the sine is that of its relative positioning (varerr() of rtkpos.c);
   /// its single point positioning (pntpos.c) has b^2 / sin(elevation), and adds orbit and atmosphere.
   double elevation_a_m = 0.3, elevation_b_m = 0.3;
-  /// c [m^2], (0, 1e6], and d [m^2 Hz], [0, 1e12], as validation::ClockOptions (Kuusniemi, User-level
-  /// reliability and quality monitoring in satellite-based personal navigation, Tampere University of
-  /// Technology 2005: 10 m^2 and 150^2 m^2 Hz where signals are lightly degraded).
-  double cn0_floor_m2 = 10;
-  double cn0_scale_m2_hz = 22'500;
   /// Standard deviation that a pseudorange is weighted by [m]. For Equal the measurement's own: whoever
   /// solves takes the rms over what is used.
   /// @param elevation_rad of the satellite; only Elevation looks at it
@@ -57,9 +52,6 @@ struct RaimOptions {
   double false_alarm = 1e-3;
   /// Satellites that may be excluded from one fix at most. [1, 30].
   int max_exclusions = 3;
-  /// Standard deviation of a pseudorange that residuals are tested against is that of the weights times
-  /// this; (0, 1e6].
-  double sigma_scale = 1;
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
@@ -109,8 +101,6 @@ struct PositionFilterOptions {
   /// Hwang, Introduction to Random Signals and Applied Kalman Filtering, 4th ed., 9.3, p. 327).
   double clock_frequency_density = 1e-19;
   double clock_drift_density = 4e-19;
-  /// Innovations beyond so many of their standard deviations are left out [1], > 0; infinite: none.
-  double gate_sigmas = 4;
   /// After so long without a measurement that passed the gate, or with most satellites failing it, the filter
   /// begins anew [s], (0, 3600].
   double coast_s = 5;
@@ -121,7 +111,7 @@ struct PositionFilterOptions {
   /// they were white; the covariance that it states is that of its estimate if each satellite's error keeps
   /// exp(-dt / error_correlation_s) of itself (state_accuracy()). With FixOptions::covariance_by_residuals
   /// the errors' variance is that of the weights times excess_variance() of the epoch's innovations, of all
-  /// satellites above the masks, those that failed the gate included, each with at most twice gate_sigmas.
+  /// satellites above the masks, those that failed the gate included, each with at most twice the gate.
   double error_correlation_s = 0;
   /// Throws InputError naming the field that is out of range.
   void validate() const;

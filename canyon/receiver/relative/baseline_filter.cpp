@@ -39,6 +39,11 @@ constexpr double kIonosphereFrom_m = 1e3, kTroposphereFrom_m = 5e3;
 constexpr double kIonosphereTime_s = 1200, kTroposphereTime_s = 7200;
 /// Echoes of a moving antenna last about so long [s].
 constexpr double kEchoTime_s = 10;
+/// Spectral densities of the white accelerations that the filter expects [m/s^2/sqrt(Hz)].
+constexpr double kAccelerationHorizontal = 3.16, kAccelerationVertical = 1;
+/// Deviation of a phase [m]: sigma^2 = a^2 (1 + 1 / sin(elevation)^2 + 10^((45 - C/N0) / 10)): RTKLIB's
+/// stats-errphase and stats-errphaseel.
+constexpr double kPhaseSigma_m = 0.003;
 /// Obliquity factor of a thin layer at a height of 350 km.
 double obliquity(double elevation_rad) {
   const double s = 6371.0 / (6371.0 + 350.0) * std::cos(elevation_rad);
@@ -51,7 +56,7 @@ BaselineFilter::BaselineFilter(const RtkOptions& options, const positioning::Fix
                                double max_age_s)
     : options_(options), masks_(masks), max_age_s_(max_age_s) {
   options::check(options_, "rtk");
-  masks_.correct_troposphere = options_.troposphere;
+  masks_.correct_troposphere = true;
 }
 
 bool BaselineFilter::go_to(geodesy::GpsTime to, const Fix& alone) {
@@ -59,8 +64,8 @@ bool BaselineFilter::go_to(geodesy::GpsTime to, const Fix& alone) {
   if (started_) {
     dt_s_ = to - time_;
     const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(position_));
-    const double h = std::pow(options_.acceleration_horizontal, 2);
-    const double v = std::pow(options_.acceleration_vertical, 2);
+    const double h = std::pow(kAccelerationHorizontal, 2);
+    const double v = std::pow(kAccelerationVertical, 2);
     state_.move(dt_s_, geodesy::rotated(enu.transpose(), Eigen::Vector3d(h, h, v).asDiagonal()));
     for (std::size_t i = 0; i < state_.slots.size(); ++i) {
       const Index at = BaselineState::index(i);
@@ -252,7 +257,7 @@ std::optional<Fix> BaselineFilter::solve(geodesy::GpsTime receiver_time,
                                          const Fix& alone) {
   const double age_s = receiver_time - base_time_;
   const auto computed = observed_minus_computed(receiver_time, rover, sky, masks_, position_);
-  differences_ = differences_of(computed, base_, options_.phase_sigma_m, std::max(age_s, 0.0));
+  differences_ = differences_of(computed, base_, std::max(age_s, 0.0));
   groups_ = groups_of(differences_);
   doppler_slips_.update(dt_s_, computed, rover);
   remove_slipped();
@@ -313,8 +318,7 @@ double Difference::ionosphere_rate() const {
 }
 
 std::vector<Difference> differences_of(std::span<const ObservedMinusComputed> rover,
-                                       std::span<const ObservedMinusComputed> base, double phase_sigma_m,
-                                       double age_s) {
+                                       std::span<const ObservedMinusComputed> base, double age_s) {
   std::vector<Difference> differences;
   for (const ObservedMinusComputed& r : rover) {
     const ObservedMinusComputed* const b = partner(r, rover, base);
@@ -324,7 +328,7 @@ std::vector<Difference> differences_of(std::span<const ObservedMinusComputed> ro
     d.code_m = r.code_m - b->code_m;
     d.has_phase = r.phase_m && b->phase_m;
     if (d.has_phase) d.phase_m = *r.phase_m - *b->phase_m;
-    d.variance = phase_sigma_m * phase_sigma_m * (r.variance + b->variance);
+    d.variance = kPhaseSigma_m * kPhaseSigma_m * (r.variance + b->variance);
     d.age_variance = std::pow(kAgeing_mps * age_s, 2);
     d.base_since = b->phase_since;
     d.half_cycle = r.half_cycle || b->half_cycle;

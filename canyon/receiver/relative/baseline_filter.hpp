@@ -102,10 +102,10 @@ struct Difference {
 using Groups = std::map<const gnss::Signal*, std::vector<std::size_t>>;
 
 /// Differences of all signals that both measured; they refer to `rover`. `base` is in the order of before().
-/// @param phase_sigma_m of a phase at the zenith @param age_s of the base's epoch
+/// @param age_s of the base's epoch
 [[nodiscard]] std::vector<Difference> differences_of(std::span<const ObservedMinusComputed> rover,
                                                      std::span<const ObservedMinusComputed> base,
-                                                     double phase_sigma_m, double age_s);
+                                                     double age_s);
 /// Without signals of one satellite, which determine nothing but their clock.
 [[nodiscard]] Groups groups_of(const std::vector<Difference>& differences);
 

@@ -61,9 +61,7 @@ class Rtk {
  public:
   Rtk() {
     fix_.correct_troposphere = false;
-    RtkOptions options;
-    options.troposphere = false;
-    filter_ = RtkFilter(options, fix_, 60);
+    filter_ = RtkFilter({}, fix_, 60);
   }
   /// @param spoil of the rover's measurements @param change of its fix without phases
   std::optional<Fix> next(

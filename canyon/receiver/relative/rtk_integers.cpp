@@ -32,6 +32,10 @@ constexpr double kCertainRatio = 2;
 constexpr int kFewRedundant = 5;
 /// The search needs at least so many pairs of satellites.
 constexpr std::size_t kFewestPairs = 4;
+/// Satellites that a fix needs.
+constexpr int kFewestSatellites = 5;
+/// Satellites below are in the filter and not in the search: 15 deg.
+constexpr double kFixElevation_rad = 0.26179938779914941;
 /// Partial fixing: each further search leaves out so many more satellites.
 constexpr std::size_t kFewer[] = {0, 1, 1, 1, 2, 3};
 /// Weight of an epoch in means of squares of whole numbers' residuals.
@@ -81,8 +85,7 @@ std::vector<std::size_t> BaselineFilter::candidates() const {
   for (std::size_t i = 0; i < differences_.size(); ++i) {
     const Difference& d = differences_[i];
     const bool integer = d.aligned || options_.fix_glonass;
-    if (d.used && d.trusted && integer && !d.half_cycle &&
-        d.rover->elevation_rad >= options_.fix_elevation_rad) {
+    if (d.used && d.trusted && integer && !d.half_cycle && d.rover->elevation_rad >= kFixElevation_rad) {
       result.push_back(i);
     }
   }
@@ -260,9 +263,8 @@ std::optional<BaselineFilter::Fixed> BaselineFilter::find_among(std::vector<std:
         return true;
       });
     }
-    if (remaining < options_.min_satellites) break;
+    if (remaining < kFewestSatellites) break;
     begins.push_back(ordered.size());
-    if (!options_.partial) break;
   }
   ordered.insert(ordered.end(), among.rbegin(), among.rend());
   if (begins.empty()) return std::nullopt;

@@ -25,6 +25,10 @@ constexpr double kLeastSlip_cycles = 0.3;
 constexpr double kSquaresWeight = 0.1;
 /// Errors of codes are the same for so long [s]: more epochs in that time add no information.
 constexpr double kCodeTime_s = 1;
+/// Deviation of a code over that of its phase: RTKLIB's stats-eratio1.
+constexpr double kCodeRatio = 100;
+/// Innovations beyond so many of their standard deviations: a code is left out, a phase has slipped.
+constexpr double kGateSigmas = 4;
 
 }  // namespace
 
@@ -78,11 +82,11 @@ void BaselineFilter::take_codes() {
     for (const std::size_t i : ordered(group, false)) {
       const Difference& d = differences_[i];
       const SparseRow row = row_of(d, false);
-      const double noise = d.variance * options_.code_ratio * options_.code_ratio + d.age_variance;
+      const double noise = d.variance * kCodeRatio * kCodeRatio + d.age_variance;
       const double normalised = std::abs(state_.innovation(row, d.code_m, noise).normalised());
       ++considered;
       sum += std::min(normalised * normalised, 25.0);
-      if (normalised > options_.gate_sigmas) {
+      if (normalised > kGateSigmas) {
         ++failed;
         continue;
       }
@@ -150,7 +154,7 @@ void BaselineFilter::take_phases() {
       const auto innovation = state_.innovation(row, d.phase_m, variance);
       const double normalised = std::abs(innovation.normalised());
       Slot& slot = state_.slots[*d.slot];
-      const bool beyond = normalised > options_.gate_sigmas;
+      const bool beyond = normalised > kGateSigmas;
       if (beyond && std::abs(innovation.value) > kLeastSlip_cycles * d.rover->wavelength_m) {
         // It slipped: its ambiguity starts again, from this epoch's observations.
         state_.reset(BaselineState::index(*d.slot), (d.phase_m - d.code_m - jump_m) / d.rover->wavelength_m,
@@ -160,7 +164,7 @@ void BaselineFilter::take_phases() {
         slot.whole.reset();
       } else if (beyond) {
         // An echo: it counts as little as it fits.
-        variance += std::pow(innovation.value / options_.gate_sigmas, 2);
+        variance += std::pow(innovation.value / kGateSigmas, 2);
       }
       d.trusted = !beyond;
       if (!first && slot.epochs > 0) {
@@ -195,7 +199,7 @@ void BaselineFilter::take_velocity(const Fix& alone) {
     for (Index j = 0; j < 3; ++j) row.add(BaselineState::kVelocity + j, enu(i, j));
     const double variance = std::max((*alone.velocity_covariance_enu)(i, i), 1e-4);
     const double value = (*alone.velocity_enu_mps)(i);
-    if (std::abs(state_.innovation(row, value, variance).normalised()) > options_.gate_sigmas) continue;
+    if (std::abs(state_.innovation(row, value, variance).normalised()) > kGateSigmas) continue;
     state_.take(row, value, variance);
   }
   state_.mirror();

@@ -88,8 +88,7 @@ double fll_jitter_hz(const FllOptions& options, double cn0_dbhz) {
   options.validate();
   const double ratio = cn0_hz(cn0_dbhz);
   const double t = options.integration_s;
-  return std::sqrt(4 * options.noise_factor * options.loop_bandwidth_hz / ratio * (1 + 1 / (t * ratio))) /
-         (2 * geodesy::kPi * t);
+  return std::sqrt(4 * options.loop_bandwidth_hz / ratio * (1 + 1 / (t * ratio))) / (2 * geodesy::kPi * t);
 }
 
 LoopNoise::LoopNoise(double loop_bandwidth_hz, RandomStream stream)
@@ -127,7 +126,6 @@ void visit(options::Visitor& v, FllOptions& o) {
   gnss::visit_signal_values(v, {"loop_bandwidths_hz", "Hz", "of signals that have another"},
                             o.loop_bandwidths_hz, {0, 100, true});
   v.number({"integration_s", "s", "coherent integration"}, o.integration_s, {0, 10, true});
-  v.number({"noise_factor", "", "1 at high C/N0, 2 near the tracking threshold"}, o.noise_factor, {1, 2});
 }
 
 namespace {

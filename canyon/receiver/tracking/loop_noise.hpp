@@ -67,7 +67,6 @@ void visit(options::Visitor& v, PllOptions& o);
 struct FllOptions {
   double loop_bandwidth_hz = 5;             ///< one-sided noise bandwidth Bn [Hz], (0, 100]
   double integration_s = 0.02;              ///< T [s], (0, 10]; Bn T below 0.5
-  double noise_factor = 1;                  ///< F, [1, 2]: 1 at high C/N0, 2 near the threshold
   gnss::SignalValues loop_bandwidths_hz{};  ///< of signals that have another [Hz]
   /// Throws InputError naming the field that is out of range.
   void validate() const;

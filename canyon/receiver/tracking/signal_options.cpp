@@ -69,7 +69,6 @@ double level_db(const SignalOptions& options) {
 
 void SignalOptions::validate() const {
   link.validate();
-  strength.validate();
   shadowing.validate();
   dll.validate();
   pll.validate();

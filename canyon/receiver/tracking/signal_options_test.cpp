@@ -72,10 +72,8 @@ TEST(SignalOptions, NamesTheFieldThatIsOutOfRange) {
   EXPECT_THAT(message([](Options& o) { o.cn0_sigma_db = 11; }), HasSubstr("cn0_sigma_db"));
   EXPECT_THAT(message([](Options& o) { o.cn0_step_db = -0.1; }), HasSubstr("cn0_step_db"));
   EXPECT_THAT(message([](Options& o) { o.link.noise_figure_db = 30; }), HasSubstr("noise_figure_db"));
-  EXPECT_THAT(message([](Options& o) { o.strength.roughness_m = 2; }), HasSubstr("roughness_m"));
   EXPECT_THAT(message([](Options& o) { o.dll.spacing_chips = 0; }), HasSubstr("spacing_chips"));
   EXPECT_THAT(message([](Options& o) { o.pll.loop_bandwidth_hz = 0; }), HasSubstr("phase lock loop"));
-  EXPECT_THAT(message([](Options& o) { o.fll.noise_factor = 3; }), HasSubstr("noise_factor"));
   EXPECT_THAT(message([](Options& o) { o.lock.hold_s = -1; }), HasSubstr("hold_s"));
   EXPECT_EQ(message([](Options& o) { o.dll.loop_bandwidths_hz["E1"] = 0.2; }), "");
   EXPECT_THAT(message([](Options& o) { o.dll.spacings_chips["Galileo"] = 0.2; }), HasSubstr("'Galileo'"));

@@ -59,7 +59,7 @@ TEST(Barometer, HasTheErrorsOfItsNumbers) {
   options.noise_pa = 1.2;
   options.turn_on_pa = 75;
   options.drift_pa = 5;
-  options.drift_time_s = 10;
+  options.rate_hz = 0.1;
   double first2 = 0, step2 = 0, apart2 = 0;
   constexpr int kRuns = 2000;
   for (int run = 0; run < kRuns; ++run) {
@@ -72,12 +72,12 @@ TEST(Barometer, HasTheErrorsOfItsNumbers) {
     first2 += first * first;
     step2 += (second - first) * (second - first);
     double last = 0;
-    for (int i = 0; i < 1250; ++i) last = error();  // 50 s: five time constants
+    for (int i = 0; i < 300; ++i) last = error();  // five time constants
     apart2 += (last - first) * (last - first);
   }
   // Four standard deviations of a variance from 2,000 values are 13 %.
   EXPECT_NEAR(first2 / kRuns / (75 * 75 + 25 + 1.44), 1, 0.13);
-  const double kept = std::exp(-1 / 250.0);
+  const double kept = std::exp(-1 / 60.0);
   EXPECT_NEAR(step2 / kRuns / (2 * 1.44 + 50 * (1 - kept)), 1, 0.13);
   EXPECT_NEAR(apart2 / kRuns / (2 * 1.44 + 50 * (1 - std::exp(-5.0))), 1, 0.13);
 }
@@ -89,21 +89,19 @@ TEST(Barometer, FollowsWeatherAndTemperature) {
   EXPECT_NEAR(Barometer(options, 1).measure(0, 0, 7200).measured_pa, 101325 - 600, 1e-6);
   options = perfect_barometer();
   options.temperature_pa_k = 0.75;
-  options.warming_k = 20;
-  options.warming_time_s = 100;
   options.sea_level_temperature_c = 25;
   Barometer barometer(options, 3);
   const auto at = [&](double t_s) { return barometer.measure(0, 0, t_s); };
   EXPECT_NEAR(at(0).measured_pa, 101325, 1e-9);  // 25 deg C, where it was calibrated
-  EXPECT_NEAR(at(100).sensor_temperature_k, 298.15 + 20 * (1 - std::exp(-1)), 1e-9);
-  const double per_kelvin_pa = (at(1e6).measured_pa - 101325) / 20;
+  EXPECT_NEAR(at(300).sensor_temperature_k, 298.15 + 10 * (1 - std::exp(-1)), 1e-9);
+  const double per_kelvin_pa = (at(1e6).measured_pa - 101325) / 10;
   EXPECT_GT(std::abs(per_kelvin_pa), 0.01);
-  EXPECT_NEAR(at(100).measured_pa, 101325 + per_kelvin_pa * 20 * (1 - std::exp(-1)), 1e-6);
+  EXPECT_NEAR(at(300).measured_pa, 101325 + per_kelvin_pa * 10 * (1 - std::exp(-1)), 1e-6);
   double squares = 0;
   for (int seed = 0; seed < 2000; ++seed) {
     const double error_pa =
         Barometer(options, static_cast<std::uint64_t>(seed)).measure(0, 0, 1e6).measured_pa - 101325;
-    squares += error_pa * error_pa / 400;
+    squares += error_pa * error_pa / 100;
   }
   EXPECT_NEAR(squares / 2000 / (0.75 * 0.75), 1, 0.13);
 }
@@ -120,7 +118,7 @@ TEST(Barometer, HasTheNumbersOfItsPart) {
 
 TEST(Barometer, RefusesNumbersOutOfRange) {
   BarometerOptions options;
-  options.drift_time_s = 0;
+  options.airflow = 3;
   EXPECT_THROW(Barometer(options, 1), InputError);
   options = {};
   options.sea_level_pressure_pa = 1013.25;  // hPa

@@ -12,63 +12,91 @@ namespace canyon::inertial {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
+constexpr double kDeg_s = geodesy::kPi / 180, kDeg_h = kDeg_s / 3600, kSqrtHour = 60;
+constexpr double kMilliG = kStandardGravity / 1000, kPpm = 1e-6;
 
-/// Numbers of a profile in the units of the options, in their order.
-struct ProfileNumbers {
-  std::array<double, 11> gyroscope;
-  std::array<double, 10> accelerometer;
+constexpr const char* kScale = "standard deviation of the scale factor";
+constexpr const char* kMisalignment = "standard deviation of an axis towards each other one";
+constexpr const char* kPerKelvin = "standard deviation of the bias for each K of the sensor over 25 deg C";
+constexpr const char* kScalePerKelvin =
+    "standard deviation of the scale factor for each K of the sensor over 25 deg C";
+
+/// Visits the fields of a sensor's numbers, or takes their values: those of the options, where they are empty
+/// the profile's.
+struct NumbersOf {
+  options::Visitor* fields;  ///< null: values are taken
+  ImuProfile profile;
+
+  /// @param number in SI units, times / over of the key's @param by_profile in the key's unit
+  void operator()(std::string_view key, std::string_view unit, std::string_view help,
+                  std::optional<double>& given, const options::Range& range, double& number, double times,
+                  double over, const std::array<double, 4>& by_profile) const {
+    if (fields != nullptr) fields->number({key, unit, help, "by profile"}, given, range);
+    number = given.value_or(by_profile.at(static_cast<std::size_t>(profile))) * times / over;
+  }
 };
 
 // Ideal; consumer: white noise, cross-axis sensitivity and change by temperature of TDK's ICM-42688-P, the
 // rest assumed; automotive: assumed; tactical: Sensonor's STIM300 with 10 g accelerometers. docs/imu.md has
 // them as a table.
-constexpr std::array<ProfileNumbers, 4> kProfiles{{
-    {{0, 0, 0, 0, 0, 0, 0, 0, kNone, 0, 0}, {0, 0, 0, 0, 0, 0, 0, kNone, 0, 0}},
-    {{0.168, 5, 0, 0.5, 5000, 0.7, 36, 0.061, 2000, 18, 50},
-     {0.0412, 0.04, 0, 20, 5000, 0.7, 0.488, 16, 0.15, 50}},
-    {{0.2, 2.5, 0, 0.1, 2000, 0.2, 18, 0.0076, 250, 7, 25}, {0.04, 0.03, 0, 5, 2000, 0.2, 0.122, 4, 0.1, 25}},
-    {{0.15, 0.5, 0, 0.0014, 500, 0.057, 1, 0, 400, 0.28, 0},
-     {0.06, 0.05, 0, 0.75, 300, 0.057, 0, 10, 0.055, 0}},
-}};
+TriadNumbers numbers_of(GyroscopeOptions& g, const NumbersOf& number) {
+  TriadNumbers n;
+  number("angle_random_walk_deg_sqrt_h", "deg/sqrt(h)", "white noise of the rate",
+         g.angle_random_walk_deg_sqrt_h, {0, 100}, n.white, kDeg_s, kSqrtHour, {0, 0.168, 0.2, 0.15});
+  number("bias_instability_deg_h", "deg/h", "1/f noise: lowest Allan deviation", g.bias_instability_deg_h,
+         {0, 1e5}, n.flicker, kDeg_h, 1, {0, 5, 2.5, 0.5});
+  number("rate_random_walk_deg_h_sqrt_h", "deg/h/sqrt(h)", "random walk of the bias",
+         g.rate_random_walk_deg_h_sqrt_h, {0, 1e5}, n.walk, kDeg_h, kSqrtHour, {});
+  number("turn_on_bias_deg_s", "deg/s", "standard deviation of the bias of a run", g.turn_on_bias_deg_s,
+         {0, 100}, n.turn_on, kDeg_s, 1, {0, 0.5, 0.1, 0.0014});
+  number("scale_ppm", "ppm", kScale, g.scale_ppm, {0, 1e5}, n.scale, kPpm, 1, {0, 5000, 2000, 500});
+  number("misalignment_deg", "deg", kMisalignment, g.misalignment_deg, {0, 10}, n.misalignment, kDeg_s, 1,
+         {0, 0.7, 0.2, 0.057});
+  number("g_sensitivity_deg_h_g", "deg/h/g", "standard deviation of the bias by specific force",
+         g.g_sensitivity_deg_h_g, {0, 1e5}, n.per_force, kDeg_h, kStandardGravity, {0, 36, 18, 1});
+  number("resolution_deg_s", "deg/s", "step of the values; 0: not rounded", g.resolution_deg_s, {0, 10},
+         n.resolution, kDeg_s, 1, {0, 0.061, 0.0076, 0});
+  number("range_deg_s", "deg/s", "largest value; none: no limit", g.range_deg_s,
+         options::or_none({0, 1e6, true}), n.range, kDeg_s, 1, {kNone, 2000, 250, 400});
+  number("temperature_deg_h_k", "deg/h/K", kPerKelvin, g.temperature_deg_h_k, {0, 1e4}, n.per_kelvin, kDeg_h,
+         1, {0, 18, 7, 0.28});
+  number("scale_temperature_ppm_k", "ppm/K", kScalePerKelvin, g.scale_temperature_ppm_k, {0, 1e4},
+         n.scale_per_kelvin, kPpm, 1, {0, 50, 25, 0});
+  return n;
+}
+
+TriadNumbers numbers_of(AccelerometerOptions& a, const NumbersOf& number) {
+  TriadNumbers n;
+  number("velocity_random_walk_mps_sqrt_h", "m/s/sqrt(h)", "white noise of the specific force",
+         a.velocity_random_walk_mps_sqrt_h, {0, 100}, n.white, 1, kSqrtHour, {0, 0.0412, 0.04, 0.06});
+  number("bias_instability_mg", "mg", "1/f noise: lowest Allan deviation", a.bias_instability_mg, {0, 1000},
+         n.flicker, kMilliG, 1, {0, 0.04, 0.03, 0.05});
+  number("acceleration_random_walk_mg_sqrt_h", "mg/sqrt(h)", "random walk of the bias",
+         a.acceleration_random_walk_mg_sqrt_h, {0, 1000}, n.walk, kMilliG, kSqrtHour, {});
+  number("turn_on_bias_mg", "mg", "standard deviation of the bias of a run", a.turn_on_bias_mg, {0, 1000},
+         n.turn_on, kMilliG, 1, {0, 20, 5, 0.75});
+  number("scale_ppm", "ppm", kScale, a.scale_ppm, {0, 1e5}, n.scale, kPpm, 1, {0, 5000, 2000, 300});
+  number("misalignment_deg", "deg", kMisalignment, a.misalignment_deg, {0, 10}, n.misalignment, kDeg_s, 1,
+         {0, 0.7, 0.2, 0.057});
+  number("resolution_mg", "mg", "step of the values; 0: not rounded", a.resolution_mg, {0, 1000},
+         n.resolution, kMilliG, 1, {0, 0.488, 0.122, 0});
+  number("range_g", "g", "largest value; none: no limit", a.range_g, options::or_none({0, 1e6, true}),
+         n.range, kStandardGravity, 1, {kNone, 16, 4, 10});
+  number("temperature_mg_k", "mg/K", kPerKelvin, a.temperature_mg_k, {0, 100}, n.per_kelvin, kMilliG, 1,
+         {0, 0.15, 0.1, 0.055});
+  number("scale_temperature_ppm_k", "ppm/K", kScalePerKelvin, a.scale_temperature_ppm_k, {0, 1e4},
+         n.scale_per_kelvin, kPpm, 1, {0, 50, 25, 0});
+  return n;
+}
 
 }  // namespace
 
 ImuNumbers imu_numbers(const ImuOptions& options) {
-  const ProfileNumbers& by_profile = kProfiles.at(static_cast<std::size_t>(options.profile));
-  constexpr double kDeg_s = geodesy::kPi / 180, kDeg_h = kDeg_s / 3600, kSqrtHour = 60;
-  constexpr double kMilliG = kStandardGravity / 1000, kPpm = 1e-6;
-  ImuNumbers numbers;
-  const auto& g = options.gyroscope;
-  const auto& by_gyroscope = by_profile.gyroscope;
-  numbers.gyroscope = {g.angle_random_walk_deg_sqrt_h.value_or(by_gyroscope[0]) * kDeg_s / kSqrtHour,
-                       g.bias_instability_deg_h.value_or(by_gyroscope[1]) * kDeg_h,
-                       g.rate_random_walk_deg_h_sqrt_h.value_or(by_gyroscope[2]) * kDeg_h / kSqrtHour,
-                       g.turn_on_bias_deg_s.value_or(by_gyroscope[3]) * kDeg_s,
-                       g.scale_ppm.value_or(by_gyroscope[4]) * kPpm,
-                       g.misalignment_deg.value_or(by_gyroscope[5]) * kDeg_s,
-                       g.g_sensitivity_deg_h_g.value_or(by_gyroscope[6]) * kDeg_h / kStandardGravity,
-                       g.resolution_deg_s.value_or(by_gyroscope[7]) * kDeg_s,
-                       g.range_deg_s.value_or(by_gyroscope[8]) * kDeg_s,
-                       g.temperature_deg_h_k.value_or(by_gyroscope[9]) * kDeg_h,
-                       g.scale_temperature_ppm_k.value_or(by_gyroscope[10]) * kPpm};
-  const auto& a = options.accelerometer;
-  const auto& by_accelerometer = by_profile.accelerometer;
-  numbers.accelerometer = {
-      a.velocity_random_walk_mps_sqrt_h.value_or(by_accelerometer[0]) / kSqrtHour,
-      a.bias_instability_mg.value_or(by_accelerometer[1]) * kMilliG,
-      a.acceleration_random_walk_mg_sqrt_h.value_or(by_accelerometer[2]) * kMilliG / kSqrtHour,
-      a.turn_on_bias_mg.value_or(by_accelerometer[3]) * kMilliG,
-      a.scale_ppm.value_or(by_accelerometer[4]) * kPpm,
-      a.misalignment_deg.value_or(by_accelerometer[5]) * kDeg_s,
-      0,
-      a.resolution_mg.value_or(by_accelerometer[6]) * kMilliG,
-      a.range_g.value_or(by_accelerometer[7]) * kStandardGravity,
-      a.temperature_mg_k.value_or(by_accelerometer[8]) * kMilliG,
-      a.scale_temperature_ppm_k.value_or(by_accelerometer[9]) * kPpm};
-  return numbers;
+  ImuOptions o = options;
+  return {numbers_of(o.gyroscope, {nullptr, o.profile}), numbers_of(o.accelerometer, {nullptr, o.profile})};
 }
 
-Eigen::Matrix3d body_from_sensor(const Orientation& orientation, ImuAxes axes) {
+Eigen::Matrix3d body_from_sensor(const SensorOrientation& orientation, ImuAxes axes) {
   const auto about = [](double angle_deg, const Eigen::Vector3d& axis) {
     return Eigen::AngleAxisd(geodesy::radians(angle_deg), axis);
   };
@@ -86,7 +114,7 @@ void visit_axes(options::Visitor& v, ImuAxes& axes) {
            kAxesWords);
 }
 
-void visit_orientation(options::Visitor& v, Orientation& o) {
+void visit_orientation(options::Visitor& v, SensorOrientation& o) {
   v.section("orientation", [&] {
     v.number(
         {"roll_deg", "deg", "turn of the sensor about its forward axis, left side up; after pitch and yaw"},
@@ -98,11 +126,6 @@ void visit_orientation(options::Visitor& v, Orientation& o) {
 
 void visit(options::Visitor& v, ImuOptions& o) {
   static constexpr std::string_view kProfileWords[]{"ideal", "consumer", "automotive", "tactical"};
-  static constexpr std::string_view kBy = "by profile";
-  static constexpr const char* kPerKelvin =
-      "standard deviation of the bias for each K of the sensor over 25 deg C";
-  static constexpr const char* kScalePerKelvin =
-      "standard deviation of the scale factor for each K of the sensor over 25 deg C";
   v.choice(
       {"profile", "",
        "class of sensors, which gives the defaults of their numbers: ideal, consumer, automotive, tactical"},
@@ -115,47 +138,8 @@ void visit(options::Visitor& v, ImuOptions& o) {
     v.number({"up_m", "m", "sensor above that point"}, o.position_m.z(), {-1000, 1000});
   });
   visit_orientation(v, o.orientation);
-  v.section("gyroscope", [&] {
-    GyroscopeOptions& g = o.gyroscope;
-    v.number({"angle_random_walk_deg_sqrt_h", "deg/sqrt(h)", "white noise of the rate", kBy},
-             g.angle_random_walk_deg_sqrt_h, {0, 100});
-    v.number({"bias_instability_deg_h", "deg/h", "1/f noise: lowest Allan deviation", kBy},
-             g.bias_instability_deg_h, {0, 1e5});
-    v.number({"rate_random_walk_deg_h_sqrt_h", "deg/h/sqrt(h)", "random walk of the bias", kBy},
-             g.rate_random_walk_deg_h_sqrt_h, {0, 1e5});
-    v.number({"turn_on_bias_deg_s", "deg/s", "standard deviation of the bias of a run", kBy},
-             g.turn_on_bias_deg_s, {0, 100});
-    v.number({"scale_ppm", "ppm", "standard deviation of the scale factor", kBy}, g.scale_ppm, {0, 1e5});
-    v.number({"misalignment_deg", "deg", "standard deviation of an axis towards each other one", kBy},
-             g.misalignment_deg, {0, 10});
-    v.number({"g_sensitivity_deg_h_g", "deg/h/g", "standard deviation of the bias by specific force", kBy},
-             g.g_sensitivity_deg_h_g, {0, 1e5});
-    v.number({"resolution_deg_s", "deg/s", "step of the values; 0: not rounded", kBy}, g.resolution_deg_s,
-             {0, 10});
-    v.number({"range_deg_s", "deg/s", "largest value; none: no limit", kBy}, g.range_deg_s,
-             options::or_none({0, 1e6, true}));
-    v.number({"temperature_deg_h_k", "deg/h/K", kPerKelvin, kBy}, g.temperature_deg_h_k, {0, 1e4});
-    v.number({"scale_temperature_ppm_k", "ppm/K", kScalePerKelvin, kBy}, g.scale_temperature_ppm_k, {0, 1e4});
-  });
-  v.section("accelerometer", [&] {
-    AccelerometerOptions& a = o.accelerometer;
-    v.number({"velocity_random_walk_mps_sqrt_h", "m/s/sqrt(h)", "white noise of the specific force", kBy},
-             a.velocity_random_walk_mps_sqrt_h, {0, 100});
-    v.number({"bias_instability_mg", "mg", "1/f noise: lowest Allan deviation", kBy}, a.bias_instability_mg,
-             {0, 1000});
-    v.number({"acceleration_random_walk_mg_sqrt_h", "mg/sqrt(h)", "random walk of the bias", kBy},
-             a.acceleration_random_walk_mg_sqrt_h, {0, 1000});
-    v.number({"turn_on_bias_mg", "mg", "standard deviation of the bias of a run", kBy}, a.turn_on_bias_mg,
-             {0, 1000});
-    v.number({"scale_ppm", "ppm", "standard deviation of the scale factor", kBy}, a.scale_ppm, {0, 1e5});
-    v.number({"misalignment_deg", "deg", "standard deviation of an axis towards each other one", kBy},
-             a.misalignment_deg, {0, 10});
-    v.number({"resolution_mg", "mg", "step of the values; 0: not rounded", kBy}, a.resolution_mg, {0, 1000});
-    v.number({"range_g", "g", "largest value; none: no limit", kBy}, a.range_g,
-             options::or_none({0, 1e6, true}));
-    v.number({"temperature_mg_k", "mg/K", kPerKelvin, kBy}, a.temperature_mg_k, {0, 100});
-    v.number({"scale_temperature_ppm_k", "ppm/K", kScalePerKelvin, kBy}, a.scale_temperature_ppm_k, {0, 1e4});
-  });
+  v.section("gyroscope", [&] { (void)numbers_of(o.gyroscope, {&v, o.profile}); });
+  v.section("accelerometer", [&] { (void)numbers_of(o.accelerometer, {&v, o.profile}); });
   v.section("temperature", [&] {
     v.number({"air_c", "deg C", "of the air about the sensor"}, o.temperature.air_c, {-60, 85});
     v.number({"warming_k", "K", "how much warmer than the air the sensor becomes"}, o.temperature.warming_k,

@@ -17,13 +17,13 @@ enum class ImuProfile : std::uint8_t { Ideal, Consumer, Automotive, Tactical };
 enum class ImuAxes : std::uint8_t { Flu, Frd };
 
 /// How a sensor is turned against the vehicle [deg]; yaw is turned first, then pitch, then roll.
-struct Orientation {
+struct SensorOrientation {
   double roll_deg = 0, pitch_deg = 0, yaw_deg = 0;
 };
 /// Turns vectors from a sensor's axes to the vehicle's: forward, left, up.
-[[nodiscard]] Eigen::Matrix3d body_from_sensor(const Orientation& orientation, ImuAxes axes);
+[[nodiscard]] Eigen::Matrix3d body_from_sensor(const SensorOrientation& orientation, ImuAxes axes);
 void visit_axes(options::Visitor& v, ImuAxes& axes);
-void visit_orientation(options::Visitor& v, Orientation& orientation);
+void visit_orientation(options::Visitor& v, SensorOrientation& orientation);
 
 /// Errors of three gyroscopes; empty: by the profile. Standard deviations where a number differs from axis
 /// to axis.
@@ -72,7 +72,7 @@ struct ImuOptions {
   double rate_hz = 100;  ///< [1, 10,000]
   ImuAxes axes = ImuAxes::Flu;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< forward, left, up from the trajectory's point
-  Orientation orientation;
+  SensorOrientation orientation;
   GyroscopeOptions gyroscope;
   AccelerometerOptions accelerometer;
   ImuTemperatureOptions temperature;

@@ -67,7 +67,6 @@ TEST(Magnetometer, HasTheErrorsOfItsNumbers) {
 TEST(Magnetometer, FeelsWhatStandsByTheWay) {
   MagnetometerOptions options = perfect_magnetometer();
   options.surroundings_ut = 5;
-  options.surroundings_m = 10;
   double size2 = 0, product = 0;
   constexpr int kRuns = 2000;
   for (int run = 0; run < kRuns; ++run) {

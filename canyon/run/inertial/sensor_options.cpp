@@ -54,13 +54,9 @@ void visit(options::Visitor& v, BarometerOptions& o) {
            {0, 5000});
   v.number({"drift_pa", "Pa", "standard deviation of an error that changes slowly", kBy}, o.drift_pa,
            {0, 5000});
-  v.number({"drift_time_s", "s", "time constant of that error"}, o.drift_time_s, {1, 100000});
   v.number({"temperature_pa_k", "Pa/K",
             "standard deviation of the error for each K of the sensor over 25 deg C", kBy},
            o.temperature_pa_k, {0, 100});
-  v.number({"warming_k", "K", "how much warmer than the air the sensor becomes"}, o.warming_k, {-100, 100});
-  v.number({"warming_time_s", "s", "time constant of that"}, o.warming_time_s, {1, 100000});
-  v.number({"delay_s", "s", "age of the air that a sample states"}, o.delay_s, {0, 10});
   v.number({"airflow", "",
             "share of the dynamic pressure of the vehicle's speed that is felt; -1 to 1 by the place of the "
             "opening"},
@@ -114,12 +110,9 @@ void visit(options::Visitor& v, MagnetometerOptions& o) {
   v.number({"resolution_ut", "uT", "step of the values; 0: not rounded", kBy}, o.resolution_ut, {0, 100});
   v.number({"range_ut", "uT", "largest value; none: no limit", kBy}, o.range_ut,
            options::or_none({0, 1e6, true}));
-  v.number({"delay_s", "s", "age of the field that a sample states"}, o.delay_s, {0, 10});
   v.number({"surroundings_ut", "uT",
             "standard deviation of the field of steel by the way, in each axis; it changes with the way"},
            o.surroundings_ut, {0, 1000});
-  v.number({"surroundings_m", "m", "way over which that field falls to 1/e of its correlation"},
-           o.surroundings_m, {0.1, 10000});
 }
 
 namespace {
@@ -156,7 +149,6 @@ void visit(options::Visitor& v, WheelOptions& o) {
   v.number({"slip_time_s", "s", "time constant of the slip"}, o.slip_time_s, {0.01, 1000});
   v.boolean({"direction", "", "sensors tell forwards from backwards; false: speeds have no sign"},
             o.direction);
-  v.number({"minimum_mps", "m/s", "wheels that turn more slowly give no tick"}, o.minimum_mps, {0, 10});
 }
 
 }  // namespace canyon::inertial

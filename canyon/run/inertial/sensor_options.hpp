@@ -24,11 +24,7 @@ struct BarometerOptions {
   std::optional<double> noise_pa;                        ///< standard deviation of a sample, [0, 1000]
   std::optional<double> turn_on_pa;                      ///< standard deviation of the run's error, [0, 5000]
   std::optional<double> drift_pa;          ///< standard deviation of the error that changes, [0, 5000]
-  double drift_time_s = 600;               ///< time constant of that, [1, 100000]
   std::optional<double> temperature_pa_k;  ///< standard deviation of the error by temperature, [0, 100]
-  double warming_k = 10;                   ///< of the sensor over the air in the end, [-100, 100]
-  double warming_time_s = 300;             ///< time constant of that, [1, 100000]
-  double delay_s = 0;                      ///< age of the air that a sample states, [0, 10]
   double airflow = 0;                      ///< share of the dynamic pressure that is felt, [-2, 2]
   std::optional<double> resolution_pa;     ///< step of the reading, [0, 1000]; 0: none
 };
@@ -50,16 +46,14 @@ struct MagnetometerOptions {
   MagnetometerProfile profile = MagnetometerProfile::Ist8310;
   double rate_hz = 50;  ///< samples, [0.1, 1000]
   ImuAxes axes = ImuAxes::Flu;
-  Orientation orientation;
+  SensorOrientation orientation;
   std::optional<double> noise_ut;             ///< standard deviation of a sample, [0, 100]
   std::optional<double> bias_instability_ut;  ///< lowest Allan deviation, [0, 100]
   std::optional<double> hard_iron_ut;         ///< standard deviation of the field of the vehicle, [0, 1000]
   std::optional<double> soft_iron;            ///< standard deviation of each element of I + M, [0, 1]
   std::optional<double> resolution_ut;        ///< step of the reading, [0, 100]; 0: none
   std::optional<double> range_ut;             ///< largest value, (0, 1e6]; infinity: no limit
-  double delay_s = 0;                         ///< age of the field that a sample states, [0, 10]
   double surroundings_ut = 0;  ///< standard deviation of the field of things by the way, [0, 1000]
-  double surroundings_m = 10;  ///< way after which it is another, [0.1, 10000]
 };
 
 /// The numbers of the options, those of the profile where they are empty [T].
@@ -76,7 +70,6 @@ struct WheelOptions {
   double slip = 0.003;     ///< standard deviation of each wheel's relative slip, [0, 0.5]
   double slip_time_s = 1;  ///< time constant of the slip, [0.01, 1000]
   bool direction = true;   ///< the sensors tell forwards from backwards
-  double minimum_mps = 0;  ///< slower wheels are not sensed, [0, 10]
 };
 
 void visit(options::Visitor& v, WheelOptions& o);

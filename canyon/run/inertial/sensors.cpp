@@ -16,6 +16,10 @@ constexpr double kGasConstant = 287.05287;  ///< of dry air [J/(kg K)]
 constexpr double kEarthRadius_m = 6356766;  ///< of the geopotential height
 constexpr double kSeaLevel_pa = 101325, kSeaLevel_k = 288.15;
 
+/// Time constant of a barometer's slow error; its sensor's warming over the air in the end, and the time
+/// constant of that; the way after which the field of steel by the way is another. Assumed.
+constexpr double kDriftTime_s = 600, kWarming_k = 10, kWarmingTime_s = 300, kSurroundings_m = 10;
+
 struct Layer {
   double base_m;  ///< geopotential
   double gradient_kpm;
@@ -89,8 +93,8 @@ Air Barometer::air(double height_m, double t_s) const {
 
 Pressure Barometer::measure(double height_m, double speed_mps, double t_s) {
   const Air air = this->air(height_m, t_s);
-  const double sensor_k = air.temperature_k + warming_k(options_.warming_k, options_.warming_time_s, t_s);
-  const double keep = std::exp(-1 / (options_.rate_hz * options_.drift_time_s));
+  const double sensor_k = air.temperature_k + warming_k(kWarming_k, kWarmingTime_s, t_s);
+  const double keep = std::exp(-1 / (options_.rate_hz * kDriftTime_s));
   drift_pa_ = keep * drift_pa_ + numbers_.drift_pa * std::sqrt(1 - keep * keep) * random_.normal();
   const double dynamic_pa = 0.5 * air.density_kgpm3() * speed_mps * speed_mps;
   double measured_pa = air.pressure_pa + options_.airflow * dynamic_pa + turn_on_pa_ + drift_pa_ +
@@ -112,7 +116,7 @@ Magnetometer::Magnetometer(const MagnetometerOptions& options, std::uint64_t see
 Eigen::Vector3d Magnetometer::measure(const Eigen::Vector3d& field_enu_t,
                                       const Eigen::Matrix3d& enu_from_sensor, double way_m) {
   if (options_.surroundings_ut > 0 && way_m > 0) {
-    const double keep = std::exp(-way_m / options_.surroundings_m);
+    const double keep = std::exp(-way_m / kSurroundings_m);
     steel_enu_t_ = keep * steel_enu_t_ + options_.surroundings_ut * 1e-6 * std::sqrt(1 - keep * keep) *
                                              three_normals(steel_random_);
   }
@@ -136,7 +140,6 @@ WheelSample Wheels::measure(const WheelPair& way_m, double dt_s) {
     Wheel& wheel = wheels_[i];
     wheel.slip = keep * wheel.slip + options_.slip * std::sqrt(1 - keep * keep) * random_.normal();
     double felt_m = way_m[i] * (1 + wheel.scale + wheel.slip);
-    if (std::abs(felt_m) < options_.minimum_mps * dt_s) felt_m = 0;
     if (!options_.direction) felt_m = std::abs(felt_m);
     wheel.counted_m += felt_m;
     double stated_m = wheel.counted_m;

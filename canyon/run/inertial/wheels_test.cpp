@@ -45,14 +45,6 @@ TEST(Wheels, WithoutDirectionCountUp) {
   EXPECT_NEAR(wheels.measure({-1, -1}, 0.1).speed_mps[1], 10, 1e-9);
 }
 
-TEST(Wheels, SlowOnesAreNotSensed) {
-  WheelOptions options = perfect();
-  options.minimum_mps = 1;
-  Wheels wheels(options, 1);
-  EXPECT_EQ(wheels.measure({0.09, 0.11}, 0.1).speed_mps[0], 0);
-  EXPECT_NEAR(wheels.measure({0.09, 0.11}, 0.1).speed_mps[1], 1.1, 1e-12);
-}
-
 // Scale: one for a run and a wheel. Slip: of its deviation, forgotten over its time constant.
 TEST(Wheels, HaveTheErrorsOfTheirNumbers) {
   double scale2 = 0;

@@ -73,7 +73,7 @@ class Recorder final : public simulation::EpochSink {
   void write(const simulation::Epoch& epoch) override {
     if (epoch.receiver != receiver_) return;
     last = epoch;
-    generator_->next(epoch, [this](const Block& block, std::size_t count) {
+    generator_->next(epoch, [this](const SampleBlock& block, std::size_t count) {
       for (std::size_t n = 0; n < count; ++n) values.emplace_back(block.re[n], block.im[n]);
     });
   }

@@ -92,8 +92,8 @@ struct Generator::State {
     interpolator = make_path_interpolator(options, seed, klobuchar, front_end, made.rate_hz);
   }
 
-  void make(const Segment& segment, std::size_t first, std::size_t samples, std::size_t in_segment,
-            Block& out) const {
+  void make(const SignalSegment& segment, std::size_t first, std::size_t samples, std::size_t in_segment,
+            SampleBlock& out) const {
     thread_local Slots slots;
     thread_local std::vector<PathBlock> paths;
     out.clear(samples);
@@ -102,7 +102,7 @@ struct Generator::State {
     const double begin = at(begin_s), end = at(end_s), middle = (begin + end) / 2;
     const auto count = static_cast<double>(samples);
     const double least = std::sqrt(kLeastCn0_hz * 2 / made.rate_hz);
-    for (const Segment::Signal& signal : segment.signals) {
+    for (const SignalSegment::Signal& signal : segment.signals) {
       const double slot_rate = signal.waveform->slot_rate_hz();
       const double wavelength = kSpeedOfLight / signal.carrier_hz;
       const double offset_hz = signal.carrier_hz - made.zero_hz();
@@ -149,7 +149,7 @@ struct Generator::State {
     if (front_end.noise) add_noise(interpolator->noise_key() ^ mix64(first + kGolden64), out);
   }
 
-  void interfere(const Segment& segment, double begin_s, Block& out) const {
+  void interfere(const SignalSegment& segment, double begin_s, SampleBlock& out) const {
     const double lowest_hz = made.lowest_hz() - made.zero_hz();
     const double highest_hz = made.highest_hz() - made.zero_hz();
     const auto band = static_cast<std::size_t>(signal::band_of(front_end.centre_hz));
@@ -214,7 +214,7 @@ struct Generator::State {
   }
 
   /// @param first of the block @param at where its samples begin behind the history
-  void filter(std::size_t first, std::size_t samples, std::size_t at, Block& block) const {
+  void filter(std::size_t first, std::size_t samples, std::size_t at, SampleBlock& block) const {
     assert(at + per_sample * (samples - 1) + taps.size() <= unfiltered_re.size());
     block.clear(samples);
     decimate(unfiltered_re.data() + at, taps, per_sample, samples, block.re.data());
@@ -225,7 +225,7 @@ struct Generator::State {
   }
 
   /// From `sample` to `end`, in blocks of block_samples.
-  void make_blocks(const Segment& segment, std::size_t end, const Take& take) {
+  void make_blocks(const SignalSegment& segment, std::size_t end, const Take& take) {
     const std::size_t size = block_samples;
     for (std::size_t in_segment = 0; sample < end;) {
       const std::size_t count = std::min(kBlocksAtOnce, (end - sample + size - 1) / size);
@@ -280,7 +280,7 @@ struct Generator::State {
 
   std::optional<double> first_s;  // reading of the first sample
   std::size_t sample = 0;         // that comes next
-  std::vector<Block> blocks{kBlocksAtOnce};
+  std::vector<SampleBlock> blocks{kBlocksAtOnce};
   std::vector<float> unfiltered_re, unfiltered_im;  // history, then those of the blocks
 };
 
@@ -294,7 +294,7 @@ Generator& Generator::operator=(Generator&&) noexcept = default;
 
 void Generator::next(const simulation::Epoch& epoch, const Take& take) {
   State& state = *state_;
-  const std::optional<Segment> segment = state.interpolator->next(epoch);
+  const std::optional<SignalSegment> segment = state.interpolator->next(epoch);
   const double reading_s = state.interpolator->reading_s();
   if (!state.first_s) state.first_s = reading_s;
   if (!segment) return;

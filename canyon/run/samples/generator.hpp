@@ -53,7 +53,7 @@ class Generator {
 
   /// The samples between the epoch before and this one, handed over in order; at the first epoch none.
   /// Epochs need an arrival, and follow each other in time.
-  using Take = std::function<void(const Block& block, std::size_t samples)>;
+  using Take = std::function<void(const SampleBlock& block, std::size_t samples)>;
   void next(const simulation::Epoch& epoch, const Take& take);
 
   /// Reading of the receiver's clock at the first sample. Valid behind the first epoch.

@@ -37,7 +37,7 @@ class Samples final : public simulation::EpochSink {
   Samples(const simulation::Simulation& simulation, int threads)
       : generator(simulation.scenario().receivers[0].options, 1, {}, FrontEnd{}, threads) {}
   void write(const simulation::Epoch& epoch) override {
-    generator.next(epoch, [this](const Block& block, std::size_t samples) {
+    generator.next(epoch, [this](const SampleBlock& block, std::size_t samples) {
       bytes.resize(2 * samples);
       quantise(block, samples, 32, bytes.data());
       made += samples;
@@ -91,7 +91,7 @@ BENCHMARK(four_seconds)
 void path_of_a_millisecond(benchmark::State& state) {
   Slots slots{std::vector<float>(1300, 1), {}};
   if (state.range(0) != 0) slots.im = slots.re;
-  Block block;
+  SampleBlock block;
   block.clear(4000);
   for (auto _ : state) {
     add_path(slots, {0.3, 0.25575, 0.1, 1e-3, 1e-6}, block);
@@ -102,7 +102,7 @@ void path_of_a_millisecond(benchmark::State& state) {
 BENCHMARK(path_of_a_millisecond)->Arg(0)->Arg(1);
 
 void noise_of_a_millisecond(benchmark::State& state) {
-  Block block;
+  SampleBlock block;
   block.clear(4000);
   std::uint64_t key = 0;
   for (auto _ : state) {

@@ -51,7 +51,7 @@ class Recorder final : public simulation::EpochSink {
                   simulation.environment().klobuchar(), front_end, threads) {}
   void write(const simulation::Epoch& epoch) override {
     epochs.push_back(epoch);
-    generator.next(epoch, [this](const Block& block, std::size_t samples) {
+    generator.next(epoch, [this](const SampleBlock& block, std::size_t samples) {
       for (std::size_t n = 0; n < samples; ++n) values.emplace_back(block.re[n], block.im[n]);
     });
   }

@@ -152,13 +152,13 @@ float nearest<float>(float scaled) {
 
 }  // namespace
 
-void Block::clear(std::size_t samples) {
+void SampleBlock::clear(std::size_t samples) {
   const std::size_t padded = (samples + kLanes - 1) / kLanes * kLanes;
   re.assign(padded, 0);
   im.assign(padded, 0);
 }
 
-void add_path(const Slots& slots, const PathBlock& path, Block& block) {
+void add_path(const Slots& slots, const PathBlock& path, SampleBlock& block) {
   assert(path.slot >= 0 && path.slots_per_sample >= 0 && path.slots_per_sample <= kMostSlots);
   const auto position = static_cast<std::uint64_t>(std::ldexp(path.slot, 32));
   const auto step = static_cast<std::uint64_t>(std::llround(std::ldexp(path.slots_per_sample, 32)));
@@ -172,7 +172,7 @@ void add_path(const Slots& slots, const PathBlock& path, Block& block) {
   }
 }
 
-void add_tone(double cycles, double cycles_per_sample, double amplitude, Block& block) {
+void add_tone(double cycles, double cycles_per_sample, double amplitude, SampleBlock& block) {
   static const Slots one{{1, 1}, {}};
   PathBlock path;
   path.cycles = cycles;
@@ -181,7 +181,7 @@ void add_tone(double cycles, double cycles_per_sample, double amplitude, Block& 
   add_path(one, path, block);
 }
 
-void turn(double cycles, double cycles_per_sample, Block& block) {
+void turn(double cycles, double cycles_per_sample, SampleBlock& block) {
   turn_by(Carrier(cycles, cycles_per_sample, 1), block.re.size(), block.re.data(), block.im.data());
 }
 
@@ -196,7 +196,7 @@ RandomStream keyed_stream(std::uint64_t key) {
       {mix64(key), mix64(key + kGolden64), mix64(key + 2 * kGolden64), mix64(key + 3 * kGolden64) | 1U});
 }
 
-void add_noise(std::uint64_t key, Block& block) {
+void add_noise(std::uint64_t key, SampleBlock& block) {
   static const std::array<float, kNoiseSteps> table = noise_table();
   RandomStream stream = keyed_stream(key);
   constexpr std::uint64_t kMask = kNoiseSteps - 1;
@@ -208,7 +208,7 @@ void add_noise(std::uint64_t key, Block& block) {
 }
 
 template <typename Value>
-void quantise(const Block& block, std::size_t samples, float gain, Value* out) {
+void quantise(const SampleBlock& block, std::size_t samples, float gain, Value* out) {
   const float* __restrict re = block.re.data();
   const float* __restrict im = block.im.data();
   for (std::size_t n = 0; n < samples; ++n) {
@@ -220,22 +220,12 @@ template <typename Value>
 void quantise(const float* part, std::size_t samples, float gain, Value* out) {
   for (std::size_t n = 0; n < samples; ++n) out[n] = nearest<Value>(part[n] * gain);
 }
-template void quantise(const Block&, std::size_t, float, std::int8_t*);
-template void quantise(const Block&, std::size_t, float, std::int16_t*);
-template void quantise(const Block&, std::size_t, float, float*);
+template void quantise(const SampleBlock&, std::size_t, float, std::int8_t*);
+template void quantise(const SampleBlock&, std::size_t, float, std::int16_t*);
+template void quantise(const SampleBlock&, std::size_t, float, float*);
 template void quantise(const float*, std::size_t, float, std::int8_t*);
 template void quantise(const float*, std::size_t, float, std::int16_t*);
 template void quantise(const float*, std::size_t, float, float*);
-
-double power(const float* part, std::size_t samples) {
-  std::array<double, kLanes> sums{};
-  std::size_t n = 0;
-  for (; n + kLanes <= samples; n += kLanes) {
-    for (std::size_t l = 0; l < kLanes; ++l) sums[l] += static_cast<double>(part[n + l]) * part[n + l];
-  }
-  for (; n < samples; ++n) sums[0] += static_cast<double>(part[n]) * part[n];
-  return std::accumulate(sums.begin(), sums.end(), 0.0) / static_cast<double>(samples);
-}
 
 namespace {
 

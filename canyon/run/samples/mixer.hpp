@@ -17,7 +17,7 @@ inline constexpr std::size_t kLanes = 16;
 inline constexpr double kMostSlots = 15;
 
 /// Baseband samples of a block, in units of the thermal noise: 1 is its standard deviation in each part.
-struct Block {
+struct SampleBlock {
   std::vector<float> re, im;
   /// All 0. @param samples padded to a multiple of kLanes
   void clear(std::size_t samples);
@@ -38,13 +38,13 @@ struct PathBlock {
 /// Adds a path. The code's oscillator counts 2^-32 slots (its rate is off by up to 2^-33 slots a sample), the
 /// carrier's is a complex product every kLanes samples in single precision: 1e-5 rad after 4,000 samples.
 /// `slots` must reach kLanes samples beyond the block.
-void add_path(const Slots& slots, const PathBlock& path, Block& block);
+void add_path(const Slots& slots, const PathBlock& path, SampleBlock& block);
 
 /// Adds a complex exponential.
-void add_tone(double cycles, double cycles_per_sample, double amplitude, Block& block);
+void add_tone(double cycles, double cycles_per_sample, double amplitude, SampleBlock& block);
 
 /// Multiplies by a complex exponential.
-void turn(double cycles, double cycles_per_sample, Block& block);
+void turn(double cycles, double cycles_per_sample, SampleBlock& block);
 
 /// out[n], n < samples: the sum of taps[k] in[step n + k]. @param taps their number is a multiple of kLanes
 void decimate(const float* in, const std::vector<float>& taps, std::size_t step, std::size_t samples,
@@ -55,24 +55,22 @@ void decimate(const float* in, const std::vector<float>& taps, std::size_t step,
 
 /// Adds white noise of standard deviation 1 in each part: the sum of two table values of 12 bits each, up to
 /// 4.9, kurtosis 3 within 0.01. @param key alike: the same noise
-void add_noise(std::uint64_t key, Block& block);
+void add_noise(std::uint64_t key, SampleBlock& block);
 
 /// Interleaved samples times `gain`: to the nearest integer, at most +-the largest one; floats as they are.
 /// @param out std::int8_t, std::int16_t or float
 template <typename Value>
-void quantise(const Block& block, std::size_t samples, float gain, Value* out);
+void quantise(const SampleBlock& block, std::size_t samples, float gain, Value* out);
 /// The same of one part.
 template <typename Value>
 void quantise(const float* part, std::size_t samples, float gain, Value* out);
-/// Mean square of the first samples of a part, summed in one order on every machine.
-[[nodiscard]] double power(const float* part, std::size_t samples);
 
 /// The receiver of samples up to its converter.
 struct FrontEnd {
   double centre_hz = gnss::kL1_hz;  ///< of the band; comes out at intermediate_hz
   double intermediate_hz = 0;       ///< within the frequencies of the samples
   double rate_hz = 4e6;             ///< samples per second, [1e6, 200e6]
-  bool real = false;                ///< samples of one part (Block::re), of the frequencies (0, rate_hz / 2)
+  bool real = false;  ///< samples of one part (SampleBlock::re), of the frequencies (0, rate_hz / 2)
   /// Two-sided, of a filter in front of the converter [Hz], within [rate_hz / 50, rate_hz / 1.1] and so that
   /// kStopLeast of it fits to either side of the intermediate frequency; 0: none, and what is beyond the
   /// band folds back.

@@ -47,7 +47,7 @@ class Keeper final : public simulation::EpochSink {
       : generator(simulation.scenario().receivers[0].options, 1, {}, front_end) {}
   void write(const simulation::Epoch& epoch) override {
     if (epochs.empty() || epoch.truth.time - epochs.front().truth.time < 0.0499) epochs.push_back(epoch);
-    generator.next(epoch, [this](const Block& block, std::size_t samples) {
+    generator.next(epoch, [this](const SampleBlock& block, std::size_t samples) {
       for (std::size_t n = 0; n < samples; ++n) values.emplace_back(block.re[n], block.im[n]);
     });
   }

@@ -126,9 +126,9 @@ class Interpolator final : public PathInterpolator {
         "give it signal: {enabled: true}, or another profile");
   }
 
-  [[nodiscard]] std::optional<Segment> next(const simulation::Epoch& epoch) override {
+  [[nodiscard]] std::optional<SignalSegment> next(const simulation::Epoch& epoch) override {
     EpochSignals now = signals_at(epoch);
-    std::optional<Segment> segment;
+    std::optional<SignalSegment> segment;
     if (last) {
       segment = segment_to(now);
       if (!(segment->length_s > 0)) {
@@ -303,8 +303,8 @@ class Interpolator final : public PathInterpolator {
     counted.most_paths = std::max(counted.most_paths, paths);
   }
 
-  [[nodiscard]] Segment segment_to(const EpochSignals& now) {
-    Segment segment;
+  [[nodiscard]] SignalSegment segment_to(const EpochSignals& now) {
+    SignalSegment segment;
     segment.waves = last->waves;
     segment.begin_s = last->reading_s;
     segment.length_s = now.reading_s - last->reading_s;
@@ -320,8 +320,8 @@ class Interpolator final : public PathInterpolator {
       const SignalAtEpoch& any = from.source != nullptr ? from : to;
       const SignalAtEpoch& other = to.source != nullptr ? to : from;
       const std::array air{any.air, other.air};
-      Segment::Signal& signal =
-          segment.signals.emplace_back(Segment::Signal{&any.source->waveform, any.carrier_hz, {}});
+      SignalSegment::Signal& signal =
+          segment.signals.emplace_back(SignalSegment::Signal{&any.source->waveform, any.carrier_hz, {}});
       std::vector<bool> met(to.paths.size());
       const auto add = [&](const PathAtEpoch* begin, const PathAtEpoch* end) {
         InterpolatedPath& added = signal.paths.emplace_back(interpolate(begin, end, air, segment.length_s));

@@ -94,13 +94,8 @@ BandPlan plan_run(const simulation::Simulation& simulation, const FrontEnd& fron
 
 FrontEnd front_end(const SampleOptions& samples, const std::string& band) {
   samples.validate();
-  if (band.empty() && !samples.centre_hz) throw InputError("the samples have no band", "give one, e.g. L1");
-  return {band.empty() ? *samples.centre_hz : band_centre_hz(band),
-          samples.intermediate_hz,
-          samples.rate_hz,
-          samples.real,
-          samples.bandwidth_hz,
-          samples.noise};
+  return {band_centre_hz(band), samples.intermediate_hz, samples.rate_hz,
+          samples.real,         samples.bandwidth_hz,    samples.noise};
 }
 
 SampleFile::SampleFile(const simulation::Simulation& simulation, SampleFileOptions options)
@@ -113,8 +108,7 @@ SampleFile::SampleFile(const simulation::Simulation& simulation, SampleFileOptio
   // The threshold of 2 bits, 2 of 3, is best at one deviation (0.996 of it: J. Max, IRE Trans. IT-6, 1960).
   const double level =
       options_.samples.noise_level.value_or(options_.samples.format == Format::TwoBit ? 2.0 / 3 : 0.25);
-  level_ = level * largest(options_.samples.format);
-  gain_ = static_cast<float>(level_);
+  gain_ = static_cast<float>(level * largest(options_.samples.format));
   std::error_code error;
   if (options_.to) return;
   const bool to_output = options_.path == "-";
@@ -150,24 +144,13 @@ void SampleFile::write(const simulation::Epoch& epoch) {
   if (epoch.receiver != options_.receiver) return;
   if (!place_) place_ = epoch.truth.position;
   clipped_ = of_epoch_ = 0;
-  generator_.next(epoch, [this](const Block& block, std::size_t samples) { put(block, samples); });
+  generator_.next(epoch, [this](const SampleBlock& block, std::size_t samples) { put(block, samples); });
   if (of_epoch_ > 0) {
     most_clipped_ = std::max(most_clipped_, static_cast<double>(clipped_) / static_cast<double>(of_epoch_));
   }
 }
 
-void SampleFile::control_gain(const Block& block, std::size_t samples) {
-  double received = power(block.re.data(), samples);
-  if (!front_end_.real) received = (received + power(block.im.data(), samples)) / 2;
-  const double forgotten =
-      -std::expm1(-static_cast<double>(samples) / front_end_.rate_hz / options_.samples.agc_s);
-  power_ = power_ ? *power_ + forgotten * (received - *power_) : received;
-  // Without noise there may be nothing at all.
-  if (*power_ > 0) gain_ = static_cast<float>(level_ / std::sqrt(*power_));
-}
-
-void SampleFile::put(const Block& block, std::size_t samples) {
-  if (options_.samples.agc_s > 0) control_gain(block, samples);
+void SampleFile::put(const SampleBlock& block, std::size_t samples) {
   if (!packed(options_.samples.format)) {
     const auto limit = static_cast<float>(largest(options_.samples.format)) / gain_;
     for (std::size_t n = 0; n < samples; ++n) {
@@ -276,9 +259,9 @@ std::vector<std::string> SampleFile::warnings() const {
   }
   constexpr double kMuch = 0.01;
   if (most_clipped_ > kMuch) {
-    warnings.push_back(fmt::format(
-        "{}: up to {:.0f} % of the samples are beyond the largest value: lower noise_level or use agc_s",
-        options_.path.string(), 100 * most_clipped_));
+    warnings.push_back(
+        fmt::format("{}: up to {:.0f} % of the samples are beyond the largest value: lower noise_level",
+                    options_.path.string(), 100 * most_clipped_));
   }
   return warnings;
 }
@@ -288,8 +271,7 @@ std::vector<std::unique_ptr<SampleFile>> make_sample_files(const simulation::Sim
                                                            const std::filesystem::path& path, int threads,
                                                            const std::shared_ptr<transport::ByteSink>& to) {
   SampleFileOptions options{path, receiver, {}, simulation.scenario().samples, threads, to};
-  const std::vector<std::string> bands =
-      options.samples.centre_hz ? std::vector<std::string>{""} : options.samples.bands;
+  const std::vector<std::string>& bands = options.samples.bands;
   if (bands.size() > 1 && (path == "-" || to)) {
     throw InputError(fmt::format("'{}' takes one band, and the samples have {}", path.string(), bands.size()),
                      "give a file, or one band");
@@ -341,7 +323,7 @@ std::string sigmf_type(Format format, bool real) {
   return fmt::format("{}{}", real || packed(format) ? 'r' : 'c', row(format).sigmf);
 }
 
-void Encoder::encode(const Block& block, std::size_t samples, float gain, std::string& bytes) {
+void SampleEncoder::encode(const SampleBlock& block, std::size_t samples, float gain, std::string& bytes) {
   const auto whole = [&](auto of) {
     using Value = decltype(of);
     bytes.resize((real_ ? 1 : 2) * samples * sizeof(Value));
@@ -381,7 +363,7 @@ void Encoder::encode(const Block& block, std::size_t samples, float gain, std::s
   }
 }
 
-void Encoder::finish(std::string& bytes) {
+void SampleEncoder::finish(std::string& bytes) {
   bytes.clear();
   if (std::exchange(kept_bits_, 0) > 0) bytes.push_back(static_cast<char>(std::exchange(kept_, 0)));
 }

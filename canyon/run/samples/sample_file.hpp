@@ -38,12 +38,12 @@ using Format = SampleFormat;
 [[nodiscard]] std::string sigmf_type(Format format, bool real);
 
 /// Writes samples in a format: real and imaginary part in turn, or the real part alone.
-class Encoder {
+class SampleEncoder {
  public:
-  Encoder(Format format, bool real) : format_(format), real_(real) {}
+  SampleEncoder(Format format, bool real) : format_(format), real_(real) {}
   /// The first samples of a block times `gain`, to the nearest value, beyond the largest one that one.
   /// @param bytes replaced; values that fill no whole byte are kept for the next call
-  void encode(const Block& block, std::size_t samples, float gain, std::string& bytes);
+  void encode(const SampleBlock& block, std::size_t samples, float gain, std::string& bytes);
   /// The bits that were kept, filled up with zero bits. @param bytes replaced
   void finish(std::string& bytes);
 
@@ -68,8 +68,7 @@ struct BandPlan {
 [[nodiscard]] Generator make_generator(const simulation::Simulation& simulation, std::size_t receiver,
                                        const FrontEnd& front_end, int threads);
 
-/// The front end of one of its bands; about its centre_hz where the band is empty. Throws InputError for an
-/// unknown band and an empty one without a centre.
+/// The front end of one of its bands. Throws InputError for an unknown band.
 [[nodiscard]] FrontEnd front_end(const SampleOptions& samples, const std::string& band);
 
 /// Options of a file of samples.
@@ -106,8 +105,7 @@ class SampleFile final : public simulation::EpochSink {
   void finish() override;
 
  private:
-  void put(const Block& block, std::size_t samples);
-  void control_gain(const Block& block, std::size_t samples);
+  void put(const SampleBlock& block, std::size_t samples);
   void put_bytes(std::string_view bytes);
   [[nodiscard]] std::string metadata() const;
   [[nodiscard]] std::filesystem::path meta_path() const {
@@ -119,10 +117,8 @@ class SampleFile final : public simulation::EpochSink {
   FrontEnd front_end_;
   BandPlan plan_;
   Generator generator_;
-  Encoder encoder_;
-  double level_ = 1;  ///< wanted deviation of a part
+  SampleEncoder encoder_;
   float gain_ = 1;
-  std::optional<double> power_;  ///< of a part, that the gain control has found
   std::optional<OutputFile> file_;
   std::FILE* pipe_ = nullptr;
   std::string bytes_;

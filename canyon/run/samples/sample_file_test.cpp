@@ -15,36 +15,14 @@
 namespace canyon::samples::sample_file_test {
 namespace {
 
-/// A jammer from the third epoch on.
-class LateJammer final : public disturbance::Disturbance {
- public:
-  void apply(const propagation::Antenna& /*antenna*/, propagation::Arrival& arrival) override {
-    arrival.views.clear();
-    if (++epochs_ < 3) return;
-    propagation::Interference wave;
-    wave.spectrum.shape = propagation::Spectrum::Shape::Band;
-    wave.spectrum.centre_hz = gnss::kL1_hz;
-    wave.spectrum.width_hz = 2e6;
-    wave.power_dbw = -128;
-    arrival.interference.push_back(wave);
-  }
-
- private:
-  int epochs_ = 0;
-};
-
-simulation::Simulation simulate(double duration_s, bool jammer) {
-  simulation::Scenario scenario = simulation::parse_scenario(
+simulation::Simulation simulate(double duration_s) {
+  const simulation::Scenario scenario = simulation::parse_scenario(
       "city: {open: true, origin: {latitude_deg: 48, longitude_deg: 11, height_m: 500}}\n"
       "sky: {nominal: true, systems: [GPS]}\nstart: 2026-06-01T08:00:00Z\nrate_hz: 2\nduration_s: " +
           std::to_string(duration_s) +
           "\ntrajectory: {waypoints: [{east_m: 0, north_m: 0, up_m: 2}], hold_s: 10}\n"
           "receivers: [{name: rx, clock: {bias_s: 0, drift: 0, drift_walk: 0}, signal: {enabled: true}}]\n",
       "test.yaml");
-  if (jammer) {
-    scenario.receivers[0].disturbances.push_back(
-        {"jammer", [](std::uint64_t, const std::string&) { return std::make_unique<LateJammer>(); }});
-  }
   city::City city;
   city.frame = geodesy::LocalFrame(*scenario.city.origin);
   return {scenario, std::move(city)};
@@ -63,43 +41,8 @@ class SampleFiles : public testing::Test {
   test::TemporaryFolder folder_;
 };
 
-double deviation(const std::string& bytes, double from_s, double to_s, double rate_hz = 4e6) {
-  double sum = 0;
-  const auto from = static_cast<std::size_t>(2 * from_s * rate_hz);
-  const auto to = static_cast<std::size_t>(2 * to_s * rate_hz);
-  for (std::size_t i = from; i < to; ++i) {
-    const double value = static_cast<signed char>(bytes.at(i));
-    sum += value * value;
-  }
-  return std::sqrt(sum / static_cast<double>(to - from));
-}
-
-TEST_F(SampleFiles, GainControlFollowsTheTotalPower) {
-  const simulation::Simulation simulation = simulate(2, true);
-  SampleFileOptions options;
-  options.threads = 1;
-  const std::string fixed = made(simulation, options);
-  options.samples.agc_s = 0.1;
-  const std::string held = made(simulation, options);
-  options.threads = 2;
-  EXPECT_EQ(made(simulation, options), held);
-  const double level = 127.0 / 4;
-  EXPECT_NEAR(deviation(fixed, 0, 1), level, 0.1);
-  EXPECT_NEAR(deviation(held, 0, 1), level, 0.1);
-  // The jammer begins with the third epoch, at 1 s. Its power over the noise by the samples without control.
-  const double over = std::pow(deviation(fixed, 1.1, 1.5) / level, 2);
-  EXPECT_GT(over, 1.5);
-  for (const double after_s : {0.01, 0.05, 0.1, 0.2}) {
-    const double followed = 1 + (over - 1) * (1 - std::exp(-after_s / 0.1));
-    EXPECT_NEAR(deviation(held, 1 + after_s - 0.003, 1 + after_s + 0.003), level * std::sqrt(over / followed),
-                0.03 * level)
-        << after_s;
-  }
-  EXPECT_NEAR(deviation(held, 1.9, 2), level, 0.02 * level);
-}
-
 TEST_F(SampleFiles, BitsSayWhatTheyAre) {
-  const simulation::Simulation simulation = simulate(0.5, false);
+  const simulation::Simulation simulation = simulate(0.5);
   SampleFileOptions options;
   options.samples.format = Format::TwoBit;
   options.samples.rate_hz = 2.048001e6;  // samples that fill no byte
@@ -124,7 +67,7 @@ TEST_F(SampleFiles, BitsSayWhatTheyAre) {
 }
 
 TEST_F(SampleFiles, RealOnesHaveTheirFrequencyAt0Hz) {
-  const simulation::Simulation simulation = simulate(0.5, false);
+  const simulation::Simulation simulation = simulate(0.5);
   SampleFileOptions options;
   options.samples.real = true;
   options.samples.intermediate_hz = 1e6;
@@ -136,17 +79,15 @@ TEST_F(SampleFiles, RealOnesHaveTheirFrequencyAt0Hz) {
 }
 
 TEST_F(SampleFiles, RefusesLevelsOfASignAndBandsThatFoldBack) {
-  const simulation::Simulation simulation = simulate(0.5, false);
+  const simulation::Simulation simulation = simulate(0.5);
   SampleFileOptions options;
   options.path = folder_ / "x.iq";
   options.samples.format = Format::OneBit;
   EXPECT_NO_THROW(SampleFile(simulation, options));
-  options.samples.agc_s = 1;
+  options.samples.noise_level = 0.5;
   EXPECT_THROW(SampleFile(simulation, options), InputError);
   options.samples.format = Format::TwoBit;
   EXPECT_NO_THROW(SampleFile(simulation, options));
-  options.samples.agc_s = 1e-4;
-  EXPECT_THROW(SampleFile(simulation, options), InputError);
   options = {};
   options.path = folder_ / "x.iq";
   options.samples.real = true;

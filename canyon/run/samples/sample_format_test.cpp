@@ -13,8 +13,8 @@
 namespace canyon::samples::sample_format_test {
 namespace {
 
-Block block_of(std::vector<float> re, std::vector<float> im) {
-  Block block;
+SampleBlock block_of(std::vector<float> re, std::vector<float> im) {
+  SampleBlock block;
   block.re = std::move(re);
   block.im = std::move(im);
   return block;
@@ -26,16 +26,16 @@ std::vector<unsigned> numbers(const std::string& bytes) {
 
 TEST(SampleFormat, TwoBitsFillBytesFromTheLowestOn) {
   // -3, -1, 1, 3 are 10, 11, 00, 01.
-  const Block block = block_of({-2.5F, 0.5F, 1.9F}, {-0.1F, 2.1F, -7.0F});
+  const SampleBlock block = block_of({-2.5F, 0.5F, 1.9F}, {-0.1F, 2.1F, -7.0F});
   std::string bytes;
-  Encoder complex(Format::TwoBit, false);
+  SampleEncoder complex(Format::TwoBit, false);
   complex.encode(block, 3, 1, bytes);
   EXPECT_EQ(numbers(bytes), (std::vector<unsigned>{0b01'00'11'10}));
   complex.encode(block, 1, 1, bytes);  // the last sample of before, and this one's
   EXPECT_EQ(numbers(bytes), (std::vector<unsigned>{0b11'10'10'00}));
   complex.finish(bytes);
   EXPECT_EQ(bytes, "");
-  Encoder real(Format::TwoBit, true);
+  SampleEncoder real(Format::TwoBit, true);
   real.encode(block, 3, 1, bytes);
   EXPECT_EQ(bytes, "");
   real.finish(bytes);
@@ -45,9 +45,9 @@ TEST(SampleFormat, TwoBitsFillBytesFromTheLowestOn) {
 }
 
 TEST(SampleFormat, OneBitIsTheSign) {
-  const Block block = block_of({-2.5F, 0.5F, 1.9F, -1, -1}, {-0.1F, 2.1F, -7.0F, 1, 1});
+  const SampleBlock block = block_of({-2.5F, 0.5F, 1.9F, -1, -1}, {-0.1F, 2.1F, -7.0F, 1, 1});
   std::string bytes;
-  Encoder encoder(Format::OneBit, false);
+  SampleEncoder encoder(Format::OneBit, false);
   encoder.encode(block, 5, 1, bytes);
   EXPECT_EQ(numbers(bytes), (std::vector<unsigned>{0b0'1'1'0'0'0'1'1}));
   encoder.finish(bytes);
@@ -55,15 +55,15 @@ TEST(SampleFormat, OneBitIsTheSign) {
 }
 
 TEST(SampleFormat, WholeValuesAreOfOnePartOrTwo) {
-  const Block block = block_of({1.6F, -300}, {-2.4F, 0.4F});
+  const SampleBlock block = block_of({1.6F, -300}, {-2.4F, 0.4F});
   std::string bytes;
-  Encoder(Format::Int8, false).encode(block, 2, 1, bytes);
+  SampleEncoder(Format::Int8, false).encode(block, 2, 1, bytes);
   EXPECT_EQ(numbers(bytes), (std::vector<unsigned>{2, 254, 129, 0}));
-  Encoder(Format::Int8, true).encode(block, 2, 1, bytes);
+  SampleEncoder(Format::Int8, true).encode(block, 2, 1, bytes);
   EXPECT_EQ(numbers(bytes), (std::vector<unsigned>{2, 129}));
-  Encoder(Format::Int16, true).encode(block, 2, 1, bytes);
+  SampleEncoder(Format::Int16, true).encode(block, 2, 1, bytes);
   EXPECT_EQ(bytes.size(), 4U);
-  Encoder(Format::Float32, true).encode(block, 2, 1, bytes);
+  SampleEncoder(Format::Float32, true).encode(block, 2, 1, bytes);
   EXPECT_EQ(bytes.size(), 8U);
 }
 
@@ -98,11 +98,11 @@ double loss_db(Format format, bool real, float gain) {
   constexpr double kAmplitude = 0.12, kTurns = 0.3055;
   Slots code;
   for (std::size_t i = 0; i <= 17 * 1023; ++i) code.re.push_back(static_cast<float>(chips[i % 1023]));
-  Encoder encoder(format, real);
+  SampleEncoder encoder(format, real);
   std::string bytes;
   double exact = 0, exact_power = 0, found = 0, power_found = 0;
   for (std::size_t b = 0; b < kBlocks; ++b) {
-    Block signal, block;
+    SampleBlock signal, block;
     signal.clear(kSamples);
     add_path(code, {0.3, 0.25575, 0.37 * static_cast<double>(b), kTurns, kAmplitude}, signal);
     block = signal;

@@ -78,7 +78,7 @@ Made samples_of(const gnss::Signal& signal, double rate_hz, int number = 0) {
     Recorder(const simulation::Simulation& of, const FrontEnd& with)
         : generator(of.scenario().receivers[0].options, 1, {}, with) {}
     void write(const simulation::Epoch& epoch) override {
-      generator.next(epoch, [this](const Block& block, std::size_t count) {
+      generator.next(epoch, [this](const SampleBlock& block, std::size_t count) {
         for (std::size_t n = 0; n < count; ++n) made.values.emplace_back(block.re[n], block.im[n]);
       });
     }

@@ -1,5 +1,4 @@
-// Declared in canyon/run/samples/path_interpolator.hpp.
-#include "canyon/run/samples/path_interpolator.hpp"
+#include "canyon/run/samples/waveform.hpp"
 
 #include <algorithm>
 #include <cassert>
@@ -7,6 +6,7 @@
 
 #include "canyon/base/arithmetic.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
+#include "canyon/receiver/tracking/channel.hpp"
 #include "canyon/sky/broadcast/symbols.hpp"
 
 namespace canyon::samples {

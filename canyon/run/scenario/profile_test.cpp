@@ -335,7 +335,7 @@ TEST(Profile, UsersBringTheirsByAPathFromTheScenariosFolder) {
 
 TEST(Profile, ScenarioAndReceiverOverrideKeyByKey) {
   const Scenario s = parse_scenario(kScene + R"(
-propagation: {diffraction: {max_paths: 7}, reflection_order: 1}
+propagation: {diffraction: {max_range_m: 70}, reflection_order: 1}
 noise: {mu_m: 2}
 receivers:
   - {name: a, profile: ublox-m8t}
@@ -350,7 +350,7 @@ receivers:
   const ReceiverConfig& a = s.receivers[0];
   const ReceiverConfig& b = s.receivers[1];
   EXPECT_EQ(a.options.name, "a");
-  EXPECT_EQ(a.propagation.edges.max_paths, 7);
+  EXPECT_EQ(a.propagation.edges.max_range_m, 70);
   EXPECT_TRUE(a.propagation.through_foliage) << "of the profile";
   EXPECT_EQ(a.propagation.reflection_order, 1);
   EXPECT_EQ(b.propagation.reflection_order, 0);

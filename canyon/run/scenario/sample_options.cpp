@@ -38,15 +38,10 @@ double band_centre_hz(std::string_view band) {
 
 void SampleOptions::validate() const {
   options::check(*this, "samples");
-  if (bands.empty() && !centre_hz) throw InputError("the samples have no band", "give bands: [L1]");
+  if (bands.empty()) throw InputError("the samples have no band", "give bands: [L1]");
   for (const std::string& band : bands) (void)band_centre_hz(band);
-  if (agc_s > 0 && agc_s < 1e-3) {
-    throw InputError(fmt::format("a gain control of {} s is out of range", agc_s),
-                     "give 0.001 to 100 s, or 0 for none");
-  }
-  if (format == SampleFormat::OneBit && (noise_level || agc_s > 0)) {
-    throw InputError("1 bit is the sign alone and has no level",
-                     "leave the noise level and the gain control out");
+  if (format == SampleFormat::OneBit && noise_level) {
+    throw InputError("1 bit is the sign alone and has no level", "leave the noise level out");
   }
   if (real && intermediate_hz == 0) {
     throw InputError("real samples need an intermediate frequency",
@@ -55,14 +50,7 @@ void SampleOptions::validate() const {
 }
 
 void visit(options::Visitor& v, SampleOptions& o) {
-  v.one_of({"bands", "centre_hz"});
-  if (v.reads() || v.wants(!o.centre_hz)) {
-    v.texts({"bands", "", "bands of the samples, one file each: L1, L2, L5, E5 or names of signals"},
-            o.bands);
-  }
-  v.number({"centre_hz", "Hz", "centre frequency of the samples, instead of bands", "that of the band"},
-           o.centre_hz, {1e9, 2e9});
-  if (v.reads() && v.has("bands")) o.centre_hz.reset();
+  v.texts({"bands", "", "bands of the samples, one file each: L1, L2, L5, E5 or names of signals"}, o.bands);
   v.number({"rate_hz", "Hz", "samples per second"}, o.rate_hz, {1e6, 200e6});
   v.number({"intermediate_hz", "Hz", "intermediate frequency: the band's centre is moved here"},
            o.intermediate_hz, {-100e6, 100e6});
@@ -74,10 +62,6 @@ void visit(options::Visitor& v, SampleOptions& o) {
   v.number(
       {"noise_level", "", "standard deviation of the noise, divided by the largest value", "0.25; 2bit 0.67"},
       o.noise_level, {0, 1, true});
-  v.number({"agc_s", "s",
-            "time constant of an automatic gain control, which keeps the received power at the noise level; "
-            "0: none"},
-           o.agc_s, {0, 100});
 }
 
 }  // namespace canyon::samples

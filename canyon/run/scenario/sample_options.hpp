@@ -23,7 +23,6 @@ enum class SampleFormat : std::uint8_t { Int8, Int16, Float32, TwoBit, OneBit };
 /// `canyon iq` write of each receiver.
 struct SampleOptions {
   std::vector<std::string> bands{"L1"};  ///< one file each: names of band_centre_hz()
-  std::optional<double> centre_hz;       ///< one file about this frequency instead, [1e9, 2e9]
   double rate_hz = 4e6;                  ///< samples per second of the receiver's clock, [1e6, 200e6]
   double intermediate_hz = 0;            ///< where the centre comes out
   double bandwidth_hz = 0;               ///< two-sided, of a filter in front of the converter; 0: none
@@ -33,10 +32,6 @@ struct SampleOptions {
   /// Standard deviation of the noise in each part over the largest value [1], (0, 1]; for float32 over 1.
   /// Empty: 0.25; 2/3 of 2 bits, where the threshold is then one deviation. 1 bit takes none.
   std::optional<double> noise_level;
-  /// Time constant [s] of a gain control, {0} or [0.001, 100]; 0: none. It brings the deviation of all that
-  /// is received, jammers included, to the noise level: the gain of a block of a millisecond is that level
-  /// over the root of the mean power so far, which forgets exponentially.
-  double agc_s = 0;
 
   /// Throws InputError for values out of range, unknown bands, and a level of 1 bit.
   void validate() const;

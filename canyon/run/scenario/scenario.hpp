@@ -114,7 +114,7 @@ struct ReceiverConfig {
   Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();  ///< forward, left, up from the reference point
   disturbance::StreetOptions streets;                     ///< one for all receivers of a scenario
   /// A program's own disturbances, applied in this order to what arrives; scenario files cannot name them.
-  std::vector<disturbance::Source> disturbances;
+  std::vector<disturbance::DisturbanceSource> disturbances;
   receiver::ModelSource models;  ///< a program's own, in place of the receiver's weights and position
 };
 

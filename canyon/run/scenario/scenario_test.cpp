@@ -211,7 +211,7 @@ receivers:
     profile: paper
     min_satellites: 4
     propagation: {max_range_m: 100, model: specular}
-    noise: {mu_m: 3, drift: {below_los: 7}}
+    noise: {mu_m: 3}
 )",
                                     "s.yaml");
   const auto& a = s.receivers[0];
@@ -227,7 +227,6 @@ receivers:
   EXPECT_EQ(b.options.noise.ou.mu_m, 2);
   EXPECT_EQ(c.options.noise.ou.mu_m, 3);
   EXPECT_TRUE(c.options.noise.drift_enabled);
-  EXPECT_EQ(c.options.noise.drift_below_los, 7);
   EXPECT_EQ(b.options.fix.min_satellites, 5);
   EXPECT_EQ(c.options.fix.min_satellites, 4);
   EXPECT_NEAR(degrees(c.options.fix.elevation_mask_rad), 15, 1e-12);

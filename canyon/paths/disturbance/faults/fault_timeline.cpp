@@ -126,7 +126,7 @@ std::vector<FaultState> FaultTimeline::states(double now_s) const {
   return states;
 }
 
-Source FaultTimeline::source(std::shared_ptr<const FaultTimeline> timeline) {
+DisturbanceSource FaultTimeline::source(std::shared_ptr<const FaultTimeline> timeline) {
   std::string name = "faults";
   for (const Entry& entry : timeline->entries_) name += "\n" + options::exact_text(entry.fault);
   return {std::move(name), [timeline = std::move(timeline)](std::uint64_t seed, const std::string& draws) {

@@ -48,7 +48,7 @@ class FaultTimeline {
 
   /// Source of a timeline: applies each fault's effect while begin <= now < end, in the timeline's order,
   /// made at its first epoch. Sets ReceiverEvents::faults.
-  [[nodiscard]] static Source source(std::shared_ptr<const FaultTimeline> timeline);
+  [[nodiscard]] static DisturbanceSource source(std::shared_ptr<const FaultTimeline> timeline);
 
  private:
   class Effects;

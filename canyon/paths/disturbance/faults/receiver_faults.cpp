@@ -71,18 +71,16 @@ void visit(options::Visitor& v, AntennaFaultOptions& o) {
       {"stage", "",
        "the loss is before the antenna's amplifier (C/N0 falls as much) or behind it (by Friis' formula)"},
       o.stage, kStages);
-  v.number({"amplifier_gain_db", "dB", "gain of that amplifier"}, o.amplifier_gain_db, {0, 60});
-  v.number({"amplifier_noise_db", "dB", "noise figure of that amplifier"}, o.amplifier_noise_db, {0, 20});
-  v.number({"receiver_noise_db", "dB", "noise figure of the receiver behind the cable"}, o.receiver_noise_db,
-           {0, 20});
   v.number({"period_s", "s", "period of a loose contact; 0: permanent"}, o.period_s, {0, 1e6});
   v.number({"on_s", "s", "duration of the loss in each period"}, o.on_s, {0, 1e6});
 }
 
 double AntennaFaultOptions::cn0_loss_db() const {
   if (stage == AntennaStage::Before || std::isinf(loss_db)) return loss_db;
+  // Assumed: active antennas have gains of 15 to 40 and noise figures of 0.8 to 2.5, receivers 2 to 6.
+  constexpr double kAmplifierGain_db = 27, kAmplifierNoise_db = 1.5, kReceiverNoise_db = 3;
   const auto noise = [&](double loss) {
-    return ratio(amplifier_noise_db) + (loss * ratio(receiver_noise_db) - 1) / ratio(amplifier_gain_db);
+    return ratio(kAmplifierNoise_db) + (loss * ratio(kReceiverNoise_db) - 1) / ratio(kAmplifierGain_db);
   };
   return 10 * std::log10(noise(ratio(loss_db)) / noise(1));
 }

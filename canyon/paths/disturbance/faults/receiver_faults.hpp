@@ -36,9 +36,6 @@ struct AntennaFaultOptions {
   double elevation_from_rad = -1.5707963267948966, elevation_to_rad = 1.5707963267948966;
   double loss_db = 20;                        ///< [0, infinity]
   AntennaStage stage = AntennaStage::Before;  ///< of the amplifier at the antenna
-  double amplifier_gain_db = 27;              ///< [0, 60]; assumed: active antennas have 15 to 40
-  double amplifier_noise_db = 1.5;            ///< noise figure, [0, 20]; assumed: 0.8 to 2.5
-  double receiver_noise_db = 3;               ///< likewise, behind the cable; assumed: 2 to 6
   /// A loose contact: on for the first `on_s` of each period [s]; no period: always.
   double period_s = 0, on_s = 1;
   void validate() const;

@@ -148,8 +148,6 @@ void visit(options::Visitor& v, BeamOptions& o) {
   v.number({"azimuth_deg", "deg", "azimuth of the axis, from north, clockwise"}, o.azimuth_deg,
            {0, 360, false, true});
   v.number({"elevation_deg", "deg", "elevation of the axis"}, o.elevation_deg, {-90, 90});
-  v.number({"front_to_back_db", "dB", "power on the axis relative to directions far from it"},
-           o.front_to_back_db, {0, 60});
 }
 
 double beam_gain_db(const BeamOptions& beam, const Vector3d& direction) {
@@ -157,7 +155,7 @@ double beam_gain_db(const BeamOptions& beam, const Vector3d& direction) {
   const Vector3d axis = geodesy::enu_from_azimuth_elevation(geodesy::radians(beam.azimuth_deg),
                                                             geodesy::radians(beam.elevation_deg));
   const double off_deg = geodesy::degrees(std::atan2(axis.cross(direction).norm(), axis.dot(direction)));
-  return -std::min(12 * std::pow(off_deg / beam.width_deg, 2), beam.front_to_back_db);
+  return -std::min(12 * std::pow(off_deg / beam.width_deg, 2), BeamOptions::kFrontToBack_db);
 }
 
 void TransmitterOptions::validate() const {
@@ -239,7 +237,7 @@ std::vector<TransmitterWay> Transmitter::ways(geodesy::GpsTime time, const Vecto
 namespace {
 
 using propagation::Polarisation;
-using Shape = EmissionOptions::Shape;
+using Shape = propagation::Spectrum::Shape;
 
 // Sweeps of some 10 to 20 MHz in some 10 microseconds: R. H. Mitch et al., Signal Characteristics of Civil
 // GPS Jammers, ION GNSS 2011; powers within those measured there.
@@ -247,9 +245,9 @@ constexpr std::array<std::string_view, 3> kPresets{"privacy_l1", "privacy_l1_l2"
 
 std::vector<EmissionOptions> emissions_of(const JammingOptions& o) {
   EmissionOptions chirp;
-  chirp.shape = Shape::Chirp;
+  chirp.spectrum.shape = Shape::Chirp;
   EmissionOptions second = chirp;
-  second.centre_hz = 1227.6e6;
+  second.spectrum.centre_hz = 1227.6e6;
   EmissionOptions noise;
   noise.power_dbm = 30;
   if (o.preset == "privacy_l1") return {chirp};
@@ -261,11 +259,12 @@ std::vector<EmissionOptions> emissions_of(const JammingOptions& o) {
 }  // namespace
 
 void visit(options::Visitor& v, EmissionOptions& o) {
-  static constexpr std::string_view kShapes[]{"noise", "chirp", "tone"};
-  v.choice({"shape", "", "noise (flat), chirp (saw-tooth sweep) or tone"}, o.shape, kShapes);
-  v.number({"centre_hz", "Hz", "centre of the band, or frequency of the tone"}, o.centre_hz, {1e9, 2e9});
-  v.number({"width_hz", "Hz", "width of noise or of a chirp's sweep"}, o.width_hz, {0, 200e6, true});
-  v.number({"period_s", "s", "period of a chirp's sweep"}, o.period_s, {1e-7, 1e-2});
+  static constexpr std::string_view kShapes[]{"noise", "tone", "chirp"};
+  v.choice({"shape", "", "noise (flat), chirp (saw-tooth sweep) or tone"}, o.spectrum.shape, kShapes);
+  v.number({"centre_hz", "Hz", "centre of the band, or frequency of the tone"}, o.spectrum.centre_hz,
+           {1e9, 2e9});
+  v.number({"width_hz", "Hz", "width of noise or of a chirp's sweep"}, o.spectrum.width_hz, {0, 200e6, true});
+  v.number({"period_s", "s", "period of a chirp's sweep"}, o.spectrum.period_s, {1e-7, 1e-2});
   v.number({"power_dbm", "dBm", "equivalent isotropically radiated power on the beam's axis"}, o.power_dbm,
            {-100, 100});
 }
@@ -304,15 +303,12 @@ Jamming::Jamming(const JammingOptions& options, FaultContext context)
 void Jamming::apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) {
   for (const EmissionOptions& each : emissions_) {
     propagation::Interference wave;
-    using Kind = propagation::Spectrum::Shape;
-    wave.spectrum.shape = each.shape == Shape::Noise   ? Kind::Band
-                          : each.shape == Shape::Chirp ? Kind::Chirp
-                                                       : Kind::Tone;
-    wave.spectrum.centre_hz = each.centre_hz;
-    if (each.shape != Shape::Tone) wave.spectrum.width_hz = each.width_hz;
-    if (each.shape == Shape::Chirp) wave.spectrum.period_s = each.period_s;
+    wave.spectrum = each.spectrum;
+    if (each.spectrum.shape == Shape::Tone) wave.spectrum.width_hz = 0;
+    if (each.spectrum.shape != Shape::Chirp) wave.spectrum.period_s = 0;
     wave.polarisation = polarisation_;
-    for (const TransmitterWay& way : transmitter_.ways(antenna.time, arrival.antenna_enu, each.centre_hz)) {
+    for (const TransmitterWay& way :
+         transmitter_.ways(antenna.time, arrival.antenna_enu, each.spectrum.centre_hz)) {
       wave.power_dbw = each.power_dbm - 30 + way.gain_db;
       wave.arrival = way.arrival;
       arrival.interference.push_back(wave);

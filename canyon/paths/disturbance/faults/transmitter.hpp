@@ -18,9 +18,10 @@ namespace canyon::disturbance {
 struct BeamOptions {
   /// Half power to half power [deg], (0, 360]; infinite: isotropic.
   double width_deg = std::numeric_limits<double>::infinity();
-  double azimuth_deg = 0;        ///< of its axis, from north, clockwise, [0, 360)
-  double elevation_deg = 0;      ///< of its axis, [-90, 90]
-  double front_to_back_db = 20;  ///< of what leaves it far from its axis, [0, 60]
+  double azimuth_deg = 0;    ///< of its axis, from north, clockwise, [0, 360)
+  double elevation_deg = 0;  ///< of its axis, [-90, 90]
+  /// Power on the axis over that in directions far from it.
+  static constexpr double kFrontToBack_db = 20;
 };
 void visit(options::Visitor& v, BeamOptions& o);
 /// Gain over that of the axis [dB], <= 0: a parabola in dB, 12 (angle / width)^2, down to the front-to-back
@@ -81,14 +82,10 @@ class Transmitter {
   double top_m_ = 0;  // of the city
 };
 
-/// One carrier of a jammer.
+/// One carrier of a jammer: a band, a tone or a chirp of 20 MHz in 10 us, unless said.
 struct EmissionOptions {
-  enum class Shape : std::uint8_t { Noise, Chirp, Tone };
-  Shape shape = Shape::Noise;
-  double centre_hz = 1575.42e6;  ///< [1e9, 2e9]; of a tone its frequency
-  double width_hz = 20e6;        ///< of noise and chirp, (0, 200e6]
-  double period_s = 10e-6;       ///< of a chirp's sweep, [1e-7, 1e-2]
-  double power_dbm = 10;         ///< equivalent isotropically radiated, on the beam's axis, [-100, 100]
+  propagation::Spectrum spectrum{propagation::Spectrum::Shape::Band, gnss::kL1_hz, 20e6, 10e-6};
+  double power_dbm = 10;  ///< equivalent isotropically radiated, on the beam's axis, [-100, 100]
 };
 void visit(options::Visitor& v, EmissionOptions& o);
 

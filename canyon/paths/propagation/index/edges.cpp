@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <tuple>
 #include <utility>
 
@@ -23,18 +24,13 @@ using geodesy::kPi;
 const double kSameDirection = std::cos(geodesy::radians(0.5));
 constexpr double kLineTolerance = 0.5e-3;  // m
 constexpr double kSameFace = 1e-3;  // rad about the edge: faces given twice, walls that two buildings share
+/// Faces turn away from one plane by at least 5 deg; seams of rounded walls stay below it.
+constexpr double kMinTurn_rad = 0.087266462599716477;
 constexpr double kFloorTolerance = 1e-3;  // m
 constexpr double kEndSlack = 1e-9;        // m
 constexpr double kMinSine = 1e-6;         // between edge and satellite
 constexpr double kMinDistance = 1e-6;     // m, between antenna and line
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-
-/// One triangle at an edge of the mesh.
-struct Side {
-  std::uint32_t low, high;  ///< welded vertices of the edge
-  std::uint32_t opposite;   ///< vertex
-  std::uint32_t triangle;
-};
 
 /// A triangle as seen along an edge.
 struct Face {
@@ -60,33 +56,29 @@ struct Piece {
   }
 };
 
-std::vector<Side> sides_of(const city::Mesh& mesh, const EdgeOptions& options) {
-  city::TriangleIndices welded = mesh.triangles;
-  city::weld(mesh.vertices, welded);
-  std::vector<Side> sides;
-  sides.reserve(3 * welded.size());
-  for (const city::Object& object : mesh.objects) {
-    const bool diffracts = object.surface == city::Surface::Building ||
-                           object.surface == city::Surface::Vehicle ||
-                           (object.surface == city::Surface::Terrain && options.terrain);
-    if (!diffracts) continue;
-    for (std::uint32_t i = 0; i < object.triangle_count; ++i) {
-      const std::uint32_t t = object.first_triangle + i;
-      const auto& corner = welded[t];
-      if (city::is_degenerate(mesh.vertices[corner[0]], mesh.vertices[corner[1]], mesh.vertices[corner[2]])) {
-        continue;
-      }
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t a = corner[k], b = corner[(k + 1) % 3];
-        sides.push_back({std::min(a, b), std::max(a, b), corner[(k + 2) % 3], t});
+/// Triangles with edges that diffract, welded, and their numbers in the mesh.
+struct SolidTriangles {
+  city::TriangleIndices corners;
+  std::vector<std::uint32_t> number;
+
+  SolidTriangles(const city::Mesh& mesh, bool terrain) {
+    city::TriangleIndices welded = mesh.triangles;
+    city::weld(mesh.vertices, welded);
+    for (const city::Object& object : mesh.objects) {
+      const bool diffracts = object.surface == city::Surface::Building ||
+                             object.surface == city::Surface::Vehicle ||
+                             (object.surface == city::Surface::Terrain && terrain);
+      if (!diffracts) continue;
+      for (std::uint32_t i = 0; i < object.triangle_count; ++i) {
+        const std::uint32_t t = object.first_triangle + i;
+        const auto& [a, b, c] = welded[t];
+        if (city::is_degenerate(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c])) continue;
+        corners.push_back(welded[t]);
+        number.push_back(t);
       }
     }
   }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return std::tie(a.low, a.high, a.triangle, a.opposite) < std::tie(b.low, b.high, b.triangle, b.opposite);
-  });
-  return sides;
-}
+};
 
 /// The faces at an edge in order of their angle; of those at one angle the ascending come first, so that the
 /// common wall of two buildings encloses nothing, and each kind is there once.
@@ -115,14 +107,12 @@ void order_faces(std::vector<Face>& faces) {
   faces.resize(kept);
 }
 
-/// Appends the wedges of air about one edge of the mesh, those wider than a half-space by the turn asked for.
-void append_wedges(const std::vector<Face>& faces, const Piece& blank, const EdgeOptions& options,
-                   std::vector<Piece>& pieces) {
+/// Appends the wedges of air about one edge of the mesh, those wider than a half-space by kMinTurn_rad.
+void append_wedges(const std::vector<Face>& faces, const Piece& blank, std::vector<Piece>& pieces) {
   const bool one_sheet =
       faces.size() == 1 || (faces.size() == 2 && faces[0].ascending && !faces[1].ascending &&
                             faces[1].angle - faces[0].angle <= kSameFace);
   if (one_sheet) {
-    if (!options.free_edges) return;
     Piece piece = blank;
     piece.edge.exterior_rad = 2 * kPi;
     const Vector3d ascending = faces[0].ascending ? faces[0].normal : Vector3d(-faces[0].normal);
@@ -137,7 +127,7 @@ void append_wedges(const std::vector<Face>& faces, const Piece& blank, const Edg
     if (!from.ascending || to.ascending) continue;
     double air = to.angle - from.angle;
     if (i + 1 == faces.size()) air += 2 * kPi;
-    if (air < kPi + options.min_turn_rad) continue;
+    if (air < kPi + kMinTurn_rad) continue;
     Piece piece = blank;
     piece.edge.exterior_rad = std::min(air, 2 * kPi);
     piece.edge.normal = {from.normal, to.normal};
@@ -146,8 +136,8 @@ void append_wedges(const std::vector<Face>& faces, const Piece& blank, const Edg
   }
 }
 
-std::vector<Piece> pieces_of(const city::Mesh& mesh, const EdgeOptions& options) {
-  const std::vector<Side> sides = sides_of(mesh, options);
+std::vector<Piece> pieces_of(const city::Mesh& mesh, bool terrain) {
+  const SolidTriangles solid(mesh, terrain);
   std::vector<double> floor(mesh.triangles.size(), -1e300);  // lowest vertex of each triangle's object
   for (const city::Object& object : mesh.objects) {
     double lowest = 1e300;
@@ -159,14 +149,10 @@ std::vector<Piece> pieces_of(const city::Mesh& mesh, const EdgeOptions& options)
   }
   std::vector<Piece> pieces;
   std::vector<Face> faces;
-  for (std::size_t begin = 0; begin < sides.size();) {
-    std::size_t end = begin;
-    while (end < sides.size() && sides[end].low == sides[begin].low && sides[end].high == sides[begin].high) {
-      ++end;
-    }
+  city::each_edge(solid.corners, [&](std::span<const city::TriangleSide> sides) {
     Piece blank;
-    blank.from = sides[begin].low;
-    blank.to = sides[begin].high;
+    blank.from = static_cast<std::uint32_t>(sides[0].edge >> 32);
+    blank.to = static_cast<std::uint32_t>(sides[0].edge);
     blank.edge.start = mesh.vertices[blank.from];
     const Vector3d& stop = mesh.vertices[blank.to];
     blank.edge.length_m = (stop - blank.edge.start).norm();
@@ -174,26 +160,26 @@ std::vector<Piece> pieces_of(const city::Mesh& mesh, const EdgeOptions& options)
     const Vector3d& u = blank.edge.direction;
     const Vector3d x = u.unitOrthogonal(), y = u.cross(x);
     faces.clear();
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto& corner = mesh.triangles[sides[i].triangle];
-      const Vector3d& a = mesh.vertices[corner[0]];
+    const auto opposite = [&](const city::TriangleSide& side) -> const Vector3d& {
+      return mesh.vertices[solid.corners[side.triangle][(side.corner + 2) % 3]];
+    };
+    for (const city::TriangleSide& side : sides) {
       Face face;
-      face.triangle = sides[i].triangle;
-      face.normal = (mesh.vertices[corner[1]] - a).cross(mesh.vertices[corner[2]] - a).normalized();
-      const Vector3d across = mesh.vertices[sides[i].opposite] - blank.edge.start;
+      face.triangle = solid.number[side.triangle];
+      face.normal = city::normal_of(mesh.vertices, mesh.triangles[face.triangle]).normalized();
+      const Vector3d across = opposite(side) - blank.edge.start;
       face.ascending = face.normal.dot(u.cross(across)) > 0;
       // The normal is square to the edge, but for roundings; it gives the angle better than a sliver would.
       const Vector3d into = face.ascending ? Vector3d(face.normal.cross(u)) : Vector3d(u.cross(face.normal));
       face.angle = std::atan2(into.dot(y), into.dot(x));
       faces.push_back(face);
     }
-    const double lowest = floor[sides[begin].triangle] + kFloorTolerance;
-    const bool missing_floor = end - begin == 1 && blank.edge.start.z() <= lowest && stop.z() <= lowest &&
-                               mesh.vertices[sides[begin].opposite].z() > lowest;
+    const double lowest = floor[solid.number[sides[0].triangle]] + kFloorTolerance;
+    const bool missing_floor = sides.size() == 1 && blank.edge.start.z() <= lowest && stop.z() <= lowest &&
+                               opposite(sides[0]).z() > lowest;
     order_faces(faces);
-    if (!missing_floor) append_wedges(faces, blank, options, pieces);
-    begin = end;
-  }
+    if (!missing_floor) append_wedges(faces, blank, pieces);
+  });
   return pieces;
 }
 
@@ -384,9 +370,7 @@ void mark_diffracting(const NearEdges& near, const Vector3d& s, double max_exces
              marks.data());
 }
 
-EdgeSet::EdgeSet(const city::Mesh& mesh, EdgeOptions options) {
-  options.validate();
-  edges_ = merge(pieces_of(mesh, options));
+EdgeSet::EdgeSet(const city::Mesh& mesh, bool terrain) : edges_(merge(pieces_of(mesh, terrain))) {
   order_in_blocks();
 }
 

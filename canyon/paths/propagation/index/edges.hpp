@@ -11,7 +11,6 @@
 
 #include "canyon/city/fwd.hpp"
 #include "canyon/paths/propagation/index/bounds_blocks.hpp"
-#include "canyon/paths/propagation/index/knife_edge.hpp"
 
 namespace canyon::propagation {
 
@@ -102,9 +101,10 @@ class EdgeSet {
   /// Triangles meet at an edge when they share the positions of two vertices. About each edge the faces are
   /// put in order by angle, so that walls that two buildings share, roofs that go on over them and faces
   /// given twice make no edge. Edges are merged where one goes on from the other with the same faces:
-  /// directions and normals within 0.5 deg, vertices within 0.5 mm of the line of the longest. Throws
-  /// InputError for options that do not validate(); the mesh must pass city::check_mesh().
-  explicit EdgeSet(const city::Mesh& mesh, EdgeOptions options = {});
+  /// directions and normals within 0.5 deg, vertices within 0.5 mm of the line of the longest. The lower
+  /// edge of a wall without a floor (its vertices at its object's lowest one within 1 mm, the wall above) is
+  /// no edge. The mesh must pass city::check_mesh(). @param terrain crests of its triangles as well
+  explicit EdgeSet(const city::Mesh& mesh, bool terrain = false);
 
   [[nodiscard]] std::span<const Edge> edges() const { return edges_; }
 

@@ -108,12 +108,12 @@ TEST(EdgeSet, PiecesOfOneEdgeAreMerged) {
   Mesh mesh;
   append_sheet(mesh, {0, 0, 10}, {35, 0, 0}, {0, 20, 0}, 7, 3);
   append_sheet(mesh, {0, 0, 0}, {35, 0, 0}, {0, 0, 10}, 7, 4);
-  EdgeOptions options;
-  options.free_edges = false;
-  const EdgeSet set(mesh, options);
-  ASSERT_EQ(set.edges().size(), 1u);
+  const EdgeSet set(mesh);
   expect_consistent(set);
-  const Edge& e = set.edges()[0];
+  // Free: the roof's three others, two sides of the wall; the wall's foot is the lowest of its object.
+  ASSERT_EQ(set.edges().size(), 6u);
+  const Edge& e =
+      *std::find_if(set.edges().begin(), set.edges().end(), [](const Edge& edge) { return !edge.is_free(); });
   EXPECT_NEAR(e.length_m, 35, 1e-9);
   EXPECT_NEAR(e.exterior_rad, 1.5 * kPi, 1e-9);
   EXPECT_NEAR((e.start + 0.5 * e.length_m * e.direction - Vector3d(17.5, 0, 10)).norm(), 0, 1e-9);
@@ -217,9 +217,6 @@ TEST(EdgeSet, SheetsWithTwoSidesHaveFreeEdges) {
   expect_consistent(set);
   ASSERT_EQ(set.edges().size(), 4u);
   for (const Edge& e : set.edges()) EXPECT_TRUE(e.is_free());
-  EdgeOptions closed;
-  closed.free_edges = false;
-  EXPECT_TRUE(EdgeSet(mesh, closed).edges().empty());
 }
 
 TEST(EdgeSet, RoundWallsAreSmoothFromTheTurnAskedFor) {
@@ -240,11 +237,9 @@ TEST(EdgeSet, OnlyBuildingsVehiclesAndTerrainIfAsked) {
   for (const Surface surface : {Surface::Building, Surface::Terrain, Surface::Foliage, Surface::Vehicle}) {
     Mesh mesh;
     city::append_box(mesh, "box", surface, Material::Unknown, {0, 0, 0}, {1, 1, 1});
-    EdgeOptions with_terrain;
-    with_terrain.terrain = true;
     const bool solid = surface == Surface::Building || surface == Surface::Vehicle;
     EXPECT_EQ(EdgeSet(mesh).edges().size(), solid ? 12u : 0u);
-    EXPECT_EQ(EdgeSet(mesh, with_terrain).edges().size(), surface == Surface::Foliage ? 0u : 12u);
+    EXPECT_EQ(EdgeSet(mesh, true).edges().size(), surface == Surface::Foliage ? 0u : 12u);
   }
   EXPECT_TRUE(EdgeSet(Mesh{}).edges().empty());
 }
@@ -272,20 +267,6 @@ TEST(EdgeSet, OfARealCityHangsTogether) {
   std::printf("%zu edges, %ld of them free, %.0f m\n", set.edges().size(), static_cast<long>(free),
               total_length(set));
   EXPECT_LT(static_cast<double>(free), 0.05 * static_cast<double>(set.edges().size()));
-}
-
-TEST(EdgeOptions, NameTheFieldThatIsWrong) {
-  for (const double bad : {0.0, -1.0, 2.0, std::nan("")}) {
-    EdgeOptions options;
-    options.min_turn_rad = bad;
-    try {
-      options.validate();
-      FAIL() << bad;
-    } catch (const InputError& e) {
-      EXPECT_THAT(e.what(), testing::HasSubstr("edges.min_turn_rad"));
-    }
-  }
-  EXPECT_NO_THROW(EdgeOptions{}.validate());
 }
 
 // ---- the diffraction point

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <tuple>
+#include <span>
 #include <utility>
 
 #include "canyon/base/arithmetic.hpp"
@@ -23,10 +23,6 @@ constexpr double kPlaneTolerance = 0.5e-3;  // m
 const double kNormalTolerance = std::cos(geodesy::radians(0.5));
 constexpr double kEdgeSlack = 1e-9;  // m
 
-struct Edge {
-  std::uint32_t low, high, triangle;
-};
-
 /// Neighbours of each triangle across its edges: neighbours[offsets[t]] to neighbours[offsets[t + 1]].
 struct Adjacency {
   std::vector<std::uint32_t> offsets, neighbours;
@@ -34,28 +30,14 @@ struct Adjacency {
   explicit Adjacency(const city::Mesh& mesh) {
     city::TriangleIndices welded = mesh.triangles;
     city::weld(mesh.vertices, welded);
-    std::vector<Edge> edges;
-    edges.reserve(3 * mesh.triangles.size());
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t a = welded[t][k], b = welded[t][(k + 1) % 3];
-        edges.push_back({std::min(a, b), std::max(a, b), t});
-      }
-    }
-    std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
-      return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
-    });
     std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-    for (std::size_t i = 0; i < edges.size();) {
-      std::size_t end = i + 1;
-      while (end < edges.size() && edges[end].low == edges[i].low && edges[end].high == edges[i].high) ++end;
-      for (std::size_t a = i; a < end; ++a) {
-        for (std::size_t b = i; b < end; ++b) {
-          if (a != b) pairs.emplace_back(edges[a].triangle, edges[b].triangle);
+    city::each_edge(welded, [&](std::span<const city::TriangleSide> sides) {
+      for (const city::TriangleSide& from : sides) {
+        for (const city::TriangleSide& to : sides) {
+          if (&from != &to) pairs.emplace_back(from.triangle, to.triangle);
         }
       }
-      i = end;
-    }
+    });
     std::sort(pairs.begin(), pairs.end());
     offsets.assign(mesh.triangles.size() + 1, 0);
     for (const auto& [from, to] : pairs) {
@@ -65,12 +47,6 @@ struct Adjacency {
     std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
   }
 };
-
-Vector3d area_normal(const city::Mesh& mesh, std::uint32_t triangle) {
-  const auto& t = mesh.triangles[triangle];
-  const Vector3d& a = mesh.vertices[t[0]];
-  return (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a);
-}
 
 /// Twice the area of (a, b, p): positive where p is left of a -> b.
 double side(const Vector2d& a, const Vector2d& b, const Vector2d& p) {
@@ -193,7 +169,7 @@ void FacetSet::find_facets(const city::Mesh& mesh, bool with_terrain) {
   std::vector<double> area(count);
   std::vector<Vector3d> normal(count);
   for (std::uint32_t t = 0; t < count; ++t) {
-    normal[t] = area_normal(mesh, t);
+    normal[t] = city::normal_of(mesh.vertices, mesh.triangles[t]);
     area[t] = normal[t].norm();
     if (!(area[t] > 0)) {
       free[t] = 0;
@@ -234,7 +210,7 @@ void FacetSet::find_facets(const city::Mesh& mesh, bool with_terrain) {
 void FacetSet::add_facet(const city::Mesh& mesh, std::vector<std::uint32_t>& group) {
   Facet facet;
   Vector3d sum = Vector3d::Zero();
-  for (const std::uint32_t t : group) sum += area_normal(mesh, t);
+  for (const std::uint32_t t : group) sum += city::normal_of(mesh.vertices, mesh.triangles[t]);
   facet.normal = sum.normalized();
   facet.min = Vector3d::Constant(1e300);
   facet.max = Vector3d::Constant(-1e300);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
 #include <tuple>
 #include <utility>
 
@@ -23,15 +24,6 @@ constexpr double kRim = 1e-9;
 struct Crossing {
   double range_m = 0;
   bool front = false;
-};
-
-/// A side of a triangle, as it runs from position to position.
-struct Boundary {
-  std::size_t low, high;
-  bool rising;
-  bool operator<(const Boundary& other) const {
-    return std::tie(low, high) < std::tie(other.low, other.high);
-  }
 };
 
 /// T. Moeller and B. Trumbore, "Fast, minimum storage ray-triangle intersection", J. Graphics Tools 2(1),
@@ -102,21 +94,18 @@ FoliageVolumes::FoliageVolumes(const city::Mesh& mesh) {
       }
     }
   }
-  std::vector<Boundary> sides;
+  city::TriangleIndices own;
   for (const std::vector<std::uint32_t>& group : city::connected_components(corners, position_count)) {
     Volume volume;
     volume.first = triangles_.size();
     volume.count = group.size();
     double six_volumes = 0;
-    sides.clear();
+    own.clear();
     const Vector3d origin = triangles[group.front()][0];
     for (const std::uint32_t i : group) {
       const Triangle& t = triangles[i];
       six_volumes += (t[0] - origin).dot((t[1] - origin).cross(t[2] - origin));
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::size_t a = corners[i][k], b = corners[i][(k + 1) % 3];
-        sides.push_back({std::min(a, b), std::max(a, b), a < b});
-      }
+      own.push_back(corners[i]);
       if (triangles_.size() % kBlock == 0) triangle_blocks_.emplace_back();
       triangles_.push_back(t);
       for (const Vector3d& corner : t) {
@@ -126,15 +115,11 @@ FoliageVolumes::FoliageVolumes(const city::Mesh& mesh) {
     }
     // Closed: every side is run through as often one way as the other.
     volume.closed = true;
-    std::sort(sides.begin(), sides.end());
-    for (std::size_t k = 0; k < sides.size() && volume.closed;) {
-      std::ptrdiff_t balance = 0;
-      const auto side = std::make_pair(sides[k].low, sides[k].high);
-      for (; k < sides.size() && std::make_pair(sides[k].low, sides[k].high) == side; ++k) {
-        balance += sides[k].rising ? 1 : -1;
-      }
-      volume.closed = balance == 0;
-    }
+    city::each_edge(own, [&](std::span<const city::TriangleSide> sides) {
+      const auto forward =
+          std::count_if(sides.begin(), sides.end(), [](const auto& side) { return side.forward; });
+      volume.closed = volume.closed && 2 * static_cast<std::size_t>(forward) == sides.size();
+    });
     if (volume.closed && six_volumes < 0) {
       for (std::size_t k = volume.first; k < triangles_.size(); ++k)
         std::swap(triangles_[k][1], triangles_[k][2]);

@@ -7,7 +7,6 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/options/values.hpp"
 
 namespace canyon::propagation {
 
@@ -111,17 +110,6 @@ double signed_knife_edge_nu(double excess_m, double wavelength_m, bool blocked) 
     throw InputError(fmt::format("wavelength of {} m", wavelength_m), "give one above 0 m");
   const double nu = 2 * std::sqrt(excess_m / wavelength_m);
   return blocked ? nu : -nu;
-}
-
-void EdgeOptions::validate() const {
-  options::check(*this, "edges.");
-}
-
-void visit(options::Visitor& v, EdgeOptions& o) {
-  v.boolean({"terrain", "", "crests of the terrain too"}, o.terrain);
-  v.boolean({"free_edges", "", "rims of sheets and of open meshes too"}, o.free_edges);
-  v.angle({"min_turn_deg", "deg", "smallest angle between the faces of an edge"}, o.min_turn_rad,
-          {0.0573, 90});
 }
 
 }  // namespace canyon::propagation

@@ -2,8 +2,6 @@
 
 #include <complex>
 
-#include "canyon/base/options/fwd.hpp"
-
 namespace canyon::propagation {
 
 /// Fresnel cosine and sine integrals C(x) + j S(x) = int_0^x exp(j pi s^2 / 2) ds: ITU-R P.526-15 (10/2019),
@@ -41,20 +39,5 @@ namespace canyon::propagation {
 /// Sommerfeld's half plane at any angle); negative unless `blocked`. InputError for a negative excess or
 /// wavelength <= 0.
 [[nodiscard]] double signed_knife_edge_nu(double excess_m, double wavelength_m, bool blocked);
-
-struct EdgeOptions {
-  /// Edges of the terrain as well: crests of its triangles.
-  bool terrain = false;
-  /// Free edges: of sheets, and of meshes that do not close. The lower edge of a wall without a
-  /// floor (its vertices at its object's lowest one within 1 mm, the wall above) never is one.
-  bool free_edges = true;
-  /// Least angle [rad] by which the faces turn away from one plane. Seams of rounded walls stay below it.
-  /// [0.001, pi/2], in degrees [0.0573, 90].
-  double min_turn_rad = 0.087266462599716477;  // 5 deg
-  [[nodiscard]] bool operator==(const EdgeOptions&) const = default;
-  /// Throws InputError naming the field and its bound.
-  void validate() const;
-};
-void visit(options::Visitor& v, EdgeOptions& o);
 
 }  // namespace canyon::propagation

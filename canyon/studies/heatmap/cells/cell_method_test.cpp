@@ -72,7 +72,7 @@ CellMethod method_of(const ReceiverOptions& options) {
 /// runs has the same first fix with another value (LaterFieldsDoNotChangeAFirstFix).
 constexpr std::string_view kLater =
     "position_filter. max_iterations convergence_m ionosphere_sigma_m smoothing. raim.false_alarm "
-    "raim.max_exclusions raim.sigma_scale clock. spoofing_check. noise.doppler_sigma_hz biases.drift_time_s "
+    "raim.max_exclusions clock. spoofing_check. noise.doppler_sigma_hz biases.drift_time_s "
     "signal.front_end_compression_dbm signal.dll.peak_check_s signal.pll. signal.fll. "
     "signal.phase_threshold_dbhz signal.cn0_averaging_s signal.lock.cold_acquisition_s "
     "signal.lock.reacquisition_s "
@@ -217,10 +217,10 @@ TEST(CellMethod, OfSteadyReceiversChangeTheMap) {
   // is not tracked, motion, foliage, and a threshold below all signals of these cells.
   change_each(
       downtown.options(), [&](const ReceiverOptions& options) { return downtown.steady(options); },
-      "own_draws at_once noise.drift. weights.elevation_a_m weights.elevation_b_m signal.shadowing.custom. "
+      "own_draws at_once noise.drift. weights.elevation_a_m weights.elevation_b_m "
       "biases.code_m biases.drift_sigma_m signal.antenna_lower_rows signal.wide_front_end_bandwidth_hz "
-      "noise.mu_m signal.shadowing.correlation_m signal.shadowing.obstacle_speed_mps "
-      "signal.strength.foliage signal.lock.tracking_threshold_dbhz");
+      "noise.mu_m "
+      "signal.lock.tracking_threshold_dbhz");
 }
 
 TEST(CellMethod, OfSharedCellsChangeTheMap) {
@@ -237,13 +237,12 @@ TEST(CellMethod, OfSharedCellsChangeTheMap) {
   ReceiverOptions base;
   base.fix.max_iterations = 30;
   base.noise.drift_enabled = true;
-  base.noise.drift_below_los = 9;
   base.fix.weights.weighting = positioning::Weighting::Elevation;
   // Strength and what belongs to it, residuals, the name, GLONASS, the speed that cells do not have, and what
   // TileTracer leaves out.
   change_each(base, solve,
-              "signal. cn0_mask_dbhz weights.cn0_floor_m2 weights.cn0_scale_m2_hz covariance_by_residuals "
-              "own_draws biases.glonass_channel_m noise.drift.below_speed_mps noise.drift.below_los "
+              "signal. cn0_mask_dbhz covariance_by_residuals "
+              "own_draws biases.glonass_channel_m "
               "elevation_mask_deg tracks leaves_out at_once");
 }
 

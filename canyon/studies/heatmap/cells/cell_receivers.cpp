@@ -114,7 +114,8 @@ void CellReceivers::solve_without_noise(const ReceiverDraws::Scene& scene, CellV
 void CellReceivers::draw(const ReceiverDraws::Scene& scene, std::span<const errors::SpaceErrors> space,
                          bool statistics, CellValues& values) const {
   DrawnFixes fixes;
-  const std::vector<disturbance::Source> disturbances = receivers_.disturbances_at(scene.arrival.antenna_enu);
+  const std::vector<disturbance::DisturbanceSource> disturbances =
+      receivers_.disturbances_at(scene.arrival.antenna_enu);
   for (int d = 0; d < receivers_.count(); ++d) {
     receiver::Receiver receiver(receivers_.options(), receivers_.seed(scene.antenna.time, d), disturbances);
     const receiver::ReceiverEpoch epoch =
@@ -175,8 +176,8 @@ ReceiverDraws::ReceiverDraws(const simulation::Environment& environment,
   options_.signal.lock.warm_start = true;
 }
 
-std::vector<disturbance::Source> ReceiverDraws::disturbances_at(const Vector3d& place) const {
-  std::vector<disturbance::Source> disturbances = disturbances_;
+std::vector<disturbance::DisturbanceSource> ReceiverDraws::disturbances_at(const Vector3d& place) const {
+  std::vector<disturbance::DisturbanceSource> disturbances = disturbances_;
   if (streets_) {
     disturbance::StreetsOptions streets = *streets_;
     streets.above_point_m = 0;
@@ -190,7 +191,7 @@ std::vector<disturbance::Source> ReceiverDraws::disturbances_at(const Vector3d& 
 
 std::vector<std::unique_ptr<receiver::Receiver>> ReceiverDraws::receivers_at(
     geodesy::GpsTime time, const Vector3d& place, const receiver::ReceiverOptions& options) const {
-  const std::vector<disturbance::Source> disturbances = disturbances_at(place);
+  const std::vector<disturbance::DisturbanceSource> disturbances = disturbances_at(place);
   std::vector<std::unique_ptr<receiver::Receiver>> receivers;
   receivers.reserve(static_cast<std::size_t>(draws_.draws));
   for (int d = 0; d < draws_.draws; ++d) {

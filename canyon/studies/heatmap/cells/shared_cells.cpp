@@ -245,7 +245,8 @@ class SharedTile {
     double* const drift = own + signals_.satellites.size() * draws_;
     for (std::size_t draw = 0; draw < draws_; ++draw) {
       own[draw] = sigma_m * code.normal() + drift_m(draw, signal) - drift_m(0, signal);
-      if (noise.enabled && noise.drift_enabled) drift[draw] = noise.drift_mu_sigma_m * mean.normal();
+      if (noise.enabled && noise.drift_enabled)
+        drift[draw] = receiver::NoiseOptions::kDriftMuSigma_m * mean.normal();
     }
   }
 

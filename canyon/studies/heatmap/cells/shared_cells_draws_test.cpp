@@ -295,16 +295,11 @@ TEST(SharedCells, DriftAddsToTheNoise) {
   const std::vector<Layer> wanted{Layer::HorizontalErrorRms, Layer::Hdop};
   ReceiverOptions options;
   options.noise.drift_enabled = true;
-  options.noise.drift_mu_sigma_m = 3;
   const auto sigma = [&] {
     const Maps maps = solve(SharedReceiver{options, {10'000, 2}, {}, {}}, scene, wanted);
     return double{maps[0][0] / maps[1][0]};
   };
-  EXPECT_NEAR(sigma(), std::sqrt(10.0), 0.03 * std::sqrt(10.0));
-  options.noise.drift_below_speed_mps = 0;  // by line of sight alone: here are more than five
-  EXPECT_NEAR(sigma(), 1, 0.03);
-  options.noise.drift_below_los = 50;
-  EXPECT_NEAR(sigma(), std::sqrt(10.0), 0.03 * std::sqrt(10.0));
+  EXPECT_NEAR(sigma(), std::sqrt(5.0), 0.03 * std::sqrt(5.0));
 }
 
 }  // namespace

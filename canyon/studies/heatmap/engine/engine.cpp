@@ -435,7 +435,7 @@ std::string canonical_text(const Request& request, const simulation::ReceiverCon
                            const simulation::ReceiverConfig* base) {
   std::string text = options::exact_text(request) + fmt::format("receiver: {}\n", receiver.options.name);
   if (receiver.streets.enabled) text += "streets: " + options::exact_text(receiver.streets);
-  for (const disturbance::Source& source : receiver.disturbances) {
+  for (const disturbance::DisturbanceSource& source : receiver.disturbances) {
     text += fmt::format("disturbance: {}\n", source.name);
   }
   for (const auto& [system, coefficients] : klobuchar) {

@@ -98,10 +98,9 @@ TEST(HeatmapKey, ChangesWithEverythingThatValuesDependOn) {
   with_receiver("diffraction", [](Options&, Paths& p) { p.diffraction = true; });
   with_receiver("diffuse", [](Options&, Paths& p) { p.diffuse = true; });
   with_receiver("foliage", [](Options&, Paths& p) { p.through_foliage = true; });
-  with_receiver("edges", [](Options&, Paths& p) { p.edges.max_paths = 4; });
-  with_receiver("edges' turn", [](Options&, Paths& p) { p.edges.edges.min_turn_rad = 0.1; });
-  with_receiver("scattering", [](Options&, Paths& p) { p.scattering.rays = 100; });
-  with_receiver("class", [](Options&, Paths& p) { p.scattering.class_m = 9; });
+  with_receiver("edges", [](Options&, Paths& p) { p.edges.edge_radius_m = 1; });
+  with_receiver("edges of terrain", [](Options&, Paths& p) { p.edges.terrain = true; });
+  with_receiver("scattering", [](Options&, Paths& p) { p.scattering.bounces = 2; });
   with_receiver("name", [](Options& o, Paths&) { o.name = "rover"; });
   with_receiver("mask", [](Options& o, Paths&) { o.fix.elevation_mask_rad = 0.2; });
   with_receiver("satellites", [](Options& o, Paths&) { o.fix.min_satellites = 5; });
@@ -123,10 +122,10 @@ TEST(HeatmapKey, ChangesWithEverythingThatValuesDependOn) {
   with_receiver("bandwidth", [](Options& o, Paths&) { o.signal.front_end_bandwidth_hz = 2e7; });
   with_receiver("spacing", [](Options& o, Paths&) { o.signal.dll.spacing_chips = 0.1; });
   with_receiver("PLL", [](Options& o, Paths&) { o.signal.pll.loop_bandwidth_hz = 10; });
-  with_receiver("FLL", [](Options& o, Paths&) { o.signal.fll.noise_factor = 2; });
+  with_receiver("FLL", [](Options& o, Paths&) { o.signal.fll.loop_bandwidth_hz = 4; });
   with_receiver("lock", [](Options& o, Paths&) { o.signal.lock.tracking_threshold_dbhz = 20; });
   with_receiver("shadowing", [](Options& o, Paths&) { o.signal.shadowing.enabled = true; });
-  with_receiver("shadows", [](Options& o, Paths&) { o.signal.shadowing.custom.enter = 0.1; });
+  with_receiver("shadows", [](Options& o, Paths&) { o.signal.shadowing.frame_m = 5; });
   with_receiver("steps", [](Options& o, Paths&) { o.signal.cn0_step_db = 1; });
   // A cell has no epoch before that a filter would remember.
   ReceiverConfig filtered = receiver;
