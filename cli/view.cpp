@@ -1,4 +1,3 @@
-// Declared in cli/commands.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,6 +23,7 @@
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/scenario_run.hpp"
+#include "cli/view_record.hpp"
 #include "cli/view_serve.hpp"
 
 namespace canyon::cli {

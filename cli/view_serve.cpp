@@ -1,4 +1,5 @@
 #include "cli/view_serve.hpp"
+#include "cli/program.hpp"
 
 #include <fmt/format.h>
 

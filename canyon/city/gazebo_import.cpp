@@ -1,4 +1,5 @@
-// Declared in canyon/city/gazebo_export.hpp.
+#include "canyon/city/gazebo_import.hpp"
+
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>

@@ -1,4 +1,3 @@
-// Declared in python/src/binding.hpp.
 #include <fmt/format.h>
 
 #include <sstream>
@@ -9,6 +8,7 @@
 #include "canyon/run/load_city.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/epochs.hpp"
+#include "python/src/models.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {

@@ -1,5 +1,4 @@
-// Declared in python/src/settings.hpp.
-#include "python/src/settings.hpp"
+#include "python/src/models.hpp"
 
 #include <fmt/format.h>
 
@@ -10,6 +9,7 @@
 #include "canyon/outputs/output/epoch_values.hpp"
 #include "canyon/receiver/positioning/pseudorange_model.hpp"
 #include "python/src/binding.hpp"
+#include "python/src/settings.hpp"
 
 namespace canyon::python {
 namespace {

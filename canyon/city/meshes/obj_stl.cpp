@@ -1,4 +1,3 @@
-// Declared in canyon/city/meshes/mesh_scene.hpp.
 // read_obj(). Format: Wavefront, "Object Files (.obj)", appendix B1 of Advanced Visualizer.
 // read_stl(). Format: 3D Systems, "StereoLithography Interface Specification", 1989.
 #include <fmt/format.h>

@@ -1,4 +1,3 @@
-// Declared in canyon/city/meshes/mesh_scene.hpp.
 // read_ply(). Format: Greg Turk, "The PLY Polygon File Format", 1994.
 #include <fmt/format.h>
 

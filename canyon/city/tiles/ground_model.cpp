@@ -1,5 +1,4 @@
-// Declared in canyon/city/tiles/skin_parts.hpp.
-#include "canyon/city/tiles/skin_parts.hpp"
+#include "canyon/city/tiles/ground_model.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>

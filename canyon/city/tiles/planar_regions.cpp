@@ -1,5 +1,4 @@
-// Declared in canyon/city/tiles/skin_parts.hpp.
-#include "canyon/city/tiles/skin_parts.hpp"
+#include "canyon/city/tiles/planar_regions.hpp"
 
 #include <Eigen/Dense>
 #include <Eigen/Eigenvalues>

@@ -1,4 +1,5 @@
-// Declared in canyon/city/tiles/tile_selection.hpp.
+#include "canyon/city/tiles/tile_volume.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,7 +10,6 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/city/meshes/json_values.hpp"
-#include "canyon/city/tiles/tile_selection.hpp"
 
 namespace canyon::tiles {
 namespace {

@@ -1,4 +1,3 @@
-// Declared in canyon/outputs/output/encoder.hpp.
 #include "canyon/outputs/output/encoder.hpp"
 #include "canyon/outputs/output/observations/raw_observations.hpp"
 #include "canyon/outputs/output/sbf/block.hpp"

@@ -1,4 +1,3 @@
-// Declared in canyon/outputs/output/encoder.hpp.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,4 +1,3 @@
-// Declared in canyon/sky/broadcast/messages.hpp.
 #include "canyon/sky/broadcast/bits.hpp"
 #include "canyon/sky/broadcast/messages.hpp"
 #include "canyon/sky/gnss/broadcast_messages.hpp"

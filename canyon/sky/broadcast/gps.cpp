@@ -1,4 +1,3 @@
-// Declared in canyon/sky/broadcast/messages.hpp.
 #include <algorithm>
 #include <array>
 #include <bit>

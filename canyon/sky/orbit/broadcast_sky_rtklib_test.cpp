@@ -14,6 +14,7 @@
 #include "canyon/sky/gnss/broadcast_messages.hpp"
 #include "canyon/sky/orbit/broadcast_sky.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
+#include "canyon/sky/rinex/navigation_writer.hpp"
 #include "tests/support/rinex_sample.hpp"
 #include "tests/support/rtklib.hpp"
 #include "tests/support/shared_data.hpp"

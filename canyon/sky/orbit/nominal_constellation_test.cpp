@@ -14,6 +14,7 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/sky/orbit/broadcast_sky.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
+#include "canyon/sky/rinex/navigation_writer.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/shared_data.hpp"
 

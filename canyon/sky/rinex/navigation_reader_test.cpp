@@ -1,4 +1,5 @@
 #include "canyon/sky/rinex/navigation_reader.hpp"
+#include "canyon/sky/rinex/navigation_writer.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -1,5 +1,4 @@
-// Declared in canyon/city/buildings/sources/city_model.hpp.
-#include "canyon/city/buildings/sources/city_model.hpp"
+#include "canyon/city/buildings/sources/city_attributes.hpp"
 
 #include <fmt/format.h>
 
@@ -10,6 +9,7 @@
 
 #include "canyon/base/named.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/city/buildings/sources/map_data.hpp"
 
 namespace canyon::buildings {
 namespace {

@@ -1,5 +1,4 @@
-// Declared in canyon/city/buildings/sources/model_readers.hpp.
-#include "canyon/city/buildings/sources/model_readers.hpp"
+#include "canyon/city/buildings/sources/cityjson_reader.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,5 @@
-// Declared in canyon/city/buildings/sources/osm_objects.hpp.
+#include "canyon/city/buildings/sources/osm_file.hpp"
+
 // The only file that reads OSM formats: libosmium's readers, and their errors turned into InputError.
 #include "canyon/city/buildings/sources/osm_objects.hpp"
 

@@ -12,6 +12,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/buildings/sources/osm_objects.hpp"
+#include "canyon/city/buildings/sources/osm_rings.hpp"
 
 namespace canyon::buildings {
 namespace {

@@ -1,5 +1,4 @@
-// Declared in canyon/city/buildings/sources/osm_objects.hpp.
-#include "canyon/city/buildings/sources/osm_objects.hpp"
+#include "canyon/city/buildings/sources/osm_rings.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,5 @@
-// Declared in canyon/outputs/drawing/views/pictures.hpp.
+#include "canyon/outputs/drawing/views/timeline_picture.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,7 +11,6 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/outputs/drawing/canvas.hpp"
 #include "canyon/outputs/drawing/plot.hpp"
-#include "canyon/outputs/drawing/views/pictures.hpp"
 
 namespace canyon::drawing {
 namespace {

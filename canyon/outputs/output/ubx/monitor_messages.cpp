@@ -1,4 +1,3 @@
-// Declared in canyon/outputs/output/ubx/messages.hpp.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,4 +1,5 @@
-// Declared in canyon/base/transport/transport.hpp.
+#include "canyon/base/transport/transport.hpp"
+
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
