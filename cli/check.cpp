@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
+#include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/base/secrets.hpp"
 #include "canyon/studies/inspect.hpp"
 #include "cli/commands.hpp"
 

@@ -7,9 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <memory>
 #include <mutex>
-#include <string>
 #include <thread>
 #include <utility>
 

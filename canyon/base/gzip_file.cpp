@@ -9,13 +9,10 @@
 #include <clocale>
 #include <cstring>
 #include <fstream>
-#include <memory>
 #include <system_error>
 #include <utility>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/input_files.hpp"
-#include "canyon/base/text.hpp"
 
 namespace canyon {
 namespace {

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 
-#include "canyon/base/secrets.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/base/utf8.hpp"
 
 namespace canyon {
 namespace {

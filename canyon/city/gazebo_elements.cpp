@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <string>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/text.hpp"

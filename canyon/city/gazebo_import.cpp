@@ -18,7 +18,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/named_file.hpp"
+#include "canyon/base/input_files.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/gazebo_elements.hpp"
 #include "canyon/city/gazebo_export.hpp"

@@ -1,18 +1,15 @@
 #include "canyon/city/link_shapes.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
-#include <utility>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/mesh_marks.hpp"
-#include "canyon/city/mesh_topology.hpp"
 
 namespace canyon::city {
 namespace {

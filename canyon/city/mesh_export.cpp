@@ -1,29 +1,21 @@
 #include "canyon/city/mesh_export.hpp"
 
-#include <fmt/format.h>
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
 #include <limits>
-#include <string>
 #include <string_view>
 #include <system_error>
 #include <unordered_map>
-#include <vector>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/base/output_file.hpp"
 #include "canyon/base/payload.hpp"
-#include "canyon/base/utf8.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/city/mesh_marks.hpp"
-#include "canyon/city/mesh_parts.hpp"
-#include "canyon/city/mesh_topology.hpp"
 
 namespace canyon::city {
 namespace {

@@ -1,5 +1,4 @@
 #include "canyon/city/mesh_export.hpp"
-#include "canyon/city/mesh_parts.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <numeric>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -15,7 +14,6 @@
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/statistics.hpp"
-#include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/city/meshes/mesh_scene.hpp"
 

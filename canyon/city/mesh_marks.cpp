@@ -4,14 +4,12 @@
 
 #include <algorithm>
 #include <cctype>
-#include <optional>
 #include <unordered_map>
 #include <utility>
 
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
-#include "canyon/base/utf8.hpp"
 
 namespace canyon::city {
 namespace {

@@ -1,7 +1,6 @@
 #include "canyon/city/mesh_topology.hpp"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <numeric>
 #include <span>
 #include <unordered_map>

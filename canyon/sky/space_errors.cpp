@@ -12,7 +12,6 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/options/values.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
 namespace canyon::errors {

@@ -8,7 +8,6 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/outputs/output/columns.hpp"
 #include "canyon/outputs/output/epoch_values.hpp"
-#include "python/src/binding.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {

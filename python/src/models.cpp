@@ -8,7 +8,6 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/outputs/output/epoch_values.hpp"
 #include "canyon/receiver/positioning/pseudorange_model.hpp"
-#include "python/src/binding.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {

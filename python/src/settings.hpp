@@ -1,10 +1,10 @@
 #pragma once
 
+#include "canyon/base/input_error.hpp"
 #include "canyon/base/input_files.hpp"
 #include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/node.hpp"
 #include "canyon/base/options/read.hpp"
-#include "canyon/base/secrets.hpp"
 #include "canyon/run/environment.hpp"
 #include "canyon/run/live_receiver.hpp"
 #include "canyon/run/scenario/scenario.hpp"

@@ -42,7 +42,6 @@
 #include "canyon/sky/orbit/precise_sky.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
 #include "canyon/sky/rinex/navigation_writer.hpp"
-#include "canyon/sky/rinex/observation_file.hpp"
 #include "canyon/sky/rinex/observation_reader.hpp"
 #include "canyon/studies/heatmap/kernels/grid.hpp"
 #include "canyon/studies/study/study.hpp"

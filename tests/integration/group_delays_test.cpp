@@ -24,7 +24,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/sky/gnss/broadcast_messages.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
 #include "canyon/sky/rinex/navigation_writer.hpp"
 #include "tests/integration/run_scenario.hpp"

@@ -7,15 +7,10 @@
 #include <algorithm>
 #include <initializer_list>
 #include <limits>
-#include <optional>
 #include <sstream>
-#include <string_view>
 #include <system_error>
-#include <utility>
-#include <vector>
 
 #include "canyon/base/file_kind.hpp"
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/named.hpp"
 #include "canyon/base/options/describe.hpp"
 #include "canyon/base/text.hpp"

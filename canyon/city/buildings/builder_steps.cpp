@@ -14,7 +14,6 @@
 #include "canyon/base/text.hpp"
 #include "canyon/city/buildings/shapes/footprint.hpp"
 #include "canyon/city/buildings/shapes/solid.hpp"
-#include "canyon/city/city.hpp"
 
 namespace canyon::buildings {
 namespace {

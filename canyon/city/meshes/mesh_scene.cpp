@@ -9,8 +9,8 @@
 
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/input_files.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/base/named_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/meshes/gltf_buffers.hpp"
 #include "canyon/city/meshes/gltf_model.hpp"

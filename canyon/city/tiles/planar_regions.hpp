@@ -1,8 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <vector>
 

@@ -8,7 +8,6 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/json.hpp"
 #include "canyon/city/meshes/json_values.hpp"
 
 namespace canyon::tiles {

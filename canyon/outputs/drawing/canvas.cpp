@@ -17,7 +17,7 @@
 #include <string_view>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/base/utf8.hpp"
+#include "canyon/base/text.hpp"
 
 namespace canyon::drawing {
 namespace {

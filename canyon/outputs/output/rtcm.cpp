@@ -4,15 +4,11 @@
 #include <cmath>
 #include <cstdint>
 #include <set>
-#include <utility>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
-#include "canyon/outputs/output/encoder.hpp"
 #include "canyon/outputs/output/epoch_values.hpp"
-#include "canyon/receiver/rtcm/frames.hpp"
-#include "canyon/sky/broadcast/bits.hpp"
-#include "canyon/sky/gnss/broadcast_messages.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
 namespace canyon::output::rtcm {

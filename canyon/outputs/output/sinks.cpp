@@ -1,14 +1,9 @@
 #include "canyon/outputs/output/sinks.hpp"
 
-#include <fmt/format.h>
-
 #include <map>
 #include <optional>
 #include <set>
-#include <string>
-#include <string_view>
 #include <utility>
-#include <vector>
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"

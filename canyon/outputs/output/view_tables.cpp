@@ -7,7 +7,6 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <cstddef>
 #include <new>
 
 #include "canyon/base/arithmetic.hpp"

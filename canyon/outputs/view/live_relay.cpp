@@ -5,14 +5,12 @@
 #include <poll.h>
 #include <algorithm>
 #include <map>
-#include <optional>
 #include <set>
 #include <string_view>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/base/secrets.hpp"
 #include "canyon/base/transport/link.hpp"
 #include "canyon/base/transport/transport.hpp"
 #include "canyon/outputs/output/view_messages.hpp"

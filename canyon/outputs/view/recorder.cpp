@@ -8,7 +8,6 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/outputs/drawing/views/sky_picture.hpp"
-#include "canyon/outputs/output/view_tables.hpp"
 
 namespace canyon::view {
 

@@ -6,14 +6,12 @@
 #include <cassert>
 #include <chrono>
 #include <cmath>
-#include <cstddef>
 #include <limits>
 #include <mutex>
 #include <string_view>
 
 #include "canyon/sky/broadcast/messages.hpp"
 #include "canyon/sky/broadcast/schedule.hpp"
-#include "canyon/sky/gnss/broadcast_messages.hpp"
 
 namespace canyon::broadcast {
 namespace {

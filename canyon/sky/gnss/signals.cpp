@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "canyon/base/geodesy/time_scales.hpp"
-#include "canyon/sky/gnss/broadcast_messages.hpp"
 
 namespace canyon::gnss {
 namespace {

@@ -11,7 +11,6 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/sky/gnss/broadcast_messages.hpp"
 
 namespace canyon::orbit {
 namespace {

@@ -11,7 +11,7 @@
 #include <map>
 #include <memory>
 
-#include "canyon/sky/gnss/broadcast_messages.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/orbit/broadcast_sky.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
 #include "canyon/sky/rinex/navigation_writer.hpp"

@@ -8,7 +8,6 @@
 #include <array>
 #include <cmath>
 
-#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/sky/orbit/broadcast_sky.hpp"

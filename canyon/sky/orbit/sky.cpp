@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/input_error.hpp"
 
 namespace canyon::orbit {

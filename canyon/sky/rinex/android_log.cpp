@@ -9,8 +9,6 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
-#include "canyon/base/text.hpp"
-#include "canyon/sky/rinex/observation_file.hpp"
 
 namespace canyon::rinex {
 namespace {

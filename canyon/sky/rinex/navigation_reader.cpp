@@ -11,7 +11,6 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/read_report.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/sky/gnss/broadcast_messages.hpp"
 #include "canyon/sky/rinex/fields.hpp"
 #include "canyon/sky/rinex/navigation_record.hpp"
 

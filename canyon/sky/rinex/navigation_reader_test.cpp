@@ -12,7 +12,7 @@
 #include <sstream>
 
 #include "canyon/base/geodesy/time_scales.hpp"
-#include "canyon/sky/gnss/broadcast_messages.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 #include "tests/support/observation_text.hpp"
 #include "tests/support/refusal.hpp"

@@ -4,12 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/sky/rinex/fields.hpp"
-#include "canyon/sky/rinex/observation_reader.hpp"
 
 namespace canyon::rinex {
 namespace {

@@ -5,12 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
-#include <string>
 #include <string_view>
-#include <unordered_map>
-#include <utility>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/meshes/geos.hpp"

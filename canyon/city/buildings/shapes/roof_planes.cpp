@@ -1,7 +1,6 @@
 #include "canyon/city/buildings/shapes/roof_planes.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <unordered_map>

@@ -14,7 +14,6 @@
 #include <unordered_map>
 #include <utility>
 
-#include "canyon/city/buildings/shapes/footprint.hpp"
 #include "canyon/city/buildings/shapes/roof_planes.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"

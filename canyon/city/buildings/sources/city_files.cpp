@@ -11,7 +11,6 @@
 #include <set>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"

@@ -14,7 +14,6 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/read_report.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/base/text_file.hpp"
 
 namespace canyon::buildings {
 namespace {

@@ -1,15 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstddef>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <memory>
-#include <set>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <vector>
 
 #include "canyon/city/buildings/sources/city_model.hpp"

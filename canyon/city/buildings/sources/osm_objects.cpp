@@ -6,12 +6,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
 #include <ctime>
 #include <iterator>
 #include <limits>
-#include <optional>
-#include <string_view>
 
 #include "canyon/base/text.hpp"
 #include "canyon/city/buildings/sources/osm_file.hpp"

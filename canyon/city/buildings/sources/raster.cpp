@@ -17,7 +17,6 @@
 #include "canyon/base/text.hpp"
 #include "canyon/city/buildings/sources/gdal.hpp"
 #include "canyon/city/buildings/sources/geoid.hpp"
-#include "canyon/city/buildings/sources/map_data.hpp"
 
 namespace canyon::buildings {
 namespace {

@@ -6,9 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
-#include <string>
-#include <string_view>
 #include <utility>
 
 #include "canyon/base/geodesy/constants.hpp"

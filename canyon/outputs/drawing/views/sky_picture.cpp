@@ -14,7 +14,6 @@
 #include "canyon/base/options/values.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/outputs/drawing/views/sky_marks.hpp"
-#include "canyon/outputs/drawing/views/sky_render.hpp"
 
 namespace canyon::drawing {
 namespace {

@@ -9,7 +9,6 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/statistics.hpp"
-#include "canyon/outputs/drawing/canvas.hpp"
 #include "canyon/outputs/drawing/plot.hpp"
 
 namespace canyon::drawing {

@@ -7,13 +7,10 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <utility>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
-#include "canyon/outputs/drawing/plot.hpp"
 
 namespace canyon::drawing {
 namespace {

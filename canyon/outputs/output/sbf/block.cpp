@@ -1,7 +1,6 @@
 #include "canyon/outputs/output/sbf/block.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 #include <initializer_list>

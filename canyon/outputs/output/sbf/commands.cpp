@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <utility>
 
 #include "canyon/base/text.hpp"
 #include "canyon/outputs/output/sbf/block.hpp"

@@ -6,7 +6,7 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/outputs/output/ubx/messages.hpp"
 #include "canyon/receiver/positioning/least_squares.hpp"
-#include "canyon/sky/gnss/broadcast_messages.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
 
 namespace canyon::output::ubx {
 namespace {
