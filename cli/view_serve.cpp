@@ -35,7 +35,8 @@ void announce(const view::Server& server, const ServeOptions& options) {
 
 }  // namespace
 
-int serve(view::Site site, const ServeOptions& options, const std::function<bool(view::Server&)>& work) {
+int serve(view::ServedSite site, const ServeOptions& options,
+          const std::function<bool(view::Server&)>& work) {
   const std::atomic<bool>& stop = catch_interrupts();
   view::Server server(std::move(site), {.port = options.port});
   announce(server, options);
@@ -59,7 +60,7 @@ class LiveProbe {
     if (!view.scenario) why_not_ = "There is no scenario to trace with: start 'canyon view SCENARIO --live'.";
   }
 
-  void begin(const view::Header& header) {
+  void begin(const view::ViewHeader& header) {
     if (!view_.scenario) return;
     simulation::Scenario scenario = *view_.scenario;
     scenario.receivers.clear();

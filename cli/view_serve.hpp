@@ -23,12 +23,13 @@ struct ServeOptions {
 
 /// Serves a view until Ctrl-C, and returns the exit status. @param work that is done meanwhile; false where
 /// Ctrl-C has ended it. Where it throws pages are sent the reason, and the exception goes on
-int serve(view::Site site, const ServeOptions& options, const std::function<bool(view::Server&)>& work = {});
+int serve(view::ServedSite site, const ServeOptions& options,
+          const std::function<bool(view::Server&)>& work = {});
 
 /// The view of `canyon view --live`.
 struct LiveView {
   std::vector<std::string> addresses;            ///< of the hosts' streams "view"
-  view::Header header;                           ///< of the city, whose mesh is in the folder already
+  view::ViewHeader header;                       ///< of the city, whose mesh is in the folder already
   std::shared_ptr<simulation::CityScene> scene;  ///< the city
   /// The hosts' scenario, if known: pages put antennas by it.
   std::optional<simulation::Scenario> scenario = {};

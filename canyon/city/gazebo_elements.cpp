@@ -32,7 +32,8 @@ bool is_true(std::string_view word) {
   return word == "true" || word == "1";
 }
 
-std::vector<double> numbers(const Source& source, const Element& element, std::size_t count, double largest) {
+std::vector<double> numbers(const SdfFile& source, const Element& element, std::size_t count,
+                            double largest) {
   const std::string text = text_of(element);
   std::vector<double> values;
   for (const std::string_view word : split_blanks(text)) {
@@ -112,7 +113,7 @@ std::optional<MeshNode> extruded_polylines(const std::string& name, const std::v
 constexpr double kLargestSize_m = 1e6;
 
 /// Numbers of a shape's child [m].
-std::vector<double> child_numbers(const Source& source, const Element& shape, const char* child,
+std::vector<double> child_numbers(const SdfFile& source, const Element& shape, const char* child,
                                   std::size_t count) {
   const Element* element = shape.FirstChildElement(child);
   if (element == nullptr) throw source.error(shape, fmt::format("<{}> without <{}>", shape.Name(), child));
@@ -121,7 +122,7 @@ std::vector<double> child_numbers(const Source& source, const Element& shape, co
 
 }  // namespace
 
-bool add_primitive(const Source& source, const Element& shape, LinkShapes& shapes,
+bool add_primitive(const SdfFile& source, const Element& shape, LinkShapes& shapes,
                    const LinkShapes::Place& place) {
   const auto length = [&](const char* child) { return child_numbers(source, shape, child, 1)[0]; };
   const auto lengths = [&](const char* child) {
@@ -154,7 +155,7 @@ bool add_primitive(const Source& source, const Element& shape, LinkShapes& shape
   return true;
 }
 
-bool add_polylines(const Source& source, const Element& geometry, LinkShapes& shapes,
+bool add_polylines(const SdfFile& source, const Element& geometry, LinkShapes& shapes,
                    const LinkShapes::Place& place) {
   const Element* const first = geometry.FirstChildElement("polyline");
   if (first == nullptr) return false;
@@ -201,7 +202,7 @@ std::string relative_to(const Element& element) {
 
 }  // namespace
 
-Affine3d Frames::numbers_of(const Source& source, const Element& element) {
+Affine3d Frames::numbers_of(const SdfFile& source, const Element& element) {
   const Element* const pose = element.FirstChildElement("pose");
   Affine3d result = Affine3d::Identity();
   if (pose == nullptr) return result;

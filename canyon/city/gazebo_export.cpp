@@ -18,6 +18,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/city/mesh_export.hpp"
 #include "canyon/city/mesh_marks.hpp"
+#include "canyon/city/mesh_parts.hpp"
 #include "canyon/city/mesh_topology.hpp"
 
 namespace canyon::city {

@@ -1,4 +1,5 @@
 #include "canyon/city/mesh_export.hpp"
+#include "canyon/city/mesh_parts.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -253,7 +253,7 @@ class MeshImport {
       for (std::size_t c = 0; c < components.size(); ++c) {
         TriangleIndices triangles;
         for (const std::uint32_t t : components[c]) triangles.push_back(node.triangles[t]);
-        const Orientation orientation = orient_outwards(node.vertices, triangles);
+        const OrientedSolids orientation = orient_outwards(node.vertices, triangles);
         const bool all_turned = orientation.turned == triangles.size();
         if (orientation.turned > 0 && !all_turned) {
           turned += orientation.turned;

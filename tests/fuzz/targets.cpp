@@ -269,7 +269,7 @@ std::string mavlink_stream() {
 void read_mavlink(const fs::path& path) {
   const std::string bytes = test::read_bytes(path);
   std::string whole, cut;
-  mavlink::Parser one, other;
+  mavlink::MavlinkParser one, other;
   const auto into = [](std::string& to) {
     return [&to](const mavlink::Frame& f) { to += mavlink::encode(f.message, f.sequence, f.sender); };
   };

@@ -73,7 +73,7 @@ class Inbox {
 };
 
 /// A transport that keeps what was received, and its notes.
-class Device : public Transport {
+class BufferedTransport : public Transport {
  public:
   [[nodiscard]] std::vector<Received> take_received() override { return received_.take(); }
   [[nodiscard]] std::vector<std::string> take_notes() override { return std::exchange(notes_, {}); }
@@ -116,7 +116,7 @@ struct NtripAddress {
 };
 
 /// A connection to a server, taken up again where it is lost.
-class TcpClient final : public Device {
+class TcpClient final : public BufferedTransport {
  public:
   using Clock = std::chrono::steady_clock;
 
@@ -197,7 +197,7 @@ class TcpClient final : public Device {
 /// the system takes connections at any time; serve() and send() do the part of the work that needs no
 /// waiting. A client whose first line is HTTP's is dropped: the page of a foreign site in the user's browser
 /// could send poses and commands in a request.
-class TcpServer final : public Device {
+class TcpServer final : public BufferedTransport {
  public:
   /// Listens. Throws InputError for a port outside 1 to 65535, a host that is not an address of this machine,
   /// and where the system refuses the port (in use, reserved).

@@ -22,7 +22,7 @@ std::string error_text(int error) {
 }
 
 /// A terminal device: what sends, keeps and receives.
-class Terminal : public Device {
+class Terminal : public BufferedTransport {
  public:
   void send(std::string_view bytes) override {
     if (!device_.is_open()) return;
@@ -240,7 +240,7 @@ class SerialPort final : public Terminal {
 };
 
 /// Reads when something is there: a non-blocking standard input would make the shell's terminal non-blocking.
-class StandardInput final : public Device {
+class StandardInput final : public BufferedTransport {
  public:
   void send(std::string_view) override {}
   void serve() override {

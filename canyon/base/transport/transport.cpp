@@ -35,7 +35,7 @@ class File final : public Transport {
 };
 
 /// A log, whose bytes go to the system at once, to PATH.live.part-..., and outlive a process that is killed.
-class Log final : public Device {
+class Log final : public BufferedTransport {
  public:
   explicit Log(fs::path path)
       : path_(std::move(path)),

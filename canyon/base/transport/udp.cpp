@@ -35,7 +35,7 @@ void receive(udp::socket& socket, const Take& take) {
   }
 }
 
-class Udp final : public Device {
+class Udp final : public BufferedTransport {
  public:
   explicit Udp(const HostPort& to) {
     received_.keep_datagrams();
@@ -67,7 +67,7 @@ class Udp final : public Device {
   udp::socket socket_{io_};
 };
 
-class UdpListener final : public Device {
+class UdpListener final : public BufferedTransport {
  public:
   explicit UdpListener(const HostPort& at) {
     received_.keep_datagrams();

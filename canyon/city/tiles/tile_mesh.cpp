@@ -544,7 +544,7 @@ void TileMesh::add_object(const std::string& name, city::Surface surface, city::
     triangles.reserve(component.size());
     for (const std::uint32_t t : component) triangles.push_back(part.triangles[t]);
     if (surface == city::Surface::Building) {
-      const city::Orientation found = city::orient_outwards(part.vertices, triangles);
+      const city::OrientedSolids found = city::orient_outwards(part.vertices, triangles);
       turned_ += found.turned;
       open_ += found.closed ? 0 : 1;
     }

@@ -19,6 +19,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/payload.hpp"
 #include "canyon/city/mesh_export.hpp"
+#include "canyon/city/mesh_parts.hpp"
 #include "canyon/outputs/output/view_tables.hpp"
 #include "canyon/outputs/view/header.hpp"
 #include "canyon/outputs/view/server.hpp"

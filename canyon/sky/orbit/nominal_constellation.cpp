@@ -60,7 +60,7 @@ GpsTime floor_to(const Issue& issue, GpsTime t) {
   return GpsTime::from_nanoseconds(t.nanoseconds() - remainder);
 }
 
-gnss::KeplerEphemeris kepler_record(const Slot& slot, const Issue& issue, GpsTime toe) {
+gnss::KeplerEphemeris kepler_record(const OrbitSlot& slot, const Issue& issue, GpsTime toe) {
   const gnss::System system = slot.id.system;
   gnss::KeplerEphemeris e;
   e.id = slot.id;
@@ -165,7 +165,7 @@ double circular_axis(double rate, double inclination) {
 
 /// State in the ECEF axes of `t` on the near-circular J2 orbit that passes the slot at `t` and comes back to
 /// the same argument of latitude after exactly the slot's draconic period.
-gnss::GlonassEphemeris glonass_start(const Slot& slot, GpsTime t) {
+gnss::GlonassEphemeris glonass_start(const OrbitSlot& slot, GpsTime t) {
   const double node = advance(slot.node_longitude_rad,
                               static_cast<long double>(slot.node_rate) - slot.earth_rate, slot.epoch, t);
   const double u = advance(slot.argument_of_latitude_rad, slot.argument_of_latitude_rate, slot.epoch, t);
@@ -211,7 +211,7 @@ GpsTime utc_midnight(GpsTime t, int days) {
 void add_glonass(GpsTime begin, GpsTime end, gnss::NavigationData& data) {
   // tb lies in the middle of each half hour of Moscow time, hence of UTC (ICD 4.4).
   constexpr int kSpacing_s = 1800;
-  for (const Slot& slot : nominal_slots(gnss::System::GLONASS)) {
+  for (const OrbitSlot& slot : nominal_slots(gnss::System::GLONASS)) {
     gnss::GlonassEphemeris e = glonass_start(slot, utc_midnight(begin, 0));
     for (int record = 0;; ++record) {
       const GpsTime tb =
@@ -232,7 +232,7 @@ void add_glonass(GpsTime begin, GpsTime end, gnss::NavigationData& data) {
 
 void add_kepler(gnss::System system, GpsTime begin, GpsTime end, gnss::NavigationData& data) {
   const Issue issue = issue_of(system);
-  for (const Slot& slot : nominal_slots(system)) {
+  for (const OrbitSlot& slot : nominal_slots(system)) {
     for (GpsTime toe = floor_to(issue, begin);; toe = toe + seconds(issue.spacing_s)) {
       data.kepler.push_back(kepler_record(slot, issue, toe));
       if (toe >= end) break;
@@ -256,7 +256,7 @@ double j2_node_rate(double a, double inclination) {
 
 /// Rate of the argument of latitude that brings the slot's ground track back after `revolutions` in `days`
 /// nodal days.
-double repeat_rate(const Slot& slot, int revolutions, int days) {
+double repeat_rate(const OrbitSlot& slot, int revolutions, int days) {
   return (slot.earth_rate - slot.node_rate) * revolutions / days;
 }
 
@@ -269,8 +269,8 @@ double earth_rotation_angle(const CalendarTime& utc) {
 }
 
 // GPS SPS Performance Standard, 5th edition (2020), table 3.2-1: argument of latitude [deg] of the four
-// baseline slots of each plane at 1993-07-01 00:00 UT, planes A to F. Slot D3 reads 35.136 here; the edition
-// of 2001 has 35.156, 9 km along the orbit.
+// baseline slots of each plane at 1993-07-01 00:00 UT, planes A to F. OrbitSlot D3 reads 35.136 here; the
+// edition of 2001 has 35.156, 9 km along the orbit.
 constexpr std::array<std::array<double, 4>, 6> kGpsLatitude_deg{{{268.126, 161.786, 11.676, 41.806},
                                                                  {80.956, 173.336, 309.976, 204.376},
                                                                  {111.876, 11.796, 339.666, 241.556},
@@ -279,14 +279,14 @@ constexpr std::array<std::array<double, 4>, 6> kGpsLatitude_deg{{{268.126, 161.7
                                                                  {238.886, 345.226, 105.206, 135.346}}};
 constexpr std::array<double, 6> kGpsNode_deg{272.847, 332.847, 32.847, 92.847, 152.847, 212.847};
 
-std::vector<Slot> gps_slots() {
+std::vector<OrbitSlot> gps_slots() {
   // The table's own Greenwich hour angle: 18 h 36 min 14.4 s.
   constexpr double kGreenwich_deg = (18 + 36 / 60.0 + 14.4 / 3600) * 15;
-  std::vector<Slot> slots;
+  std::vector<OrbitSlot> slots;
   std::uint8_t number = 0;
   for (std::size_t plane = 0; plane < kGpsNode_deg.size(); ++plane) {
     for (const double latitude_deg : kGpsLatitude_deg[plane]) {
-      Slot s;
+      OrbitSlot s;
       s.id = {gnss::System::GPS, ++number};
       s.epoch = geodesy::gps_from_utc({1993, 7, 1, 0, 0, 0, 0});
       s.semi_major_axis_m = 26'559.7e3;
@@ -305,15 +305,15 @@ std::vector<Slot> gps_slots() {
 // of the nodes and arguments of latitude at 1983-01-01 00:00 Moscow time, and the rate of the nodes; the
 // ground track repeats after 17 revolutions in 8 nodal days (40,544 s each). Frequency channels as in use. A
 // test holds all of it against the satellites of 2020: 2 deg off after 37 years.
-std::vector<Slot> glonass_slots() {
+std::vector<OrbitSlot> glonass_slots() {
   constexpr std::array<int, 24> kChannel{1,  -4, 5, 6,  1, -4, 5, 6, -2, -7, 0, -1,
                                          -2, -7, 0, -1, 4, -3, 3, 2, 4,  -3, 3, 2};
   const CalendarTime epoch{1982, 12, 31, 21, 0, 0, 0};  // UTC
   const double greenwich = earth_rotation_angle(epoch);
-  std::vector<Slot> slots;
+  std::vector<OrbitSlot> slots;
   for (int j = 1; j <= 24; ++j) {
     const int plane = (j - 1) / 8;
-    Slot s;
+    OrbitSlot s;
     s.id = {gnss::System::GLONASS, static_cast<std::uint8_t>(j)};
     s.epoch = geodesy::gps_from_utc(epoch);
     s.semi_major_axis_m = 25'508e3;
@@ -332,13 +332,13 @@ std::vector<Slot> glonass_slots() {
 // 00:00 UTC in the celestial intermediate frame: a 29,599.8 km, e 0, i 56 deg, nodes 317.632 deg and every
 // 120 deg, mean anomaly of slot A02 225.153 deg, 45 deg between slots and 15 deg between planes (Walker
 // 24/3/1), and both rates.
-std::vector<Slot> galileo_slots() {
+std::vector<OrbitSlot> galileo_slots() {
   const CalendarTime epoch{2016, 11, 21, 0, 0, 0, 0};
   const double greenwich = earth_rotation_angle(epoch);
-  std::vector<Slot> slots;
+  std::vector<OrbitSlot> slots;
   for (int i = 0; i < 24; ++i) {
     const int plane = i / 8;
-    Slot s;
+    OrbitSlot s;
     s.id = {gnss::System::Galileo, static_cast<std::uint8_t>(i + 1)};
     s.epoch = geodesy::gps_from_utc(epoch);
     s.semi_major_axis_m = 29'599.8e3;
@@ -356,15 +356,15 @@ std::vector<Slot> galileo_slots() {
 // inclined 55 deg; GEO over 80, 110.5 and 140 deg east. Where the MEO planes and phases lie at the epoch is
 // no published number: they were read, to the degree, from the broadcast ephemerides of 2020-06-25. The IGSO
 // track is centred on 118 deg east and its three planes go with those of the MEO: choices.
-std::vector<Slot> beidou_slots() {
+std::vector<OrbitSlot> beidou_slots() {
   // Satellites in order of phase, 45 deg apart. C41 to C46 were not up yet: they fill the free slots.
   constexpr std::array<std::array<std::uint8_t, 8>, 3> kMeo{
       {{22, 19, 20, 32, 41, 33, 42, 21}, {37, 23, 25, 24, 26, 45, 36, 46}, {34, 43, 35, 29, 30, 27, 28, 44}}};
   constexpr std::array<double, 3> kNode_deg{42, 162, 282};
   constexpr std::array<double, 3> kPhase_deg{6, 21, 36};
-  std::vector<Slot> slots;
-  const auto add = [&slots](std::size_t number, double height_m, double node_deg) -> Slot& {
-    Slot& s = slots.emplace_back();
+  std::vector<OrbitSlot> slots;
+  const auto add = [&slots](std::size_t number, double height_m, double node_deg) -> OrbitSlot& {
+    OrbitSlot& s = slots.emplace_back();
     s.id = {gnss::System::BeiDou, static_cast<std::uint8_t>(number)};
     s.epoch = geodesy::gps_from_calendar({2020, 6, 25, 12, 0, 0, 0});
     s.earth_rate = kEarthRateBeiDou;
@@ -372,7 +372,7 @@ std::vector<Slot> beidou_slots() {
     s.node_longitude_rad = radians(node_deg);
     return s;
   };
-  const auto incline = [](Slot& s, double argument_deg, int revolutions, int days) {
+  const auto incline = [](OrbitSlot& s, double argument_deg, int revolutions, int days) {
     s.inclination_rad = radians(55);
     s.node_rate = j2_node_rate(s.semi_major_axis_m, s.inclination_rad);
     s.argument_of_latitude_rad = radians(argument_deg);
@@ -392,7 +392,7 @@ std::vector<Slot> beidou_slots() {
   for (std::size_t k = 0; k < 3; ++k) {
     add(59 + k, 35'786e3, kGeo_deg[k]).geostationary = true;
   }
-  std::sort(slots.begin(), slots.end(), [](const Slot& a, const Slot& b) { return a.id < b.id; });
+  std::sort(slots.begin(), slots.end(), [](const OrbitSlot& a, const OrbitSlot& b) { return a.id < b.id; });
   return slots;
 }
 
@@ -443,7 +443,7 @@ gnss::Klobuchar standard_ionosphere(double solar_flux_sfu) {
   return set;
 }
 
-std::vector<Slot> nominal_slots(gnss::System system) {
+std::vector<OrbitSlot> nominal_slots(gnss::System system) {
   if (system == gnss::System::GPS) return gps_slots();
   if (system == gnss::System::GLONASS) return glonass_slots();
   if (system == gnss::System::Galileo) return galileo_slots();

@@ -67,7 +67,7 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> interpolate(const TabulatedOrbit& se
 
 double carrier_frequency(gnss::SatelliteId id) {
   int channel = 0;
-  for (const Slot& slot : nominal_slots(id.system)) {
+  for (const OrbitSlot& slot : nominal_slots(id.system)) {
     if (slot.id == id) channel = slot.glonass_channel;
   }
   return l1_frequency_hz(id.system, channel);

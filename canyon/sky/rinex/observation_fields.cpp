@@ -32,7 +32,8 @@ std::optional<EpochLine> epoch_fields(std::string_view line, const EpochColumns&
   result.time = time_in(line, at.time, time_system);
   if (!result.time) return std::nullopt;
   double offset = 0;
-  if (!event && parse_field(column(line, at.clock.begin, at.clock.width), offset) == Field::Number) {
+  if (!event &&
+      parse_field(column(line, at.clock.begin, at.clock.width), offset) == ObservationField::Number) {
     result.clock_offset_s = offset;
   }
   return result;
@@ -63,12 +64,12 @@ bool is_blank(std::string_view text) {
   return text.find_first_not_of(' ') == std::string_view::npos;
 }
 
-Field parse_field(std::string_view text, double& value) {
+ObservationField parse_field(std::string_view text, double& value) {
   static constexpr double kPowers[] = {1,   1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                        1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
   std::size_t i = 0;
   while (i < text.size() && text[i] == ' ') ++i;
-  if (i == text.size()) return Field::Blank;
+  if (i == text.size()) return ObservationField::Blank;
   const std::size_t begin = i;
   const bool negative = text[i] == '-';
   if (negative) ++i;
@@ -87,12 +88,12 @@ Field parse_field(std::string_view text, double& value) {
   }
   if (digits > 0 && digits <= 15 && is_blank(text.substr(i))) {
     value = static_cast<double>(negative ? -mantissa : mantissa) / kPowers[std::max(decimals, 0)];
-    return Field::Number;
+    return ObservationField::Number;
   }
   const auto parsed = parse_double(text.substr(begin));
-  if (!parsed) return lower_case(trim(text)) == "nan" ? Field::Blank : Field::Bad;
+  if (!parsed) return lower_case(trim(text)) == "nan" ? ObservationField::Blank : ObservationField::Bad;
   value = *parsed;
-  return Field::Number;
+  return ObservationField::Number;
 }
 
 // RINEX 2.11, table A2: 1X,I2.2,4(1X,I2),F11.7,2X,I1,I3,12(A1,I2),F12.9

@@ -436,10 +436,10 @@ struct RinexObservationReader::Impl {
       if (c.at[kind] < 0) continue;
       double value = 0;
       const std::string_view digits = column(text, kField * static_cast<std::size_t>(c.at[kind]), 14);
-      const Field field = parse_field(digits, value);
-      if (field == Field::Bad) return std::nullopt;
+      const ObservationField field = parse_field(digits, value);
+      if (field == ObservationField::Bad) return std::nullopt;
       // RINEX writes what is missing as blank or 0.0 (3.05, table A3; 2.11, table A2).
-      if (field != Field::Number || value == 0) continue;
+      if (field != ObservationField::Number || value == 0) continue;
       value /= c.factor[kind];
       const Plausible& range = kPlausibleValues[kind];
       if (value >= range.least && value <= range.most) {

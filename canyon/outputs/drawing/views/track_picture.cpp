@@ -125,7 +125,7 @@ void draw_end_label(Canvas& canvas, const Rect& area, const Point& at, const std
               {.size = 12.5,
                .bold = true,
                .align = left ? Align::Right : Align::Left,
-               .level = Level::Middle,
+               .level = TextLevel::Middle,
                .halo = 2.5});
 }
 
@@ -244,7 +244,7 @@ class TrackMap {
     }
     const auto entry = [&](const std::function<void(Point)>& mark, const std::string& label) {
       mark({x + 8, y});
-      canvas.text({x + 26, y}, label, {.size = 11.5, .level = Level::Middle});
+      canvas.text({x + 26, y}, label, {.size = 11.5, .level = TextLevel::Middle});
       y += 21;
     };
     entry([&](Point p) { canvas.polyline({{p.x - 9, p.y}, {p.x + 9, p.y}}, {kInk, 1.8}); }, "true track");
@@ -369,10 +369,10 @@ Picture draw_track(const TrackDrawing& drawing) {
 }
 
 void draw_frame_ticks(Canvas& canvas, const Rect& area, const city::Box& extent) {
-  const TextStyle below{.size = 10.5, .colour = kFaintInk, .align = Align::Centre, .level = Level::Top};
+  const TextStyle below{.size = 10.5, .colour = kFaintInk, .align = Align::Centre, .level = TextLevel::Top};
   TextStyle beside = below, upright = below;
   beside.align = Align::Right;
-  beside.level = Level::Middle;
+  beside.level = TextLevel::Middle;
   upright.angle_rad = -0.5 * geodesy::kPi;
   for (const double east : linear_ticks(extent.min.x(), extent.max.x(), 8)) {
     const double x = map_point(area, extent, {east, extent.min.y()}).x;
@@ -421,7 +421,7 @@ double draw_colour_bar(Canvas& canvas, const Rect& bar, const std::string& label
   for (const double tick : scale.ticks) {
     const double y = bar.bottom() - bar.height * scale.at(tick);
     canvas.segments({{{bar.right(), y}, {bar.right() + 4, y}}}, {kFaintInk, 0.8});
-    canvas.text({bar.right() + 8, y}, tick_label(tick), {.size = 11, .level = Level::Middle});
+    canvas.text({bar.right() + 8, y}, tick_label(tick), {.size = 11, .level = TextLevel::Middle});
   }
   return bar.bottom();
 }

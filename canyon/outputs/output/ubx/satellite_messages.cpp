@@ -59,7 +59,7 @@ std::uint64_t corrections(const receiver::ReceiverEpoch& seen, bool used) {
 }  // namespace
 
 // 3.15.16
-std::string nav_sat(const Epoch& epoch) {
+std::string nav_sat(const UbxEpoch& epoch) {
   Payload list;
   std::size_t count = 0;
   for (const SatelliteObservation& s : epoch.seen.satellites) {
@@ -80,7 +80,7 @@ std::string nav_sat(const Epoch& epoch) {
 }
 
 // 3.15.17
-std::string nav_sig(const Epoch& epoch) {
+std::string nav_sig(const UbxEpoch& epoch) {
   Payload list;
   std::size_t count = 0;
   for (const SatelliteObservation& s : epoch.seen.satellites) {
@@ -109,7 +109,7 @@ std::string nav_sig(const Epoch& epoch) {
 }
 
 // UBX-13003221, 32.17.26.
-std::string nav_svinfo(const Epoch& epoch) {
+std::string nav_svinfo(const UbxEpoch& epoch) {
   Payload list;
   std::size_t count = 0;
   for (const SatelliteObservation& s : epoch.seen.satellites) {
@@ -128,7 +128,7 @@ std::string nav_svinfo(const Epoch& epoch) {
 }
 
 // 3.17.6
-std::string rxm_rawx(const Epoch& epoch) {
+std::string rxm_rawx(const UbxEpoch& epoch) {
   Payload list;
   std::size_t count = 0;
   for (const RawObservation& raw : epoch.raw.observations) {
