@@ -31,21 +31,6 @@ std::string printable(std::string_view bytes) {
   return text;
 }
 
-}  // namespace
-
-InputError::InputError(std::string_view problem, std::string_view cure)
-    : InputError(std::filesystem::path(), 0, problem, cure) {}
-
-InputError::InputError(const std::filesystem::path& file, int line, std::string_view problem,
-                       std::string_view cure)
-    : std::runtime_error(printable(hide_passwords(message(file.string(), line, problem, cure)))),
-      file_(file.string()),
-      line_(line),
-      problem_(hide_passwords(problem)),
-      cure_(hide_passwords(cure)) {}
-
-namespace {
-
 /// Whether a key of an address's query stands for a secret: "api_key", "access_token", "sig".
 bool is_secret(std::string_view key) {
   const std::string word = lower_case(key);
@@ -120,6 +105,17 @@ std::size_t quotation_end(std::string_view text, std::size_t at) {
 }
 
 }  // namespace
+
+InputError::InputError(std::string_view problem, std::string_view cure)
+    : InputError(std::filesystem::path(), 0, problem, cure) {}
+
+InputError::InputError(const std::filesystem::path& file, int line, std::string_view problem,
+                       std::string_view cure)
+    : std::runtime_error(printable(hide_passwords(message(file.string(), line, problem, cure)))),
+      file_(file.string()),
+      line_(line),
+      problem_(hide_passwords(problem)),
+      cure_(hide_passwords(cure)) {}
 
 std::string hide_passwords(std::string_view text) {
   constexpr std::string_view kQuotes = "'\"`", kEnds = " \t\r\n'\"`";

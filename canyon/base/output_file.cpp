@@ -54,17 +54,6 @@ std::FILE* open_nameless() {
   return ::fdopen(handle, "w+b");
 }
 
-}  // namespace
-
-bool is_temporary_name(const std::string& name) {
-  if (name.size() <= kPartMark.size() + kPartRandom) return false;
-  const std::size_t at = name.size() - kPartRandom;
-  return name.compare(at - kPartMark.size(), kPartMark.size(), kPartMark) == 0 &&
-         name.find_first_not_of(kPartLetters, at) == std::string::npos;
-}
-
-namespace {
-
 /// Removes temporary files and folders that nobody holds. @param with_folders also those in the folder's own
 void remove_left(const fs::path& folder, bool with_folders) {
   std::error_code error;
@@ -104,6 +93,13 @@ std::mutex results_mutex;
 std::vector<ResultFiles*> results;
 
 }  // namespace
+
+bool is_temporary_name(const std::string& name) {
+  if (name.size() <= kPartMark.size() + kPartRandom) return false;
+  const std::size_t at = name.size() - kPartRandom;
+  return name.compare(at - kPartMark.size(), kPartMark.size(), kPartMark) == 0 &&
+         name.find_first_not_of(kPartLetters, at) == std::string::npos;
+}
 
 fs::path Temporary::noted_output(const fs::path& path, Kind kind) {
   if (kind == Kind::File) ResultFiles::refuse(path);

@@ -14,6 +14,8 @@
 namespace canyon {
 namespace {
 
+using Utf8 = boost::locale::utf::utf_traits<char>;
+
 bool is_blank(char c) {
   return c == ' ' || c == '\t' || c == '\r' || c == '\n';
 }
@@ -63,6 +65,32 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     }
   }
   return row[b.size()];
+}
+
+std::string markdown_line(const TextRow& cells) {
+  std::string line = "|";
+  for (const std::string& cell : cells) {
+    if (!cell.empty()) line += ' ';
+    for (const char c : cell) line += c == '|' ? std::string("\\|") : std::string(1, c);
+    line += " |";
+  }
+  return line + '\n';
+}
+
+bool is_number(const std::string& cell) {
+  return cell.empty() || cell == "-" || parse_double(cell);
+}
+
+constexpr std::size_t kMark = 2;  // bytes
+
+std::uint32_t unit(std::string_view bytes, std::size_t at, bool big_endian) {
+  const auto first = static_cast<unsigned char>(bytes[at]),
+             second = static_cast<unsigned char>(bytes[at + 1]);
+  return big_endian ? std::uint32_t{first} << 8 | second : std::uint32_t{second} << 8 | first;
+}
+
+void append_character(std::uint32_t code, std::string& utf8) {
+  Utf8::encode(code, std::back_inserter(utf8));
 }
 
 }  // namespace
@@ -162,24 +190,6 @@ std::optional<std::string> closest(std::string_view word, const std::vector<std:
   return *best;
 }
 
-namespace {
-
-std::string markdown_line(const TextRow& cells) {
-  std::string line = "|";
-  for (const std::string& cell : cells) {
-    if (!cell.empty()) line += ' ';
-    for (const char c : cell) line += c == '|' ? std::string("\\|") : std::string(1, c);
-    line += " |";
-  }
-  return line + '\n';
-}
-
-bool is_number(const std::string& cell) {
-  return cell.empty() || cell == "-" || parse_double(cell);
-}
-
-}  // namespace
-
 std::string text_table(const TextRow& head, const std::vector<TextRow>& rows, const TextTableStyle& style) {
   struct Column {
     std::size_t width;
@@ -219,8 +229,6 @@ std::string markdown_table(const TextRow& head, const std::vector<TextRow>& rows
   for (const TextRow& row : rows) text += markdown_line(row);
   return text;
 }
-
-using Utf8 = boost::locale::utf::utf_traits<char>;
 
 std::size_t utf8_length(std::string_view text, std::size_t at) {
   const auto* const begin = text.data() + std::min(at, text.size());
@@ -263,22 +271,6 @@ std::string xml_escaped(std::string_view text) {
   }
   return escaped;
 }
-
-namespace {
-
-constexpr std::size_t kMark = 2;  // bytes
-
-std::uint32_t unit(std::string_view bytes, std::size_t at, bool big_endian) {
-  const auto first = static_cast<unsigned char>(bytes[at]),
-             second = static_cast<unsigned char>(bytes[at + 1]);
-  return big_endian ? std::uint32_t{first} << 8 | second : std::uint32_t{second} << 8 | first;
-}
-
-void append_character(std::uint32_t code, std::string& utf8) {
-  Utf8::encode(code, std::back_inserter(utf8));
-}
-
-}  // namespace
 
 bool Utf16Decoder::is_marked(std::string_view head) {
   const std::string_view mark = head.substr(0, kMark);

@@ -51,6 +51,10 @@ std::vector<double> numbers(const SdfFile& source, const Element& element, std::
   return values;
 }
 
+using Eigen::Affine3d;
+using Eigen::AngleAxisd;
+using Eigen::Vector3d;
+
 namespace {
 
 namespace geos = meshes::geos;
@@ -120,6 +124,21 @@ std::vector<double> child_numbers(const SdfFile& source, const Element& shape, c
   return numbers(source, *element, count, kLargestSize_m);
 }
 
+constexpr double kLargestPose_m = 1e6;
+constexpr std::size_t kDeepestName = 16;
+
+bool is_frame(std::string_view kind) {
+  return kind == "link" || kind == "model" || kind == "frame" || kind == "joint" || kind == "include";
+}
+
+/// The frame that an element's <pose> names; empty for its parent. Before SDF 1.7 its attribute is `frame`.
+std::string relative_to(const Element& element) {
+  const Element* const pose = element.FirstChildElement("pose");
+  if (pose == nullptr) return {};
+  const std::string name = attribute(*pose, "relative_to");
+  return name.empty() ? attribute(*pose, "frame") : name;
+}
+
 }  // namespace
 
 bool add_primitive(const SdfFile& source, const Element& shape, LinkShapes& shapes,
@@ -178,29 +197,6 @@ bool add_polylines(const SdfFile& source, const Element& geometry, LinkShapes& s
   shapes.polylines(place, polylines, child_numbers(source, *first, "height", 1)[0], extruded_polylines);
   return true;
 }
-
-using Eigen::Affine3d;
-using Eigen::AngleAxisd;
-using Eigen::Vector3d;
-
-namespace {
-
-constexpr double kLargestPose_m = 1e6;
-constexpr std::size_t kDeepestName = 16;
-
-bool is_frame(std::string_view kind) {
-  return kind == "link" || kind == "model" || kind == "frame" || kind == "joint" || kind == "include";
-}
-
-/// The frame that an element's <pose> names; empty for its parent. Before SDF 1.7 its attribute is `frame`.
-std::string relative_to(const Element& element) {
-  const Element* const pose = element.FirstChildElement("pose");
-  if (pose == nullptr) return {};
-  const std::string name = attribute(*pose, "relative_to");
-  return name.empty() ? attribute(*pose, "frame") : name;
-}
-
-}  // namespace
 
 Affine3d Frames::numbers_of(const SdfFile& source, const Element& element) {
   const Element* const pose = element.FirstChildElement("pose");

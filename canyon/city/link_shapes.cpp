@@ -14,6 +14,9 @@
 namespace canyon::city {
 namespace {
 
+using Eigen::Affine3d;
+using Eigen::Vector3d;
+
 struct Ring {
   double radius, z;
 };
@@ -44,13 +47,6 @@ TriangleSet revolve(double bottom, const std::vector<Ring>& rings, double top, i
   }
   return set;
 }
-
-}  // namespace
-
-using Eigen::Affine3d;
-using Eigen::Vector3d;
-
-namespace {
 
 bool names_terrain(const std::string& name) {
   return split_surface(name).surface == Surface::Terrain;

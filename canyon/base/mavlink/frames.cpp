@@ -191,6 +191,8 @@ Message message_of(std::size_t index, std::string_view payload) {
   return message;
 }
 
+constexpr std::size_t kPart = std::tuple_size_v<decltype(GpsRtcmData::data)>, kMostParts = 4;
+
 }  // namespace
 
 std::size_t size_of(Wire type) {
@@ -276,12 +278,6 @@ void MavlinkParser::receive(std::string_view bytes, const std::function<void(con
     held_.erase(0, at);
   }
 }
-
-namespace {
-
-constexpr std::size_t kPart = std::tuple_size_v<decltype(GpsRtcmData::data)>, kMostParts = 4;
-
-}  // namespace
 
 std::vector<GpsRtcmData> rtcm_data(std::string_view message, std::uint8_t number) {
   const bool divided = message.size() > kPart && message.size() <= kMostParts * kPart;

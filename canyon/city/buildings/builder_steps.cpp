@@ -82,6 +82,25 @@ std::vector<Piece> pieces_of(const std::vector<Eigen::Vector3d>& line, bool leve
   return pieces;
 }
 
+constexpr auto kHeightKeys = {"height", "building:height", "est_height", "building:levels"};
+constexpr auto kFacadeKeys = {"building:facade:material", "facade:material", "building:material",
+                              "building:cladding"};
+constexpr auto kUseKeys = {"building", "building:structure", "start_date"};
+constexpr auto kRoofKeys = {"roof:material", "building:roof:material"};
+
+bool has_any(const TagMap& tags, std::initializer_list<const char*> keys) {
+  return std::any_of(keys.begin(), keys.end(), [&tags](const char* key) { return tags.count(key) > 0; });
+}
+
+/// Takes all of these where there is none of them.
+void inherit(TagMap& tags, const TagMap& from, std::initializer_list<const char*> keys) {
+  if (has_any(tags, keys)) return;
+  for (const char* key : keys) {
+    const auto found = from.find(key);
+    if (found != from.end()) tags.insert(*found);
+  }
+}
+
 }  // namespace
 
 Eigen::Vector3d MapFrame::mesh_from_map(const LonLat& place, double height_m) const {
@@ -146,29 +165,6 @@ void append_ground(city::Mesh& mesh, const geodesy::LocalFrame& frame, const Ter
   }
   terrain->append(mesh, frame, bounds.min(), bounds.max(), terrain_spacing_m);
 }
-
-namespace {
-
-constexpr auto kHeightKeys = {"height", "building:height", "est_height", "building:levels"};
-constexpr auto kFacadeKeys = {"building:facade:material", "facade:material", "building:material",
-                              "building:cladding"};
-constexpr auto kUseKeys = {"building", "building:structure", "start_date"};
-constexpr auto kRoofKeys = {"roof:material", "building:roof:material"};
-
-bool has_any(const TagMap& tags, std::initializer_list<const char*> keys) {
-  return std::any_of(keys.begin(), keys.end(), [&tags](const char* key) { return tags.count(key) > 0; });
-}
-
-/// Takes all of these where there is none of them.
-void inherit(TagMap& tags, const TagMap& from, std::initializer_list<const char*> keys) {
-  if (has_any(tags, keys)) return;
-  for (const char* key : keys) {
-    const auto found = from.find(key);
-    if (found != from.end()) tags.insert(*found);
-  }
-}
-
-}  // namespace
 
 bool is_facade_known(const TagMap& tags) {
   return std::any_of(kFacadeKeys.begin(), kFacadeKeys.end(), [&tags](const char* key) {

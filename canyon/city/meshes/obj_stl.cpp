@@ -128,14 +128,6 @@ class ObjReader {
   std::string first_passed_over_;
 };
 
-}  // namespace
-
-MeshScene read_obj(const std::filesystem::path& path) {
-  return ObjReader(path).read();
-}
-
-namespace {
-
 constexpr std::size_t kStlHeader = 84, kStlTriangle = 50;
 
 void add_triangle(SceneNode& node) {
@@ -217,6 +209,10 @@ class StlText {
 };
 
 }  // namespace
+
+MeshScene read_obj(const std::filesystem::path& path) {
+  return ObjReader(path).read();
+}
 
 MeshScene read_stl(const std::filesystem::path& path) {
   std::string bytes = mesh_bytes(path);

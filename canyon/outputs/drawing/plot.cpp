@@ -20,6 +20,25 @@ double line_height(double text_size) {
   return 1.65 * text_size;
 }
 
+constexpr double kLogarithmicFrom = 30;
+/// Keeps 5 from becoming 10 by rounding.
+constexpr double kSlack = 1e-9;
+
+std::vector<double> log_ticks(double low, double high) {
+  std::vector<double> ticks;
+  const bool every = high / low <= 2e3;
+  for (double decade = std::pow(10, std::floor(std::log10(low))); decade <= high * (1 + kSlack);
+       decade *= 10) {
+    for (const double factor : {1.0, 2.0, 5.0}) {
+      const double tick = decade * factor;
+      if ((every || factor == 1.0) && tick >= low * (1 - kSlack) && tick <= high * (1 + kSlack)) {
+        ticks.push_back(tick);
+      }
+    }
+  }
+  return ticks;
+}
+
 }  // namespace
 
 Scale linear_scale(double low, double high, int count) {
@@ -122,29 +141,6 @@ Picture draw_notice(const std::string& title, const std::string& subtitle, const
     plot.draw_note(canvas, notice);
   });
 }
-
-namespace {
-
-constexpr double kLogarithmicFrom = 30;
-/// Keeps 5 from becoming 10 by rounding.
-constexpr double kSlack = 1e-9;
-
-std::vector<double> log_ticks(double low, double high) {
-  std::vector<double> ticks;
-  const bool every = high / low <= 2e3;
-  for (double decade = std::pow(10, std::floor(std::log10(low))); decade <= high * (1 + kSlack);
-       decade *= 10) {
-    for (const double factor : {1.0, 2.0, 5.0}) {
-      const double tick = decade * factor;
-      if ((every || factor == 1.0) && tick >= low * (1 - kSlack) && tick <= high * (1 + kSlack)) {
-        ticks.push_back(tick);
-      }
-    }
-  }
-  return ticks;
-}
-
-}  // namespace
 
 double nice_ceil(double x) {
   const double decade = std::pow(10, std::floor(std::log10(x)));

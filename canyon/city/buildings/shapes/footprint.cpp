@@ -14,6 +14,7 @@
 namespace canyon::buildings {
 namespace {
 
+namespace geos = meshes::geos;
 using geodesy::Geodetic;
 
 constexpr std::size_t kMostTreesOfARow = 10'000;
@@ -35,12 +36,6 @@ std::optional<double> surveyed_ground_m(const MapData& map) {
   std::nth_element(lowest.begin(), middle, lowest.end());
   return *middle;
 }
-
-}  // namespace
-
-namespace geos = meshes::geos;
-
-namespace {
 
 constexpr double kGrid_m = 1e-3;
 /// Rounds as GEOS does with a grid of 1 mm: to the nearest of the numbers k / 1000, so that points snapped
@@ -173,6 +168,65 @@ geos::Geometry from_repaired(const std::vector<Polygon2>& polygons) {
   return union_on_grid(std::move(parts));
 }
 
+void check_overlay(const PolygonLists& polygons) {
+  if (is_tangled(polygons)) throw InputError("outlines cross each other thousands of times");
+}
+
+template <typename Operation>
+std::vector<Polygon2> overlay(const std::vector<Polygon2>& a, const std::vector<Polygon2>& b,
+                              const Operation& operation) {
+  check_overlay({&a, &b});
+  const geos::Geometry first = from_repaired(a), second = from_repaired(b);
+  if (!first || !second) return {};
+  const geos::Geometry result(operation(geos::context(), first.get(), second.get(), kGrid_m));
+  return tidy(geos::polygons(result.get()), kSeam_m);
+}
+
+using Box2 = Eigen::AlignedBox2d;
+
+Box2 bounds(const std::vector<Polygon2>& polygons) {
+  Box2 box;
+  for (const Polygon2& polygon : polygons) {
+    for (const Point2& point : polygon.outer) box.extend(point);
+  }
+  return box;
+}
+
+// Buildings by the cells of a square grid that their bounds touch.
+class Grid2 {
+ public:
+  void add(std::uint32_t index, const Box2& box) {
+    for_cells(box, [&](std::uint64_t cell) { cells_[cell].push_back(index); });
+  }
+  // Indices in ascending order, each once.
+  [[nodiscard]] std::vector<std::uint32_t> near(const Box2& box) const {
+    std::vector<std::uint32_t> found;
+    for_cells(box, [&](std::uint64_t cell) {
+      const auto it = cells_.find(cell);
+      if (it != cells_.end()) found.insert(found.end(), it->second.begin(), it->second.end());
+    });
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+  }
+
+ private:
+  static constexpr double kCell_m = 100;
+
+  template <typename Do>
+  static void for_cells(const Box2& box, const Do& act) {
+    if (box.isEmpty()) return;
+    const auto cell = [](double x) { return static_cast<std::int32_t>(std::floor(x / kCell_m)); };
+    for (std::int32_t j = cell(box.min().y()); j <= cell(box.max().y()); ++j) {
+      for (std::int32_t i = cell(box.min().x()); i <= cell(box.max().x()); ++i) {
+        act(static_cast<std::uint64_t>(static_cast<std::uint32_t>(i)) << 32U | static_cast<std::uint32_t>(j));
+      }
+    }
+  }
+
+  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
+};
+
 }  // namespace
 
 double perimeter(const std::vector<Point2>& ring) {
@@ -295,24 +349,6 @@ std::vector<Polygon2> repair(const std::vector<Polygon2>& raw, std::vector<std::
   }
   return result;
 }
-
-namespace {
-
-void check_overlay(const PolygonLists& polygons) {
-  if (is_tangled(polygons)) throw InputError("outlines cross each other thousands of times");
-}
-
-template <typename Operation>
-std::vector<Polygon2> overlay(const std::vector<Polygon2>& a, const std::vector<Polygon2>& b,
-                              const Operation& operation) {
-  check_overlay({&a, &b});
-  const geos::Geometry first = from_repaired(a), second = from_repaired(b);
-  if (!first || !second) return {};
-  const geos::Geometry result(operation(geos::context(), first.get(), second.get(), kGrid_m));
-  return tidy(geos::polygons(result.get()), kSeam_m);
-}
-
-}  // namespace
 
 std::vector<Polygon2> subtract(const std::vector<Polygon2>& a, const std::vector<Polygon2>& b) {
   return a.empty() || b.empty() ? a : overlay(a, b, GEOSDifferencePrec_r);
@@ -447,55 +483,6 @@ std::vector<LonLat> tree_places(const MapFeature& feature) {
   }
   return places;
 }
-
-namespace {
-
-using Box2 = Eigen::AlignedBox2d;
-
-Box2 bounds(const std::vector<Polygon2>& polygons) {
-  Box2 box;
-  for (const Polygon2& polygon : polygons) {
-    for (const Point2& point : polygon.outer) box.extend(point);
-  }
-  return box;
-}
-
-// Buildings by the cells of a square grid that their bounds touch.
-class Grid2 {
- public:
-  void add(std::uint32_t index, const Box2& box) {
-    for_cells(box, [&](std::uint64_t cell) { cells_[cell].push_back(index); });
-  }
-  // Indices in ascending order, each once.
-  [[nodiscard]] std::vector<std::uint32_t> near(const Box2& box) const {
-    std::vector<std::uint32_t> found;
-    for_cells(box, [&](std::uint64_t cell) {
-      const auto it = cells_.find(cell);
-      if (it != cells_.end()) found.insert(found.end(), it->second.begin(), it->second.end());
-    });
-    std::sort(found.begin(), found.end());
-    found.erase(std::unique(found.begin(), found.end()), found.end());
-    return found;
-  }
-
- private:
-  static constexpr double kCell_m = 100;
-
-  template <typename Do>
-  static void for_cells(const Box2& box, const Do& act) {
-    if (box.isEmpty()) return;
-    const auto cell = [](double x) { return static_cast<std::int32_t>(std::floor(x / kCell_m)); };
-    for (std::int32_t j = cell(box.min().y()); j <= cell(box.max().y()); ++j) {
-      for (std::int32_t i = cell(box.min().x()); i <= cell(box.max().x()); ++i) {
-        act(static_cast<std::uint64_t>(static_cast<std::uint32_t>(i)) << 32U | static_cast<std::uint32_t>(j));
-      }
-    }
-  }
-
-  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
-};
-
-}  // namespace
 
 double total_area(const std::vector<Polygon2>& polygons) {
   double sum = 0;

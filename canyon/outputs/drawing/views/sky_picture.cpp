@@ -206,6 +206,10 @@ std::function<void(Canvas&)> chart(const SkyDrawing& drawing) {
   };
 }
 
+constexpr int kElevationSteps = 180;
+constexpr double kElevationStep_rad = 0.5 * geodesy::kPi / kElevationSteps;
+constexpr int kBisections = 5;
+
 }  // namespace
 
 void SkySheet::validate() const {
@@ -250,14 +254,6 @@ std::string draw_fisheye(const SkyDrawing& drawing, const SkySurroundings& surro
     });
   });
 }
-
-namespace {
-
-constexpr int kElevationSteps = 180;
-constexpr double kElevationStep_rad = 0.5 * geodesy::kPi / kElevationSteps;
-constexpr int kBisections = 5;
-
-}  // namespace
 
 bool SkyMask::hidden(double azimuth_rad, double elevation_rad) const {
   if (azimuths.empty()) return false;

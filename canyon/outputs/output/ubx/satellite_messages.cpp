@@ -11,6 +11,7 @@
 namespace canyon::output::ubx {
 namespace {
 
+using gnss::System;
 using receiver::SatelliteObservation;
 using receiver::SignalObservation;
 
@@ -54,6 +55,22 @@ std::uint64_t doubling(double sigma, double base, double least) {
 std::uint64_t corrections(const receiver::ReceiverEpoch& seen, bool used) {
   if (!used || !corrected(seen.fix.kind())) return 0;
   return seen.fix.kind() == positioning::FixKind::Differential ? 1 : 3;
+}
+
+/// Numbers from `first` to `last` of a system, moved by `offset`.
+struct Range {
+  System system;
+  std::uint8_t gnss;
+  int first, last, offset;
+};
+
+std::optional<SatelliteName> name_in(std::span<const Range> ranges, gnss::SatelliteId id) {
+  for (const Range& r : ranges) {
+    if (id.system == r.system && id.number >= r.first && id.number <= r.last) {
+      return SatelliteName{r.gnss, static_cast<std::uint8_t>(id.number + r.offset)};
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -191,28 +208,6 @@ std::string subframe_payload(const broadcast::SentMessage& message, Generation g
   for (const std::uint32_t word : words) p.u4(word);
   return p.bytes();
 }
-
-using gnss::System;
-
-namespace {
-
-/// Numbers from `first` to `last` of a system, moved by `offset`.
-struct Range {
-  System system;
-  std::uint8_t gnss;
-  int first, last, offset;
-};
-
-std::optional<SatelliteName> name_in(std::span<const Range> ranges, gnss::SatelliteId id) {
-  for (const Range& r : ranges) {
-    if (id.system == r.system && id.number >= r.first && id.number <= r.last) {
-      return SatelliteName{r.gnss, static_cast<std::uint8_t>(id.number + r.offset)};
-    }
-  }
-  return std::nullopt;
-}
-
-}  // namespace
 
 std::optional<SatelliteName> satellite_name(gnss::SatelliteId id) {
   static constexpr Range kRanges[]{{System::GPS, 0, 1, 32, 0},     {System::SBAS, 1, 20, 58, 100},
