@@ -27,6 +27,7 @@
 #include "canyon/sky/orbit/precise_sky.hpp"
 #include "canyon/sky/orbit/sky.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
+#include "canyon/sky/rinex/navigation_writer.hpp"
 #include "canyon/sky/rinex/observation_reader.hpp"
 #include "canyon/studies/heatmap/engine/engine.hpp"
 #include "canyon/studies/heatmap/engine/map_request.hpp"

@@ -5,7 +5,9 @@
 
 #include "canyon/canyon.hpp"
 #include "canyon/city/buildings/city_builder.hpp"
+#include "canyon/city/buildings/footprints_geojson.hpp"
 #include "canyon/city/gazebo_export.hpp"
+#include "canyon/city/gazebo_import.hpp"
 #include "canyon/city/mesh_export.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/tiles/read_tiles.hpp"

@@ -1,8 +1,7 @@
-// Declared in cli/commands.hpp.
 #include <fmt/format.h>
 
+#include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/base/secrets.hpp"
 #include "canyon/studies/inspect.hpp"
 #include "cli/commands.hpp"
 

@@ -1,4 +1,3 @@
-// Declared in cli/city_commands.hpp.
 #include <fmt/format.h>
 
 #include <chrono>

@@ -1,4 +1,3 @@
-// Declared in cli/city_commands.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +7,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/city/buildings/city_builder.hpp"
+#include "canyon/city/buildings/footprints_geojson.hpp"
 #include "canyon/city/buildings/sources/overpass.hpp"
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/gazebo_export.hpp"

@@ -6,9 +6,7 @@
 #include <cstdio>
 
 #include "canyon/base/geodesy/time_scales.hpp"
-#include "canyon/base/secrets.hpp"
 #include "canyon/base/statistics.hpp"
-#include "canyon/base/text.hpp"
 #include "canyon/run/motion/trajectory.hpp"
 #include "canyon/run/ordered_blocks.hpp"
 #include "canyon/run/unknowns.hpp"

@@ -1,4 +1,3 @@
-// Declared in cli/commands.hpp.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -8,6 +7,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/outputs/view/page.hpp"
 #include "cli/commands.hpp"
+#include "cli/program.hpp"
 #include "cli/view_serve.hpp"
 
 namespace canyon::cli {

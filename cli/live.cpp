@@ -1,11 +1,10 @@
-// Declared in cli/commands.hpp.
 #include <fmt/format.h>
 
 #include <unistd.h>
 #include <cstdio>
 
 #include "canyon/base/geodesy/time_scales.hpp"
-#include "canyon/base/secrets.hpp"
+#include "canyon/base/input_error.hpp"
 #include "canyon/base/transport/transport.hpp"
 #include "canyon/outputs/live/session.hpp"
 #include "canyon/outputs/output/stream.hpp"

@@ -1,4 +1,5 @@
-// Declared in cli/view_serve.hpp.
+#include "cli/program.hpp"
+
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -12,7 +13,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "cli/view_serve.hpp"
 
 extern char** environ;
 

@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "canyon/base/secrets.hpp"
+#include "canyon/base/input_error.hpp"
 
 namespace canyon::cli {
 

@@ -7,15 +7,12 @@
 #include <cstdio>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/run/environment.hpp"
 #include "canyon/run/georeference.hpp"
 #include "canyon/run/load_city.hpp"
 #include "canyon/run/motion/trajectory.hpp"
 #include "canyon/run/scenario/profile.hpp"
-#include "canyon/studies/validation/recorded_scene.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
-#include "cli/progress.hpp"
 
 namespace canyon::cli {
 namespace {

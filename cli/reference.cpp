@@ -1,7 +1,5 @@
-// Declared in cli/commands.hpp.
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <string>

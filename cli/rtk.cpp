@@ -1,4 +1,3 @@
-// Declared in cli/commands.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,3 @@
-// Declared in cli/commands.hpp.
 #include <fmt/format.h>
 
 #include "canyon/base/options/describe.hpp"
@@ -50,17 +49,6 @@ void add_keys(Command& group) {
   };
 }
 
-}  // namespace
-
-void add_scenario(Command& app) {
-  Command& group = app.add_command("scenario", "show a scenario with its defaults, and list all keys");
-  add_show(group);
-  add_schema(group);
-  add_keys(group);
-}
-
-namespace {
-
 int run_profiles(const std::string& name) {
   if (!name.empty()) {
     fmt::print("{}", simulation::built_in_profile(name).text);
@@ -75,18 +63,6 @@ int run_profiles(const std::string& name) {
   print_table({"profile", "receiver"}, rows);
   return kOk;
 }
-
-}  // namespace
-
-void add_profiles(Command& app) {
-  Command& command = app.add_command("profiles", "list the built-in receiver profiles, or print one");
-  std::string& name = command.run_with(run_profiles);
-  command.add_option("profile", name, "NAME", "profile to print");
-  command.footer =
-      "In a scenario: 'receivers: [{profile: NAME}]', or 'profile: ./FILE.yaml' for a file of your own.";
-}
-
-namespace {
 
 int list() {
   std::vector<TextRow> rows;
@@ -112,6 +88,21 @@ int describe(const std::string& name) {
 }
 
 }  // namespace
+
+void add_scenario(Command& app) {
+  Command& group = app.add_command("scenario", "show a scenario with its defaults, and list all keys");
+  add_show(group);
+  add_schema(group);
+  add_keys(group);
+}
+
+void add_profiles(Command& app) {
+  Command& command = app.add_command("profiles", "list the built-in receiver profiles, or print one");
+  std::string& name = command.run_with(run_profiles);
+  command.add_option("profile", name, "NAME", "profile to print");
+  command.footer =
+      "In a scenario: 'receivers: [{profile: NAME}]', or 'profile: ./FILE.yaml' for a file of your own.";
+}
 
 void add_faults(Command& app) {
   Command& group = app.add_command("faults", "list faults that can be simulated");

@@ -2,9 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "canyon/base/secrets.hpp"
+#include "canyon/base/input_error.hpp"
 #include "canyon/run/load_city.hpp"
-#include "canyon/run/scenario/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 

@@ -1,4 +1,3 @@
-// Declared in cli/commands.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,6 +23,7 @@
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/scenario_run.hpp"
+#include "cli/view_record.hpp"
 #include "cli/view_serve.hpp"
 
 namespace canyon::cli {
@@ -178,8 +178,8 @@ int serve_run(const ViewArguments& arguments, const std::filesystem::path& page,
   const auto sink = view::make_view(*made.simulation, folder, options);
   map.add_to(folder);
   view::Probe probe(*made.simulation, made.scene, arguments.paths);
-  view::Site site{view::read_bytes(page), folder,
-                  [&probe](const std::string& message) { return probe.answer(message); }};
+  view::ServedSite site{view::read_bytes(page), folder,
+                        [&probe](const std::string& message) { return probe.answer(message); }};
   return serve(std::move(site), arguments.serve, [&](view::Server& server) {
     view::RunRelay relay(*made.simulation, server, arguments.paths);
     if (!compute(*made.simulation, arguments, *sink, &relay)) return false;
@@ -228,7 +228,7 @@ Antennas antennas_in_finished(const ViewArguments& arguments, const std::filesys
 }
 
 /// The same in a heat map, from its first time on; `header` gets the scenario's receivers.
-Antennas antennas_in_map(const ViewArguments& arguments, const ViewedMap& map, view::Header& header) {
+Antennas antennas_in_map(const ViewArguments& arguments, const ViewedMap& map, view::ViewHeader& header) {
   const simulation::Scenario scenario = simulation::read_scenario(arguments.city, {false});
   header.begin = map.map->times().front();
   header.interval_s = 1 / scenario.rate_hz.value_or(1);
@@ -244,9 +244,9 @@ Antennas antennas_in_map(const ViewArguments& arguments, const ViewedMap& map, v
 }
 
 /// The header of a city's view. Writes the city's mesh to the folder.
-view::Header city_header(const ViewArguments& arguments, const buildings::BuiltCity& built,
-                         const std::filesystem::path& folder) {
-  view::Header header;
+view::ViewHeader city_header(const ViewArguments& arguments, const buildings::BuiltCity& built,
+                             const std::filesystem::path& folder) {
+  view::ViewHeader header;
   header.title = std::filesystem::path(arguments.input).stem().string();
   header.city = view::write_city(built.city, height_sources(built), folder);
   return header;
@@ -338,7 +338,7 @@ int run_view(const ViewArguments& given) {
       const auto sink = view::make_view(*made.simulation, folder, view_options(arguments));
       interrupted = !compute(*made.simulation, arguments, *sink);
     } else {
-      view::Header header = city_header(arguments, map.alone ? map.city : built_city(), folder);
+      view::ViewHeader header = city_header(arguments, map.alone ? map.city : built_city(), folder);
       if (asked && map.alone) antennas = antennas_in_map(arguments, map, header);
       view::write_header(header, folder);
     }

@@ -1,4 +1,5 @@
-// Declared in cli/view_serve.hpp.
+#include "cli/view_record.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,8 +9,8 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/outputs/view/page.hpp"
+#include "cli/program.hpp"
 #include "cli/progress.hpp"
-#include "cli/view_serve.hpp"
 
 namespace canyon::cli {
 namespace {

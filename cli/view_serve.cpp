@@ -1,4 +1,5 @@
 #include "cli/view_serve.hpp"
+#include "cli/program.hpp"
 
 #include <fmt/format.h>
 
@@ -6,9 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <memory>
 #include <mutex>
-#include <string>
 #include <thread>
 #include <utility>
 
@@ -34,25 +33,6 @@ void announce(const view::Server& server, const ServeOptions& options) {
   }
 }
 
-}  // namespace
-
-int serve(view::Site site, const ServeOptions& options, const std::function<bool(view::Server&)>& work) {
-  const std::atomic<bool>& stop = catch_interrupts();
-  view::Server server(std::move(site), {.port = options.port});
-  announce(server, options);
-  try {
-    if (work && !work(server)) return kInterrupted;
-  } catch (const std::exception& error) {
-    server.send(output::error_message({}, error.what()));
-    server.flush(std::chrono::seconds(1));
-    throw;
-  }
-  while (!stop) std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  return kOk;
-}
-
-namespace {
-
 /// Antennas in a live view: a probe of the hosts' scenario under the time that they state.
 class LiveProbe {
  public:
@@ -60,7 +40,7 @@ class LiveProbe {
     if (!view.scenario) why_not_ = "There is no scenario to trace with: start 'canyon view SCENARIO --live'.";
   }
 
-  void begin(const view::Header& header) {
+  void begin(const view::ViewHeader& header) {
     if (!view_.scenario) return;
     simulation::Scenario scenario = *view_.scenario;
     scenario.receivers.clear();
@@ -99,6 +79,22 @@ class LiveProbe {
 };
 
 }  // namespace
+
+int serve(view::ServedSite site, const ServeOptions& options,
+          const std::function<bool(view::Server&)>& work) {
+  const std::atomic<bool>& stop = catch_interrupts();
+  view::Server server(std::move(site), {.port = options.port});
+  announce(server, options);
+  try {
+    if (work && !work(server)) return kInterrupted;
+  } catch (const std::exception& error) {
+    server.send(output::error_message({}, error.what()));
+    server.flush(std::chrono::seconds(1));
+    throw;
+  }
+  while (!stop) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  return kOk;
+}
 
 void serve_live(LiveView view, const std::filesystem::path& folder, const ServeOptions& options) {
   setpriority(PRIO_PROCESS, 0, 10);  // the host has to be on time, a picture of it has not

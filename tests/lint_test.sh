@@ -46,7 +46,8 @@ plant canyon/city/planted.cpp '#include "canyon/canyon.hpp"'
 plant adapters/common/planted.hpp '#include <sdf/sdf.hh>'
 plant adapters/common/planted.cpp '#include "adapters/common/sdf/plugin_settings.hpp"'
 echo 'int undeclared;' >"$copy/canyon/city/undeclared.cpp" && wanted+=(canyon/city/undeclared.cpp)
-echo '// Declared in canyon/city/absent.hpp.' >"$copy/canyon/city/misdeclared.cpp" && wanted+=(canyon/city/misdeclared.cpp)
+echo '#include "canyon/city/meshes/mesh_scene.hpp"' >"$copy/canyon/city/other_family.cpp" && wanted+=(canyon/city/other_family.cpp)
+plant canyon/city/planted.cpp '// Declared in canyon/city/city.hpp.'
 { echo '#pragma once'; yes '// one more line' | head -150000; } >"$copy/canyon/sky/gnss/budget.hpp"
 wanted+=("the tree has")
 mkdir "$copy/canyon/cellar"

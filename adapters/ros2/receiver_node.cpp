@@ -22,7 +22,6 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_files.hpp"
-#include "canyon/base/secrets.hpp"
 #include "canyon/outputs/output/encoder.hpp"
 #include "canyon/run/epoch_schedule.hpp"
 #include "canyon/run/load_city.hpp"

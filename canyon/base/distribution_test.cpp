@@ -1,4 +1,3 @@
-#include "canyon/base/distribution.hpp"
 
 #include <gtest/gtest.h>
 

@@ -26,23 +26,8 @@ char rinex_type(std::string_view head) {
   return line.size() > 20 && has(line, "RINEX VERSION / TYPE") ? line[20] : '\0';
 }
 
-bool is_observation(std::string_view head) {
-  return rinex_type(head) == 'O';
-}
-bool is_clocks(std::string_view head) {
-  return rinex_type(head) == 'C';
-}
-bool is_weather(std::string_view head) {
-  return rinex_type(head) == 'M';
-}
 bool is_navigation(std::string_view head) {
-  return rinex_type(head) != '\0' && !is_observation(head) && !is_clocks(head) && !is_weather(head);
-}
-bool is_ionosphere(std::string_view head) {
-  return has(first_line(head), "IONEX VERSION / TYPE");
-}
-bool is_antennas(std::string_view head) {
-  return has(first_line(head), "ANTEX VERSION / SYST");
+  return std::string_view("\0OCM", 4).find(rinex_type(head)) == std::string_view::npos;
 }
 
 /// A comment that names columns of "Raw", "Fix" or "Status", or a line of "Raw".
@@ -67,23 +52,6 @@ bool is_sp1(std::string_view head) {
   const std::string_view line = first_line(head);
   return line.starts_with(" # ") && parse_integer(column(line, 3, 5)).value_or(0) > 1980 &&
          split_blanks(line).size() > 8;
-}
-bool is_almanac(std::string_view head) {
-  return has(first_line(trim(head)), "almanac for PRN");
-}
-bool is_changes(std::string_view head) {
-  return has(head, "<osmChange");
-}
-
-bool is_map(std::string_view head) {
-  return has(head, "<osm") || (head.starts_with('\0') && has(head, "OSMHeader"));
-}
-
-bool is_gpx(std::string_view head) {
-  return has(head, "<gpx") || has(head, ":gpx ");
-}
-bool is_kml(std::string_view head) {
-  return has(head, "<kml") || has(head, ":kml ");
 }
 
 /// A preamble, the six zero bits behind it, the number of a message, and behind the message another one, a
@@ -138,29 +106,36 @@ struct Row {
   std::string_view name, format, use;
 };
 constexpr Row kKinds[] = {
-    {FileKind::RinexObservation, is_observation, "a RINEX observation file", "",
-     "canyon validate --obs and canyon rtk take it"},
+    {FileKind::RinexObservation, [](auto head) { return rinex_type(head) == 'O'; },
+     "a RINEX observation file", "", "canyon validate --obs and canyon rtk take it"},
     {FileKind::RinexNavigation, is_navigation, "a RINEX navigation file", "",
      "a scenario's sky takes it: sky: {navigation: [FILE]}"},
     {FileKind::GnssLogger, is_gnss_logger, "a log of Android's GnssLogger", "gnsslogger",
      "canyon validate --obs takes its observations, format gnsslogger its fixes"},
     {FileKind::Sp3, is_sp3, "an SP3 file", "", "a scenario's sky takes it: sky: {sp3: [FILE]}"},
-    {FileKind::Gpx, is_gpx, "a GPX file", "gpx", "as a trajectory its format is gpx"},
-    {FileKind::Kml, is_kml, "a KML file", "kml", "as a trajectory its format is kml"},
+    {FileKind::Gpx, [](auto head) { return has(head, "<gpx") || has(head, ":gpx "); }, "a GPX file", "gpx",
+     "as a trajectory its format is gpx"},
+    {FileKind::Kml, [](auto head) { return has(head, "<kml") || has(head, ":kml "); }, "a KML file", "kml",
+     "as a trajectory its format is kml"},
     {FileKind::Rtcm, is_rtcm, "a stream of RTCM 3", "", "canyon rtk takes it as the base"},
-    {FileKind::Foreign, is_clocks, "a RINEX clock file", "",
+    {FileKind::Foreign, [](auto head) { return rinex_type(head) == 'C'; }, "a RINEX clock file", "",
      "it is not read: the orbits of sky: {sp3: [FILE]} have clocks, too"},
-    {FileKind::Foreign, is_weather, "a RINEX file of the weather", "", "it is not read"},
-    {FileKind::Foreign, is_ionosphere, "a map of the ionosphere (IONEX)", "", "it is not read"},
-    {FileKind::Foreign, is_antennas, "a file of antennas (ANTEX)", "", "it is not read"},
+    {FileKind::Foreign, [](auto head) { return rinex_type(head) == 'M'; }, "a RINEX file of the weather", "",
+     "it is not read"},
+    {FileKind::Foreign, [](auto head) { return has(first_line(head), "IONEX VERSION / TYPE"); },
+     "a map of the ionosphere (IONEX)", "", "it is not read"},
+    {FileKind::Foreign, [](auto head) { return has(first_line(head), "ANTEX VERSION / SYST"); },
+     "a file of antennas (ANTEX)", "", "it is not read"},
     {FileKind::Foreign, is_sp1, "a file of orbits of the format SP1", "",
      "it is not read: give SP3-c or SP3-d"},
-    {FileKind::Foreign, is_almanac, "an almanac (YUMA)", "",
-     "it is not read: give a RINEX navigation file of that day"},
-    {FileKind::Foreign, is_changes, "a file of changes of OpenStreetMap (.osc)", "",
+    {FileKind::Foreign, [](auto head) { return has(first_line(trim(head)), "almanac for PRN"); },
+     "an almanac (YUMA)", "", "it is not read: give a RINEX navigation file of that day"},
+    {FileKind::Foreign, [](auto head) { return has(head, "<osmChange"); },
+     "a file of changes of OpenStreetMap (.osc)", "",
      "apply it to a map, such as by osmium apply-changes, and give that map"},
-    {FileKind::Foreign, is_map, "a map of OpenStreetMap", "",
-     "a scenario's city takes it: city: {osm: FILE}"},
+    {FileKind::Foreign,
+     [](auto head) { return has(head, "<osm") || (head.starts_with('\0') && has(head, "OSMHeader")); },
+     "a map of OpenStreetMap", "", "a scenario's city takes it: city: {osm: FILE}"},
     {FileKind::Nmea, is_nmea, "a log of NMEA sentences", "nmea",
      "as a trajectory its format is nmea; RTKLIB's convbin makes RINEX of what else is in it"},
     {FileKind::Foreign, [](auto head) { return head.starts_with("\xB5\x62"); }, "a log of UBX", "",
@@ -180,10 +155,17 @@ std::string head_of(const std::filesystem::path& path) {
   return head;
 }
 
-const Row* row_of(FileKind kind) {
-  const auto* const at =
-      std::find_if(std::begin(kKinds), std::end(kKinds), [kind](const Row& row) { return row.kind == kind; });
+/// The first row that it holds of; null where there is none.
+template <typename Holds>
+const Row* row_where(const Holds& holds) {
+  const auto* const at = std::find_if(std::begin(kKinds), std::end(kKinds), holds);
   return at == std::end(kKinds) ? nullptr : at;
+}
+const Row* row_of(FileKind kind) {
+  return row_where([kind](const Row& row) { return row.kind == kind; });
+}
+const Row* row_of_head(std::string_view head) {
+  return row_where([head](const Row& row) { return row.is(head); });
 }
 
 }  // namespace
@@ -193,9 +175,8 @@ bool is_scenario(const std::filesystem::path& path) {
 }
 
 FileKind kind_of_head(std::string_view head) {
-  const auto* const at =
-      std::find_if(std::begin(kKinds), std::end(kKinds), [head](const Row& row) { return row.is(head); });
-  return at == std::end(kKinds) ? FileKind::Other : at->kind;
+  const Row* row = row_of_head(head);
+  return row == nullptr ? FileKind::Other : row->kind;
 }
 
 FileKind file_kind(const std::filesystem::path& path) {
@@ -213,16 +194,14 @@ std::string_view trajectory_format(FileKind kind) {
 }
 
 FileKind kind_of_trajectory(std::string_view format) {
-  const auto* const at = std::find_if(std::begin(kKinds), std::end(kKinds),
-                                      [format](const Row& row) { return row.format == format; });
-  return at == std::end(kKinds) ? FileKind::Columns : at->kind;
+  const Row* row = row_where([format](const Row& each) { return each.format == format; });
+  return row == nullptr ? FileKind::Columns : row->kind;
 }
 
 std::optional<InputError> of_other_kind(std::string_view head, const std::filesystem::path& path,
                                         std::string_view wanted) {
-  const auto* const row =
-      std::find_if(std::begin(kKinds), std::end(kKinds), [head](const Row& each) { return each.is(head); });
-  if (row == std::end(kKinds) || row->kind == FileKind::Columns || row->name == wanted) return std::nullopt;
+  const Row* row = row_of_head(head);
+  if (row == nullptr || row->kind == FileKind::Columns || row->name == wanted) return std::nullopt;
   return InputError(path, 0, "is " + std::string(row->name) + ", not " + std::string(wanted), row->use);
 }
 

@@ -9,13 +9,10 @@
 #include <clocale>
 #include <cstring>
 #include <fstream>
-#include <memory>
 #include <system_error>
 #include <utility>
 
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/input_files.hpp"
-#include "canyon/base/text.hpp"
 
 namespace canyon {
 namespace {
@@ -23,6 +20,110 @@ namespace {
 constexpr std::size_t kHead = 512;  // bytes that tell what a file is: tar's mark stands at 257
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 constexpr std::size_t kUtf16Mark = 2;  // bytes
+
+using namespace std::string_view_literals;
+
+InputError damaged(const std::filesystem::path& path, const char* kind) {
+  return {path, 0, std::string(kind) + " data are damaged or cut short", "fetch the file again"};
+}
+
+struct FreeArchive {
+  void operator()(archive* reader) const { archive_read_free(reader); }
+};
+using Archive = std::unique_ptr<archive, FreeArchive>;
+
+const char* kind_of(std::string_view packed) {
+  return is_zip(packed) ? "zip" : is_bzip2(packed) ? "bzip2" : "compress";
+}
+
+/// While it lives, names in UTF-8 are characters to libarchive on this thread, whatever the program's locale.
+class Utf8Names {
+ public:
+  Utf8Names() : locale_(newlocale(LC_CTYPE_MASK, "C.UTF-8", nullptr)), before_(uselocale(locale_)) {}
+  ~Utf8Names() {
+    uselocale(before_);
+    if (locale_ != nullptr) freelocale(locale_);
+  }
+  Utf8Names(const Utf8Names&) = delete;
+  Utf8Names& operator=(const Utf8Names&) = delete;
+
+ private:
+  locale_t locale_, before_;
+};
+
+Archive opened(const std::filesystem::path& path, std::string_view packed) {
+  Archive reader(archive_read_new());
+  if (is_zip(packed)) {
+    archive_read_support_format_zip_seekable(reader.get());
+  } else {
+    archive_read_support_filter_bzip2(reader.get());
+    archive_read_support_filter_compress(reader.get());
+    archive_read_support_format_raw(reader.get());
+    archive_read_support_format_empty(reader.get());
+  }
+  const bool open = archive_read_open_memory(reader.get(), packed.data(), packed.size()) == ARCHIVE_OK;
+  if (!open || (!is_zip(packed) && archive_filter_count(reader.get()) < 2))
+    throw damaged(path, kind_of(packed));
+  return reader;
+}
+
+std::string name_of(archive_entry* entry) {
+  const char* const name = archive_entry_pathname(entry);
+  return name == nullptr ? std::string() : std::string(name);
+}
+
+/// The next file of an archive, without folders and what macOS adds; of a KMZ file, which has its icons and
+/// pictures beside it, the KML file. Null behind the last one.
+archive_entry* next_file(const Archive& reader, const std::filesystem::path& path, std::string_view packed) {
+  const bool kmz = lower_case(path.extension().string()) == ".kmz";
+  archive_entry* entry = nullptr;
+  int code = ARCHIVE_OK;
+  while ((code = archive_read_next_header(reader.get(), &entry)) != ARCHIVE_EOF) {
+    if (code < ARCHIVE_WARN) throw damaged(path, kind_of(packed));
+    const std::string name = name_of(entry);
+    const bool file = !name.empty() && name.back() != '/' && !name.starts_with("__MACOSX/");
+    if (!is_zip(packed) || (file && (!kmz || lower_case(name).ends_with(".kml")))) return entry;
+  }
+  return nullptr;
+}
+
+/// Throws InputError for a zip archive with none or several files.
+void require_one_file(const std::filesystem::path& path, std::string_view packed) {
+  std::vector<std::string> names;
+  const Archive reader = opened(path, packed);
+  while (archive_entry* const entry = next_file(reader, path, packed)) names.push_back(name_of(entry));
+  if (names.empty()) throw damaged(path, "zip");
+  if (names.size() == 1) return;
+  const bool spreadsheet = std::any_of(names.begin(), names.end(), [](const std::string& name) {
+    return name == "xl/workbook.xml" || name == "content.xml";
+  });
+  if (spreadsheet) throw InputError(path, 0, "is a spreadsheet", "save it as CSV");
+  throw InputError(path, 0, "is a zip archive of " + std::to_string(names.size()) + " files",
+                   "unpack it and name one of them");
+}
+
+/// Overpass's pages of errors are XHTML.
+bool is_web_page(std::string_view head) {
+  std::string text = lower_case(trim(head.substr(0, 256)));
+  if (text.starts_with("<?xml")) text = trim(text.substr(std::min(text.find("?>"), text.size() - 2) + 2));
+  return text.starts_with("<!doctype html") || text.starts_with("<html");
+}
+
+/// What cannot be read here: its mark at a place of the file, and what to do.
+struct Refused {
+  std::string_view mark;
+  std::size_t at;
+  std::string_view name, cure;
+};
+constexpr Refused kRefused[] = {{"\xfd"
+                                 "7zXZ\0"sv,
+                                 0, "packed by xz", "unpack it first (unxz)"},
+                                {"\x28\xb5\x2f\xfd", 0, "packed by Zstandard", "unpack it first (unzstd)"},
+                                {"7z\xbc\xaf\x27\x1c", 0, "packed by 7-Zip", "unpack it first (7z x)"},
+                                {"Rar!\x1a\x07", 0, "packed by RAR", "unpack it first (unrar)"},
+                                {"ustar", 257, "a tar archive", "unpack it and name one of its files"},
+                                {"version https://git-lfs", 0, "a pointer of Git LFS, not the data",
+                                 "run git lfs pull in its repository"}};
 
 }  // namespace
 
@@ -155,114 +256,6 @@ std::string read_head(const std::filesystem::path& path, std::size_t bytes) {
   head.resize(static_cast<std::size_t>(in.gcount()));
   return head;
 }
-
-namespace {
-
-using namespace std::string_view_literals;
-
-InputError damaged(const std::filesystem::path& path, const char* kind) {
-  return {path, 0, std::string(kind) + " data are damaged or cut short", "fetch the file again"};
-}
-
-struct FreeArchive {
-  void operator()(archive* reader) const { archive_read_free(reader); }
-};
-using Archive = std::unique_ptr<archive, FreeArchive>;
-
-const char* kind_of(std::string_view packed) {
-  return is_zip(packed) ? "zip" : is_bzip2(packed) ? "bzip2" : "compress";
-}
-
-/// While it lives, names in UTF-8 are characters to libarchive on this thread, whatever the program's locale.
-class Utf8Names {
- public:
-  Utf8Names() : locale_(newlocale(LC_CTYPE_MASK, "C.UTF-8", nullptr)), before_(uselocale(locale_)) {}
-  ~Utf8Names() {
-    uselocale(before_);
-    if (locale_ != nullptr) freelocale(locale_);
-  }
-  Utf8Names(const Utf8Names&) = delete;
-  Utf8Names& operator=(const Utf8Names&) = delete;
-
- private:
-  locale_t locale_, before_;
-};
-
-Archive opened(const std::filesystem::path& path, std::string_view packed) {
-  Archive reader(archive_read_new());
-  if (is_zip(packed)) {
-    archive_read_support_format_zip_seekable(reader.get());
-  } else {
-    archive_read_support_filter_bzip2(reader.get());
-    archive_read_support_filter_compress(reader.get());
-    archive_read_support_format_raw(reader.get());
-    archive_read_support_format_empty(reader.get());
-  }
-  const bool open = archive_read_open_memory(reader.get(), packed.data(), packed.size()) == ARCHIVE_OK;
-  if (!open || (!is_zip(packed) && archive_filter_count(reader.get()) < 2))
-    throw damaged(path, kind_of(packed));
-  return reader;
-}
-
-std::string name_of(archive_entry* entry) {
-  const char* const name = archive_entry_pathname(entry);
-  return name == nullptr ? std::string() : std::string(name);
-}
-
-/// The next file of an archive, without folders and what macOS adds; of a KMZ file, which has its icons and
-/// pictures beside it, the KML file. Null behind the last one.
-archive_entry* next_file(const Archive& reader, const std::filesystem::path& path, std::string_view packed) {
-  const bool kmz = lower_case(path.extension().string()) == ".kmz";
-  archive_entry* entry = nullptr;
-  int code = ARCHIVE_OK;
-  while ((code = archive_read_next_header(reader.get(), &entry)) != ARCHIVE_EOF) {
-    if (code < ARCHIVE_WARN) throw damaged(path, kind_of(packed));
-    const std::string name = name_of(entry);
-    const bool file = !name.empty() && name.back() != '/' && !name.starts_with("__MACOSX/");
-    if (!is_zip(packed) || (file && (!kmz || lower_case(name).ends_with(".kml")))) return entry;
-  }
-  return nullptr;
-}
-
-/// Throws InputError for a zip archive with none or several files.
-void require_one_file(const std::filesystem::path& path, std::string_view packed) {
-  std::vector<std::string> names;
-  const Archive reader = opened(path, packed);
-  while (archive_entry* const entry = next_file(reader, path, packed)) names.push_back(name_of(entry));
-  if (names.empty()) throw damaged(path, "zip");
-  if (names.size() == 1) return;
-  const bool spreadsheet = std::any_of(names.begin(), names.end(), [](const std::string& name) {
-    return name == "xl/workbook.xml" || name == "content.xml";
-  });
-  if (spreadsheet) throw InputError(path, 0, "is a spreadsheet", "save it as CSV");
-  throw InputError(path, 0, "is a zip archive of " + std::to_string(names.size()) + " files",
-                   "unpack it and name one of them");
-}
-
-/// Overpass's pages of errors are XHTML.
-bool is_web_page(std::string_view head) {
-  std::string text = lower_case(trim(head.substr(0, 256)));
-  if (text.starts_with("<?xml")) text = trim(text.substr(std::min(text.find("?>"), text.size() - 2) + 2));
-  return text.starts_with("<!doctype html") || text.starts_with("<html");
-}
-
-/// What cannot be read here: its mark at a place of the file, and what to do.
-struct Refused {
-  std::string_view mark;
-  std::size_t at;
-  std::string_view name, cure;
-};
-constexpr Refused kRefused[] = {{"\xfd"
-                                 "7zXZ\0"sv,
-                                 0, "packed by xz", "unpack it first (unxz)"},
-                                {"\x28\xb5\x2f\xfd", 0, "packed by Zstandard", "unpack it first (unzstd)"},
-                                {"7z\xbc\xaf\x27\x1c", 0, "packed by 7-Zip", "unpack it first (7z x)"},
-                                {"Rar!\x1a\x07", 0, "packed by RAR", "unpack it first (unrar)"},
-                                {"ustar", 257, "a tar archive", "unpack it and name one of its files"},
-                                {"version https://git-lfs", 0, "a pointer of Git LFS, not the data",
-                                 "run git lfs pull in its repository"}};
-
-}  // namespace
 
 void refuse_foreign_bytes(const std::filesystem::path& path, std::string_view head) {
   for (const Refused& kind : kRefused) {

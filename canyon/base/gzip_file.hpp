@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/utf8.hpp"
+#include "canyon/base/text.hpp"
 
 struct gzFile_s;
 

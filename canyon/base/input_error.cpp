@@ -2,9 +2,7 @@
 
 #include <algorithm>
 
-#include "canyon/base/secrets.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/base/utf8.hpp"
 
 namespace canyon {
 namespace {
@@ -32,21 +30,6 @@ std::string printable(std::string_view bytes) {
       [](char c) { return (c >= 0 && c < ' ' && c != '\n' && c != '\t') || c == 0x7f; }, '?');
   return text;
 }
-
-}  // namespace
-
-InputError::InputError(std::string_view problem, std::string_view cure)
-    : InputError(std::filesystem::path(), 0, problem, cure) {}
-
-InputError::InputError(const std::filesystem::path& file, int line, std::string_view problem,
-                       std::string_view cure)
-    : std::runtime_error(printable(hide_passwords(message(file.string(), line, problem, cure)))),
-      file_(file.string()),
-      line_(line),
-      problem_(hide_passwords(problem)),
-      cure_(hide_passwords(cure)) {}
-
-namespace {
 
 /// Whether a key of an address's query stands for a secret: "api_key", "access_token", "sig".
 bool is_secret(std::string_view key) {
@@ -122,6 +105,17 @@ std::size_t quotation_end(std::string_view text, std::size_t at) {
 }
 
 }  // namespace
+
+InputError::InputError(std::string_view problem, std::string_view cure)
+    : InputError(std::filesystem::path(), 0, problem, cure) {}
+
+InputError::InputError(const std::filesystem::path& file, int line, std::string_view problem,
+                       std::string_view cure)
+    : std::runtime_error(printable(hide_passwords(message(file.string(), line, problem, cure)))),
+      file_(file.string()),
+      line_(line),
+      problem_(hide_passwords(problem)),
+      cure_(hide_passwords(cure)) {}
 
 std::string hide_passwords(std::string_view text) {
   constexpr std::string_view kQuotes = "'\"`", kEnds = " \t\r\n'\"`";

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <unordered_map>
 
@@ -98,8 +97,16 @@ const Json& Json::operator[](std::string_view key) const {
 }
 Json& Json::operator[](std::string_view key) {
   if (is_null()) *this = object();
-  if (const Json* found = find(key)) return const_cast<Json&>(*found);
-  return held<Object>("object").emplace_back(Member{std::string(key), {}}).value;
+  Object& members = held<Object>("object");
+  const auto same = [&](const Member& member) { return member.key == key; };
+  const auto found = std::find_if(members.begin(), members.end(), same);
+  return (found != members.end() ? *found : members.emplace_back(Member{std::string(key), {}})).value;
+}
+Json& Json::operator[](std::size_t index) {
+  return held<Array>("array")[index];
+}
+Json& Json::back() {
+  return held<Array>("array").back();
 }
 void Json::push_back(Json item) {
   if (is_null()) *this = array();

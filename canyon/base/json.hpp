@@ -115,8 +115,8 @@ class Json {
 
   /// An item of an array; index < size().
   const Json& operator[](std::size_t index) const { return items()[index]; }
-  Json& operator[](std::size_t index) { return const_cast<Json&>(items()[index]); }
-  [[nodiscard]] Json& back() { return const_cast<Json&>(items().back()); }
+  Json& operator[](std::size_t index);
+  [[nodiscard]] Json& back();
   /// Null becomes an array first. Throws JsonError on anything but an array.
   void push_back(Json item);
   /// The number of items or members; 0 for null, 1 for other values.

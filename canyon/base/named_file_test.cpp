@@ -1,4 +1,4 @@
-#include "canyon/base/named_file.hpp"
+#include "canyon/base/input_files.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,16 +9,14 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <mutex>
 #include <sstream>
-#include <string>
 #include <system_error>
-#include <utility>
-#include <vector>
 
 namespace canyon {
 namespace {
@@ -42,16 +40,19 @@ bool is_the_machine(int code) {
                                                        : "");
 }
 
-}  // namespace
-
-bool is_temporary_name(const std::string& name) {
-  if (name.size() <= kPartMark.size() + kPartRandom) return false;
-  const std::size_t at = name.size() - kPartRandom;
-  return name.compare(at - kPartMark.size(), kPartMark.size(), kPartMark) == 0 &&
-         name.find_first_not_of(kPartLetters, at) == std::string::npos;
+[[noreturn]] void fail(int code) {
+  throw OutputError(std::filesystem::temp_directory_path(), 0,
+                    std::string("a temporary file cannot be kept there: ") + std::strerror(code),
+                    "free disk space, or name another folder in TMPDIR");
 }
 
-namespace {
+std::FILE* open_nameless() {
+  std::string name = std::filesystem::temp_directory_path() / "canyon-XXXXXX";
+  const int handle = ::mkostemp(name.data(), O_CLOEXEC);
+  if (handle < 0) fail(errno);
+  ::unlink(name.c_str());
+  return ::fdopen(handle, "w+b");
+}
 
 /// Removes temporary files and folders that nobody holds. @param with_folders also those in the folder's own
 void remove_left(const fs::path& folder, bool with_folders) {
@@ -92,6 +93,13 @@ std::mutex results_mutex;
 std::vector<ResultFiles*> results;
 
 }  // namespace
+
+bool is_temporary_name(const std::string& name) {
+  if (name.size() <= kPartMark.size() + kPartRandom) return false;
+  const std::size_t at = name.size() - kPartRandom;
+  return name.compare(at - kPartMark.size(), kPartMark.size(), kPartMark) == 0 &&
+         name.find_first_not_of(kPartLetters, at) == std::string::npos;
+}
 
 fs::path Temporary::noted_output(const fs::path& path, Kind kind) {
   if (kind == Kind::File) ResultFiles::refuse(path);
@@ -366,6 +374,34 @@ FolderLock::~FolderLock() {
   std::error_code not_empty;
   if (!made_.empty()) fs::remove(made_, not_empty);
   if (handle_ >= 0) ::close(handle_);
+}
+
+void Spool::Text::add(std::string_view bytes) {
+  rest_ += bytes;
+  if (rest_.size() < kBlock) return;
+  if (!spool_->file_) spool_->file_.reset(open_nameless());
+  const int handle = ::fileno(spool_->file_.get());
+  std::size_t at = 0;
+  for (; rest_.size() - at >= kBlock; at += kBlock) {
+    const auto place = static_cast<off_t>(spool_->blocks_) * static_cast<off_t>(kBlock);
+    errno = 0;
+    if (::pwrite(handle, rest_.data() + at, kBlock, place) != static_cast<ssize_t>(kBlock))
+      fail(errno != 0 ? errno : ENOSPC);
+    places_.push_back(spool_->blocks_++);
+  }
+  rest_.erase(0, at);
+}
+
+void Spool::Text::read(const std::function<void(std::string_view)>& put) const {
+  std::string block(kBlock, '\0');
+  for (const std::uint32_t each : places_) {
+    const auto place = static_cast<off_t>(each) * static_cast<off_t>(kBlock);
+    errno = 0;
+    if (::pread(::fileno(spool_->file_.get()), block.data(), kBlock, place) != static_cast<ssize_t>(kBlock))
+      fail(errno != 0 ? errno : EIO);
+    put(block);
+  }
+  put(rest_);
 }
 
 }  // namespace canyon

@@ -3,10 +3,13 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <set>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_files.hpp"
@@ -156,6 +159,35 @@ class ResultFiles {
   bool begun_ = false;  ///< the list ends in names of this command
   /// Names within the folder; those of `earlier_` are of versions that noted no command.
   std::set<std::string> last_, mine_, earlier_;
+};
+
+/// Texts that grow side by side and are read at the end of a run of any length. All but their last bytes wait
+/// in one file in the folder for temporary files, which has no name and goes with the process.
+class Spool {
+ public:
+  /// One of the texts. The spool must outlive it.
+  class Text {
+   public:
+    explicit Text(Spool& spool) : spool_(&spool) {}
+    /// Throws OutputError where the disk does not take it.
+    void add(std::string_view bytes);
+    [[nodiscard]] bool empty() const { return rest_.empty() && places_.empty(); }
+    void read(const std::function<void(std::string_view)>& put) const;
+
+   private:
+    Spool* spool_;
+    std::string rest_;
+    std::vector<std::uint32_t> places_;  // of its blocks in the file
+  };
+
+ private:
+  static constexpr std::size_t kBlock = std::size_t{16} * 1024;
+
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  std::unique_ptr<std::FILE, Close> file_;  // null: nothing waits in it yet
+  std::uint32_t blocks_ = 0;
 };
 
 }  // namespace canyon

@@ -7,7 +7,6 @@
 #include <cctype>
 
 #include "canyon/base/output_file.hpp"
-#include "canyon/base/secrets.hpp"
 
 namespace canyon {
 namespace {

@@ -1,4 +1,4 @@
-#include "canyon/base/spool.hpp"
+#include "canyon/base/output_file.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -53,5 +55,29 @@ inline constexpr std::size_t kFewestOf90 = 19;
 /// What 90 % intervals of fewer than kFewestOf90 values are: they hold the next one with (n - 1) / (n + 1).
 /// Empty from kFewestOf90 on. @param count 1 or more; @param noun of the values, such as "draws"
 [[nodiscard]] std::optional<std::string> caution_of_few(std::size_t count, std::string_view noun);
+
+/// Quantiles of values that come one by one, in bounded memory: of the first `exact` as quantile() has them,
+/// of more within 0.1 %, or 1e-6.
+class Distribution {
+ public:
+  static constexpr std::size_t kExact = 100'000;
+  Distribution() = default;
+  explicit Distribution(std::size_t exact) : exact_(exact) {}
+
+  /// @param value >= 0
+  void add(double value);
+  [[nodiscard]] std::uint64_t count() const { return count_; }
+  /// Empty for no values.
+  [[nodiscard]] std::optional<double> quantile(double p) const;
+  /// 0 for no values.
+  [[nodiscard]] double greatest() const { return greatest_; }
+
+ private:
+  std::size_t exact_ = kExact;
+  std::vector<double> values_;           ///< all, as long as they are few
+  std::map<int, std::uint64_t> counts_;  ///< else of each step of 0.1 %
+  std::uint64_t count_ = 0;
+  double least_ = 0, greatest_ = 0;
+};
 
 }  // namespace canyon

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "canyon/base/utf8.hpp"
+#include "canyon/base/text.hpp"
 
 namespace canyon {
 namespace {

@@ -11,8 +11,8 @@
 #include <fstream>
 #include <iterator>
 
-#include "canyon/base/secrets.hpp"
-#include "canyon/base/utf8.hpp"
+#include "canyon/base/input_error.hpp"
+#include "canyon/base/text.hpp"
 #include "tests/support/case_file.hpp"
 #include "tests/support/temporary_folder.hpp"
 

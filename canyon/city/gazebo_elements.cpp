@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <string>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/text.hpp"
@@ -33,7 +32,8 @@ bool is_true(std::string_view word) {
   return word == "true" || word == "1";
 }
 
-std::vector<double> numbers(const Source& source, const Element& element, std::size_t count, double largest) {
+std::vector<double> numbers(const SdfFile& source, const Element& element, std::size_t count,
+                            double largest) {
   const std::string text = text_of(element);
   std::vector<double> values;
   for (const std::string_view word : split_blanks(text)) {
@@ -50,6 +50,10 @@ std::vector<double> numbers(const Source& source, const Element& element, std::s
   }
   return values;
 }
+
+using Eigen::Affine3d;
+using Eigen::AngleAxisd;
+using Eigen::Vector3d;
 
 namespace {
 
@@ -113,16 +117,31 @@ std::optional<MeshNode> extruded_polylines(const std::string& name, const std::v
 constexpr double kLargestSize_m = 1e6;
 
 /// Numbers of a shape's child [m].
-std::vector<double> child_numbers(const Source& source, const Element& shape, const char* child,
+std::vector<double> child_numbers(const SdfFile& source, const Element& shape, const char* child,
                                   std::size_t count) {
   const Element* element = shape.FirstChildElement(child);
   if (element == nullptr) throw source.error(shape, fmt::format("<{}> without <{}>", shape.Name(), child));
   return numbers(source, *element, count, kLargestSize_m);
 }
 
+constexpr double kLargestPose_m = 1e6;
+constexpr std::size_t kDeepestName = 16;
+
+bool is_frame(std::string_view kind) {
+  return kind == "link" || kind == "model" || kind == "frame" || kind == "joint" || kind == "include";
+}
+
+/// The frame that an element's <pose> names; empty for its parent. Before SDF 1.7 its attribute is `frame`.
+std::string relative_to(const Element& element) {
+  const Element* const pose = element.FirstChildElement("pose");
+  if (pose == nullptr) return {};
+  const std::string name = attribute(*pose, "relative_to");
+  return name.empty() ? attribute(*pose, "frame") : name;
+}
+
 }  // namespace
 
-bool add_primitive(const Source& source, const Element& shape, LinkShapes& shapes,
+bool add_primitive(const SdfFile& source, const Element& shape, LinkShapes& shapes,
                    const LinkShapes::Place& place) {
   const auto length = [&](const char* child) { return child_numbers(source, shape, child, 1)[0]; };
   const auto lengths = [&](const char* child) {
@@ -155,7 +174,7 @@ bool add_primitive(const Source& source, const Element& shape, LinkShapes& shape
   return true;
 }
 
-bool add_polylines(const Source& source, const Element& geometry, LinkShapes& shapes,
+bool add_polylines(const SdfFile& source, const Element& geometry, LinkShapes& shapes,
                    const LinkShapes::Place& place) {
   const Element* const first = geometry.FirstChildElement("polyline");
   if (first == nullptr) return false;
@@ -179,30 +198,7 @@ bool add_polylines(const Source& source, const Element& geometry, LinkShapes& sh
   return true;
 }
 
-using Eigen::Affine3d;
-using Eigen::AngleAxisd;
-using Eigen::Vector3d;
-
-namespace {
-
-constexpr double kLargestPose_m = 1e6;
-constexpr std::size_t kDeepestName = 16;
-
-bool is_frame(std::string_view kind) {
-  return kind == "link" || kind == "model" || kind == "frame" || kind == "joint" || kind == "include";
-}
-
-/// The frame that an element's <pose> names; empty for its parent. Before SDF 1.7 its attribute is `frame`.
-std::string relative_to(const Element& element) {
-  const Element* const pose = element.FirstChildElement("pose");
-  if (pose == nullptr) return {};
-  const std::string name = attribute(*pose, "relative_to");
-  return name.empty() ? attribute(*pose, "frame") : name;
-}
-
-}  // namespace
-
-Affine3d Frames::numbers_of(const Source& source, const Element& element) {
+Affine3d Frames::numbers_of(const SdfFile& source, const Element& element) {
   const Element* const pose = element.FirstChildElement("pose");
   Affine3d result = Affine3d::Identity();
   if (pose == nullptr) return result;

@@ -17,7 +17,7 @@ namespace canyon::city::sdf {
 using Element = tinyxml2::XMLElement;
 
 /// One SDF file; elements stay valid as long as it lives.
-struct Source {
+struct SdfFile {
   std::filesystem::path path;
   tinyxml2::XMLDocument document;
 
@@ -34,15 +34,15 @@ struct Source {
 [[nodiscard]] bool is_true(std::string_view word);
 
 /// Exactly `count` numbers, each at most `largest`; throws InputError for others.
-[[nodiscard]] std::vector<double> numbers(const Source& source, const Element& element, std::size_t count,
+[[nodiscard]] std::vector<double> numbers(const SdfFile& source, const Element& element, std::size_t count,
                                           double largest);
 
 /// Adds a shape without a file; false for any other.
-bool add_primitive(const Source& source, const Element& shape, LinkShapes& shapes,
+bool add_primitive(const SdfFile& source, const Element& shape, LinkShapes& shapes,
                    const LinkShapes::Place& place);
 
 /// Adds the polylines of a geometry, extruded to the height of the first; false where it has none.
-bool add_polylines(const Source& source, const Element& geometry, LinkShapes& shapes,
+bool add_polylines(const SdfFile& source, const Element& geometry, LinkShapes& shapes,
                    const LinkShapes::Place& place);
 
 /// Poses of SDF files, of which each may be relative to another frame (SDFormat specification, "Pose Frame
@@ -51,11 +51,11 @@ class Frames {
  public:
   /// A world, a model, or <sdf> itself: names of frames count in it.
   struct Scope {
-    const Source* source = nullptr;
+    const SdfFile* source = nullptr;
     const Element* element = nullptr;
   };
   /// Finds the model of an <include>; its element is null where there is none.
-  using Open = std::function<Scope(const Source& source, const Element& include)>;
+  using Open = std::function<Scope(const SdfFile& source, const Element& include)>;
 
   explicit Frames(Open open) : open_(std::move(open)) {}
 
@@ -66,7 +66,7 @@ class Frames {
   /// The same of a collision or visual of a link of a model.
   [[nodiscard]] Eigen::Affine3d of_shape(const Scope& model, const Element& link, const Element& shape);
   /// The numbers of an element's <pose>, whatever they are relative to; the identity without one.
-  [[nodiscard]] static Eigen::Affine3d numbers_of(const Source& source, const Element& element);
+  [[nodiscard]] static Eigen::Affine3d numbers_of(const SdfFile& source, const Element& element);
 
  private:
   [[nodiscard]] Eigen::Affine3d named(const Scope& scope, std::string_view name, const Element& user,

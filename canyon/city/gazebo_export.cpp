@@ -7,8 +7,6 @@
 #include <fstream>
 #include <iterator>
 #include <numeric>
-#include <string>
-#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -17,7 +15,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/output_file.hpp"
-#include "canyon/base/utf8.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/city/mesh_export.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_parts.hpp"

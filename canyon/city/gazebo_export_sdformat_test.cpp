@@ -11,6 +11,7 @@
 
 #include "canyon/city/city.hpp"
 #include "canyon/city/gazebo_export.hpp"
+#include "canyon/city/gazebo_import.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "tests/support/temporary_folder.hpp"
 

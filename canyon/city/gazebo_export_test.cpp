@@ -1,4 +1,5 @@
 #include "canyon/city/gazebo_export.hpp"
+#include "canyon/city/gazebo_import.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

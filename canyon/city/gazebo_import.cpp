@@ -1,4 +1,5 @@
-// Declared in canyon/city/gazebo_export.hpp.
+#include "canyon/city/gazebo_import.hpp"
+
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -17,7 +18,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/named_file.hpp"
+#include "canyon/base/input_files.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/gazebo_elements.hpp"
 #include "canyon/city/gazebo_export.hpp"
@@ -38,7 +39,7 @@ using sdf::Element;
 using sdf::Frames;
 using sdf::is_true;
 using sdf::numbers;
-using sdf::Source;
+using sdf::SdfFile;
 using sdf::text_of;
 
 constexpr int kDeepestNesting = 16;
@@ -47,12 +48,12 @@ constexpr const char* kNothingThere = "no signal is blocked or reflected there";
 class GazeboImport {
  public:
   explicit GazeboImport(const std::filesystem::path& path)
-      : path_(path), frames_([this](const Source& source, const Element& include) {
+      : path_(path), frames_([this](const SdfFile& source, const Element& include) {
           return included_model(source, include);
         }) {}
 
   City read() {
-    const Source& source = open(model_file(path_));
+    const SdfFile& source = open(model_file(path_));
     top_ = source.path;
     const Element& sdf = *source.document.RootElement();
     city_.name = path_.filename().string();
@@ -101,7 +102,7 @@ class GazeboImport {
   using Level = ReadReport::Level;
 
   /// Gazebo Classic saves where models stood, and which were deleted; it does so again.
-  void read_state(const Source& source, const Element& world) {
+  void read_state(const SdfFile& source, const Element& world) {
     const Element* const state = world.FirstChildElement("state");
     if (state == nullptr) return;
     for (const Element* e = state->FirstChildElement("model"); e != nullptr;
@@ -115,7 +116,7 @@ class GazeboImport {
     if (const Element* const added = state->FirstChildElement("insertions"))
       read_models(source, *added, Eigen::Affine3d::Identity(), "", 0, true);
   }
-  void read_model_state(const Source& source, const Element& model) {
+  void read_model_state(const SdfFile& source, const Element& model) {
     const std::string name = attribute(model, "name");
     if (model.FirstChildElement("pose") != nullptr) state_[name] = Frames::numbers_of(source, model);
     if (const Element* const scale = model.FirstChildElement("scale")) {
@@ -188,10 +189,10 @@ class GazeboImport {
     return file;
   }
 
-  const Source& open(const std::filesystem::path& path) {
-    std::unique_ptr<Source>& kept = sources_[std::filesystem::absolute(path).lexically_normal().string()];
+  const SdfFile& open(const std::filesystem::path& path) {
+    std::unique_ptr<SdfFile>& kept = sources_[std::filesystem::absolute(path).lexically_normal().string()];
     if (kept) return *kept;
-    auto source = std::make_unique<Source>();
+    auto source = std::make_unique<SdfFile>();
     source->path = path;
     meshes::read_xml(path, source->document);
     const Element& root = *source->document.RootElement();
@@ -203,7 +204,7 @@ class GazeboImport {
     return *kept;
   }
 
-  void read_origin(const Source& source, const Element& world) {
+  void read_origin(const SdfFile& source, const Element& world) {
     const Element* coordinates = world.FirstChildElement("spherical_coordinates");
     if (coordinates == nullptr) {
       note_no_origin();
@@ -234,7 +235,7 @@ class GazeboImport {
   }
 
   /// <model> and <include> children of a world, a model or <sdf>. @param only_static leaves out what can move
-  void read_models(const Source& source, const Element& parent, const Eigen::Affine3d& world_from_parent,
+  void read_models(const SdfFile& source, const Element& parent, const Eigen::Affine3d& world_from_parent,
                    const std::string& scope, int depth, bool only_static = false) {
     if (depth > kDeepestNesting) {
       throw source.error(parent,
@@ -261,7 +262,7 @@ class GazeboImport {
     }
   }
 
-  void read_model(const Source& source, const Element& model, const Eigen::Affine3d& world_from_model,
+  void read_model(const SdfFile& source, const Element& model, const Eigen::Affine3d& world_from_model,
                   const std::string& scope, const std::string& name, int depth) {
     if (name == kGroundPlaneModel) {
       city_.notes.say(Level::Remark, "the ground plane under a city without terrain is not part of it");
@@ -284,7 +285,7 @@ class GazeboImport {
   void read_include(const Frames::Scope& parent, const Element& include,
                     const Eigen::Affine3d& world_from_parent, const std::string& scope, int depth,
                     bool only_static) {
-    const Source& source = *parent.source;
+    const SdfFile& source = *parent.source;
     const Frames::Scope included = included_model(source, include);
     if (included.element == nullptr) return;
     std::string name = child_text(include, "name");
@@ -305,7 +306,7 @@ class GazeboImport {
   }
 
   /// The model of an <include>, kept: one that is missing or damaged costs itself.
-  Frames::Scope included_model(const Source& source, const Element& include) {
+  Frames::Scope included_model(const SdfFile& source, const Element& include) {
     const auto [known, fresh] = included_.try_emplace(&include);
     if (!fresh) return known->second;
     try {
@@ -315,7 +316,7 @@ class GazeboImport {
     }
     return known->second;
   }
-  Frames::Scope find_included(const Source& source, const Element& include) {
+  Frames::Scope find_included(const SdfFile& source, const Element& include) {
     const std::string uri = child_text(include, "uri");
     if (uri.empty()) throw source.error(include, "<include> without <uri>");
     const std::optional<std::filesystem::path> found = resolve(source, uri);
@@ -328,14 +329,14 @@ class GazeboImport {
       throw source.error(include, fmt::format("'{}' is not beside the file", uri),
                          "put the model's folder beside the world and name it model://FOLDER");
     }
-    const Source& file = open(model_file(*found));
+    const SdfFile& file = open(model_file(*found));
     const Element* const model = file.document.RootElement()->FirstChildElement("model");
     if (model == nullptr) city_.notes.tell(Level::Remark, "{} includes without a model (lights) left out");
     return {&file, model};
   }
 
   /// Where a URI's file or folder lies, if it does.
-  [[nodiscard]] std::optional<std::filesystem::path> resolve(const Source& source,
+  [[nodiscard]] std::optional<std::filesystem::path> resolve(const SdfFile& source,
                                                              const std::string& uri) const {
     namespace fs = std::filesystem;
     const std::size_t scheme_end = uri.find("://");
@@ -359,7 +360,7 @@ class GazeboImport {
     return std::nullopt;
   }
 
-  void read_geometry(const Source& source, const Element& geometry,
+  void read_geometry(const SdfFile& source, const Element& geometry,
                      const Eigen::Affine3d& world_from_geometry, const std::string& name) {
     const Element* shape = geometry.FirstChildElement();
     if (shape == nullptr) return;
@@ -381,7 +382,7 @@ class GazeboImport {
     append(std::move(mesh), world_from_geometry);
   }
 
-  void read_mesh(const Source& source, const Element& shape, Eigen::Affine3d world_from_mesh,
+  void read_mesh(const SdfFile& source, const Element& shape, Eigen::Affine3d world_from_mesh,
                  const std::string& name) {
     const std::string uri = child_text(shape, "uri");
     if (uri.empty()) throw source.error(shape, "<mesh> without <uri>");
@@ -411,7 +412,7 @@ class GazeboImport {
   }
 
   /// Where a mesh is; empty, with the reason kept, where it may not be read or is not there.
-  std::optional<std::filesystem::path> mesh_path(const Source& source, const Element& shape,
+  std::optional<std::filesystem::path> mesh_path(const SdfFile& source, const Element& shape,
                                                  const std::string& uri) {
     try {
       if (auto path = resolve(source, uri)) return path;
@@ -454,7 +455,7 @@ class GazeboImport {
   std::filesystem::path path_, top_;  ///< as given, and the file that is meant
   City city_;
   double heading_rad_ = 0;
-  std::map<std::string, std::unique_ptr<Source>> sources_;
+  std::map<std::string, std::unique_ptr<SdfFile>> sources_;
   std::map<std::string, PartFile> meshes_;
   ReadReport notes_;                              ///< losses and guesses, which name the world
   std::vector<std::string> moving_;               ///< names of the world's models that are not static

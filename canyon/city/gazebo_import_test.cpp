@@ -10,6 +10,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/gazebo_export.hpp"
+#include "canyon/city/gazebo_import.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"
 

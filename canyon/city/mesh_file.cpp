@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <numeric>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -15,7 +14,6 @@
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/statistics.hpp"
-#include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/city/meshes/mesh_scene.hpp"
 
@@ -255,7 +253,7 @@ class MeshImport {
       for (std::size_t c = 0; c < components.size(); ++c) {
         TriangleIndices triangles;
         for (const std::uint32_t t : components[c]) triangles.push_back(node.triangles[t]);
-        const Orientation orientation = orient_outwards(node.vertices, triangles);
+        const OrientedSolids orientation = orient_outwards(node.vertices, triangles);
         const bool all_turned = orientation.turned == triangles.size();
         if (orientation.turned > 0 && !all_turned) {
           turned += orientation.turned;

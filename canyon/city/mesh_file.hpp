@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 
 #include "canyon/city/fwd.hpp"
 #include "canyon/city/mesh_marks.hpp"

@@ -4,14 +4,12 @@
 
 #include <algorithm>
 #include <cctype>
-#include <optional>
 #include <unordered_map>
 #include <utility>
 
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
-#include "canyon/base/utf8.hpp"
 
 namespace canyon::city {
 namespace {
@@ -110,6 +108,13 @@ Surface surface_by_words(std::string_view name) {
   return terrain ? Surface::Terrain : Surface::Building;
 }
 
+bool is_letter(char c) {
+  return std::isalpha(static_cast<unsigned char>(c)) != 0;
+}
+bool is_upper(char c) {
+  return std::isupper(static_cast<unsigned char>(c)) != 0;
+}
+
 }  // namespace
 
 bool has_mesh_mark(const std::filesystem::path& path) {
@@ -178,17 +183,6 @@ Material material_by_name(std::string_view name) {
 std::array<double, 3> material_colour(Material material) {
   return kMaterials.at(static_cast<std::size_t>(material)).colour;
 }
-
-namespace {
-
-bool is_letter(char c) {
-  return std::isalpha(static_cast<unsigned char>(c)) != 0;
-}
-bool is_upper(char c) {
-  return std::isupper(static_cast<unsigned char>(c)) != 0;
-}
-
-}  // namespace
 
 bool has_word(std::string_view text, std::string_view word) {
   if (word.empty()) return false;

@@ -1,7 +1,6 @@
 #include "canyon/city/mesh_topology.hpp"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <numeric>
 #include <span>
 #include <unordered_map>
@@ -223,8 +222,8 @@ std::vector<std::vector<std::uint32_t>> connected_components(const TriangleIndic
   return components;
 }
 
-Orientation orient_outwards(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles) {
-  Orientation result;
+OrientedSolids orient_outwards(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles) {
+  OrientedSolids result;
   if (triangles.empty()) return result;
   const Surroundings around(vertices, triangles);
   const std::vector<Patch> patches = patches_of(neighbours_of(triangles, around, result.manifold));

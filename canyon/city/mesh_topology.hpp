@@ -61,7 +61,7 @@ inline constexpr std::uint32_t kNoTriangle = 0xFFFFFFFF;
                                                                            std::size_t vertex_count);
 
 /// Findings and changes of orient_outwards() in one connected component.
-struct Orientation {
+struct OrientedSolids {
   bool closed = false;     ///< no boundary but in the horizontal plane of its lowest vertex (a missing floor)
   bool manifold = true;    ///< no edge has more than two triangles
   bool orientable = true;  ///< its two sides are distinct; parts where they are not are left unchanged
@@ -74,7 +74,7 @@ struct Orientation {
 /// the whole patch where it encloses a negative volume. An extrusion without a floor counts as enclosing: its
 /// boundary lies in the horizontal plane of the component's lowest vertex, within 1 mm. Patches that enclose
 /// nothing keep the majority's orientation. z is up; metres.
-Orientation orient_outwards(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles);
+OrientedSolids orient_outwards(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles);
 
 /// Turns a connected sheet over whose front looks down; false where it does not.
 bool face_up(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles);

@@ -59,7 +59,7 @@ TEST(OrientOutwards, LeavesGoodOnesAlone) {
     Solid solid;
     solid.add_box({5, 5, 2}, {7, 8, 6}, floor);
     const TriangleIndices before = solid.triangles;
-    const Orientation result = orient_outwards(solid.vertices, solid.triangles);
+    const OrientedSolids result = orient_outwards(solid.vertices, solid.triangles);
     EXPECT_EQ(solid.triangles, before);
     EXPECT_TRUE(result.closed);
     EXPECT_TRUE(result.manifold);
@@ -80,7 +80,7 @@ TEST(OrientOutwards, TurnsAnyMixture) {
       for (unsigned t = 0; t < 10; ++t) {
         if ((pattern >> t & 1U) != 0) std::swap(solid.triangles[t][1], solid.triangles[t][2]);
       }
-      const Orientation result = orient_outwards(solid.vertices, solid.triangles);
+      const OrientedSolids result = orient_outwards(solid.vertices, solid.triangles);
       EXPECT_TRUE(result.closed) << pattern;
       EXPECT_NEAR(result.volume_m3, 24, 1e-12) << pattern;
       ASSERT_EQ(solid.triangles.size(), good.size());
@@ -97,7 +97,7 @@ TEST(OrientOutwards, PodiumAndTowerOnOneOutline) {
   weld(solid.vertices, solid.triangles);
   ASSERT_EQ(connected_components(solid.triangles, solid.vertices.size()).size(), 1U);
   const TriangleIndices before = solid.triangles;
-  const Orientation result = orient_outwards(solid.vertices, solid.triangles);
+  const OrientedSolids result = orient_outwards(solid.vertices, solid.triangles);
   EXPECT_EQ(result.turned, 0U);
   EXPECT_EQ(solid.triangles, before);
   EXPECT_TRUE(result.closed);
@@ -110,7 +110,7 @@ TEST(OrientOutwards, PodiumAndTowerOnOneOutline) {
 TEST(OrientOutwards, OpenSheetsKeepTheirMajority) {
   const std::vector<Eigen::Vector3d> vertices{{0, 0, 0}, {1, 0, 3}, {1, 1, 0}, {0, 1, 3}, {2, 0, 1}};
   TriangleIndices triangles{{0, 1, 2}, {0, 2, 3}, {1, 2, 4}};
-  const Orientation result = orient_outwards(vertices, triangles);
+  const OrientedSolids result = orient_outwards(vertices, triangles);
   EXPECT_FALSE(result.closed);
   EXPECT_EQ(result.turned, 1U);
   EXPECT_EQ(triangles, (TriangleIndices{{0, 1, 2}, {0, 2, 3}, {1, 4, 2}}));
@@ -122,7 +122,7 @@ TEST(OrientOutwards, MoebiusStripIsLeftAlone) {
       {2, 0, 0.1}, {0.6, 1.9, 0.7}, {-1.6, 1.1, 0}, {-1.6, -1.1, 1}, {0.6, -1.9, 0.3}};
   TriangleIndices triangles{{0, 1, 2}, {1, 2, 3}, {2, 3, 4}, {3, 4, 0}, {4, 0, 1}};
   const TriangleIndices before = triangles;
-  const Orientation result = orient_outwards(vertices, triangles);
+  const OrientedSolids result = orient_outwards(vertices, triangles);
   EXPECT_FALSE(result.orientable);
   EXPECT_EQ(triangles, before);
 }

@@ -34,7 +34,7 @@ double volume_of(const TriangleSet& set) {
 
 /// Closed, front sides out: every edge stands once in each direction.
 bool watertight(TriangleSet set) {
-  const Orientation orientation = orient_outwards(set.vertices, set.triangles);
+  const OrientedSolids orientation = orient_outwards(set.vertices, set.triangles);
   return orientation.closed && orientation.manifold && orientation.turned == 0 && orientation.volume_m3 > 0;
 }
 

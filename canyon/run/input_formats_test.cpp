@@ -19,6 +19,7 @@
 #include "canyon/sky/orbit/broadcast_sky.hpp"
 #include "canyon/sky/orbit/nominal_constellation.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
+#include "canyon/sky/rinex/navigation_writer.hpp"
 #include "tests/support/citygml_text.hpp"
 #include "tests/support/cityjson_house.hpp"
 #include "tests/support/gltf_bytes.hpp"

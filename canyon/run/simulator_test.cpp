@@ -19,6 +19,7 @@
 #include "canyon/sky/orbit/broadcast_sky.hpp"
 #include "canyon/sky/orbit/nominal_constellation.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
+#include "canyon/sky/rinex/navigation_writer.hpp"
 #include "tests/support/simulation_support.hpp"
 #include "tests/support/source_dir.hpp"
 

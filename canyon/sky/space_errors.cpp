@@ -12,7 +12,6 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/options/values.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
 namespace canyon::errors {
@@ -29,6 +28,42 @@ double polynomial(const std::array<double, 4>& c, double x) {
 double delay_on_m(double delay_s, double model_hz, double frequency_hz) {
   const double ratio = model_hz / frequency_hz;
   return geodesy::kSpeedOfLight * delay_s * ratio * ratio;
+}
+
+using geodesy::GpsTime;
+
+/// Ratios of along-track and cross-track errors to that of the range; assumed.
+constexpr double kAlong = 2, kCross = 1;
+/// The thin shell that stands for the ionosphere, of IS-GPS-200 and IONEX [m from the Earth's centre].
+constexpr double kShell_m = 6371e3 + 350e3;
+/// Travelling ionospheric disturbances of medium scale: vertical delay at 1575.42 MHz, of 0.3 TECU; assumed
+/// within the usual 0.1 to 1 TECU, 100 to 300 km and 10 to 60 min.
+constexpr double kTravelling_m = 0.05, kTravellingTime_s = 600, kTravellingLength_m = 4e4;
+
+/// Value of the groups that the satellite's first signal belongs to.
+double of_satellite(const gnss::GroupValues& values, gnss::SatelliteId id) {
+  return gnss::sum_of(values, id, gnss::signals_of(id.system).front(), GpsTime());
+}
+
+/// cos(2 pi turns[k]) in place of turns[k], within 1e-13 for |turns[k]| < 1e9 beside the rounding of the
+/// turns.
+CANYON_CLONES void take_cosines(double* __restrict turns, std::size_t count) {
+  constexpr double kWhole = 6755399441055744;  // 1.5 * 2^52: adding it rounds to a whole number
+  for (std::size_t k = 0; k < count; ++k) {
+    const double part = turns[k] - ((turns[k] + kWhole) - kWhole);
+    // cos(2 pi part) = sin(2 pi (1/4 - |part|)), by its series.
+    const double a = 2 * geodesy::kPi * (0.25 - (part < 0 ? -part : part)), y = a * a;
+    double series = 1 - y / (18 * 19);
+    series = 1 - y / (16 * 17) * series;
+    series = 1 - y / (14 * 15) * series;
+    series = 1 - y / (12 * 13) * series;
+    series = 1 - y / (10 * 11) * series;
+    series = 1 - y / (8 * 9) * series;
+    series = 1 - y / (6 * 7) * series;
+    series = 1 - y / (4 * 5) * series;
+    series = 1 - y / (2 * 3) * series;
+    turns[k] = a * series;
+  }
 }
 
 }  // namespace
@@ -113,25 +148,6 @@ double slant_delay_m(double zenith_m, double elevation_rad) {
   const double mapping = 1.001 / std::sqrt(0.002001 + sine * sine);
   return zenith_m * mapping * (low_deg > 0 ? 1 + 0.015 * low_deg * low_deg : 1);
 }
-
-namespace {
-
-using geodesy::GpsTime;
-
-/// Ratios of along-track and cross-track errors to that of the range; assumed.
-constexpr double kAlong = 2, kCross = 1;
-/// The thin shell that stands for the ionosphere, of IS-GPS-200 and IONEX [m from the Earth's centre].
-constexpr double kShell_m = 6371e3 + 350e3;
-/// Travelling ionospheric disturbances of medium scale: vertical delay at 1575.42 MHz, of 0.3 TECU; assumed
-/// within the usual 0.1 to 1 TECU, 100 to 300 km and 10 to 60 min.
-constexpr double kTravelling_m = 0.05, kTravellingTime_s = 600, kTravellingLength_m = 4e4;
-
-/// Value of the groups that the satellite's first signal belongs to.
-double of_satellite(const gnss::GroupValues& values, gnss::SatelliteId id) {
-  return gnss::sum_of(values, id, gnss::signals_of(id.system).front(), GpsTime());
-}
-
-}  // namespace
 
 void SpaceErrorOptions::validate() const {
   options::check(*this, "errors");
@@ -237,31 +253,6 @@ SpaceDelays SpaceErrors::at(const orbit::LineOfSight& line, const Reception& rec
   delays.troposphere_m = slant_delay_m(reception.zenith_m, line.elevation_rad);
   return delays;
 }
-
-namespace {
-
-/// cos(2 pi turns[k]) in place of turns[k], within 1e-13 for |turns[k]| < 1e9 beside the rounding of the
-/// turns.
-CANYON_CLONES void take_cosines(double* __restrict turns, std::size_t count) {
-  constexpr double kWhole = 6755399441055744;  // 1.5 * 2^52: adding it rounds to a whole number
-  for (std::size_t k = 0; k < count; ++k) {
-    const double part = turns[k] - ((turns[k] + kWhole) - kWhole);
-    // cos(2 pi part) = sin(2 pi (1/4 - |part|)), by its series.
-    const double a = 2 * geodesy::kPi * (0.25 - (part < 0 ? -part : part)), y = a * a;
-    double series = 1 - y / (18 * 19);
-    series = 1 - y / (16 * 17) * series;
-    series = 1 - y / (14 * 15) * series;
-    series = 1 - y / (12 * 13) * series;
-    series = 1 - y / (10 * 11) * series;
-    series = 1 - y / (8 * 9) * series;
-    series = 1 - y / (6 * 7) * series;
-    series = 1 - y / (4 * 5) * series;
-    series = 1 - y / (2 * 3) * series;
-    turns[k] = a * series;
-  }
-}
-
-}  // namespace
 
 RandomWaves::RandomWaves(RandomStream stream, double time_s, double length_m) {
   constexpr double kTurn = 2 * geodesy::kPi;

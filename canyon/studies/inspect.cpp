@@ -23,7 +23,7 @@
 #include "canyon/run/motion/trajectory.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/run/simulator.hpp"
-#include "canyon/sky/gnss/broadcast_messages.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/orbit/precise_sky.hpp"
 #include "canyon/sky/rinex/android_log.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"

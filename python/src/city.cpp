@@ -1,4 +1,3 @@
-// Declared in python/src/binding.hpp.
 #include <fmt/format.h>
 
 #include "canyon/base/geodesy/constants.hpp"

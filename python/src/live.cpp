@@ -1,5 +1,3 @@
-// Declared in python/src/binding.hpp.
-#include <fmt/format.h>
 
 #include <sstream>
 
@@ -9,6 +7,7 @@
 #include "canyon/run/run.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/epochs.hpp"
+#include "python/src/models.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {

@@ -1,5 +1,4 @@
-// Declared in python/src/settings.hpp.
-#include "python/src/settings.hpp"
+#include "python/src/models.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +8,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/outputs/output/epoch_values.hpp"
 #include "canyon/receiver/positioning/pseudorange_model.hpp"
-#include "python/src/binding.hpp"
+#include "python/src/settings.hpp"
 
 namespace canyon::python {
 namespace {

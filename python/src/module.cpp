@@ -1,4 +1,3 @@
-// Declared in python/src/binding.hpp.
 #include "python/src/binding.hpp"
 
 #include "canyon/base/input_error.hpp"

@@ -1,4 +1,3 @@
-// Declared in python/src/binding.hpp.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -10,6 +9,7 @@
 #include "canyon/studies/validation/comparison.hpp"
 #include "canyon/studies/validation/figures.hpp"
 #include "canyon/studies/validation/recorded_scene.hpp"
+#include "python/src/binding.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {

@@ -6,16 +6,11 @@
 #include <cmath>
 
 #include "canyon/base/geodesy/time_scales.hpp"
-#include "canyon/base/input_error.hpp"
-#include "canyon/base/options/node.hpp"
-#include "canyon/base/secrets.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/outputs/output/encoder.hpp"
 #include "canyon/paths/disturbance/faults/fault.hpp"
 #include "canyon/run/scenario/profile.hpp"
-#include "canyon/run/scenario/scenario.hpp"
-#include "python/src/binding.hpp"
 
 namespace canyon::python {
 namespace {

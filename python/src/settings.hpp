@@ -1,10 +1,10 @@
 #pragma once
 
+#include "canyon/base/input_error.hpp"
 #include "canyon/base/input_files.hpp"
 #include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/node.hpp"
 #include "canyon/base/options/read.hpp"
-#include "canyon/base/secrets.hpp"
 #include "canyon/run/environment.hpp"
 #include "canyon/run/live_receiver.hpp"
 #include "canyon/run/scenario/scenario.hpp"
@@ -102,25 +102,5 @@ std::shared_ptr<simulation::CityScene> scene_of(const Load& load) {
   warn_of(scene->city.notes);
   return scene;
 }
-
-/// A Python object that the engine holds: let go of under the GIL, whoever lets go.
-class Held {
- public:
-  explicit Held(py::object object)
-      : object_(new py::object(std::move(object)), [](const py::object* o) {
-          const py::gil_scoped_acquire gil;
-          delete o;
-        }) {}
-  [[nodiscard]] const py::object& get() const { return *object_; }
-
- private:
-  std::shared_ptr<const py::object> object_;
-};
-
-/// Puts canyon.Models into a receiver: its disturbances, antenna, weighting and solver. Throws InputError for
-/// other objects.
-void put_models(const py::object& models, simulation::ReceiverConfig& receiver);
-/// The same of several receivers: one for all, or a dict by name.
-void put_models(const py::object& models, std::vector<simulation::ReceiverConfig>& receivers);
 
 }  // namespace canyon::python

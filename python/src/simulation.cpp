@@ -1,4 +1,3 @@
-// Declared in python/src/binding.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,8 +17,10 @@
 #include "canyon/run/sensor_run.hpp"
 #include "canyon/run/simulator.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
+#include "canyon/sky/rinex/navigation_writer.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/epochs.hpp"
+#include "python/src/models.hpp"
 #include "python/src/settings.hpp"
 #include "python/src/stream.hpp"
 

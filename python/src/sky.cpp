@@ -1,4 +1,3 @@
-// Declared in python/src/binding.hpp.
 #include "canyon/sky/gnss/satellite_id.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/settings.hpp"

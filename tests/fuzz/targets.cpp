@@ -18,10 +18,11 @@
 #include "canyon/base/mavlink/frames.hpp"
 #include "canyon/base/payload.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/city/buildings/sources/model_readers.hpp"
+#include "canyon/city/buildings/sources/city_files.hpp"
 #include "canyon/city/buildings/sources/osm_reader.hpp"
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/gazebo_export.hpp"
+#include "canyon/city/gazebo_import.hpp"
 #include "canyon/city/mesh_export.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/mesh_marks.hpp"
@@ -40,7 +41,7 @@
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/sky/orbit/precise_sky.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
-#include "canyon/sky/rinex/observation_file.hpp"
+#include "canyon/sky/rinex/navigation_writer.hpp"
 #include "canyon/sky/rinex/observation_reader.hpp"
 #include "canyon/studies/heatmap/kernels/grid.hpp"
 #include "canyon/studies/study/study.hpp"
@@ -268,7 +269,7 @@ std::string mavlink_stream() {
 void read_mavlink(const fs::path& path) {
   const std::string bytes = test::read_bytes(path);
   std::string whole, cut;
-  mavlink::Parser one, other;
+  mavlink::MavlinkParser one, other;
   const auto into = [](std::string& to) {
     return [&to](const mavlink::Frame& f) { to += mavlink::encode(f.message, f.sequence, f.sender); };
   };

@@ -115,7 +115,7 @@ class Station {
 
  private:
   std::unique_ptr<transport::Transport> link_;
-  mavlink::Parser parser_;
+  mavlink::MavlinkParser parser_;
   mavlink::GpsRawInt gps_;
   std::uint8_t sequence_ = 0;
 };

@@ -14,6 +14,7 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
+#include "canyon/sky/rinex/navigation_writer.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/shared_data.hpp"

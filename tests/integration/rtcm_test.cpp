@@ -19,7 +19,7 @@
 #include "canyon/outputs/output/encoder.hpp"
 #include "canyon/outputs/output/rtcm.hpp"
 #include "canyon/sky/broadcast/bits.hpp"
-#include "canyon/sky/gnss/broadcast_messages.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
 #include "canyon/sky/rinex/observation_reader.hpp"
 #include "tests/integration/run_scenario.hpp"

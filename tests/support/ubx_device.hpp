@@ -47,7 +47,7 @@ struct Message {
 inline std::vector<Message> split_frames(const std::string& bytes) {
   std::vector<Message> messages;
   std::size_t framed = 0;
-  ubx::Parser parser;
+  ubx::UbxParser parser;
   // Longer payloads than commands have: by their length.
   for (std::string_view rest = bytes; rest.size() >= 8;) {
     const std::size_t length = ubx::number_at(rest, 4, 2);

@@ -15,6 +15,7 @@
 #include "adapters/common/gazebo_math.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/gazebo_export.hpp"
+#include "canyon/city/gazebo_import.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "tests/support/temporary_folder.hpp"
 

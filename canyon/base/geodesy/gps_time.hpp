@@ -3,7 +3,6 @@
 #include <chrono>
 #include <compare>
 #include <cstdint>
-#include <limits>
 
 namespace canyon::geodesy {
 

@@ -41,7 +41,7 @@ Limits limits(Wire type) {
   return {is_signed ? -top : 0, top - 1};
 }
 
-std::uint64_t bits_of(const Field& field, double value) {
+std::uint64_t bits_of(const WireField& field, double value) {
   if (field.type == Wire::F32) {
     const double count = std::isnan(value) && field.unknown ? *field.unknown : value / field.unit;
     // A double beyond float's range has no defined float.
@@ -59,7 +59,7 @@ std::uint64_t bits_of(const Field& field, double value) {
   return static_cast<std::uint64_t>(static_cast<std::int64_t>(count));
 }
 
-double value_of(const Field& field, std::uint64_t bits) {
+double value_of(const WireField& field, std::uint64_t bits) {
   auto count = static_cast<double>(bits);
   if (field.type == Wire::F32) count = same_bytes<float>(static_cast<std::uint32_t>(bits));
   if (field.type == Wire::I8) count = static_cast<std::int8_t>(bits);
@@ -68,7 +68,7 @@ double value_of(const Field& field, std::uint64_t bits) {
   return field.unknown == count ? kUnknown : count * field.unit;
 }
 
-void write(std::string& to, const Field& field) {
+void write(std::string& to, const WireField& field) {
   std::visit(
       [&](const auto* member) {
         for (std::size_t i = 0; i < field.count; ++i) {
@@ -82,7 +82,7 @@ void write(std::string& to, const Field& field) {
       field.member);
 }
 
-void read(std::string_view from, std::size_t at, const Field& field) {
+void read(std::string_view from, std::size_t at, const WireField& field) {
   std::visit(
       [&](auto* member) {
         using Member = std::remove_pointer_t<decltype(member)>;
@@ -99,11 +99,11 @@ void read(std::string_view from, std::size_t at, const Field& field) {
 }
 
 /// Larger elements first, extensions behind all in their own order (mavlink.io, "Field Reordering").
-std::vector<Field> in_wire_order(Message& message) {
-  Fields fields;
+std::vector<WireField> in_wire_order(Message& message) {
+  WireFields fields;
   std::visit([&](auto& m) { m.visit(fields); }, message);
-  std::vector<Field> order(fields.all().begin(), fields.all().end());
-  std::stable_sort(order.begin(), order.end(), [](const Field& a, const Field& b) {
+  std::vector<WireField> order(fields.all().begin(), fields.all().end());
+  std::stable_sort(order.begin(), order.end(), [](const WireField& a, const WireField& b) {
     if (a.extension || b.extension) return a.extension < b.extension;
     return size_of(a.type) > size_of(b.type);
   });
@@ -112,11 +112,11 @@ std::vector<Field> in_wire_order(Message& message) {
 
 /// CRC_EXTRA as mavlink.io, "CRC_EXTRA Calculation", has it.
 template <typename M>
-Layout layout_of() {
-  Layout layout{M::kId, M::kName, 0, 0, 0};
+FrameLayout layout_of() {
+  FrameLayout layout{M::kId, M::kName, 0, 0, 0};
   std::string signature = std::string(M::kName) + ' ';
   Message message = M{};
-  for (const Field& field : in_wire_order(message)) {
+  for (const WireField& field : in_wire_order(message)) {
     layout.bytes += field.count * size_of(field.type);
     if (field.extension) continue;
     layout.base_bytes = layout.bytes;
@@ -129,7 +129,7 @@ Layout layout_of() {
 }
 
 template <std::size_t... I>
-std::array<Layout, sizeof...(I)> all_layouts(std::index_sequence<I...>) {
+std::array<FrameLayout, sizeof...(I)> all_layouts(std::index_sequence<I...>) {
   return {layout_of<std::variant_alternative_t<I, Message>>()...};
 }
 
@@ -170,7 +170,7 @@ std::optional<Header> header(std::string_view bytes, bool& more) {
   h.sender = {static_cast<std::uint8_t>(bytes[at + 1]), static_cast<std::uint8_t>(bytes[at + 2])};
   const std::uint64_t id = bytes_at(bytes, at + 3, second ? 3 : 1);
   const auto& all = layouts();
-  const auto found = std::find_if(all.begin(), all.end(), [&](const Layout& l) { return l.id == id; });
+  const auto found = std::find_if(all.begin(), all.end(), [&](const FrameLayout& l) { return l.id == id; });
   if (found == all.end()) return std::nullopt;
   // Some senders put extensions into MAVLink 1 all the same.
   if (!second && (h.payload_bytes < found->base_bytes || h.payload_bytes > found->bytes)) return std::nullopt;
@@ -184,12 +184,14 @@ Message message_of(std::size_t index, std::string_view payload) {
   std::string whole(payload);
   whole.resize(std::max(payload.size(), layouts()[index].bytes), '\0');
   std::size_t at = 0;
-  for (const Field& field : in_wire_order(message)) {
+  for (const WireField& field : in_wire_order(message)) {
     read(whole, at, field);
     at += field.count * size_of(field.type);
   }
   return message;
 }
+
+constexpr std::size_t kPart = std::tuple_size_v<decltype(GpsRtcmData::data)>, kMostParts = 4;
 
 }  // namespace
 
@@ -204,7 +206,7 @@ std::string_view name_of(Wire type) {
   return kNames[static_cast<std::size_t>(type)];
 }
 
-const std::array<Layout, std::variant_size_v<Message>>& layouts() {
+const std::array<FrameLayout, std::variant_size_v<Message>>& layouts() {
   static const auto all = all_layouts(std::make_index_sequence<std::variant_size_v<Message>>());
   return all;
 }
@@ -219,11 +221,11 @@ std::uint16_t crc16(std::string_view bytes, std::uint16_t crc) {
 }
 
 std::string encode(const Message& message, std::uint8_t sequence, Sender sender, Version version) {
-  const Layout& layout = layouts()[message.index()];
+  const FrameLayout& layout = layouts()[message.index()];
   const bool second = version == Version::V2;
   std::string payload;
   Message copy = message;
-  for (const Field& field : in_wire_order(copy)) {
+  for (const WireField& field : in_wire_order(copy)) {
     if (second || !field.extension) write(payload, field);
   }
   if (second) payload.erase(std::max<std::size_t>(payload.find_last_not_of('\0') + 1, 1));
@@ -244,7 +246,7 @@ std::size_t frame_bytes(std::string_view bytes) {
   return (bytes[0] == kMagic2 ? kHeader2 : kHeader1) + byte_at(bytes, 1) + kChecksum;
 }
 
-void Parser::receive(std::string_view bytes, const std::function<void(const Frame&)>& each) {
+void MavlinkParser::receive(std::string_view bytes, const std::function<void(const Frame&)>& each) {
   constexpr std::size_t kStep = 512;  // so that hardly more than a frame is held, whatever comes at once
   while (!bytes.empty()) {
     held_ += bytes.substr(0, kStep);
@@ -276,12 +278,6 @@ void Parser::receive(std::string_view bytes, const std::function<void(const Fram
     held_.erase(0, at);
   }
 }
-
-namespace {
-
-constexpr std::size_t kPart = std::tuple_size_v<decltype(GpsRtcmData::data)>, kMostParts = 4;
-
-}  // namespace
 
 std::vector<GpsRtcmData> rtcm_data(std::string_view message, std::uint8_t number) {
   const bool divided = message.size() > kPart && message.size() <= kMostParts * kPart;

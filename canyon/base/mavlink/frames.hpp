@@ -15,7 +15,7 @@ namespace canyon::mavlink {
 // Frames of MAVLink 1 and 2 (mavlink.io, "Packet Serialization"), written by hand from that description:
 // Debian packages no library of it.
 /// The layout of a message's frames; it follows from the fields.
-struct Layout {
+struct FrameLayout {
   std::uint32_t id = 0;
   std::string_view name;
   std::uint8_t crc_extra = 0;
@@ -23,7 +23,7 @@ struct Layout {
   std::size_t bytes = 0;       ///< with extensions
 };
 /// The layouts of all alternatives of Message, in their order.
-[[nodiscard]] const std::array<Layout, std::variant_size_v<Message>>& layouts();
+[[nodiscard]] const std::array<FrameLayout, std::variant_size_v<Message>>& layouts();
 
 /// CRC-16/MCRF4XX (X.25's polynomial, bits reflected) of `bytes`, going on from `crc`.
 [[nodiscard]] std::uint16_t crc16(std::string_view bytes, std::uint16_t crc = 0xFFFF);
@@ -53,7 +53,7 @@ struct Frame {
 /// Finds frames in a stream of bytes that may be cut, mixed with anything, or hostile. Holds at most one
 /// frame's bytes. Frames with a wrong checksum and messages that Canyon does not know are passed over; bytes
 /// that only look like a frame cost no frame behind them. Signatures are passed over unchecked.
-class Parser {
+class MavlinkParser {
  public:
   /// Hands over each frame whose last byte is there, in order.
   void receive(std::string_view bytes, const std::function<void(const Frame&)>& each);

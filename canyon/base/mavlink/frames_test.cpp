@@ -9,7 +9,7 @@
 namespace canyon::mavlink {
 namespace {
 
-std::vector<Frame> received(Parser& parser, std::string_view bytes, std::size_t step = 1 << 20) {
+std::vector<Frame> received(MavlinkParser& parser, std::string_view bytes, std::size_t step = 1 << 20) {
   std::vector<Frame> frames;
   for (; !bytes.empty(); bytes.remove_prefix(std::min(step, bytes.size()))) {
     parser.receive(bytes.substr(0, step), [&](const Frame& f) { frames.push_back(f); });
@@ -41,7 +41,7 @@ TEST(MavlinkFrames, LayoutsAreThePublishedOnes) {
   };
   ASSERT_EQ(published.size(), layouts().size());
   for (std::size_t i = 0; i < published.size(); ++i) {
-    const Layout& layout = layouts()[i];
+    const FrameLayout& layout = layouts()[i];
     EXPECT_EQ(layout.id, published[i].id);
     EXPECT_EQ(layout.crc_extra, published[i].crc_extra) << layout.name;
     EXPECT_EQ(layout.base_bytes, published[i].base_bytes) << layout.name;
@@ -56,7 +56,7 @@ TEST(MavlinkFrames, Crc) {
 
 TEST(MavlinkFrames, GoThereAndBackInBothVersions) {
   for (const Version version : {Version::V1, Version::V2}) {
-    Parser parser;
+    MavlinkParser parser;
     const auto frames = received(parser, encode(mocap(), 7, {12, 34}, version), 1);
     ASSERT_EQ(frames.size(), 1U);
     EXPECT_EQ(frames[0].version, version);
@@ -79,7 +79,7 @@ TEST(MavlinkFrames, UnknownAndOutOfRangeValues) {
   m.horizontal_accuracy_m = 1e9;
   m.velocity_ned_mps = {-400, 1.005, 400};
   m.altitude_m = kUnknown;
-  Parser parser;
+  MavlinkParser parser;
   const auto back = std::get<HilGps>(received(parser, encode(m, 0)).at(0).message);
   EXPECT_NEAR(back.latitude_deg, m.latitude_deg, 1e-12);
   EXPECT_DOUBLE_EQ(back.horizontal_accuracy_m, 655.34) << "the greatest that does not read as unknown";
@@ -94,7 +94,7 @@ TEST(MavlinkFrames, UnknownAndOutOfRangeValues) {
 TEST(MavlinkFrames, TrailingZerosAreCutAndFilledIn) {
   const std::string frame = encode(SystemTime{}, 0);
   EXPECT_EQ(frame.size(), 10U + 1 + 2) << "one byte of payload stays";
-  Parser parser;
+  MavlinkParser parser;
   EXPECT_EQ(std::get<SystemTime>(received(parser, frame).at(0).message).time_us, 0U);
 }
 
@@ -106,7 +106,7 @@ TEST(MavlinkFrames, ResynchronisesBehindGarbageAndBrokenFrames) {
   const std::string stream = "noise\xFD\xFE" + broken + good + cut + other + good + std::string(300, '\xFD') +
                              other + std::string(20, '\0');
   for (const std::size_t step : {std::size_t{1}, std::size_t{7}, stream.size()}) {
-    Parser parser;
+    MavlinkParser parser;
     const auto frames = received(parser, stream, step);
     ASSERT_EQ(frames.size(), 4U) << step;
     EXPECT_EQ(frames[0].sequence, 1);
@@ -121,7 +121,7 @@ TEST(MavlinkFrames, PassesOverWhatItDoesNotKnow) {
   unknown[7] = 77;  // COMMAND_ACK
   std::string future = encode(mocap(), 1);
   future[2] = 2;  // a flag that a reader must understand
-  Parser parser;
+  MavlinkParser parser;
   const auto frames = received(parser, unknown + future + encode(mocap(), 9));
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(frames[0].sequence, 9);
@@ -144,7 +144,7 @@ std::string reframed(const std::string& payload, std::uint32_t id, std::uint8_t 
 
 TEST(MavlinkFrames, LongerMessagesOfNewerDefinitionsAndSignedOnesAreRead) {
   const std::string payload("\5\0\0\0\0\0\0\0\1\2\0\0new", 15);
-  Parser parser;
+  MavlinkParser parser;
   const std::string stream = reframed(payload, 2, 137, 0) + reframed(payload, 2, 137, 1) +
                              std::string("signature\0\0\0\0", 13) + encode(mocap(), 3);
   const auto frames = received(parser, stream, 3);
@@ -163,7 +163,7 @@ TEST(MavlinkFrames, RandomBytesGiveNoFrameAndCostNoneBehindThem) {
     const auto draw = random();
     c = draw % 4 == 0 ? "\xFD\xFE"[draw / 4 % 2] : static_cast<char>(draw >> 8);  // rich in magic bytes
   }
-  Parser parser;
+  MavlinkParser parser;
   EXPECT_LE(received(parser, noise, 33).size(), 2U) << "16 bits of checksum let few pass";
   // A false beginning of a frame in the noise ends within one frame's length.
   const std::string good = encode(mocap(), 9);
@@ -176,7 +176,7 @@ TEST(MavlinkFrames, SimulatorsPlaceIsTheFinerOne) {
   SimState m;
   m.coarse_latitude_deg = 47.25;
   m.coarse_longitude_deg = 8.5;
-  Parser parser;
+  MavlinkParser parser;
   auto back = std::get<SimState>(received(parser, encode(m, 0)).at(0).message);
   EXPECT_EQ(back.latitude_deg(), 47.25);
   m.fine_latitude_deg = 47.2500001;

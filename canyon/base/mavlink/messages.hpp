@@ -2,12 +2,14 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
+#include <span>
 #include <string_view>
 #include <variant>
-
-#include "canyon/base/mavlink/fields.hpp"
+#include <vector>
 
 // The messages of MAVLink's minimal.xml, common.xml and development.xml that Canyon sends or reads, in SI
 // units and degrees; NaN: not known. Frames are named: NED (north, east, down), FRD (forward, right, down of
@@ -17,10 +19,85 @@
 
 namespace canyon::mavlink {
 
+/// Types of fields on the wire, with the names that CRC_EXTRA depends on.
+enum class Wire : std::uint8_t { U8, I8, U16, I16, U32, I32, U64, F32 };
+[[nodiscard]] std::size_t size_of(Wire type);
+[[nodiscard]] std::string_view name_of(Wire type);
+
+/// A field of a message: as its definition has it, and the member of a struct that holds it.
+struct WireField {
+  std::string_view name;
+  Wire type = Wire::U8;
+  std::size_t count = 1;   ///< elements
+  bool array = false;      ///< also where `count` is 1
+  bool extension = false;  ///< MAVLink 2 alone, behind the others
+  double unit = 1;         ///< SI value of one count
+  /// Count that stands for "not known", NaN in the struct.
+  std::optional<double> unknown;
+  /// The first of `count` neighbours.
+  std::variant<double*, std::uint64_t*, std::uint32_t*, std::uint16_t*, std::uint8_t*, std::int8_t*> member;
+};
+
+using Quaternion = std::array<double, 4>;  ///< w, x, y, z
+inline constexpr double kDegE7 = 1e-7;     ///< [deg]
+
+/// Gathers the fields of a message in the order of its definition: what a message's visit() is given.
+class WireFields {
+ public:
+  /// A value with a unit. NaN is written as `unknown`, or without one as NaN (floats) or 0; values
+  /// beyond the type as its nearest that is not `unknown`.
+  void number(Wire type, std::string_view name, double& value, double unit = 1,
+              std::optional<double> unknown = std::nullopt) {
+    add({name, type, 1, false, extension_, unit, unknown, &value});
+  }
+  void vector(Wire type, const std::array<std::string_view, 3>& names, Eigen::Vector3d& value,
+              double unit = 1) {
+    for (int i = 0; i < 3; ++i) number(type, names[static_cast<std::size_t>(i)], value[i], unit);
+  }
+  /// Floats or bytes.
+  template <typename Value, std::size_t N>
+  void array(std::string_view name, std::array<Value, N>& values) {
+    add({name, wire_of(values[0]), N, true, extension_, 1, std::nullopt, values.data()});
+  }
+  /// Counts, flags, words: on the wire as in the struct. Names and values, one after the other.
+  template <typename Whole, typename... Rest>
+  void whole(std::string_view name, Whole& value, Rest&&... rest) {
+    add({name, wire_of(value), 1, false, extension_, 1, std::nullopt, &value});
+    if constexpr (sizeof...(rest) > 0) whole(rest...);
+  }
+  void place(double& latitude_deg, double& longitude_deg) {
+    number(Wire::I32, "lat", latitude_deg, kDegE7);
+    number(Wire::I32, "lon", longitude_deg, kDegE7);
+  }
+  void rates(Eigen::Vector3d& rates_radps) {
+    vector(Wire::F32, {"rollspeed", "pitchspeed", "yawspeed"}, rates_radps);
+  }
+  void quaternion(Quaternion& q) {
+    static constexpr std::array<std::string_view, 4> kNames{"q1", "q2", "q3", "q4"};
+    for (std::size_t i = 0; i < kNames.size(); ++i) number(Wire::F32, kNames[i], q[i]);
+  }
+  /// The fields behind it are extensions.
+  void extensions() { extension_ = true; }
+
+  [[nodiscard]] std::span<const WireField> all() const { return fields_; }
+
+ private:
+  static Wire wire_of(double) { return Wire::F32; }
+  static Wire wire_of(std::uint64_t) { return Wire::U64; }
+  static Wire wire_of(std::uint32_t) { return Wire::U32; }
+  static Wire wire_of(std::uint16_t) { return Wire::U16; }
+  static Wire wire_of(std::uint8_t) { return Wire::U8; }
+  static Wire wire_of(std::int8_t) { return Wire::I8; }
+  void add(WireField field) { fields_.push_back(field); }
+
+  bool extension_ = false;
+  std::vector<WireField> fields_;
+};
+
 inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 /// Upper right triangle of a 6 by 6 matrix, row by row; its first element NaN: not known.
-using Covariance = std::array<double, 21>;
-inline constexpr Covariance kNoCovariance{kUnknown};
+using CovarianceTriangle = std::array<double, 21>;
+inline constexpr CovarianceTriangle kNoCovariance{kUnknown};
 // Units, and counts that stand for "not known".
 inline constexpr double kMilli = 1e-3, kCenti = 1e-2, kNo8 = 0xFF, kNo16 = 0xFFFF;
 
@@ -33,7 +110,7 @@ struct Heartbeat {
   std::uint32_t custom_mode = 0;
   std::uint8_t system_status = 4;  ///< MAV_STATE; 4: active
   std::uint8_t mavlink_version = 3;
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     f.whole("type", type, "autopilot", autopilot, "base_mode", base_mode, "custom_mode", custom_mode);
     f.whole("system_status", system_status, "mavlink_version", mavlink_version);
   }
@@ -44,7 +121,7 @@ struct SystemTime {
   static constexpr std::string_view kName = "SYSTEM_TIME";
   std::uint64_t time_us = 0;
   double boot_s = 0;
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     f.whole("time_unix_usec", time_us);
     f.number(Wire::U32, "time_boot_ms", boot_s, kMilli);
   }
@@ -65,7 +142,7 @@ struct GpsRawInt {
   double ellipsoidal_height_m = 0;
   double horizontal_accuracy_m = 0, vertical_accuracy_m = 0, speed_accuracy_mps = 0, course_accuracy_deg = 0;
   double yaw_deg = kUnknown;  ///< (0, 360]
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     f.whole("time_usec", time_us, "fix_type", fix_type);
     f.place(latitude_deg, longitude_deg);
     f.number(Wire::I32, "alt", altitude_m, kMilli);
@@ -94,7 +171,7 @@ struct GpsStatus {
   std::array<std::uint8_t, 20> zenith_deg{};  ///< 0 above the receiver, 90 at the horizon
   std::array<std::uint8_t, 20> azimuth{};     ///< of 255 to the full circle
   std::array<std::uint8_t, 20> snr_db{};
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     f.whole("satellites_visible", visible);
     f.array("satellite_prn", number);
     f.array("satellite_used", used);
@@ -104,13 +181,13 @@ struct GpsStatus {
   }
 };
 
-struct Attitude {
+struct AttitudeEuler {
   static constexpr std::uint32_t kId = 30;
   static constexpr std::string_view kName = "ATTITUDE";
   double boot_s = 0;
   Eigen::Vector3d roll_pitch_yaw_rad = Eigen::Vector3d::Zero();  ///< FRD to NED: yaw, then pitch, then roll
   Eigen::Vector3d rates_frd_radps = Eigen::Vector3d::Zero();
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     f.number(Wire::U32, "time_boot_ms", boot_s, kMilli);
     f.vector(Wire::F32, {"roll", "pitch", "yaw"}, roll_pitch_yaw_rad);
     f.rates(rates_frd_radps);
@@ -124,7 +201,7 @@ struct AttitudeQuaternion {
   Quaternion ned_from_frd{1, 0, 0, 0};
   Eigen::Vector3d rates_frd_radps = Eigen::Vector3d::Zero();
   Quaternion display_offset{};  ///< all 0: not given
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     f.number(Wire::U32, "time_boot_ms", boot_s, kMilli);
     f.quaternion(ned_from_frd);
     f.rates(rates_frd_radps);
@@ -139,7 +216,7 @@ struct LocalPositionNed {
   double boot_s = 0;
   Eigen::Vector3d position_ned_m = Eigen::Vector3d::Zero();  ///< from the sender's own origin
   Eigen::Vector3d velocity_ned_mps = Eigen::Vector3d::Zero();
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     f.number(Wire::U32, "time_boot_ms", boot_s, kMilli);
     f.vector(Wire::F32, {"x", "y", "z"}, position_ned_m);
     f.vector(Wire::F32, {"vx", "vy", "vz"}, velocity_ned_mps);
@@ -155,7 +232,7 @@ struct GlobalPositionInt {
   double above_home_m = 0;
   Eigen::Vector3d velocity_ned_mps = Eigen::Vector3d::Zero();
   double heading_deg = kUnknown;
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     f.number(Wire::U32, "time_boot_ms", boot_s, kMilli);
     f.place(latitude_deg, longitude_deg);
     f.number(Wire::I32, "alt", altitude_m, kMilli);
@@ -188,7 +265,7 @@ struct HighresImu {
   double temperature_c = 0;
   std::uint16_t updated = 0;  ///< Updated
   std::uint8_t sensor_id = 0;
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     constexpr double kGauss = 1e-4, kHectopascal = 100;
     f.whole("time_usec", time_us);
     f.vector(Wire::F32, {"xacc", "yacc", "zacc"}, acceleration_frd_mps2);
@@ -210,9 +287,9 @@ struct VisionPositionEstimate {
   std::uint64_t time_us = 0;
   Eigen::Vector3d position_ned_m = Eigen::Vector3d::Zero();      ///< in a local frame
   Eigen::Vector3d roll_pitch_yaw_rad = Eigen::Vector3d::Zero();  ///< FRD to it
-  Covariance covariance = kNoCovariance;                         ///< of both
+  CovarianceTriangle covariance = kNoCovariance;                 ///< of both
   std::uint8_t reset_counter = 0;
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     f.whole("usec", time_us);
     f.vector(Wire::F32, {"x", "y", "z"}, position_ned_m);
     f.vector(Wire::F32, {"roll", "pitch", "yaw"}, roll_pitch_yaw_rad);
@@ -237,7 +314,7 @@ struct SimState {
 
   [[nodiscard]] double latitude_deg() const { return known(fine_latitude_deg, coarse_latitude_deg); }
   [[nodiscard]] double longitude_deg() const { return known(fine_longitude_deg, coarse_longitude_deg); }
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     f.quaternion(ned_from_frd);
     f.vector(Wire::F32, {"roll", "pitch", "yaw"}, roll_pitch_yaw_rad);
     f.vector(Wire::F32, {"xacc", "yacc", "zacc"}, acceleration_frd_mps2);
@@ -272,7 +349,7 @@ struct HilGps {
   double satellites = kUnknown;
   std::uint8_t gps_id = 0;
   double yaw_deg = kUnknown;  ///< (0, 360]
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     f.whole("time_usec", time_us, "fix_type", fix_type);
     f.place(latitude_deg, longitude_deg);
     f.number(Wire::I32, "alt", altitude_m, kMilli);
@@ -303,7 +380,7 @@ struct GpsRtk {
   Eigen::Vector3d baseline_m = Eigen::Vector3d::Zero();
   double accuracy_m = 0;        ///< the definition states no unit; millimetres on the wire, as the baseline
   double hypotheses_count = 0;  ///< of whole ambiguities; 1: fixed
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     f.number(Wire::U32, "time_last_baseline_ms", boot_s, kMilli);
     f.whole("rtk_receiver_id", receiver_id, "wn", week);
     f.number(Wire::U32, "tow", time_of_week_s, kMilli);
@@ -325,7 +402,7 @@ struct HilStateQuaternion {
   Eigen::Vector3d velocity_ned_mps = Eigen::Vector3d::Zero();
   double indicated_airspeed_mps = 0, true_airspeed_mps = 0;
   Eigen::Vector3d acceleration_frd_mps2 = Eigen::Vector3d::Zero();
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     constexpr double kMilliG = 9.80665e-3;  // [m/s^2]
     f.whole("time_usec", time_us);
     f.array("attitude_quaternion", ned_from_frd);
@@ -345,8 +422,8 @@ struct AttPosMocap {
   std::uint64_t time_us = 0;
   Quaternion ned_from_frd{1, 0, 0, 0};
   Eigen::Vector3d position_ned_m = Eigen::Vector3d::Zero();  ///< in the room's frame
-  Covariance covariance = kNoCovariance;
-  void visit(Fields& f) {
+  CovarianceTriangle covariance = kNoCovariance;
+  void visit(WireFields& f) {
     f.whole("time_usec", time_us);
     f.array("q", ned_from_frd);
     f.vector(Wire::F32, {"x", "y", "z"}, position_ned_m);
@@ -382,7 +459,7 @@ struct GpsInput {
   double speed_accuracy_mps = 0, horizontal_accuracy_m = 0, vertical_accuracy_m = 0;
   std::uint8_t satellites = 0;
   double yaw_deg = kUnknown;  ///< (0, 360]
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     f.whole("time_usec", time_us, "gps_id", gps_id, "ignore_flags", ignore);
     f.number(Wire::U32, "time_week_ms", time_of_week_s, kMilli);
     f.whole("time_week", week, "fix_type", fix_type);
@@ -407,7 +484,7 @@ struct GpsRtcmData {
   std::uint8_t flags = 0;  ///< bit 0: a part; bits 1 and 2: its number; bits 3 to 7: number of the message
   std::uint8_t length = 0;
   std::array<std::uint8_t, 180> data{};
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     f.whole("flags", flags, "len", length);
     f.array("data", data);
   }
@@ -423,11 +500,11 @@ struct Odometry {
   Quaternion frame_from_body{1, 0, 0, 0};
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   Eigen::Vector3d rates_radps = Eigen::Vector3d::Zero();
-  Covariance pose_covariance = kNoCovariance, velocity_covariance = kNoCovariance;
+  CovarianceTriangle pose_covariance = kNoCovariance, velocity_covariance = kNoCovariance;
   std::uint8_t reset_counter = 0;
   std::uint8_t estimator_type = 0;
   std::int8_t quality = 0;  ///< [%]; 0: not known, -1: failed
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     f.whole("time_usec", time_us, "frame_id", frame, "child_frame_id", child_frame);
     f.vector(Wire::F32, {"x", "y", "z"}, position_m);
     f.array("q", frame_from_body);
@@ -447,7 +524,7 @@ struct CommandLong {
   std::uint16_t command = 0;                             ///< MAV_CMD
   std::uint8_t target_system = 0, target_component = 0;  ///< 0: everybody
   std::uint8_t confirmation = 0;
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     f.whole("target_system", target_system, "target_component", target_component, "command", command);
     f.whole("confirmation", confirmation);
     static constexpr std::array<std::string_view, 7> kNames{"param1", "param2", "param3", "param4",
@@ -466,7 +543,7 @@ struct GnssIntegrity {
   double raim_horizontal_m = kUnknown, raim_vertical_m = kUnknown;  ///< expected accuracies
   /// Of corrections, receiver, signals, postprocessing: 0 to 10, 255 not known.
   std::array<std::uint8_t, 4> quality{255, 255, 255, 255};
-  void visit(Fields& f) {
+  void visit(WireFields& f) {
     f.whole("id", receiver_id, "system_errors", system_errors);
     f.whole("authentication_state", authentication_state, "jamming_state", jamming_state);
     f.whole("spoofing_state", spoofing_state, "raim_state", raim_state);
@@ -477,7 +554,7 @@ struct GnssIntegrity {
   }
 };
 
-using Message = std::variant<Heartbeat, SystemTime, GpsRawInt, GpsStatus, Attitude, AttitudeQuaternion,
+using Message = std::variant<Heartbeat, SystemTime, GpsRawInt, GpsStatus, AttitudeEuler, AttitudeQuaternion,
                              LocalPositionNed, GlobalPositionInt, HighresImu, VisionPositionEstimate,
                              SimState, HilGps, GpsRtk, HilStateQuaternion, AttPosMocap, GpsInput, GpsRtcmData,
                              Odometry, CommandLong, GnssIntegrity>;

@@ -10,14 +10,14 @@
 namespace canyon::mavlink {
 namespace {
 
-std::vector<Field> fields_of(Message& message) {
-  Fields fields;
+std::vector<WireField> fields_of(Message& message) {
+  WireFields fields;
   std::visit([&](auto& m) { m.visit(fields); }, message);
   return {fields.all().begin(), fields.all().end()};
 }
 
 /// Distinct counts without symmetry, negative ones where the type has them.
-double count_of(const Field& field, std::size_t k) {
+double count_of(const WireField& field, std::size_t k) {
   const double step = static_cast<double>(k);
   switch (field.type) {
     case Wire::U8:
@@ -43,7 +43,7 @@ double count_of(const Field& field, std::size_t k) {
 template <typename Do>
 void for_each_element(Message& message, const Do& action) {
   std::size_t k = 0;
-  for (const Field& field : fields_of(message)) {
+  for (const WireField& field : fields_of(message)) {
     for (std::size_t i = 0; i < field.count; ++i, ++k) {
       std::visit([&](auto* member) { action(field, i, k, member[i]); }, field.member);
     }
@@ -54,7 +54,7 @@ template <std::size_t... I>
 std::vector<Message> filled(std::index_sequence<I...>) {
   std::vector<Message> all{std::variant_alternative_t<I, Message>()...};
   for (Message& message : all) {
-    for_each_element(message, [](const Field& field, std::size_t, std::size_t k, auto& value) {
+    for_each_element(message, [](const WireField& field, std::size_t, std::size_t k, auto& value) {
       using Value = std::remove_reference_t<decltype(value)>;
       const double unit = std::is_same_v<Value, double> ? field.unit : 1;
       value = static_cast<Value>(count_of(field, k) * unit);
@@ -75,7 +75,7 @@ void check(Version version) {
   const test::Judgement theirs = test::judge_mavlink(bytes);
   std::size_t at = 0;
   for (Message& message : sent) {
-    const Layout& layout = layouts()[message.index()];
+    const FrameLayout& layout = layouts()[message.index()];
     if (version == Version::V1 && layout.id > 255) continue;
     ASSERT_LT(at, theirs.messages.size()) << layout.name;
     const test::JudgedMessage& seen = theirs.messages[at];
@@ -84,7 +84,7 @@ void check(Version version) {
     EXPECT_EQ(seen.system, 42);
     EXPECT_EQ(seen.component, 191);
     EXPECT_EQ(seen.sequence, static_cast<std::uint8_t>(250 + at));
-    for_each_element(message, [&](const Field& field, std::size_t i, std::size_t k, auto&) {
+    for_each_element(message, [&](const WireField& field, std::size_t i, std::size_t k, auto&) {
       const auto found = seen.fields.find(std::string(field.name));
       if (found == seen.fields.end()) {
         EXPECT_TRUE(field.extension) << layout.name << ' ' << field.name;  // newer than the reference
@@ -100,12 +100,12 @@ void check(Version version) {
 
   // The way back: frames that node-mavlink made of what it had read.
   std::vector<Frame> back;
-  Parser parser;
+  MavlinkParser parser;
   parser.receive(theirs.again, [&](const Frame& frame) { back.push_back(frame); });
   ASSERT_EQ(back.size(), at);
   EXPECT_EQ(parser.passed_over(), 0U);
   for (std::size_t j = 0; j < back.size(); ++j) {
-    for_each_element(back[j].message, [&](const Field& field, std::size_t, std::size_t k, auto& value) {
+    for_each_element(back[j].message, [&](const WireField& field, std::size_t, std::size_t k, auto& value) {
       const bool absent = field.extension && (version == Version::V1 ||
                                               theirs.messages[j].fields.count(std::string(field.name)) == 0);
       using Value = std::remove_reference_t<decltype(value)>;

@@ -5,10 +5,13 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <initializer_list>
+#include <limits>
 #include <sstream>
-#include <utility>
+#include <system_error>
 
 #include "canyon/base/file_kind.hpp"
+#include "canyon/base/named.hpp"
 #include "canyon/base/options/describe.hpp"
 #include "canyon/base/text.hpp"
 
@@ -115,6 +118,154 @@ class Converter {
   int count_ = 0;
 };
 
+constexpr const char* kOneValue = "write one value";
+
+std::optional<double> parse_fraction(std::string_view text) {
+  const std::size_t slash = text.find('/');
+  if (slash == std::string_view::npos) return std::nullopt;
+  const auto above = parse_double(text.substr(0, slash));
+  const auto below = parse_double(text.substr(slash + 1));
+  if (!above || !below || *below == 0) return std::nullopt;
+  return *above / *below;
+}
+
+/// One step of a key: "receivers[0]" is {"receivers", true, "0"}.
+struct Step {
+  std::string name;
+  bool item = false;
+  std::string which;
+};
+
+Step parse_step(std::string_view text, std::string_view key) {
+  const std::size_t open = text.find('[');
+  Step step{std::string(text.substr(0, open)), open != std::string_view::npos, {}};
+  if (step.item && text.back() == ']') step.which = text.substr(open + 1, text.size() - open - 2);
+  if (step.name.empty() || (step.item && text.back() != ']')) {
+    throw InputError(fmt::format("'{}' is not a key", key), "write section.key, list[0].key or list[].key");
+  }
+  return step;
+}
+
+Node& entry_of(Node& mapping, const std::string& name, std::string_view key, int line) {
+  if (mapping.kind == Node::Kind::Empty) mapping.kind = Node::Kind::Mapping;
+  if (mapping.kind != Node::Kind::Mapping) {
+    throw InputError(fmt::format("'{}': the value before '{}' is not a section", key, name));
+  }
+  for (Node::Entry& entry : mapping.entries) {
+    if (entry.key == name) return entry.value;
+  }
+  mapping.entries.push_back({name, line > 0 ? line : mapping.line, {}});
+  return mapping.entries.back().value;
+}
+
+std::vector<Node*> items_of(Node& list, const Step& step, std::string_view key) {
+  if (list.kind == Node::Kind::Empty) {
+    list.kind = Node::Kind::List;
+    list.items.emplace_back().kind = Node::Kind::Mapping;
+  }
+  if (list.kind != Node::Kind::List) throw InputError(fmt::format("'{}': {} is not a list", key, step.name));
+  std::vector<Node*> chosen;
+  const auto index = parse_integer(step.which);
+  for (std::size_t i = 0; i < list.items.size(); ++i) {
+    const Node::Entry* name = list.items[i].find("name");
+    if (step.which.empty() || (index && *index == static_cast<long long>(i)) ||
+        (!index && name != nullptr && name->value.text == step.which)) {
+      chosen.push_back(&list.items[i]);
+    }
+  }
+  if (chosen.empty() && !step.which.empty()) {
+    throw InputError(fmt::format("'{}': {} has no item {}", key, step.name, step.which),
+                     fmt::format("it has {}, the first is 0; or name one", list.items.size()));
+  }
+  return chosen;
+}
+
+void set_from(Node& node, const std::vector<std::string_view>& steps, std::size_t i, std::string_view key,
+              const Node& value) {
+  const Step step = parse_step(steps[i], key);
+  Node& below = entry_of(node, step.name, key, value.line);
+  std::vector<Node*> targets{&below};
+  if (step.item) targets = items_of(below, step, key);
+  for (Node* target : targets) {
+    if (i + 1 == steps.size()) {
+      *target = value;
+    } else {
+      set_from(*target, steps, i + 1, key, value);
+    }
+  }
+}
+
+/// set_at(), whose error is one of the document.
+void set_key(Node& root, const std::string& path, const Node& value, const Document& document) {
+  try {
+    set_at(root, path, value);
+  } catch (const InputError& e) {
+    throw document.error("", path, value.line, e.problem(), e.cure());
+  }
+}
+
+void put_without_dots(Node& root, const std::string& path, const Node::Entry& from,
+                      const Document& document) {
+  const Node::Entry* there = root.find_path(path);
+  const bool section = from.value.kind == Node::Kind::Mapping;
+  if (there != nullptr && (there->value.kind == Node::Kind::Mapping) != section) {
+    throw document.error("", path, from.line, "is both a value and a section", "keep one of them");
+  }
+  if (there != nullptr && !section) {
+    throw document.error("", path, from.line, fmt::format("comes twice, first in line {}", there->line),
+                         "remove one of them");
+  }
+  for (const Node::Entry& entry : from.value.entries) {
+    put_without_dots(root, fmt::format("{}.{}", path, entry.key), entry, document);
+  }
+  Node value = from.value;
+  value.line = from.line;
+  if (!section || (there == nullptr && value.entries.empty())) set_key(root, path, value, document);
+}
+
+/// Takes the value of a dotted key out of a mapping, and sections that it leaves empty. The value has the
+/// line of its key.
+std::optional<Node> take_path(Node& mapping, std::string_view path) {
+  const std::size_t dot = path.find('.');
+  const auto at = std::find_if(mapping.entries.begin(), mapping.entries.end(),
+                               [&](const Node::Entry& entry) { return entry.key == path.substr(0, dot); });
+  if (at == mapping.entries.end()) return std::nullopt;
+  std::optional<Node> taken;
+  if (dot == std::string_view::npos) {
+    taken = std::move(at->value);
+    taken->line = at->line;
+  } else {
+    taken = take_path(at->value, path.substr(dot + 1));
+    if (!taken || !at->value.entries.empty()) return taken;
+  }
+  mapping.entries.erase(at);
+  return taken;
+}
+
+/// Plain where YAML takes it for the same text whatever stands around it.
+std::string scalar_text(const std::string& text) {
+  const auto plain = [](unsigned char c) {
+    return c >= 0x80 || (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+           c == '_' || c == '.' || c == '/' || c == '+' || c == '-' || c == ' ';
+  };
+  if (!text.empty() && text.front() != ' ' && text.back() != ' ' && text != "-" &&
+      text.compare(0, 2, "- ") != 0 && std::all_of(text.begin(), text.end(), plain)) {
+    return text;
+  }
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    if (c == '\n') {
+      quoted += "\\n";
+    } else if (c == '\t') {
+      quoted += "\\t";
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + '"';
+}
+
 }  // namespace
 
 const Node::Entry* Node::find(std::string_view key) const {
@@ -201,6 +352,216 @@ Node parse_yaml(const std::string& text, const Document& document, std::string_v
   if (root.IsNull()) throw InputError(document.file, 0, "the file is empty", needs);
   if (root.IsScalar()) refuse_other_kind(text, document);
   return Converter(document).convert(root, 1, 0);
+}
+
+std::string read_scalar(const Node& node, const Place& place) {
+  if (node.kind == Node::Kind::Empty)
+    throw place.error("has no value", "write one after the colon, or remove the key");
+  if (node.kind != Node::Kind::Scalar) {
+    throw place.error(node.kind == Node::Kind::Mapping ? "is a mapping where one value belongs"
+                                                       : "is a list where one value belongs",
+                      kOneValue);
+  }
+  return node.text;
+}
+
+std::string read_text(const Node& node, const Place& place) {
+  std::string text = read_scalar(node, place);
+  if (trim(text).empty()) throw place.error("is empty", "write something, or remove the key");
+  return text;
+}
+
+std::vector<std::string> read_texts(const Node& node, const Place& place) {
+  if (node.kind != Node::Kind::List) return {read_text(node, place)};
+  std::vector<std::string> texts;
+  for (const Node& item : node.items) {
+    if (item.kind != Node::Kind::Scalar || trim(item.text).empty()) {
+      Place at = place;
+      if (item.line > 0) at.line = item.line;
+      throw at.error(fmt::format("item {} is not one value", texts.size() + 1), kOneValue);
+    }
+    texts.push_back(item.text);
+  }
+  if (texts.empty()) throw place.error("the list is empty", "give at least one item, or remove the key");
+  return texts;
+}
+
+double to_number(const std::string& text, const Range& range, const Place& place) {
+  if (range.none && text == "none") return std::numeric_limits<double>::infinity();
+  std::optional<double> value = parse_double(text);
+  if (!value && range.fraction) value = parse_fraction(text);
+  if (!value) {
+    // "10 deg", "2m": a number with its unit.
+    const std::size_t end = text.find_first_not_of("+-.0123456789eE");
+    const bool has_unit =
+        end != std::string::npos && end > 0 && parse_double(text.substr(0, end)).has_value();
+    throw place.error(
+        fmt::format("'{}' is not a number", text),
+        has_unit ? fmt::format("give the number alone, the unit is in the {}'s name", place.document.word)
+                 : fmt::format("it is {}", range.words()));
+  }
+  if (!range.holds(*value)) {
+    throw place.error(fmt::format("{} is out of range", text), fmt::format("it is {}", range.words()));
+  }
+  return *value;
+}
+
+std::vector<double> read_numbers(const Node& node, const Range& range, const Place& place) {
+  std::vector<double> values;
+  if (node.kind == Node::Kind::List) {
+    for (const std::string& item : read_texts(node, place)) values.push_back(to_number(item, range, place));
+    return values;
+  }
+  const std::string line = read_scalar(node, place);
+  for (const std::string_view item : split_blanks(line)) {
+    values.push_back(to_number(std::string(item), range, place));
+  }
+  if (values.empty()) throw place.error("the list is empty", "give at least one number, or remove the key");
+  return values;
+}
+
+std::vector<std::vector<double>> read_rows(const Node& node, std::size_t columns, const Range& range,
+                                           const Place& place) {
+  std::vector<std::vector<double>> rows;
+  if (node.kind == Node::Kind::List && !node.items.empty() && node.items[0].kind == Node::Kind::List) {
+    for (const Node& row : node.items) {
+      std::vector<double> values;
+      for (const Node& item : row.items) {
+        values.push_back(to_number(item.kind == Node::Kind::Scalar ? item.text : "?", range, place));
+      }
+      if (values.size() != columns) {
+        Place at = place;
+        if (row.line > 0) at.line = row.line;
+        throw at.error(fmt::format("row {} does not have {} numbers", rows.size() + 1, columns));
+      }
+      rows.push_back(std::move(values));
+    }
+    return rows;
+  }
+  const std::vector<double> flat = read_numbers(node, range, place);
+  if (flat.size() % columns != 0) {
+    throw place.error(fmt::format("{} numbers do not make rows of {}", flat.size(), columns));
+  }
+  for (std::size_t i = 0; i < flat.size(); i += columns) {
+    const auto begin = flat.begin() + static_cast<std::ptrdiff_t>(i);
+    rows.emplace_back(begin, begin + static_cast<std::ptrdiff_t>(columns));
+  }
+  return rows;
+}
+
+bool read_boolean(const Node& node, const Place& place) {
+  const std::string text = read_text(node, place);
+  const std::string small = lower_case(text);
+  if (place.document.digits_are_booleans) {
+    if (small == "true" || small == "1") return true;
+    if (small == "false" || small == "0") return false;
+    throw place.error(fmt::format("'{}' is neither true nor false", text), "write true, false, 1 or 0");
+  }
+  // YAML 1.1's words: in small letters, in capitals, or with a capital first.
+  const bool one_case = text.substr(1) == small.substr(1) || text == [&] {
+    std::string large = small;
+    for (char& c : large) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+    return large;
+  }();
+  const auto is = [&](std::initializer_list<std::string_view> words) {
+    return one_case && std::find(words.begin(), words.end(), small) != words.end();
+  };
+  if (is({"true", "yes", "on", "y"})) return true;
+  if (is({"false", "no", "off", "n"})) return false;
+  throw place.error(fmt::format("'{}' is neither true nor false", text), "write true or false");
+}
+
+std::filesystem::path read_file(const std::string& text, const Place& place) {
+  if (place.document.find_file) return place.document.find_file(text, place);
+  std::filesystem::path path = place.document.file.parent_path() / text;
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) {
+    throw place.error(
+        fmt::format("there is no file '{}'", path.string()),
+        text.find("://") != std::string::npos
+            ? std::string(
+                  "it is an address: fetch the file first; of 3D Tiles, write city: {tiles: {url: ...}}")
+            : fmt::format("paths are relative to the {}'s folder", place.document.kind));
+  }
+  const bool meant = !text.empty() && text.back() == '/';
+  if (std::filesystem::is_directory(path, ignored) && !meant) {
+    throw place.error(fmt::format("'{}' is a folder, not a file", path.string()),
+                      "where a folder is meant, its name ends in /");
+  }
+  return path;
+}
+
+void require_word(const std::string& text, const std::vector<std::string>& known, const Place& place) {
+  if (std::find(known.begin(), known.end(), text) != known.end()) return;
+  throw place.error(fmt::format("'{}' is unknown", text), known_names(text, known));
+}
+
+std::string read_word(const Node& node, const std::vector<std::string>& words, const Place& place) {
+  std::string text = read_text(node, place);
+  require_word(text, words, place);
+  return text;
+}
+
+void set_at(Node& root, std::string_view key, const Node& value) {
+  set_from(root, split(key, '.'), 0, key, value);
+}
+
+Node without_dots(const Node& root, const Document& document) {
+  if (root.kind != Node::Kind::Mapping) return root;
+  Node result;
+  result.kind = Node::Kind::Mapping;
+  result.line = root.line;
+  for (const Node::Entry& entry : root.entries) put_without_dots(result, entry.key, entry, document);
+  return result;
+}
+
+void use_keys(Node& root, const Document& document) {
+  for (const auto& [name, path] : document.other_names) {
+    const bool both = root.find_path(path) != nullptr;
+    const std::optional<Node> value = take_path(root, name);
+    if (!value) continue;
+    if (both)
+      throw document.error("", name, value->line, fmt::format("conflicts with '{}'", path), "keep one");
+    set_key(root, path, *value, document);
+  }
+}
+
+std::string plain_key(std::string_view key) {
+  std::string plain;
+  bool inside = false;
+  for (const char c : key) {
+    if (c == ']') inside = false;
+    if (!inside) plain += c;
+    if (c == '[') inside = true;
+  }
+  return plain;
+}
+
+std::string flow_text(const Node& node) {
+  std::vector<std::string> parts;
+  switch (node.kind) {
+    case Node::Kind::Empty:
+      return "null";
+    case Node::Kind::Scalar:
+      return scalar_text(node.text);
+    case Node::Kind::List:
+      for (const Node& item : node.items) parts.push_back(flow_text(item));
+      return fmt::format("[{}]", fmt::join(parts, ", "));
+    case Node::Kind::Mapping:
+      for (const Node::Entry& entry : node.entries) {
+        parts.push_back(fmt::format("{}: {}", scalar_text(entry.key), flow_text(entry.value)));
+      }
+      return fmt::format("{{{}}}", fmt::join(parts, ", "));
+  }
+  return {};
+}
+
+Node scalar_node(std::string text, int line) {
+  Node node;
+  node.kind = Node::Kind::Scalar;
+  node.line = line;
+  node.text = std::move(text);
+  return node;
 }
 
 }  // namespace canyon::options

@@ -6,8 +6,6 @@
 #include <cassert>
 #include <utility>
 
-#include "canyon/base/options/node.hpp"
-
 namespace canyon::options {
 
 Reader::Reader(const Node& root, const Document& document) : document_(document) {

@@ -58,33 +58,33 @@ class Writer final : public Visitor {
 /// Throws InputError naming the first field that is out of range, and its bound. `what` says whose: "receiver
 /// clock" makes "drift of the receiver clock is 3", "diffraction." makes "diffraction.max_paths is 0".
 template <typename Options>
-void check(const Options& options, std::string_view what = {}) {
+void check(Options options, std::string_view what = {}) {
   Checker checker(what);
-  visit(checker, const_cast<Options&>(options));  // it does not change anything
+  visit(checker, options);
 }
 
 /// Every field, one a line: equal for equal options, and for no others.
 template <typename Options>
-[[nodiscard]] std::string exact_text(const Options& options) {
+[[nodiscard]] std::string exact_text(Options options) {
   Writer writer(Writer::Form::Lines, false);
-  visit(writer, const_cast<Options&>(options));
+  visit(writer, options);
   return std::move(writer).take();
 }
 
 /// A YAML text that reads back the same.
 template <typename Options>
-[[nodiscard]] std::string yaml(const Options& options) {
+[[nodiscard]] std::string yaml(Options options) {
   Writer writer(Writer::Form::Yaml, true);
-  visit(writer, const_cast<Options&>(options));
+  visit(writer, options);
   return std::move(writer).take();
 }
 
 /// A line "section.key: value" for every field that has a value, but those of lists, whose items have no
 /// names.
 template <typename Options>
-[[nodiscard]] std::string dotted(const Options& options, bool leave_out_defaults = false) {
+[[nodiscard]] std::string dotted(Options options, bool leave_out_defaults = false) {
   Writer writer(Writer::Form::Dotted, leave_out_defaults);
-  visit(writer, const_cast<Options&>(options));
+  visit(writer, options);
   return std::move(writer).take();
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <fcntl.h>
+#include <utility>  // which some of Boost.Asio's headers lack
+
 #include <algorithm>
 #include <array>
 #include <boost/asio.hpp>
@@ -9,7 +11,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>  // which some of Boost.Asio's headers lack
 #include <vector>
 
 #include "canyon/base/transport/transport.hpp"
@@ -71,6 +72,18 @@ class Inbox {
   bool whole_ = false;
 };
 
+/// A transport that keeps what was received, and its notes.
+class BufferedTransport : public Transport {
+ public:
+  [[nodiscard]] std::vector<Received> take_received() override { return received_.take(); }
+  [[nodiscard]] std::vector<std::string> take_notes() override { return std::exchange(notes_, {}); }
+  void finish(const std::optional<Correction>& /*correction*/) override {}
+
+ protected:
+  Inbox received_;
+  std::vector<std::string> notes_;
+};
+
 enum class Line { Open, Ended, Broken };
 
 /// Reads the bytes that have come; bounded, so that an endless talker cannot hold the caller.
@@ -103,7 +116,7 @@ struct NtripAddress {
 };
 
 /// A connection to a server, taken up again where it is lost.
-class TcpClient final : public Transport {
+class TcpClient final : public BufferedTransport {
  public:
   using Clock = std::chrono::steady_clock;
 
@@ -117,10 +130,8 @@ class TcpClient final : public Transport {
   void begin(std::string_view bytes) override { first_ = bytes; }
   void send(std::string_view bytes) override;
   void serve() override;
-  [[nodiscard]] std::vector<Received> take_received() override { return received_.take(); }
   void add_handles(std::vector<int>& handles) const override;
   void finish(const std::optional<Correction>& correction) override;
-  [[nodiscard]] std::vector<std::string> take_notes() override { return std::exchange(notes_, {}); }
 
   /// Whether it is neither connected nor connecting.
   [[nodiscard]] bool away() const { return state_ == State::Away; }
@@ -147,9 +158,7 @@ class TcpClient final : public Transport {
   Clock::duration first_pause_, longest_pause_, pause_;
   Clock::time_point next_try_, given_up_;
   std::uint64_t connections_ = 0, failures_ = 0;
-  Inbox received_;
   std::string first_, backlog_;
-  std::vector<std::string> notes_;
   bool said_away_ = false;
 };
 
@@ -188,7 +197,7 @@ class TcpClient final : public Transport {
 /// the system takes connections at any time; serve() and send() do the part of the work that needs no
 /// waiting. A client whose first line is HTTP's is dropped: the page of a foreign site in the user's browser
 /// could send poses and commands in a request.
-class TcpServer final : public Transport {
+class TcpServer final : public BufferedTransport {
  public:
   /// Listens. Throws InputError for a port outside 1 to 65535, a host that is not an address of this machine,
   /// and where the system refuses the port (in use, reserved).
@@ -201,10 +210,8 @@ class TcpServer final : public Transport {
   void send(std::string_view bytes) override;
   void answer(std::uint64_t reader, std::string_view bytes) override;
   void serve() override;
-  [[nodiscard]] std::vector<Received> take_received() override { return received_.take(); }
   void add_handles(std::vector<int>& handles) const override;
   void finish(const std::optional<Correction>& correction) override;
-  [[nodiscard]] std::vector<std::string> take_notes() override { return std::exchange(notes_, {}); }
   [[nodiscard]] std::size_t clients() const { return clients_.size(); }
   /// The connected clients, without those that close() was called for.
   [[nodiscard]] std::vector<std::uint64_t> readers() const override;
@@ -236,9 +243,7 @@ class TcpServer final : public Transport {
   bool http_;
   std::vector<Client> clients_;
   std::uint64_t accepted_ = 0;
-  Inbox received_;
-  std::string first_;  ///< every client gets it first
-  std::vector<std::string> notes_;
+  std::string first_;                      ///< every client gets it first
   bool full_ = false, said_http_ = false;  ///< said so already
 };
 

@@ -11,7 +11,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/payload.hpp"
-#include "canyon/base/secrets.hpp"
 #include "canyon/base/transport/devices.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/free_port.hpp"

@@ -1,4 +1,3 @@
-// Declared in canyon/base/transport/devices.hpp.
 #include "canyon/base/transport/devices.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,3 @@
-// Declared in canyon/base/transport/devices.hpp.
 #include <fmt/format.h>
 #include <poll.h>
 #include <stdlib.h>
@@ -23,7 +22,7 @@ std::string error_text(int error) {
 }
 
 /// A terminal device: what sends, keeps and receives.
-class Terminal : public Transport {
+class Terminal : public BufferedTransport {
  public:
   void send(std::string_view bytes) override {
     if (!device_.is_open()) return;
@@ -48,7 +47,6 @@ class Terminal : public Transport {
     }
     if (backlog_.empty()) behind_ = false;
   }
-  [[nodiscard]] std::vector<Received> take_received() override { return received_.take(); }
   void add_handles(std::vector<int>& handles) const override {
     if (device_.is_open()) {
       handles.push_back(const_cast<asio::posix::stream_descriptor&>(device_).native_handle());
@@ -65,7 +63,6 @@ class Terminal : public Transport {
     }
     device_.close();
   }
-  [[nodiscard]] std::vector<std::string> take_notes() override { return std::exchange(notes_, {}); }
 
  protected:
   using Clock = std::chrono::steady_clock;
@@ -96,7 +93,6 @@ class Terminal : public Transport {
   asio::io_context io_;
   asio::posix::stream_descriptor device_{io_};
   std::string backlog_;
-  std::vector<std::string> notes_;
 
  private:
   /// Sends what may go now of the backlog; false where the device is gone.
@@ -112,7 +108,6 @@ class Terminal : public Transport {
     return open;
   }
 
-  Inbox received_;
   bool behind_ = false;  ///< said so already
 };
 
@@ -245,7 +240,7 @@ class SerialPort final : public Terminal {
 };
 
 /// Reads when something is there: a non-blocking standard input would make the shell's terminal non-blocking.
-class StandardInput final : public Transport {
+class StandardInput final : public BufferedTransport {
  public:
   void send(std::string_view) override {}
   void serve() override {
@@ -257,15 +252,12 @@ class StandardInput final : public Transport {
     if (size > 0) received_.add(0, {buffer.data(), static_cast<std::size_t>(size)});
     if (size == 0 || (size < 0 && errno != EINTR && errno != EAGAIN)) ended_ = true;
   }
-  [[nodiscard]] std::vector<Received> take_received() override { return received_.take(); }
   void add_handles(std::vector<int>& handles) const override {
     if (!ended_) handles.push_back(STDIN_FILENO);
   }
   [[nodiscard]] bool ended() const override { return ended_; }
-  void finish(const std::optional<Correction>&) override {}
 
  private:
-  Inbox received_;
   bool ended_ = false;
 };
 

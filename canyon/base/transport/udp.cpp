@@ -1,4 +1,3 @@
-// Declared in canyon/base/transport/devices.hpp.
 #include <fmt/format.h>
 
 #include "canyon/base/input_error.hpp"
@@ -36,7 +35,7 @@ void receive(udp::socket& socket, const Take& take) {
   }
 }
 
-class Udp final : public Transport {
+class Udp final : public BufferedTransport {
  public:
   explicit Udp(const HostPort& to) {
     received_.keep_datagrams();
@@ -59,19 +58,16 @@ class Udp final : public Transport {
   void serve() override {
     receive(socket_, [this](const udp::endpoint&, std::string_view bytes) { received_.add(0, bytes); });
   }
-  [[nodiscard]] std::vector<Received> take_received() override { return received_.take(); }
   void add_handles(std::vector<int>& handles) const override {
     handles.push_back(const_cast<udp::socket&>(socket_).native_handle());
   }
-  void finish(const std::optional<Correction>&) override {}
 
  private:
   asio::io_context io_;
   udp::socket socket_{io_};
-  Inbox received_;
 };
 
-class UdpListener final : public Transport {
+class UdpListener final : public BufferedTransport {
  public:
   explicit UdpListener(const HostPort& at) {
     received_.keep_datagrams();
@@ -105,12 +101,9 @@ class UdpListener final : public Transport {
       received_.add(number_of(from), bytes);
     });
   }
-  [[nodiscard]] std::vector<Received> take_received() override { return received_.take(); }
   void add_handles(std::vector<int>& handles) const override {
     handles.push_back(const_cast<udp::socket&>(socket_).native_handle());
   }
-  void finish(const std::optional<Correction>&) override {}
-  [[nodiscard]] std::vector<std::string> take_notes() override { return std::exchange(notes_, {}); }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -148,8 +141,6 @@ class UdpListener final : public Transport {
   udp::socket socket_{io_};
   std::vector<Peer> peers_;
   std::uint64_t met_ = 0;
-  Inbox received_;
-  std::vector<std::string> notes_;
 };
 
 }  // namespace

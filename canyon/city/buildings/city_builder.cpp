@@ -11,7 +11,6 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/buildings/builder_steps.hpp"
-#include "canyon/city/buildings/shapes/footprint.hpp"
 #include "canyon/city/buildings/shapes/roof_planes.hpp"
 #include "canyon/city/buildings/shapes/solid.hpp"
 

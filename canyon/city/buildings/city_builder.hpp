@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -86,26 +85,5 @@ struct BuiltCity {
 
 /// The report as lines for people.
 [[nodiscard]] std::string format_report(const BuildReport& report);
-
-/// Footprints with the heights used and where each came from, for a look over a map: a GeoJSON (RFC 7946)
-/// FeatureCollection, one feature on each line, in the order of `built.features`. Geometry: Polygon or
-/// MultiPolygon, longitude and latitude [deg, WGS 84, 9 decimals: 0.1 mm], outer rings counter-clockwise,
-/// inner ones clockwise; null where nothing of the outline was usable or a building came as ready-made
-/// surfaces without a footprint. Trees are left out; woods are in. Properties, null where not known:
-///
-///   id                        as on the map: "way/123"
-///   kind                      "building", "part" or "foliage"
-///   built, reason             whether it stands in the city; why not, or what was repaired
-///   height_m, min_height_m    top and bottom above its ground [m]
-///   height_source             "height" (tagged), "levels", "default"; "surfaces": measured on the mesh
-///   roof_shape                "flat", "gabled", ...
-///   roof_height_m             [m], part of height_m
-///   roof_source               where roof_height_m came from, as height_source
-///   ground_m                  ellipsoidal height of its base [m]
-///   facade, roof              materials: "concrete", "glass", ...; "unknown"
-[[nodiscard]] std::string format_footprints_geojson(const BuiltCity& built);
-
-/// The same as a file, which appears whole or not at all. Throws InputError where it cannot be written.
-void write_footprints_geojson(const std::filesystem::path& path, const BuiltCity& built);
 
 }  // namespace canyon::buildings

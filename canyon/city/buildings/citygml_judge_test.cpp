@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "canyon/city/buildings/city_builder.hpp"
-#include "canyon/city/buildings/sources/model_readers.hpp"
+#include "canyon/city/buildings/sources/city_files.hpp"
 #include "tests/support/citygml_text.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/shared_data.hpp"

@@ -1,5 +1,4 @@
-// Declared in canyon/city/buildings/city_builder.hpp.
-#include "canyon/city/buildings/city_builder.hpp"
+#include "canyon/city/buildings/footprints_geojson.hpp"
 
 #include <algorithm>
 #include <limits>

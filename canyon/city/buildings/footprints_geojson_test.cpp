@@ -1,3 +1,4 @@
+#include "canyon/city/buildings/footprints_geojson.hpp"
 #include "canyon/city/buildings/city_builder.hpp"
 
 #include <gmock/gmock.h>

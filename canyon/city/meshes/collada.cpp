@@ -1,4 +1,3 @@
-// Declared in canyon/city/meshes/mesh_scene.hpp.
 // read_collada(). Format: Khronos, COLLADA 1.4.1 and 1.5.0 specifications.
 #include <fmt/format.h>
 

@@ -64,7 +64,7 @@ class GltfBuffers {
 struct DracoMesh {
   std::vector<Eigen::Vector3d> positions;
   std::vector<double> features;  ///< empty where not asked for
-  TriangleIndices triangles;
+  TriangleList triangles;
 };
 /// Attributes by their unique numbers in the packed data; -1: none. Throws InputError for damaged data, and
 /// in builds without Draco.

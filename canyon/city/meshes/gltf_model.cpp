@@ -97,8 +97,8 @@ Eigen::Matrix4d node_matrix(const Json& node) {
 }
 
 /// Triangles of indices in glTF's order; those of strips alternate.
-TriangleIndices triangles_of(const std::vector<std::uint32_t>& index, std::uint64_t mode) {
-  TriangleIndices triangles;
+TriangleList triangles_of(const std::vector<std::uint32_t>& index, std::uint64_t mode) {
+  TriangleList triangles;
   if (mode == kTriangleMode) {
     for (std::size_t i = 0; i + 2 < index.size(); i += 3)
       triangles.push_back({index[i], index[i + 1], index[i + 2]});

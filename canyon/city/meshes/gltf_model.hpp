@@ -21,7 +21,7 @@ struct GltfPrimitive {
   std::string material;   ///< name; may be empty
   bool pictured = false;  ///< its colour is a picture, or its vertices have colours
   std::vector<Eigen::Vector3d> positions;  ///< after the nodes' transforms: y up, unless the tileset says z
-  TriangleIndices triangles;
+  TriangleList triangles;
   /// Feature of each position: its row in a batch table, or in property table `table`. Empty: no features.
   std::vector<std::uint32_t> features;
   std::optional<std::uint32_t> table;

@@ -4,8 +4,6 @@
 
 #include <cmath>
 
-#include "canyon/base/input_error.hpp"
-
 namespace canyon::meshes {
 namespace {
 

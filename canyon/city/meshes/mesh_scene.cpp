@@ -9,8 +9,8 @@
 
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/input_files.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/base/named_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/meshes/gltf_buffers.hpp"
 #include "canyon/city/meshes/gltf_model.hpp"
@@ -52,7 +52,7 @@ void NodeBuilder::add(const std::vector<std::uint32_t>& corners) {
     if (fresh) node.vertices.emplace_back(transform_ * (*table_)[corner]);
     own_.push_back(found->second);
   }
-  TriangleIndices& all = node.faces.back().triangles;
+  TriangleList& all = node.faces.back().triangles;
   const std::size_t first = all.size();
   if (!add_face(node.vertices, own_, all)) ++crossed;
   triangles += all.size() - first;

@@ -17,7 +17,7 @@ namespace canyon::meshes {
 /// Triangles of one material, as indices into SceneNode::vertices.
 struct SceneFaces {
   std::string material;  ///< its name; may be empty
-  TriangleIndices triangles;
+  TriangleList triangles;
 };
 
 /// A node of a mesh file that has triangles.

@@ -1,4 +1,3 @@
-// Declared in canyon/city/meshes/mesh_scene.hpp.
 // read_obj(). Format: Wavefront, "Object Files (.obj)", appendix B1 of Advanced Visualizer.
 // read_stl(). Format: 3D Systems, "StereoLithography Interface Specification", 1989.
 #include <fmt/format.h>
@@ -129,14 +128,6 @@ class ObjReader {
   std::string first_passed_over_;
 };
 
-}  // namespace
-
-MeshScene read_obj(const std::filesystem::path& path) {
-  return ObjReader(path).read();
-}
-
-namespace {
-
 constexpr std::size_t kStlHeader = 84, kStlTriangle = 50;
 
 void add_triangle(SceneNode& node) {
@@ -218,6 +209,10 @@ class StlText {
 };
 
 }  // namespace
+
+MeshScene read_obj(const std::filesystem::path& path) {
+  return ObjReader(path).read();
+}
 
 MeshScene read_stl(const std::filesystem::path& path) {
   std::string bytes = mesh_bytes(path);

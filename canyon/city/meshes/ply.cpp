@@ -1,10 +1,8 @@
-// Declared in canyon/city/meshes/mesh_scene.hpp.
 // read_ply(). Format: Greg Turk, "The PLY Polygon File Format", 1994.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <optional>
 #include <string>
 #include <string_view>

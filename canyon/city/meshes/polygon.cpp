@@ -2,9 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
 #include <iterator>
 #include <optional>
 #include <set>
@@ -346,7 +344,7 @@ double twice_area(const std::vector<Point2>& ring) {
   return sum;
 }
 
-TriangleIndices triangulate(const Polygon2& polygon) {
+TriangleList triangulate(const Polygon2& polygon) {
   if (polygon.outer.size() < 3) return {};
   const Corners corners(polygon);
   // GEOS takes the square of the corners: 5 s for a spiral of 4,000.
@@ -372,7 +370,7 @@ TriangleIndices triangulate(const Polygon2& polygon) {
 }
 
 bool add_face(const std::vector<Eigen::Vector3d>& vertices, const std::vector<std::uint32_t>& corners,
-              TriangleIndices& triangles) {
+              TriangleList& triangles) {
   const std::size_t n = corners.size();
   const auto fan = [&](std::size_t from) {
     for (std::size_t i = 1; i + 1 < n; ++i)
@@ -397,7 +395,7 @@ bool add_face(const std::vector<Eigen::Vector3d>& vertices, const std::vector<st
   }
   const std::vector<Point2> ring = flat(vertices, corners, normal);
   std::vector<std::uint32_t> order;  // of corners in the polygon
-  const TriangleIndices pieces = triangulate(without_bridges(ring, order));
+  const TriangleList pieces = triangulate(without_bridges(ring, order));
   for (const auto& [a, b, c] : pieces)
     triangles.push_back({corners[order[a]], corners[order[b]], corners[order[c]]});
   if (pieces.empty()) fan(0);

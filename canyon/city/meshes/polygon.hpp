@@ -8,7 +8,7 @@
 namespace canyon::meshes {
 
 using Point2 = Eigen::Vector2d;  ///< [m]
-using TriangleIndices = std::vector<std::array<std::uint32_t, 3>>;
+using TriangleList = std::vector<std::array<std::uint32_t, 3>>;
 
 /// A simple polygon: outer ring counter-clockwise, holes clockwise, no repeated last point, rings not
 /// touching themselves or each other along edges.
@@ -23,13 +23,13 @@ struct Polygon2 {
 /// Constrained triangulation: indices into outer followed by the holes in order; counter-clockwise; covers
 /// the polygon exactly, adds no points, uses every edge of the rings (checked). Where rings touch at a point,
 /// the first of its indices stands for all. Empty for rings that cross.
-[[nodiscard]] TriangleIndices triangulate(const Polygon2& polygon);
+[[nodiscard]] TriangleList triangulate(const Polygon2& polygon);
 
 /// Adds the triangles of a face of three or more corners, which may have notches and need not be flat: a fan
 /// where one covers the face, else triangulate() on the plane of its mean normal. Corners are indices of
 /// `vertices`, all of them there.
 /// @return false for a face that crosses itself, which becomes a fan from its first corner
 bool add_face(const std::vector<Eigen::Vector3d>& vertices, const std::vector<std::uint32_t>& corners,
-              TriangleIndices& triangles);
+              TriangleList& triangles);
 
 }  // namespace canyon::meshes

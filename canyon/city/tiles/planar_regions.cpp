@@ -1,5 +1,4 @@
-// Declared in canyon/city/tiles/skin_parts.hpp.
-#include "canyon/city/tiles/skin_parts.hpp"
+#include "canyon/city/tiles/planar_regions.hpp"
 
 #include <Eigen/Dense>
 #include <Eigen/Eigenvalues>
@@ -150,15 +149,6 @@ class RegionGrowth {
   std::vector<double> areas_;
   PlanarRegions out_;
 };
-
-}  // namespace
-
-PlanarRegions find_regions(const std::vector<Eigen::Vector3d>& vertices,
-                           const city::TriangleIndices& triangles, double distance_m) {
-  return RegionGrowth(vertices, triangles, distance_m).find();
-}
-
-namespace {
 
 constexpr int kPasses = 30;
 /// Normals of planes that meet in a line, or a corner, are at least so far from one another.
@@ -377,6 +367,11 @@ std::vector<const PlanarRegion*> independent(std::vector<const PlanarRegion*> pl
 }
 
 }  // namespace
+
+PlanarRegions find_regions(const std::vector<Eigen::Vector3d>& vertices,
+                           const city::TriangleIndices& triangles, double distance_m) {
+  return RegionGrowth(vertices, triangles, distance_m).find();
+}
 
 void flatten_regions(std::vector<Eigen::Vector3d>& vertices, const city::TriangleIndices& triangles,
                      const PlanarRegions& regions, double distance_m) {

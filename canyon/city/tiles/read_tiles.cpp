@@ -14,7 +14,6 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/city/tiles/tile_content.hpp"
 #include "canyon/city/tiles/tile_mesh.hpp"
-#include "canyon/city/tiles/tile_options.hpp"
 #include "canyon/city/tiles/tile_selection.hpp"
 #include "canyon/city/tiles/tile_source.hpp"
 

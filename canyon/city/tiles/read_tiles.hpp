@@ -3,8 +3,6 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/city/city.hpp"

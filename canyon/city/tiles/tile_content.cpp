@@ -10,7 +10,6 @@
 
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/meshes/json_values.hpp"

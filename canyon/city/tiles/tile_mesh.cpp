@@ -1,19 +1,353 @@
 #include "canyon/city/tiles/tile_mesh.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/mesh_marks.hpp"
-#include "canyon/city/mesh_topology.hpp"
 #include "canyon/city/meshes/mesh_scene.hpp"
+#include "canyon/city/tiles/planar_regions.hpp"
 
 namespace canyon::tiles {
+namespace {
+
+/// The ground below a skin: the lowest surface in each cell of a grid, less what stands out of it and is
+/// narrower than 80 m. A progressive morphological filter: the opening by a window that grows step by step,
+/// where a cell counts as an object if it stands out of the opened surface by more than the window's growth
+/// allows for a slope of 0.3, and at most 3 m (after K. Zhang et al., IEEE TGRS 41(4), 2003).
+class GroundModel {
+ public:
+  /// @param triangles of the skin; at least one
+  GroundModel(const std::vector<Eigen::Vector3d>& vertices, const city::TriangleIndices& triangles);
+
+  /// Height of the ground [m]; of the nearest cell that has one.
+  [[nodiscard]] double height_m(const Eigen::Vector2d& place) const;
+
+ private:
+  void rasterize(const std::vector<Eigen::Vector3d>& vertices, const city::TriangleIndices& triangles);
+  void filter();
+  void fill();
+  [[nodiscard]] std::vector<double> filtered(const std::vector<double>& values, std::size_t half,
+                                             bool low) const;
+
+  Eigen::Vector2d min_;
+  double cell_m_ = 1;
+  std::size_t columns_ = 1, rows_ = 1;
+  std::vector<double> heights_;  ///< NaN: none yet
+};
+
+constexpr double kMostCells = 4e6;
+constexpr double kWidest_m = 40;  // half of the window
+constexpr double kSlope = 0.3, kLeastStep_m = 0.5, kLargestStep_m = 3;
+
+GroundModel::GroundModel(const std::vector<Eigen::Vector3d>& vertices,
+                         const city::TriangleIndices& triangles) {
+  Eigen::AlignedBox2d bounds;
+  for (const auto& triangle : triangles) {
+    for (const std::uint32_t v : triangle) bounds.extend(Eigen::Vector2d(vertices[v].head<2>()));
+  }
+  min_ = bounds.min();
+  const Eigen::Vector2d size = bounds.sizes();
+  cell_m_ = std::max(1.0, std::sqrt(size.x() * size.y() / kMostCells));
+  cell_m_ = std::max(cell_m_, size.maxCoeff() / 50'000);
+  columns_ = static_cast<std::size_t>(size.x() / cell_m_) + 1;
+  rows_ = static_cast<std::size_t>(size.y() / cell_m_) + 1;
+  heights_.assign(columns_ * rows_, std::numeric_limits<double>::quiet_NaN());
+  rasterize(vertices, triangles);
+  filter();
+  fill();
+}
+
+void GroundModel::rasterize(const std::vector<Eigen::Vector3d>& vertices,
+                            const city::TriangleIndices& triangles) {
+  const auto put = [&](std::size_t column, std::size_t row, double height) {
+    double& cell = heights_[row * columns_ + column];
+    if (!(cell <= height)) cell = height;
+  };
+  for (const auto& [ia, ib, ic] : triangles) {
+    const Eigen::Vector3d &a = vertices[ia], &b = vertices[ib], &c = vertices[ic];
+    for (const Eigen::Vector3d* v : {&a, &b, &c}) {
+      const Eigen::Vector2d at = (v->head<2>() - min_) / cell_m_;
+      put(std::min(columns_ - 1, static_cast<std::size_t>(at.x())),
+          std::min(rows_ - 1, static_cast<std::size_t>(at.y())), v->z());
+    }
+    const Eigen::Vector3d n = (b - a).cross(c - a);
+    if (std::abs(n.z()) < 1e-3 * n.norm()) continue;
+    const Eigen::Vector2d low = (a.head<2>().cwiseMin(b.head<2>()).cwiseMin(c.head<2>()) - min_) / cell_m_;
+    const Eigen::Vector2d high = (a.head<2>().cwiseMax(b.head<2>()).cwiseMax(c.head<2>()) - min_) / cell_m_;
+    for (auto row = static_cast<std::size_t>(low.y()); row < rows_ && static_cast<double>(row) <= high.y();
+         ++row) {
+      for (auto column = static_cast<std::size_t>(low.x());
+           column < columns_ && static_cast<double>(column) <= high.x(); ++column) {
+        const Eigen::Vector2d p = min_ + cell_m_ * Eigen::Vector2d(static_cast<double>(column) + 0.5,
+                                                                   static_cast<double>(row) + 0.5);
+        const auto side = [&p](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+          return (to.x() - from.x()) * (p.y() - from.y()) - (to.y() - from.y()) * (p.x() - from.x());
+        };
+        const double x = side(a, b), y = side(b, c), z = side(c, a);
+        if ((x < 0 || y < 0 || z < 0) && (x > 0 || y > 0 || z > 0)) continue;
+        put(column, row, a.z() - (n.x() * (p.x() - a.x()) + n.y() * (p.y() - a.y())) / n.z());
+      }
+    }
+  }
+}
+
+/// The lowest (or highest) value within `half` cells along rows, then along columns; NaN counts as absent.
+std::vector<double> GroundModel::filtered(const std::vector<double>& values, std::size_t half,
+                                          bool low) const {
+  const auto pass = [&](const std::vector<double>& in, std::size_t length, std::size_t lines,
+                        std::size_t step, std::size_t line_step) {
+    std::vector<double> out(in.size(), std::numeric_limits<double>::quiet_NaN());
+    std::vector<std::size_t> queue(length);
+    for (std::size_t line = 0; line < lines; ++line) {
+      const std::size_t base = line * line_step;
+      std::size_t head = 0, tail = 0, taken = 0;
+      for (std::size_t i = 0; i < length; ++i) {
+        for (; taken < length && taken <= i + half; ++taken) {
+          const double value = in[base + taken * step];
+          if (std::isnan(value)) continue;
+          while (tail > head && (low ? in[base + queue[tail - 1] * step] >= value
+                                     : in[base + queue[tail - 1] * step] <= value))
+            --tail;
+          queue[tail++] = taken;
+        }
+        while (tail > head && queue[head] + half < i) ++head;
+        if (tail > head) out[base + i * step] = in[base + queue[head] * step];
+      }
+    }
+    return out;
+  };
+  return pass(pass(values, columns_, rows_, 1, columns_), rows_, columns_, columns_, 1);
+}
+
+void GroundModel::filter() {
+  double before_m = 0;
+  for (double half_m = cell_m_; half_m <= kWidest_m; half_m = half_m * 2) {
+    const auto half = static_cast<std::size_t>(std::ceil(half_m / cell_m_));
+    const std::vector<double> opened = filtered(filtered(heights_, half, true), half, false);
+    const double step_m = std::min(kLargestStep_m, kSlope * (half_m - before_m) + kLeastStep_m);
+    for (std::size_t i = 0; i < heights_.size(); ++i) {
+      if (heights_[i] - opened[i] > step_m) heights_[i] = opened[i];
+    }
+    before_m = half_m;
+  }
+}
+
+/// Cells without a height take that of a neighbour, ring by ring.
+void GroundModel::fill() {
+  std::vector<std::size_t> edge;
+  for (std::size_t i = 0; i < heights_.size(); ++i) {
+    if (!std::isnan(heights_[i])) edge.push_back(i);
+  }
+  while (!edge.empty()) {
+    std::vector<std::size_t> next;
+    for (const std::size_t i : edge) {
+      const std::size_t column = i % columns_, row = i / columns_;
+      const auto spread = [&](bool inside, std::size_t to) {
+        if (!inside || !std::isnan(heights_[to])) return;
+        heights_[to] = heights_[i];
+        next.push_back(to);
+      };
+      spread(column > 0, i - 1);
+      spread(column + 1 < columns_, i + 1);
+      spread(row > 0, i - columns_);
+      spread(row + 1 < rows_, i + columns_);
+    }
+    edge = std::move(next);
+  }
+}
+
+double GroundModel::height_m(const Eigen::Vector2d& place) const {
+  const Eigen::Vector2d at = (place - min_) / cell_m_;
+  const auto clamp = [](double value, std::size_t size) {
+    return static_cast<std::size_t>(std::clamp(value, 0.0, static_cast<double>(size - 1)));
+  };
+  return heights_[clamp(at.y(), rows_) * columns_ + clamp(at.x(), columns_)];
+}
+
+constexpr double kWeld_m = 1e-3;
+constexpr double kLow_m = 2, kWall_m = 3;
+constexpr double kUpright = 0.5;  // |n_z| of walls is below it
+constexpr double kLeastFoliage_m2 = 10;
+/// A rough piece below the first area belongs to the wall or roof (of the second area and more) that it
+/// adjoins most. A plane up to the second area that adjoins foliage most belongs to that foliage.
+constexpr double kLeastFoliageAmidWalls_m2 = 150, kLargestPlaneAmidFoliage_m2 = 80;
+/// The surface may move so far as planes take its place.
+constexpr double kFlatten_m = 0.3;
+
+enum class SkinClass : std::uint8_t { Terrain, Building, Foliage, Rough };
+
+double triangle_area(const std::vector<Eigen::Vector3d>& vertices, const std::array<std::uint32_t, 3>& t) {
+  return city::normal_of(vertices, t).norm() / 2;
+}
+
+class SkinSplit {
+ public:
+  SkinSplit(const std::vector<Eigen::Vector3d>& vertices, const city::TriangleIndices& triangles,
+            const PlanarRegions& regions)
+      : vertices_(vertices),
+        triangles_(triangles),
+        regions_(regions),
+        across_(city::neighbours(triangles)),
+        ground_(vertices, triangles) {}
+
+  std::vector<SkinClass> classes() {
+    classes_.assign(triangles_.size(), SkinClass::Rough);
+    judge_regions();
+    judge_the_rest();
+    settle_rough();
+    settle_planes_amid_foliage();
+    settle_without_roof();
+    return std::move(classes_);
+  }
+
+ private:
+  [[nodiscard]] double above_ground(std::uint32_t v) const {
+    return vertices_[v].z() - ground_.height_m(vertices_[v].head<2>());
+  }
+  [[nodiscard]] double mean_above_ground(std::size_t t) const {
+    const auto& [a, b, c] = triangles_[t];
+    const Eigen::Vector3d middle = (vertices_[a] + vertices_[b] + vertices_[c]) / 3;
+    return middle.z() - ground_.height_m(middle.head<2>());
+  }
+
+  /// A region is of one class as a whole.
+  void judge_regions() {
+    struct Sum {
+      double area = 0, height = 0, highest = 0;
+    };
+    std::vector<Sum> sums(regions_.regions.size());
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      if (regions_.of[t] == kNoRegion) continue;
+      Sum& sum = sums[regions_.of[t]];
+      const double area = triangle_area(vertices_, triangles_[t]);
+      sum.area += area;
+      sum.height += area * mean_above_ground(t);
+      for (const std::uint32_t v : triangles_[t]) sum.highest = std::max(sum.highest, above_ground(v));
+    }
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      const std::uint32_t region = regions_.of[t];
+      if (region == kNoRegion) continue;
+      const Sum& sum = sums[region];
+      const bool upright = std::abs(regions_.regions[region].normal.z()) < kUpright;
+      const bool stands = upright ? sum.highest > kWall_m : sum.height > kLow_m * sum.area;
+      classes_[t] = stands ? SkinClass::Building : SkinClass::Terrain;
+    }
+  }
+
+  void judge_the_rest() {
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      if (regions_.of[t] == kNoRegion && mean_above_ground(t) < kLow_m) classes_[t] = SkinClass::Terrain;
+    }
+  }
+
+  /// Triangles of which `belongs` is true, in parts that hang together by edges.
+  template <typename Belongs>
+  [[nodiscard]] std::vector<std::vector<std::uint32_t>> parts(const Belongs& belongs) const {
+    std::vector<std::vector<std::uint32_t>> parts;
+    std::vector<bool> done(triangles_.size(), false);
+    for (std::uint32_t seed = 0; seed < triangles_.size(); ++seed) {
+      if (done[seed] || !belongs(seed)) continue;
+      std::vector<std::uint32_t>& members = parts.emplace_back(1, seed);
+      done[seed] = true;
+      for (std::size_t next = 0; next < members.size(); ++next) {
+        for (const std::uint32_t other : across_[members[next]]) {
+          if (other == city::kNoTriangle || done[other] || !belongs(other)) continue;
+          done[other] = true;
+          members.push_back(other);
+        }
+      }
+    }
+    return parts;
+  }
+
+  /// Calls edge(triangle across it, length [m]) for the edges of a triangle that have one.
+  template <typename Edge>
+  void each_edge(std::uint32_t t, const Edge& edge) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (across_[t][k] == city::kNoTriangle) continue;
+      edge(across_[t][k], (vertices_[triangles_[t][k]] - vertices_[triangles_[t][(k + 1) % 3]]).norm());
+    }
+  }
+
+  void settle_rough() {
+    const std::vector<SkinClass> before = classes_;
+    for (const auto& members : parts([&](std::uint32_t t) { return before[t] == SkinClass::Rough; })) {
+      double area = 0, by_building = 0, by_large_plane = 0, by_terrain = 0;
+      for (const std::uint32_t t : members) {
+        area += triangle_area(vertices_, triangles_[t]);
+        each_edge(t, [&](std::uint32_t other, double length) {
+          const bool built = before[other] == SkinClass::Building;
+          by_building += built ? length : 0;
+          if (built && regions_.regions[regions_.of[other]].area_m2 >= kLargestPlaneAmidFoliage_m2) {
+            by_large_plane += length;
+          }
+          by_terrain += before[other] == SkinClass::Terrain ? length : 0;
+        });
+      }
+      SkinClass found = SkinClass::Building;
+      const bool enclosed = area < kLeastFoliageAmidWalls_m2 && 2 * by_large_plane > by_building + by_terrain;
+      if (area >= kLeastFoliage_m2 && !enclosed) {
+        found = SkinClass::Foliage;
+      } else if (by_terrain > by_building) {
+        found = SkinClass::Terrain;
+      }
+      for (const std::uint32_t t : members) classes_[t] = found;
+    }
+  }
+
+  void settle_planes_amid_foliage() {
+    struct Edges {
+      double foliage = 0, other = 0;
+    };
+    std::vector<Edges> edges(regions_.regions.size());
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+      const std::uint32_t region = regions_.of[t];
+      if (region == kNoRegion || classes_[t] != SkinClass::Building) continue;
+      each_edge(t, [&](std::uint32_t other, double length) {
+        if (regions_.of[other] == region) return;
+        (classes_[other] == SkinClass::Foliage ? edges[region].foliage : edges[region].other) += length;
+      });
+    }
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      const std::uint32_t region = regions_.of[t];
+      if (region == kNoRegion || classes_[t] != SkinClass::Building) continue;
+      const bool amid = edges[region].foliage > edges[region].other;
+      if (amid && regions_.regions[region].area_m2 < kLargestPlaneAmidFoliage_m2)
+        classes_[t] = SkinClass::Foliage;
+    }
+  }
+
+  /// The sides of a crown or a hedge may be planes; what has foliage and no roof is foliage as a whole.
+  void settle_without_roof() {
+    const auto is_roof = [&](std::uint32_t t) {
+      return classes_[t] == SkinClass::Building && regions_.of[t] != kNoRegion &&
+             std::abs(regions_.regions[regions_.of[t]].normal.z()) >= kUpright;
+    };
+    const auto is_foliage = [&](std::uint32_t t) { return classes_[t] == SkinClass::Foliage; };
+    for (const auto& members : parts([&](std::uint32_t t) { return classes_[t] != SkinClass::Terrain; })) {
+      if (std::any_of(members.begin(), members.end(), is_roof)) continue;
+      if (std::none_of(members.begin(), members.end(), is_foliage)) continue;
+      for (const std::uint32_t t : members) classes_[t] = SkinClass::Foliage;
+    }
+  }
+
+  const std::vector<Eigen::Vector3d>& vertices_;
+  const city::TriangleIndices& triangles_;
+  const PlanarRegions& regions_;
+  std::vector<std::array<std::uint32_t, 3>> across_;
+  GroundModel ground_;
+  std::vector<SkinClass> classes_;
+};
+
+}  // namespace
 
 /// Triangles with one name and kind, in ENU.
 struct TileMesh::Part {
@@ -210,7 +544,7 @@ void TileMesh::add_object(const std::string& name, city::Surface surface, city::
     triangles.reserve(component.size());
     for (const std::uint32_t t : component) triangles.push_back(part.triangles[t]);
     if (surface == city::Surface::Building) {
-      const city::Orientation found = city::orient_outwards(part.vertices, triangles);
+      const city::OrientedSolids found = city::orient_outwards(part.vertices, triangles);
       turned_ += found.turned;
       open_ += found.closed ? 0 : 1;
     }
@@ -248,6 +582,56 @@ std::vector<std::string> TileMesh::notes() const {
   if (open_ > 0)
     lines.push_back(fmt::format("{} parts of buildings are not closed (a missing floor aside)", open_));
   return lines;
+}
+
+std::vector<std::string> append_skin(const Skin& skin, city::Mesh& mesh) {
+  std::vector<Eigen::Vector3d> vertices = skin.vertices;
+  LabelledTriangles left;
+  for (const auto& triangle : skin.triangles) {
+    if (!city::is_degenerate(vertices[triangle[0]], vertices[triangle[1]], vertices[triangle[2]]))
+      left.triangles.push_back(triangle);
+  }
+  // Tiles that adjoin repeat their border, to a millimetre or so.
+  std::vector<Eigen::Vector3d> rounded;
+  for (const Eigen::Vector3d& v : vertices) rounded.emplace_back((v / kWeld_m).array().round());
+  city::weld(rounded, left.triangles);
+  left.triangles.erase(
+      std::remove_if(left.triangles.begin(), left.triangles.end(),
+                     [](const auto& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }),
+      left.triangles.end());
+  if (left.triangles.empty()) return {};
+  const PlanarRegions regions = find_regions(vertices, left.triangles, kFlatten_m);
+  const std::vector<SkinClass> classes = SkinSplit(vertices, left.triangles, regions).classes();
+  // A label keeps a region's class: those below the number of classes are of triangles in no region.
+  for (std::size_t t = 0; t < left.triangles.size(); ++t) {
+    const std::uint32_t own = regions.of[t] == kNoRegion ? 0 : regions.of[t] + 1;
+    left.labels.push_back(own * 4 + static_cast<std::uint32_t>(classes[t]));
+  }
+  flatten_regions(vertices, left.triangles, regions, kFlatten_m);
+  decimate(vertices, left, kFlatten_m);
+
+  std::array<city::TriangleIndices, 4> by_class;
+  for (std::size_t t = 0; t < left.triangles.size(); ++t)
+    by_class[left.labels[t] % 4].push_back(left.triangles[t]);
+  const auto append = [&](const std::string& name, city::Surface surface, city::Material material,
+                          const city::TriangleIndices& triangles) {
+    city::append_object(mesh, name, surface, material, vertices, triangles);
+  };
+  const auto of = [&](SkinClass which) { return by_class[static_cast<std::size_t>(which)]; };
+  append("terrain", city::Surface::Terrain, city::Material::Ground, of(SkinClass::Terrain));
+  std::size_t buildings = 0;
+  const city::TriangleIndices built = of(SkinClass::Building);
+  for (const auto& component : city::connected_components(built, vertices.size())) {
+    city::TriangleIndices triangles;
+    for (const std::uint32_t t : component) triangles.push_back(built[t]);
+    append(fmt::format("building_{}", ++buildings), city::Surface::Building, city::Material::Unknown,
+           triangles);
+  }
+  append("foliage", city::Surface::Foliage, city::Material::Foliage, of(SkinClass::Foliage));
+  return {fmt::format("a skin without names, split by shape (guessed): terrain, {} buildings, foliage",
+                      buildings),
+          fmt::format("the skin's {} triangles became {}: planes within {} m of them", skin.triangles.size(),
+                      left.triangles.size(), kFlatten_m)};
 }
 
 }  // namespace canyon::tiles

@@ -1,12 +1,10 @@
 #include "canyon/city/tiles/tile_options.hpp"
 
-#include <string_view>
 #include <vector>
 
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
-#include "canyon/base/text.hpp"
 
 namespace canyon::tiles {
 

@@ -11,14 +11,13 @@
 
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/named_file.hpp"
+#include "canyon/base/input_files.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/buildings/sources/gdal.hpp"
 #include "canyon/city/buildings/sources/gml_document.hpp"
 #include "canyon/city/buildings/sources/http_client.hpp"
 #include "canyon/city/meshes/gltf_buffers.hpp"
-#include "canyon/city/tiles/tile_options.hpp"
 
 namespace canyon::tiles {
 namespace {

@@ -1,4 +1,5 @@
-// Declared in canyon/city/tiles/tile_selection.hpp.
+#include "canyon/city/tiles/tile_volume.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,9 +8,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/json.hpp"
 #include "canyon/city/meshes/json_values.hpp"
-#include "canyon/city/tiles/tile_selection.hpp"
 
 namespace canyon::tiles {
 namespace {
@@ -47,6 +46,57 @@ void check_region(const std::vector<double>& region) {
                   region[1], region[2], region[3]),
       "regions are longitudes within 3.14 and latitudes within 1.57 rad: make the tileset again");
 }
+
+constexpr std::uint32_t kSubtreeMagic = 0x74627573;
+
+class SubtreeReader {
+ public:
+  SubtreeReader(const Json& json, std::string_view binary,
+                const std::function<std::string(const std::string&)>& fetch)
+      : json_(json), binary_(binary), fetch_(fetch) {}
+
+  [[nodiscard]] Subtree read(int levels, bool octree) const {
+    const std::uint64_t nodes = nodes_above(levels, octree);
+    const std::uint64_t children = nodes_above(levels + 1, octree) - nodes;
+    Subtree out;
+    out.tiles = availability(json_.at("tileAvailability"), nodes);
+    out.children = availability(json_.at("childSubtreeAvailability"), children);
+    const Json* of_contents = json_.find("contentAvailability");
+    const Json& several = meshes::extension(json_, "3DTILES_multiple_contents")["contentAvailability"];
+    if (several.is_array()) of_contents = &several;
+    if (of_contents != nullptr && of_contents->is_array()) {
+      for (const Json& each : *of_contents) out.contents.push_back(availability(each, nodes));
+    } else if (of_contents != nullptr) {
+      out.contents.push_back(availability(*of_contents, nodes));
+    }
+    return out;
+  }
+
+ private:
+  [[nodiscard]] Availability availability(const Json& of, std::uint64_t bits) const {
+    if (of.contains("constant")) return Availability(meshes::count_member(of, "constant") != 0);
+    const char* key = of.contains("bitstream") ? "bitstream" : "bufferView";
+    const Json& view = member("bufferViews", meshes::count_member(of, key));
+    const Json& buffer = member("buffers", meshes::count_member(view, "buffer"));
+    const std::string uri = meshes::text_member(buffer, "uri");
+    const std::string outer = uri.empty() ? std::string() : fetch_(uri);
+    const std::string_view bytes =
+        meshes::piece(uri.empty() ? binary_ : std::string_view(outer),
+                      meshes::count_member(view, "byteOffset", 0), meshes::count_member(view, "byteLength"));
+    return Availability(std::string(bytes), bits);
+  }
+
+  [[nodiscard]] const Json& member(std::string_view list, std::uint64_t index) const {
+    const Json& items = json_.at(list);
+    if (!items.is_array() || index >= items.size())
+      throw InputError(fmt::format("{} {} does not exist", list, index));
+    return items[static_cast<std::size_t>(index)];
+  }
+
+  const Json& json_;
+  std::string_view binary_;
+  const std::function<std::string(const std::string&)>& fetch_;
+};
 
 }  // namespace
 
@@ -148,61 +198,6 @@ bool TileArea::touches(const TileVolume& volume, const Eigen::Matrix4d& transfor
   }
   return box_.intersects(Eigen::AlignedBox3d(Eigen::Vector3d(centre - half), Eigen::Vector3d(centre + half)));
 }
-
-namespace {
-
-constexpr std::uint32_t kSubtreeMagic = 0x74627573;
-
-class SubtreeReader {
- public:
-  SubtreeReader(const Json& json, std::string_view binary,
-                const std::function<std::string(const std::string&)>& fetch)
-      : json_(json), binary_(binary), fetch_(fetch) {}
-
-  [[nodiscard]] Subtree read(int levels, bool octree) const {
-    const std::uint64_t nodes = nodes_above(levels, octree);
-    const std::uint64_t children = nodes_above(levels + 1, octree) - nodes;
-    Subtree out;
-    out.tiles = availability(json_.at("tileAvailability"), nodes);
-    out.children = availability(json_.at("childSubtreeAvailability"), children);
-    const Json* of_contents = json_.find("contentAvailability");
-    const Json& several = meshes::extension(json_, "3DTILES_multiple_contents")["contentAvailability"];
-    if (several.is_array()) of_contents = &several;
-    if (of_contents != nullptr && of_contents->is_array()) {
-      for (const Json& each : *of_contents) out.contents.push_back(availability(each, nodes));
-    } else if (of_contents != nullptr) {
-      out.contents.push_back(availability(*of_contents, nodes));
-    }
-    return out;
-  }
-
- private:
-  [[nodiscard]] Availability availability(const Json& of, std::uint64_t bits) const {
-    if (of.contains("constant")) return Availability(meshes::count_member(of, "constant") != 0);
-    const char* key = of.contains("bitstream") ? "bitstream" : "bufferView";
-    const Json& view = member("bufferViews", meshes::count_member(of, key));
-    const Json& buffer = member("buffers", meshes::count_member(view, "buffer"));
-    const std::string uri = meshes::text_member(buffer, "uri");
-    const std::string outer = uri.empty() ? std::string() : fetch_(uri);
-    const std::string_view bytes =
-        meshes::piece(uri.empty() ? binary_ : std::string_view(outer),
-                      meshes::count_member(view, "byteOffset", 0), meshes::count_member(view, "byteLength"));
-    return Availability(std::string(bytes), bits);
-  }
-
-  [[nodiscard]] const Json& member(std::string_view list, std::uint64_t index) const {
-    const Json& items = json_.at(list);
-    if (!items.is_array() || index >= items.size())
-      throw InputError(fmt::format("{} {} does not exist", list, index));
-    return items[static_cast<std::size_t>(index)];
-  }
-
-  const Json& json_;
-  std::string_view binary_;
-  const std::function<std::string(const std::string&)>& fetch_;
-};
-
-}  // namespace
 
 Availability::Availability(std::string bytes, std::uint64_t bits) : bytes_(std::move(bytes)) {
   if (bytes_.size() < (bits + 7) / 8) {

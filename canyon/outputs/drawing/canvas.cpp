@@ -17,7 +17,7 @@
 #include <string_view>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/base/utf8.hpp"
+#include "canyon/base/text.hpp"
 
 namespace canyon::drawing {
 namespace {
@@ -198,9 +198,9 @@ void Canvas::text(const Point& at, const std::string& text, const TextStyle& sty
   // Aligns by the height of capitals, not by this text's letters, so that neighbours share a base line.
   const double capital = 0.73 * style.size;
   double dy = 0;
-  if (style.level == Level::Top) dy = capital;
-  if (style.level == Level::Middle) dy = 0.5 * capital;
-  if (style.level == Level::Bottom) dy = -0.21 * style.size;
+  if (style.level == TextLevel::Top) dy = capital;
+  if (style.level == TextLevel::Middle) dy = 0.5 * capital;
+  if (style.level == TextLevel::Bottom) dy = -0.21 * style.size;
   cairo_save(cairo_);
   cairo_translate(cairo_, at.x, at.y);
   cairo_rotate(cairo_, style.angle_rad);

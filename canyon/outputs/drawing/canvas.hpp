@@ -41,14 +41,14 @@ struct Stroke {
 };
 
 enum class Align { Left, Centre, Right };
-enum class Level { Baseline, Top, Middle, Bottom };
+enum class TextLevel { Baseline, Top, Middle, Bottom };
 
 struct TextStyle {
   double size = 12;
   Colour colour = kInk;
   bool bold = false;
   Align align = Align::Left;
-  Level level = Level::Baseline;
+  TextLevel level = TextLevel::Baseline;
   double angle_rad = 0;  ///< clockwise
   /// Width of a rim that keeps text readable on its ground.
   double halo = 0;

@@ -20,6 +20,25 @@ double line_height(double text_size) {
   return 1.65 * text_size;
 }
 
+constexpr double kLogarithmicFrom = 30;
+/// Keeps 5 from becoming 10 by rounding.
+constexpr double kSlack = 1e-9;
+
+std::vector<double> log_ticks(double low, double high) {
+  std::vector<double> ticks;
+  const bool every = high / low <= 2e3;
+  for (double decade = std::pow(10, std::floor(std::log10(low))); decade <= high * (1 + kSlack);
+       decade *= 10) {
+    for (const double factor : {1.0, 2.0, 5.0}) {
+      const double tick = decade * factor;
+      if ((every || factor == 1.0) && tick >= low * (1 - kSlack) && tick <= high * (1 + kSlack)) {
+        ticks.push_back(tick);
+      }
+    }
+  }
+  return ticks;
+}
+
 }  // namespace
 
 Scale linear_scale(double low, double high, int count) {
@@ -60,26 +79,27 @@ void Plot::draw_frame(Canvas& canvas) const {
     const double at_x = at(tick, y.low).x;
     canvas.segments({{{at_x, area.bottom()}, {at_x, area.bottom() + 4}}}, {kFaintInk, 0.8});
     canvas.text({at_x, area.bottom() + 8}, tick_label(tick),
-                {.size = 11, .colour = kFaintInk, .align = Align::Centre, .level = Level::Top});
+                {.size = 11, .colour = kFaintInk, .align = Align::Centre, .level = TextLevel::Top});
   }
   double widest = 0;
   for (const double tick : y.ticks) {
     const double at_y = at(x.low, tick).y;
-    const TextStyle style{.size = 11, .colour = kFaintInk, .align = Align::Right, .level = Level::Middle};
+    const TextStyle style{.size = 11, .colour = kFaintInk, .align = Align::Right, .level = TextLevel::Middle};
     canvas.segments({{{area.x - 4, at_y}, {area.x, at_y}}}, {kFaintInk, 0.8});
     canvas.text({area.x - 8, at_y}, tick_label(tick), style);
     widest = std::max(widest, canvas.text_width(tick_label(tick), style));
   }
   canvas.text({area.centre().x, area.bottom() + 28}, x_label,
-              {.size = 12.5, .align = Align::Centre, .level = Level::Top});
+              {.size = 12.5, .align = Align::Centre, .level = TextLevel::Top});
   canvas.text(
       {area.x - widest - 22, area.centre().y}, y_label,
-      {.size = 12.5, .align = Align::Centre, .level = Level::Middle, .angle_rad = -0.5 * geodesy::kPi});
+      {.size = 12.5, .align = Align::Centre, .level = TextLevel::Middle, .angle_rad = -0.5 * geodesy::kPi});
 }
 
 void Plot::draw_note(Canvas& canvas, const std::string& note) const {
-  canvas.text(area.centre(), note,
-              {.size = 13, .colour = kFaintInk, .align = Align::Centre, .level = Level::Middle, .halo = 3});
+  canvas.text(
+      area.centre(), note,
+      {.size = 13, .colour = kFaintInk, .align = Align::Centre, .level = TextLevel::Middle, .halo = 3});
 }
 
 std::function<void(Canvas&, const Point&)> line_mark(const Stroke& stroke) {
@@ -107,7 +127,7 @@ Rect draw_legend(Canvas& canvas, const Point& at, const std::vector<LegendEntry>
   for (const LegendEntry& entry : entries) {
     if (entry.mark) entry.mark(canvas, {box.x + kPadding + 13, y});
     canvas.text({box.x + kPadding + (entry.mark ? kSwatch : 0), y}, entry.label,
-                {.size = text_size, .level = Level::Middle});
+                {.size = text_size, .level = TextLevel::Middle});
     y += line_height(text_size);
   }
   return box;
@@ -121,29 +141,6 @@ Picture draw_notice(const std::string& title, const std::string& subtitle, const
     plot.draw_note(canvas, notice);
   });
 }
-
-namespace {
-
-constexpr double kLogarithmicFrom = 30;
-/// Keeps 5 from becoming 10 by rounding.
-constexpr double kSlack = 1e-9;
-
-std::vector<double> log_ticks(double low, double high) {
-  std::vector<double> ticks;
-  const bool every = high / low <= 2e3;
-  for (double decade = std::pow(10, std::floor(std::log10(low))); decade <= high * (1 + kSlack);
-       decade *= 10) {
-    for (const double factor : {1.0, 2.0, 5.0}) {
-      const double tick = decade * factor;
-      if ((every || factor == 1.0) && tick >= low * (1 - kSlack) && tick <= high * (1 + kSlack)) {
-        ticks.push_back(tick);
-      }
-    }
-  }
-  return ticks;
-}
-
-}  // namespace
 
 double nice_ceil(double x) {
   const double decade = std::pow(10, std::floor(std::log10(x)));

@@ -11,7 +11,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_files.hpp"
-#include "canyon/base/secrets.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/outputs/output/encoder.hpp"
 #include "canyon/outputs/output/stream.hpp"

@@ -108,7 +108,7 @@ class MavlinkPoses final : public PoseDecoder {
     heartbeat.type = 18;  // MAV_TYPE_ONBOARD_CONTROLLER
     const mavlink::Sender self{1, 191};
     std::string bytes = mavlink::encode(heartbeat, sequence_++, self);
-    for (const mavlink::Layout& layout : mavlink::layouts()) {
+    for (const mavlink::FrameLayout& layout : mavlink::layouts()) {
       if (!takes(layout.name)) continue;
       mavlink::CommandLong command;
       command.command = 511;  // MAV_CMD_SET_MESSAGE_INTERVAL
@@ -207,7 +207,7 @@ class MavlinkPoses final : public PoseDecoder {
     return report;
   }
   // An attitude of its own message goes with the position that follows.
-  void remember(mavlink::Sender sender, const mavlink::Attitude& m) {
+  void remember(mavlink::Sender sender, const mavlink::AttitudeEuler& m) {
     attitudes_[sender.system] = {attitude(m.roll_pitch_yaw_rad), flu_from_frd() * m.rates_frd_radps};
   }
   void remember(mavlink::Sender sender, const mavlink::AttitudeQuaternion& m) {
@@ -242,7 +242,7 @@ class MavlinkPoses final : public PoseDecoder {
     Vector3d rates = Vector3d::Zero();
   };
   std::vector<std::string> taken_;
-  transport::Readers<mavlink::Parser> parsers_;
+  transport::Readers<mavlink::MavlinkParser> parsers_;
   std::map<std::uint8_t, Turned> attitudes_;
   std::uint8_t sequence_ = 0;
 };

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "canyon/base/geodesy/time_scales.hpp"
-#include "canyon/base/secrets.hpp"
+#include "canyon/base/input_error.hpp"
 
 namespace canyon::live {
 namespace {

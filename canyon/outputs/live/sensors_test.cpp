@@ -178,7 +178,7 @@ TEST_F(LiveSensors, GoOutAsHighresImu) {
     (void)session.run({&live}, {});
   }
   std::vector<mavlink::HighresImu> messages;
-  mavlink::Parser parser;
+  mavlink::MavlinkParser parser;
   parser.receive(test::read_bytes(file), [&](const mavlink::Frame& frame) {
     if (const auto* const imu = std::get_if<mavlink::HighresImu>(&frame.message)) messages.push_back(*imu);
   });
@@ -209,7 +209,7 @@ TEST(LiveSensorOptions, SamplesComeBetweenEpochs) {
   test::LocalConnection client(port);
   std::size_t messages = 0, pieces = 0;
   auto reader = std::async(std::launch::async, [&] {
-    mavlink::Parser parser;
+    mavlink::MavlinkParser parser;
     for (std::string bytes = client.read_some(); !bytes.empty(); bytes = client.read_some()) {
       ++pieces;
       parser.receive(bytes, [&](const mavlink::Frame& frame) {

@@ -14,7 +14,6 @@
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
-#include "canyon/base/secrets.hpp"
 #include "canyon/outputs/live/controls.hpp"
 #include "canyon/outputs/live/epoch_publisher.hpp"
 #include "canyon/outputs/live/pose_source.hpp"

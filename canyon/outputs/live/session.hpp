@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "canyon/base/distribution.hpp"
+#include "canyon/base/statistics.hpp"
 #include "canyon/run/epoch.hpp"
 #include "canyon/run/live_receiver.hpp"
 #include "canyon/run/scenario/fwd.hpp"

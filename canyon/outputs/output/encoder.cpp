@@ -1,7 +1,6 @@
 #include "canyon/outputs/output/encoder.hpp"
 
 #include <cmath>
-#include <vector>
 
 #include "canyon/base/named.hpp"
 #include "canyon/receiver/own_draws.hpp"

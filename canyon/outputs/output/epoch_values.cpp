@@ -1,7 +1,6 @@
 #include "canyon/outputs/output/epoch_values.hpp"
 
 #include <fmt/format.h>
-#include <algorithm>
 #include <array>
 #include <cmath>
 

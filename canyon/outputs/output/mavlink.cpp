@@ -5,7 +5,6 @@
 #include <functional>
 #include <map>
 #include <utility>
-#include <vector>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"

@@ -169,7 +169,7 @@ TEST(Mavlink, RtcmOfABaseArrivesWhole) {
   for (std::string_view rest = bytes; !rest.empty();) {
     // Each datagram is a frame of its own.
     const std::size_t size = data->datagram(rest);
-    mavlink::Parser().receive(rest.substr(0, size), [&](const mavlink::Frame& frame) {
+    mavlink::MavlinkParser().receive(rest.substr(0, size), [&](const mavlink::Frame& frame) {
       EXPECT_EQ(frame.sequence, frames++ % 256);
       const auto* const part = std::get_if<mavlink::GpsRtcmData>(&frame.message);
       if (part != nullptr) joined += parts.receive(*part);
@@ -269,7 +269,7 @@ TEST(Mavlink, CourseAccuracyIsThatAcrossTheWay) {
 TEST(Mavlink, StreamsCountTheirFramesAndBeatOnceASecond) {
   const auto encoder = format_named("gps_raw_int").make(rover());
   std::vector<mavlink::Frame> frames;
-  mavlink::Parser parser;
+  mavlink::MavlinkParser parser;
   for (int k = 0; k < 25; ++k) {  // 2.5 s at 10 Hz
     simulation::Epoch now = epoch();
     now.observed.time = test::sample_time() + 0.1 * k;

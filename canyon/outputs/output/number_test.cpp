@@ -10,7 +10,7 @@
 #include <string>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/base/utf8.hpp"
+#include "canyon/base/text.hpp"
 #include "canyon/outputs/output/epoch_values.hpp"
 #include "canyon/outputs/output/track.hpp"
 

@@ -1,4 +1,3 @@
-// Declared in canyon/outputs/output/encoder.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,3 @@
-// Declared in canyon/outputs/output/encoder.hpp.
 #include "canyon/outputs/output/encoder.hpp"
 #include "canyon/outputs/output/observations/raw_observations.hpp"
 #include "canyon/outputs/output/sbf/block.hpp"
@@ -20,14 +19,14 @@ class SbfDevice final : public Encoder {
     return blocks(all_);
   }
   std::optional<std::string> encode_own(std::uint64_t reader) override {
-    sbf::Commands* const own = own_.find(reader);
+    sbf::SbfCommands* const own = own_.find(reader);
     if (own == nullptr || own->first().empty()) return std::nullopt;
     return blocks(*own);
   }
 
   std::string receive(std::uint64_t reader, std::string_view bytes) override {
     epochs_.receive(reader, bytes);
-    sbf::Commands& commands = reader == 0 ? all_ : own_.of(reader);
+    sbf::SbfCommands& commands = reader == 0 ? all_ : own_.of(reader);
     const bool new_one = commands.first().empty();
     std::string answers = commands.receive(bytes, now_ms_);
     if (new_one) first_command_ = commands.first();
@@ -45,7 +44,7 @@ class SbfDevice final : public Encoder {
   }
 
  private:
-  std::string blocks(sbf::Commands& commands) {
+  std::string blocks(sbf::SbfCommands& commands) {
     std::string bytes;
     for (const broadcast::SentMessage& message : messages_) {
       if (commands.sends(sbf::message_number(message.id.system)))
@@ -58,9 +57,9 @@ class SbfDevice final : public Encoder {
   }
 
   DeviceEpochs epochs_;
-  sbf::Commands all_;
-  transport::Readers<sbf::Commands> own_;  ///< of each connection
-  std::optional<DeviceEpoch> told_;        ///< of the epoch of encode(), as long as it lives
+  sbf::SbfCommands all_;
+  transport::Readers<sbf::SbfCommands> own_;  ///< of each connection
+  std::optional<DeviceEpoch> told_;           ///< of the epoch of encode(), as long as it lives
   std::vector<broadcast::SentMessage> messages_;
   std::int64_t now_ms_ = 0;
   std::string first_command_;

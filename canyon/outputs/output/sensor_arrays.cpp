@@ -69,6 +69,27 @@ void each_array(const simulation::MagnetometerSample& sample, inertial::ImuAxes,
   put("true_field", "true_field_x_ut,true_field_y_ut,true_field_z_ut", Vector3d(kMicro * sample.true_t));
 }
 
+static_assert(std::endian::native == std::endian::little, "arrays are written as they lie in memory");
+
+constexpr std::size_t kVersion = 20, kStored = 0, kTime = 0,
+                      kDate = 0x21;  // 1980-01-01: the same bytes always
+
+/// What a local header and its entry in the list share.
+void describe(Payload& record, std::uint32_t crc, std::uint32_t size, std::size_t name_length) {
+  record.u2(kVersion).u2(0).u2(kStored).u2(kTime).u2(kDate);
+  record.u4(crc).u4(size).u4(size).u2(name_length).u2(0);
+}
+
+/// Magic, version, and the dictionary that describes the numbers, padded to 64 bytes.
+std::string npy_header(std::size_t rows, std::size_t columns) {
+  std::string text = fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({},{}), }}", rows,
+                                 columns == 1 ? "" : fmt::format(" {}", columns));
+  constexpr std::size_t kBlock = 64, kBefore = 10;
+  text.append(kBlock - (kBefore + text.size() + 1) % kBlock, ' ');
+  text += '\n';
+  return Payload().raw("\x93NUMPY").u2(1).u2(text.size()).bytes() + text;
+}
+
 }  // namespace
 
 SensorArrays::SensorArrays(const inertial::SensorOptions& sensors, geodesy::GpsTime begin)
@@ -149,31 +170,6 @@ std::string SensorArrays::csv_lines(std::string_view sensor) const {
   }
   return lines;
 }
-
-namespace {
-
-static_assert(std::endian::native == std::endian::little, "arrays are written as they lie in memory");
-
-constexpr std::size_t kVersion = 20, kStored = 0, kTime = 0,
-                      kDate = 0x21;  // 1980-01-01: the same bytes always
-
-/// What a local header and its entry in the list share.
-void describe(Payload& record, std::uint32_t crc, std::uint32_t size, std::size_t name_length) {
-  record.u2(kVersion).u2(0).u2(kStored).u2(kTime).u2(kDate);
-  record.u4(crc).u4(size).u4(size).u2(name_length).u2(0);
-}
-
-/// Magic, version, and the dictionary that describes the numbers, padded to 64 bytes.
-std::string npy_header(std::size_t rows, std::size_t columns) {
-  std::string text = fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({},{}), }}", rows,
-                                 columns == 1 ? "" : fmt::format(" {}", columns));
-  constexpr std::size_t kBlock = 64, kBefore = 10;
-  text.append(kBlock - (kBefore + text.size() + 1) % kBlock, ' ');
-  text += '\n';
-  return Payload().raw("\x93NUMPY").u2(1).u2(text.size()).bytes() + text;
-}
-
-}  // namespace
 
 void NpzWriter::add(std::string_view name, const std::vector<double>& values, std::size_t columns) {
   const std::string header = npy_header(values.size() / columns, columns);

@@ -1,14 +1,9 @@
 #include "canyon/outputs/output/sinks.hpp"
 
-#include <fmt/format.h>
-
 #include <map>
 #include <optional>
 #include <set>
-#include <string>
-#include <string_view>
 #include <utility>
-#include <vector>
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
@@ -20,6 +15,7 @@
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/run/sensor_run.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
+#include "canyon/sky/rinex/navigation_writer.hpp"
 
 namespace canyon::output {
 namespace {

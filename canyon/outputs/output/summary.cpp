@@ -8,7 +8,7 @@
 #include <functional>
 #include <optional>
 
-#include "canyon/base/distribution.hpp"
+#include "canyon/base/statistics.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/outputs/output/epoch_values.hpp"
 

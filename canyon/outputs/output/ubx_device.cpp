@@ -1,4 +1,3 @@
-// Declared in canyon/outputs/output/encoder.hpp.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -24,7 +23,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
  public:
   explicit UbxDevice(const ReceiverDescription& receiver)
       : epochs_(receiver.glonass_channels, receiver.begin, Tags::ClockReading),
-        all_{ubx::Commands(
+        all_{ubx::UbxCommands(
                  receiver.ubx_generation,
                  ubx::Configuration(receiver.ubx_generation,
                                     static_cast<int>(std::floor(receiver.interval_s * 1e3 + 1e-6)),
@@ -85,7 +84,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     std::int64_t interval = -1, navigations = 0;
   };
   struct Port {
-    ubx::Commands commands;
+    ubx::UbxCommands commands;
     Turns turns;
   };
 
@@ -130,7 +129,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   }
 
   /// RXM-RTCM and RXM-COR of each message that the decoder has found since.
-  [[nodiscard]] static std::string received_rtcm(const ubx::Commands& commands,
+  [[nodiscard]] static std::string received_rtcm(const ubx::UbxCommands& commands,
                                                  const canyon::rtcm::DecoderStatus& before,
                                                  const canyon::rtcm::DecoderStatus& now) {
     const ubx::Configuration& settings = commands.configuration();

@@ -315,7 +315,7 @@ TEST(UbxDevice, SaysOfCorrectionsWhatARealReceiverSays) {
     EXPECT_GE(real.u(40, 4), 14U) << "10 mm on each axis, float or fixed";
     EXPECT_GE(real.u(44, 4), 10U);
   };
-  ubx::Parser().receive(test::read_bytes(path), {compare, [](std::string_view) {}});
+  ubx::UbxParser().receive(test::read_bytes(path), {compare, [](std::string_view) {}});
   EXPECT_EQ(epochs, (std::map<std::uint64_t, int>{{67, 187}, {131, 349}}));
 }
 

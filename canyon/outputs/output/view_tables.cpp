@@ -7,7 +7,6 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <cstddef>
 #include <new>
 
 #include "canyon/base/arithmetic.hpp"
@@ -91,6 +90,14 @@ std::vector<ViewColumn> with_columns_of(TableKind kind, std::span<const ViewColu
   return columns;
 }
 
+void put_little(std::string& out, std::uint64_t bits, std::size_t bytes) {
+  for (std::size_t i = 0; i < bytes; ++i) out += static_cast<char>(bits >> 8 * i & 0xFFU);
+}
+
+void pad(std::string& out) {
+  out.append((8 - out.size() % 8) % 8, '\0');
+}
+
 }  // namespace
 
 std::string_view name(ViewType type) {
@@ -143,18 +150,6 @@ void ViewWords::clear() {
     }
   }
 }
-
-namespace {
-
-void put_little(std::string& out, std::uint64_t bits, std::size_t bytes) {
-  for (std::size_t i = 0; i < bytes; ++i) out += static_cast<char>(bits >> 8 * i & 0xFFU);
-}
-
-void pad(std::string& out) {
-  out.append((8 - out.size() % 8) % 8, '\0');
-}
-
-}  // namespace
 
 ViewRows::ViewRows(ViewTableIndex table)
     : table_(table), about_(view_tables()[table].columns), columns_(about_.size()) {}

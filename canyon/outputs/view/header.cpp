@@ -7,10 +7,8 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/city/mesh_marks.hpp"
-#include "canyon/outputs/view/page.hpp"
 #include "canyon/paths/propagation/paths.hpp"
 #include "canyon/receiver/positioning/fix.hpp"
 #include "canyon/receiver/tracking/correlation.hpp"
@@ -168,7 +166,7 @@ Json frame_json(const geodesy::Geodetic& origin) {
 
 }  // namespace
 
-std::string header_json(const Header& header) {
+std::string header_json(const ViewHeader& header) {
   Json json{{"format", "canyon view"},
             {"version", 1},
             {"title", header.title},
@@ -214,7 +212,7 @@ ReceiverHeader receiver_header(const receiver::ReceiverOptions& options) {
   return {options.name, options.signal.enabled, geodesy::degrees(options.fix.elevation_mask_rad), {}, {}};
 }
 
-void write_header(const Header& header, const std::filesystem::path& folder) {
+void write_header(const ViewHeader& header, const std::filesystem::path& folder) {
   write_own_file(folder / kHeaderFile, header_json(header));
 }
 

@@ -43,7 +43,7 @@ struct ReceiverHeader {
 };
 
 /// Contents of view.json; docs/view-format.md and viewer/schema.json define it.
-struct Header {
+struct ViewHeader {
   std::string title;
   bool live = false;  ///< epochs come as messages; no chunks
   SceneCity city;
@@ -66,9 +66,9 @@ struct Header {
 [[nodiscard]] ReceiverHeader receiver_header(const receiver::ReceiverOptions& options);
 
 /// The JSON, ending with a newline.
-[[nodiscard]] std::string header_json(const Header& header);
+[[nodiscard]] std::string header_json(const ViewHeader& header);
 /// Writes it to `folder`, whole or not at all.
-void write_header(const Header& header, const std::filesystem::path& folder);
+void write_header(const ViewHeader& header, const std::filesystem::path& folder);
 /// Puts more into the header of the view in `folder`: a key with its value, and chunks, which take the place
 /// of those of the same kinds that are there. Throws InputError where the folder has no view or does not take
 /// the file.

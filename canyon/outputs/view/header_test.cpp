@@ -8,8 +8,8 @@
 namespace canyon::view {
 namespace {
 
-TEST(Header, NamesEveryTableAndColumnAndHasNoNaN) {
-  Header header;
+TEST(ViewHeader, NamesEveryTableAndColumnAndHasNoNaN) {
+  ViewHeader header;
   header.title = "a \"title\"";
   header.receivers.push_back({"car", true, 10, {{"jammer", 1, 2}}, {}});
   header.receivers.back().summary.horizontal_p50_m = std::numeric_limits<double>::quiet_NaN();

@@ -5,14 +5,12 @@
 #include <poll.h>
 #include <algorithm>
 #include <map>
-#include <optional>
 #include <set>
 #include <string_view>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/base/secrets.hpp"
 #include "canyon/base/transport/link.hpp"
 #include "canyon/base/transport/transport.hpp"
 #include "canyon/outputs/output/view_messages.hpp"
@@ -61,7 +59,7 @@ struct Host {
 }  // namespace
 
 struct LiveRelay::Impl {
-  Impl(std::span<const std::string> addresses, Header about, std::filesystem::path at,
+  Impl(std::span<const std::string> addresses, ViewHeader about, std::filesystem::path at,
        const raytrace::RayScene& rays)
       : header(std::move(about)), folder(std::move(at)), scene(rays) {
     for (const std::string& address : addresses) {
@@ -97,7 +95,7 @@ struct LiveRelay::Impl {
   void take_hello(Server& server, Host& from, Json message) {
     const auto begin = geodesy::GpsTime::from_week(static_cast<int>(bounded(message, "gps_week", 0, 9999)),
                                                    bounded(message, "gps_tow", 0, 604800));
-    Header merged = header;
+    ViewHeader merged = header;
     merged.begin.reset();
     merged.receivers.clear();
     Json all;
@@ -161,7 +159,7 @@ struct LiveRelay::Impl {
     host.complaint = what;
   }
 
-  Header header;
+  ViewHeader header;
   std::filesystem::path folder;
   const raytrace::RayScene& scene;
   std::vector<Host> hosts;
@@ -173,7 +171,7 @@ struct LiveRelay::Impl {
   std::vector<std::string> notes;
 };
 
-LiveRelay::LiveRelay(std::span<const std::string> addresses, Header header, std::filesystem::path folder,
+LiveRelay::LiveRelay(std::span<const std::string> addresses, ViewHeader header, std::filesystem::path folder,
                      const raytrace::RayScene& scene)
     : impl_(std::make_unique<Impl>(addresses, std::move(header), std::move(folder), scene)) {}
 LiveRelay::~LiveRelay() = default;
@@ -199,7 +197,7 @@ void LiveRelay::serve(Server& server) {
   poll(polled.data(), polled.size(), kWait_ms);
 }
 
-std::optional<Header> LiveRelay::take_header() {
+std::optional<ViewHeader> LiveRelay::take_header() {
   if (!std::exchange(impl_->header_changed, false)) return std::nullopt;
   return impl_->header;
 }

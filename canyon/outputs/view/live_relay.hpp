@@ -25,14 +25,14 @@ class LiveRelay {
   /// @param scene of the city, for skylines; must outlive it
   /// Throws InputError for a text that is not an address, one given twice, and where the folder does not take
   /// the header.
-  LiveRelay(std::span<const std::string> addresses, Header header, std::filesystem::path folder,
+  LiveRelay(std::span<const std::string> addresses, ViewHeader header, std::filesystem::path folder,
             const raytrace::RayScene& scene);
   ~LiveRelay();
 
   /// Forwards what has arrived; waits 20 ms at most where nothing has.
   void serve(Server& server);
   /// The header of all hosts, where one has begun since the last call.
-  [[nodiscard]] std::optional<Header> take_header();
+  [[nodiscard]] std::optional<ViewHeader> take_header();
   /// Messages since the last call, one line each, the address in front.
   [[nodiscard]] std::vector<std::string> take_notes();
 

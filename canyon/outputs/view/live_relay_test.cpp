@@ -52,11 +52,11 @@ class LiveRelayTest : public testing::Test {
     simulation_ = std::make_unique<simulation::Simulation>(scenario(), scene_);
     simulation_->run({&run_});
     address_ = "tcp://127.0.0.1:" + std::to_string(test::free_port());
-    server_ = std::make_unique<Server>(Site{"page", folder_.path()});
+    server_ = std::make_unique<Server>(ServedSite{"page", folder_.path()});
     relay_ = relay({address_});
   }
   [[nodiscard]] std::unique_ptr<LiveRelay> relay(const std::vector<std::string>& addresses) const {
-    Header header;
+    ViewHeader header;
     header.title = "live";
     header.city.origin = scene_->city.frame.origin();
     return std::make_unique<LiveRelay>(addresses, header, folder_.path(), scene_->scene);

@@ -47,6 +47,48 @@ std::string for_script(std::string json) {
   return json;
 }
 
+/// A part of a map's feature is named by it with "#2" behind, a city's building by itself.
+std::string feature_of(const std::string& object) {
+  const std::size_t part = object.rfind('#');
+  return part == std::string::npos || part == 0 ? object : object.substr(0, part);
+}
+
+SceneObject describe(const city::Mesh& mesh, const city::Object& object,
+                     const std::map<std::string, std::string>& height_sources) {
+  SceneObject result;
+  result.id = object.name;
+  result.surface = object.surface;
+  result.low_m = std::numeric_limits<double>::max();
+  result.high_m = std::numeric_limits<double>::lowest();
+  std::array<double, 256> area{};
+  for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      result.low_m = std::min(result.low_m, mesh.vertices[v].z());
+      result.high_m = std::max(result.high_m, mesh.vertices[v].z());
+    }
+    area[static_cast<std::uint8_t>(mesh.materials[t])] +=
+        (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]).norm();
+  }
+  result.material = static_cast<city::Material>(std::max_element(area.begin(), area.end()) - area.begin());
+  for (const std::string& name : {object.name, feature_of(object.name)}) {
+    const auto found = height_sources.find(name);
+    if (found == height_sources.end()) continue;
+    result.height_source = found->second;
+    break;
+  }
+  return result;
+}
+
+/// The glTF's bytes: its writer knows files only.
+std::string glb_of(const city::City& city, const std::filesystem::path& folder) {
+  const Temporary own(folder / "city", Temporary::Kind::Folder);
+  OutputFile file(own.temporary_path() / "city.glb");
+  city::write_glb(file, city);
+  file.commit();
+  return read_bytes(file.path());
+}
+
 }  // namespace
 
 std::string read_bytes(const std::filesystem::path& path) {
@@ -128,52 +170,6 @@ std::size_t export_page(const std::filesystem::path& page, const std::filesystem
   out.commit();
   return size;
 }
-
-namespace {
-
-/// A part of a map's feature is named by it with "#2" behind, a city's building by itself.
-std::string feature_of(const std::string& object) {
-  const std::size_t part = object.rfind('#');
-  return part == std::string::npos || part == 0 ? object : object.substr(0, part);
-}
-
-SceneObject describe(const city::Mesh& mesh, const city::Object& object,
-                     const std::map<std::string, std::string>& height_sources) {
-  SceneObject result;
-  result.id = object.name;
-  result.surface = object.surface;
-  result.low_m = std::numeric_limits<double>::max();
-  result.high_m = std::numeric_limits<double>::lowest();
-  std::array<double, 256> area{};
-  for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
-    const auto& [a, b, c] = mesh.triangles[t];
-    for (const std::uint32_t v : mesh.triangles[t]) {
-      result.low_m = std::min(result.low_m, mesh.vertices[v].z());
-      result.high_m = std::max(result.high_m, mesh.vertices[v].z());
-    }
-    area[static_cast<std::uint8_t>(mesh.materials[t])] +=
-        (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]).norm();
-  }
-  result.material = static_cast<city::Material>(std::max_element(area.begin(), area.end()) - area.begin());
-  for (const std::string& name : {object.name, feature_of(object.name)}) {
-    const auto found = height_sources.find(name);
-    if (found == height_sources.end()) continue;
-    result.height_source = found->second;
-    break;
-  }
-  return result;
-}
-
-/// The glTF's bytes: its writer knows files only.
-std::string glb_of(const city::City& city, const std::filesystem::path& folder) {
-  const Temporary own(folder / "city", Temporary::Kind::Folder);
-  OutputFile file(own.temporary_path() / "city.glb");
-  city::write_glb(file, city);
-  file.commit();
-  return read_bytes(file.path());
-}
-
-}  // namespace
 
 SceneCity write_city(const city::City& city, const std::map<std::string, std::string>& height_sources,
                      const std::filesystem::path& folder) {

@@ -8,7 +8,6 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/outputs/drawing/views/sky_picture.hpp"
-#include "canyon/outputs/output/view_tables.hpp"
 
 namespace canyon::view {
 
@@ -28,7 +27,7 @@ void Recorder::end_epoch(const std::vector<std::string>& faults, double time_s) 
   if (epochs_ - block_begin_ >= epochs_per_block_) finish_block();
 }
 
-void Recorder::finish(Header& header) {
+void Recorder::finish(ViewHeader& header) {
   finish_block();
   put({&rows_.epochs, &skylines_}, {fmt::format("track-{}.bin.gz", receiver_), receiver_, true, 0, epochs_});
   header.receivers.at(receiver_).faults = std::move(faults_);

@@ -65,7 +65,7 @@ class Recorder {
   /// @param faults at work, @param time_s since the view's begin
   void end_epoch(const std::vector<std::string>& faults, double time_s);
   /// Writes the remaining rows to files, and tells the header's receiver and list of chunks of all.
-  void finish(Header& header);
+  void finish(ViewHeader& header);
 
  private:
   void finish_block();

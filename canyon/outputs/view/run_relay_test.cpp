@@ -33,7 +33,7 @@ class RunRelayTest : public testing::Test {
     ViewOptions options;
     options.watched = true;
     view_ = make_view(*simulation_, folder_.path(), options);
-    server_ = std::make_unique<Server>(Site{"page", folder_.path()});
+    server_ = std::make_unique<Server>(ServedSite{"page", folder_.path()});
   }
   [[nodiscard]] Json header() const { return Json::parse(read_bytes(folder_.path() / kHeaderFile)); }
   void run(RunRelay& relay) {

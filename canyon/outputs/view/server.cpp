@@ -57,7 +57,7 @@ class Connection;
 
 /// State that all connections share; used on the server's thread alone, but for the counters.
 struct Shared {
-  Site site;
+  ServedSite site;
   ServerOptions options;
   int port = 0;
   std::set<Socket*> sockets;
@@ -393,7 +393,7 @@ struct Server::Impl {
   }
 };
 
-Server::Server(Site site, const ServerOptions& options) : impl_(std::make_unique<Impl>()) {
+Server::Server(ServedSite site, const ServerOptions& options) : impl_(std::make_unique<Impl>()) {
   impl_->shared->site = std::move(site);
   impl_->shared->options = options;
   impl_->shared->work = &impl_->work;

@@ -26,7 +26,7 @@ struct ServerOptions {
 };
 
 /// The contents of a server.
-struct Site {
+struct ServedSite {
   std::string page;              ///< HTML, under "/"
   std::filesystem::path folder;  ///< its plain files under "/view/NAME"; nothing below it, and no links
   /// Answers a WebSocket message with one of its own; called on a thread of its own, one message at a time.
@@ -44,7 +44,7 @@ struct Site {
 class Server {
  public:
   /// Throws InputError where the port cannot be opened.
-  explicit Server(Site site, const ServerOptions& options = {});
+  explicit Server(ServedSite site, const ServerOptions& options = {});
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;

@@ -90,7 +90,7 @@ class ServerTest : public testing::Test {
   }
   void put(const std::string& name, const std::string& text) const { std::ofstream(folder() / name) << text; }
   [[nodiscard]] std::filesystem::path folder() const { return parent_.path() / "view"; }
-  [[nodiscard]] Site site() const {
+  [[nodiscard]] ServedSite site() const {
     return {"<!doctype html>a page", folder(), [](const std::string& message) { return "heard " + message; }};
   }
 
@@ -256,7 +256,7 @@ TEST_F(ServerTest, TakesNoWebSocketOfAnotherOrigin) {
 
 TEST_F(ServerTest, AsksNoMoreForAClientThatTakesNoAnswer) {
   std::atomic<int> asked{0};
-  Site large = site();
+  ServedSite large = site();
   large.answer = [&](const std::string&) {
     ++asked;
     return std::string(1 << 20, 'x');

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -24,10 +23,10 @@ namespace canyon::view {
 namespace {
 
 /// The header of a run before its first epoch, without the city's objects.
-Header begun(const simulation::Simulation& simulation) {
+ViewHeader begun(const simulation::Simulation& simulation) {
   const simulation::Scenario& scenario = simulation.scenario();
   const city::City& city = simulation.environment().city();
-  Header header;
+  ViewHeader header;
   header.title = scenario.file.empty() ? "Canyon" : scenario.file.stem().string();
   header.city = {city.name, city.frame.origin(), city.notes.lines(), {}, city.mesh.triangles.size()};
   header.begin = simulation.begin();
@@ -57,7 +56,7 @@ class View final : public simulation::EpochSink {
                                                       simulation.environment().scene(), words_));
     }
     if (!options_.watched) return;
-    Header live = header_;
+    ViewHeader live = header_;
     live.live = true;
     write_header(live, folder_);
   }
@@ -90,7 +89,7 @@ class View final : public simulation::EpochSink {
   std::filesystem::path folder_;
   ViewOptions options_;
   output::SummarySink figures_;
-  Header header_;
+  ViewHeader header_;
   std::shared_ptr<output::ViewWords> words_ = std::make_shared<output::ViewWords>();
   std::vector<std::unique_ptr<Recorder>> recorders_;
   bool finished_ = false;

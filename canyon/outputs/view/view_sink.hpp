@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
-#include <string>
 
 #include "canyon/outputs/view/server.hpp"
 #include "canyon/run/run_checks.hpp"

@@ -9,7 +9,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/run/samples/code_tables.hpp"
-#include "canyon/sky/gnss/broadcast_messages.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
 
 namespace canyon::samples {
 namespace {

@@ -8,7 +8,6 @@
 #include "canyon/base/options/node.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/options/visitor.hpp"
-#include "canyon/base/secrets.hpp"
 #include "canyon/receiver/relative/correction_link.hpp"
 #include "canyon/run/scenario/profile.hpp"
 #include "canyon/run/scenario/scenario.hpp"

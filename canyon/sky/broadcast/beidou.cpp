@@ -1,4 +1,3 @@
-// Declared in canyon/sky/broadcast/messages.hpp.
 #include <array>
 #include <cmath>
 
@@ -63,6 +62,51 @@ Bits d2_fields(const gnss::KeplerEphemeris& e) {
   return bits.angle(e.argument_of_perigee, 0x1p-31, 32).angle(e.inclination_rate, 0x1p-43, 14);
 }
 
+constexpr double kDelayStep_s = 0x1p-34;
+
+/// Elements and clock of the nearest whole 300 s of BDT, times in BDT.
+gnss::KeplerEphemeris in_bdt(gnss::KeplerEphemeris e) {
+  e.toe = bdt(e.toe);
+  e.toc = bdt(e.toc);
+  return referred_to(e, whole_300_s(e.toe), whole_300_s(e.toc), geodesy::kEarthMu);
+}
+
+/// IODE, 0 to 59 of data younger than 12 h, and IODC, which ends as it does (7.4). D1 and D2 have ages in
+/// their place, which ephemerides that follow each other share: half hours of toe tell them apart.
+std::int64_t issue_of_data(const gnss::KeplerEphemeris& e) {
+  return std::llround(e.toe.seconds_of_week() / 1800) % 60;
+}
+
+/// 203 bits (7.7). @param e of in_bdt(), not of a geostationary satellite: these do not send B-CNAV
+void put_ephemeris_1(Bits& bits, const gnss::KeplerEphemeris& e) {
+  constexpr double kMeo_m = 27'906'100, kInclined_m = 42'162'200;
+  const bool meo = e.sqrt_a * e.sqrt_a < 35e6;
+  put_reference_time(bits, e.toe);
+  bits.count(meo ? 3 : 2, 2);
+  put_ellipse(bits, e, meo ? kMeo_m : kInclined_m);
+}
+/// 222 bits.
+void put_ephemeris_2(Bits& bits, const gnss::KeplerEphemeris& e) {
+  put_plane(bits, e, e.right_ascension_rate, 19);
+}
+/// 69 bits (7.5). @param e of in_bdt()
+void put_clock(Bits& bits, const gnss::KeplerEphemeris& e) {
+  put_reference_time(bits, e.toc);
+  bits.number(e.af0, 0x1p-34, 25);
+  bits.number(e.af1, 0x1p-50, 22);
+  bits.number(e.af2, 0x1p-66, 11);
+}
+/// UTC by BDT, 97 bits.
+void put_utc(Bits& bits, const SystemMessage& message, GpsTime start) {
+  put_utc(bits, message.leap_seconds - geodesy::kBdtSecondsOffset, bdt_week(start), 6, 3);
+}
+
+// Unknown fields are zero: integrity flags and SISMAI (no fault), SISAI, the ionosphere of BDGIM.
+constexpr int kIntegrityBits = 3 + 4, kAccuracyBits = 22;
+void put_ionosphere(Bits& bits) {
+  bits.put(0, 10).put(0, 64);  // nine coefficients
+}
+
 }  // namespace
 
 std::uint32_t bch_15_11(std::uint32_t information) {
@@ -123,55 +167,6 @@ std::vector<std::uint32_t> d2_page(const gnss::KeplerEphemeris& e, const SystemM
   }
   return coded(bits, 1, start);
 }
-
-namespace {
-
-constexpr double kDelayStep_s = 0x1p-34;
-
-/// Elements and clock of the nearest whole 300 s of BDT, times in BDT.
-gnss::KeplerEphemeris in_bdt(gnss::KeplerEphemeris e) {
-  e.toe = bdt(e.toe);
-  e.toc = bdt(e.toc);
-  return referred_to(e, whole_300_s(e.toe), whole_300_s(e.toc), geodesy::kEarthMu);
-}
-
-/// IODE, 0 to 59 of data younger than 12 h, and IODC, which ends as it does (7.4). D1 and D2 have ages in
-/// their place, which ephemerides that follow each other share: half hours of toe tell them apart.
-std::int64_t issue_of_data(const gnss::KeplerEphemeris& e) {
-  return std::llround(e.toe.seconds_of_week() / 1800) % 60;
-}
-
-/// 203 bits (7.7). @param e of in_bdt(), not of a geostationary satellite: these do not send B-CNAV
-void put_ephemeris_1(Bits& bits, const gnss::KeplerEphemeris& e) {
-  constexpr double kMeo_m = 27'906'100, kInclined_m = 42'162'200;
-  const bool meo = e.sqrt_a * e.sqrt_a < 35e6;
-  put_reference_time(bits, e.toe);
-  bits.count(meo ? 3 : 2, 2);
-  put_ellipse(bits, e, meo ? kMeo_m : kInclined_m);
-}
-/// 222 bits.
-void put_ephemeris_2(Bits& bits, const gnss::KeplerEphemeris& e) {
-  put_plane(bits, e, e.right_ascension_rate, 19);
-}
-/// 69 bits (7.5). @param e of in_bdt()
-void put_clock(Bits& bits, const gnss::KeplerEphemeris& e) {
-  put_reference_time(bits, e.toc);
-  bits.number(e.af0, 0x1p-34, 25);
-  bits.number(e.af1, 0x1p-50, 22);
-  bits.number(e.af2, 0x1p-66, 11);
-}
-/// UTC by BDT, 97 bits.
-void put_utc(Bits& bits, const SystemMessage& message, GpsTime start) {
-  put_utc(bits, message.leap_seconds - geodesy::kBdtSecondsOffset, bdt_week(start), 6, 3);
-}
-
-// Unknown fields are zero: integrity flags and SISMAI (no fault), SISAI, the ionosphere of BDGIM.
-constexpr int kIntegrityBits = 3 + 4, kAccuracyBits = 22;
-void put_ionosphere(Bits& bits) {
-  bits.put(0, 10).put(0, 64);  // nine coefficients
-}
-
-}  // namespace
 
 Bits bcnav1_subframe2(const gnss::KeplerEphemeris& ephemeris, const BcnavDelays& delays, GpsTime start) {
   const gnss::KeplerEphemeris e = in_bdt(ephemeris);

@@ -1,7 +1,6 @@
-// Declared in canyon/sky/broadcast/messages.hpp.
 #include "canyon/sky/broadcast/bits.hpp"
 #include "canyon/sky/broadcast/messages.hpp"
-#include "canyon/sky/gnss/broadcast_messages.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
 
 namespace canyon::broadcast {
 

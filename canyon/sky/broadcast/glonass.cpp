@@ -1,4 +1,3 @@
-// Declared in canyon/sky/broadcast/messages.hpp.
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/sky/broadcast/messages.hpp"
 

@@ -1,4 +1,3 @@
-// Declared in canyon/sky/broadcast/messages.hpp.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -38,6 +37,27 @@ std::vector<std::uint32_t> subframe_words(const Bits& content, int subframe, Gps
     d30 = (parity & 1) != 0;
   }
   return words;
+}
+
+/// Reference values of difference fields (IS-GPS-200 tables 30-I and 30-II; IS-QZSS-PNT-005 table 4.3.2-16).
+constexpr double kSemiMajorAxis_m = 26'559'710, kSemiMajorAxisOfQzss_m = 42'164'200;
+constexpr double kRightAscensionRate = -2.6e-9 * geodesy::kPi;
+constexpr double kEarthGm = 3.986005e14;  ///< of GPS, 20.3.3.4.3
+constexpr double kGpsDelayStep_s = 0x1p-35;
+
+void put_gps_ellipse(Bits& bits, const gnss::KeplerEphemeris& e) {
+  put_ellipse(bits, e, e.id.system == gnss::System::QZSS ? kSemiMajorAxisOfQzss_m : kSemiMajorAxis_m);
+}
+void put_gps_plane(Bits& bits, const gnss::KeplerEphemeris& e) {
+  put_plane(bits, e, e.right_ascension_rate - kRightAscensionRate, 17);
+}
+void put_gps_clock(Bits& bits, const gnss::KeplerEphemeris& e) {
+  bits.number(e.af0, 0x1p-35, 26);
+  bits.number(e.af1, 0x1p-48, 20);
+  bits.number(e.af2, 0x1p-60, 10);
+}
+void put_corrections(Bits& bits, double group_delay_s, std::initializer_list<double> delays_s) {
+  for (const double delay_s : delays_s) bits.number(group_delay_s - delay_s, kGpsDelayStep_s, 13);
 }
 
 }  // namespace
@@ -116,31 +136,6 @@ std::vector<std::uint32_t> lnav_page18(gnss::System system, const SystemMessage&
   bits.put(0, 14);
   return subframe_words(bits, 4, start);
 }
-
-namespace {
-
-/// Reference values of difference fields (IS-GPS-200 tables 30-I and 30-II; IS-QZSS-PNT-005 table 4.3.2-16).
-constexpr double kSemiMajorAxis_m = 26'559'710, kSemiMajorAxisOfQzss_m = 42'164'200;
-constexpr double kRightAscensionRate = -2.6e-9 * geodesy::kPi;
-constexpr double kEarthGm = 3.986005e14;  ///< of GPS, 20.3.3.4.3
-constexpr double kGpsDelayStep_s = 0x1p-35;
-
-void put_gps_ellipse(Bits& bits, const gnss::KeplerEphemeris& e) {
-  put_ellipse(bits, e, e.id.system == gnss::System::QZSS ? kSemiMajorAxisOfQzss_m : kSemiMajorAxis_m);
-}
-void put_gps_plane(Bits& bits, const gnss::KeplerEphemeris& e) {
-  put_plane(bits, e, e.right_ascension_rate - kRightAscensionRate, 17);
-}
-void put_gps_clock(Bits& bits, const gnss::KeplerEphemeris& e) {
-  bits.number(e.af0, 0x1p-35, 26);
-  bits.number(e.af1, 0x1p-48, 20);
-  bits.number(e.af2, 0x1p-60, 10);
-}
-void put_corrections(Bits& bits, double group_delay_s, std::initializer_list<double> delays_s) {
-  for (const double delay_s : delays_s) bits.number(group_delay_s - delay_s, kGpsDelayStep_s, 13);
-}
-
-}  // namespace
 
 Bits cnav_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& message,
                   const CnavDelays& delays, int type, GpsTime start, int length_s) {

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "canyon/sky/broadcast/messages.hpp"
-#include "canyon/sky/gnss/broadcast_messages.hpp"
 #include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <vector>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"

@@ -6,14 +6,15 @@
 #include <optional>
 
 #include "canyon/base/geodesy/time_scales.hpp"
-#include "canyon/sky/gnss/broadcast_messages.hpp"
 
 namespace canyon::gnss {
 namespace {
 
 constexpr Modulation BPSK = Modulation::BPSK, TMBOC = Modulation::TMBOC, CBOCPilot = Modulation::CBOCPilot;
-constexpr Block IIR = Block::IIR, IIRM = Block::IIRM, IIF = Block::IIF, III = Block::III, All = Block::All,
-                BeiDou2 = Block::BeiDou2, BeiDou3 = Block::BeiDou3 | Block::BeiDou3Geo;
+constexpr SatelliteBlock IIR = SatelliteBlock::IIR, IIRM = SatelliteBlock::IIRM, IIF = SatelliteBlock::IIF,
+                         III = SatelliteBlock::III, All = SatelliteBlock::All,
+                         BeiDou2 = SatelliteBlock::BeiDou2,
+                         BeiDou3 = SatelliteBlock::BeiDou3 | SatelliteBlock::BeiDou3Geo;
 constexpr GroupDelay None = GroupDelay::None, Tgd = GroupDelay::Tgd, Tgd1 = GroupDelay::Tgd1,
                      Tgd2 = GroupDelay::Tgd2, E1 = GroupDelay::BgdE1, E5a = GroupDelay::BgdE5a,
                      E5b = GroupDelay::BgdE5b;
@@ -87,9 +88,11 @@ constexpr Signal kBeiDou[]{
     {System::BeiDou, "B2a", "5P", "5X 5D", kL5, 0, BPSK, 10.23e6, -159, BeiDou3, Tgd2, 23, 14, 7},
     {System::BeiDou, "B3I", "6I", "6X 6Q", 1268.52e6, 0, BPSK, 10.23e6, -163, BeiDou2 | BeiDou3, None, 8, 30,
      4, 10},
-    {System::BeiDou, "B2b", "7D", "7Z 7P", kE5b, 0, BPSK, 10.23e6, -160, Block::BeiDou3, None, 25, 34},
-    recorded({System::BeiDou, "B2", "8P", "8X 8D", kE5, 0, BPSK, 10.23e6, -156, Block::BeiDou3, Tgd2},
-             "its modulation, ACE-BOC, is not modelled"),
+    {System::BeiDou, "B2b", "7D", "7Z 7P", kE5b, 0, BPSK, 10.23e6, -160, SatelliteBlock::BeiDou3, None, 25,
+     34},
+    recorded(
+        {System::BeiDou, "B2", "8P", "8X 8D", kE5, 0, BPSK, 10.23e6, -156, SatelliteBlock::BeiDou3, Tgd2},
+        "its modulation, ACE-BOC, is not modelled"),
 };
 
 // RTCA DO-229 A.2 (C/A codes of 1.023 Mchip/s) and ICAO Annex 10, Volume I, 3.7.3.4.4.3; L5 of
@@ -104,7 +107,7 @@ constexpr bool complete(std::span<const Signal> table, System system) {
   for (const Signal& s : table) {
     const bool received = s.carrier_hz > 1e9 && s.chip_rate_hz > 0 && s.minimum_dbw < 0 && s.msm <= 32;
     if (s.system != system || s.name.empty() || s.code.size() != 2 || !received) return false;
-    if (s.sent_by == Block{} || s.group_delay == GroupDelay::Unstated) return false;
+    if (s.sent_by == SatelliteBlock{} || s.group_delay == GroupDelay::Unstated) return false;
   }
   return !table.empty();
 }
@@ -117,7 +120,7 @@ static_assert(std::max({std::size(kGps), std::size(kQzss), std::size(kGlonass), 
               "raise kMostSignals (up to 32, the bits of propagation::Path::signals)");
 
 struct BlockName {
-  Block block;
+  SatelliteBlock block;
   std::string_view name;
 };
 constexpr BlockName kBlockNames[]{
@@ -125,7 +128,7 @@ constexpr BlockName kBlockNames[]{
     {III, "GPS-III"}, {BeiDou2, "BeiDou-2"}, {BeiDou3, "BeiDou-3"},
 };
 
-constexpr bool overlap(Block a, Block b) {
+constexpr bool overlap(SatelliteBlock a, SatelliteBlock b) {
   return (static_cast<unsigned>(a) & static_cast<unsigned>(b)) != 0;
 }
 
@@ -134,26 +137,32 @@ constexpr bool overlap(Block a, Block b) {
 struct Change {
   int prn;
   int year, month, day;
-  Block block;
+  SatelliteBlock block;
 };
 constexpr Change kGpsBlocks[]{
-    {1, 2011, 7, 16, Block::IIF},    {2, 2004, 11, 6, Block::IIR},    {3, 2014, 10, 29, Block::IIF},
-    {4, 2018, 12, 23, Block::III},   {5, 2009, 8, 17, Block::IIRM},   {6, 2014, 5, 17, Block::IIF},
-    {7, 2008, 3, 15, Block::IIRM},   {8, 2015, 7, 15, Block::IIF},    {9, 2014, 8, 2, Block::IIF},
-    {10, 2015, 10, 31, Block::IIF},  {11, 1999, 10, 7, Block::IIR},   {11, 2021, 6, 17, Block::III},
-    {12, 2006, 11, 17, Block::IIRM}, {13, 1997, 7, 23, Block::IIR},   {14, 2000, 11, 10, Block::IIR},
-    {14, 2020, 11, 5, Block::III},   {15, 2007, 10, 17, Block::IIRM}, {16, 2003, 1, 29, Block::IIR},
-    {17, 2005, 9, 26, Block::IIRM},  {18, 2001, 1, 30, Block::IIR},   {18, 2019, 8, 22, Block::III},
-    {19, 2004, 3, 20, Block::IIR},   {20, 2000, 5, 11, Block::IIR},   {21, 2003, 3, 31, Block::IIR},
-    {22, 2003, 12, 21, Block::IIR},  {23, 2004, 6, 23, Block::IIR},   {23, 2020, 6, 30, Block::III},
-    {24, 2012, 10, 4, Block::IIF},   {25, 2010, 5, 28, Block::IIF},   {26, 2015, 3, 25, Block::IIF},
-    {27, 2013, 5, 15, Block::IIF},   {28, 2000, 7, 16, Block::IIR},   {28, 2023, 1, 18, Block::III},
-    {29, 2007, 12, 20, Block::IIRM}, {30, 2014, 2, 21, Block::IIF},   {31, 2006, 9, 25, Block::IIRM},
-    {32, 2016, 2, 5, Block::IIF},
+    {1, 2011, 7, 16, SatelliteBlock::IIF},    {2, 2004, 11, 6, SatelliteBlock::IIR},
+    {3, 2014, 10, 29, SatelliteBlock::IIF},   {4, 2018, 12, 23, SatelliteBlock::III},
+    {5, 2009, 8, 17, SatelliteBlock::IIRM},   {6, 2014, 5, 17, SatelliteBlock::IIF},
+    {7, 2008, 3, 15, SatelliteBlock::IIRM},   {8, 2015, 7, 15, SatelliteBlock::IIF},
+    {9, 2014, 8, 2, SatelliteBlock::IIF},     {10, 2015, 10, 31, SatelliteBlock::IIF},
+    {11, 1999, 10, 7, SatelliteBlock::IIR},   {11, 2021, 6, 17, SatelliteBlock::III},
+    {12, 2006, 11, 17, SatelliteBlock::IIRM}, {13, 1997, 7, 23, SatelliteBlock::IIR},
+    {14, 2000, 11, 10, SatelliteBlock::IIR},  {14, 2020, 11, 5, SatelliteBlock::III},
+    {15, 2007, 10, 17, SatelliteBlock::IIRM}, {16, 2003, 1, 29, SatelliteBlock::IIR},
+    {17, 2005, 9, 26, SatelliteBlock::IIRM},  {18, 2001, 1, 30, SatelliteBlock::IIR},
+    {18, 2019, 8, 22, SatelliteBlock::III},   {19, 2004, 3, 20, SatelliteBlock::IIR},
+    {20, 2000, 5, 11, SatelliteBlock::IIR},   {21, 2003, 3, 31, SatelliteBlock::IIR},
+    {22, 2003, 12, 21, SatelliteBlock::IIR},  {23, 2004, 6, 23, SatelliteBlock::IIR},
+    {23, 2020, 6, 30, SatelliteBlock::III},   {24, 2012, 10, 4, SatelliteBlock::IIF},
+    {25, 2010, 5, 28, SatelliteBlock::IIF},   {26, 2015, 3, 25, SatelliteBlock::IIF},
+    {27, 2013, 5, 15, SatelliteBlock::IIF},   {28, 2000, 7, 16, SatelliteBlock::IIR},
+    {28, 2023, 1, 18, SatelliteBlock::III},   {29, 2007, 12, 20, SatelliteBlock::IIRM},
+    {30, 2014, 2, 21, SatelliteBlock::IIF},   {31, 2006, 9, 25, SatelliteBlock::IIRM},
+    {32, 2016, 2, 5, SatelliteBlock::IIF},
 };
 
-Block gps_block(int prn, geodesy::GpsTime time) {
-  std::optional<Block> block;
+SatelliteBlock gps_block(int prn, geodesy::GpsTime time) {
+  std::optional<SatelliteBlock> block;
   for (const Change& change : kGpsBlocks) {
     if (change.prn != prn) continue;
     geodesy::CalendarTime day;
@@ -162,15 +171,15 @@ Block gps_block(int prn, geodesy::GpsTime time) {
     day.day = change.day;
     if (!block || time >= geodesy::gps_from_calendar(day)) block = change.block;
   }
-  return block.value_or(Block::III);
+  return block.value_or(SatelliteBlock::III);
 }
 
-Block block_at(SatelliteId id, geodesy::GpsTime time) {
+SatelliteBlock block_at(SatelliteId id, geodesy::GpsTime time) {
   if (id.system == System::GPS) return gps_block(id.number, time);
-  if (id.system != System::BeiDou) return Block::All;
+  if (id.system != System::BeiDou) return SatelliteBlock::All;
   // BDS-2 has the PRNs to 16, BDS-3 those from 19 (CSNO's constellation list).
-  if (id.number <= 16) return Block::BeiDou2;
-  return is_beidou_geo(id) ? Block::BeiDou3Geo : Block::BeiDou3;
+  if (id.number <= 16) return SatelliteBlock::BeiDou2;
+  return is_beidou_geo(id) ? SatelliteBlock::BeiDou3Geo : SatelliteBlock::BeiDou3;
 }
 
 }  // namespace
@@ -207,7 +216,7 @@ bool transmits(SatelliteId id, const Signal& signal, geodesy::GpsTime time) {
 }
 
 std::string_view block_of(SatelliteId id, geodesy::GpsTime time) {
-  const Block block = block_at(id, time);
+  const SatelliteBlock block = block_at(id, time);
   for (const BlockName& known : kBlockNames) {
     if (overlap(known.block, block)) return known.name;
   }

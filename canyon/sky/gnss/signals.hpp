@@ -25,7 +25,7 @@ enum class Modulation : std::uint8_t {
 [[nodiscard]] std::string_view name(Modulation modulation);
 
 /// Blocks and generations of satellites whose signals differ, one bit each.
-enum class Block : std::uint16_t {
+enum class SatelliteBlock : std::uint16_t {
   IIR = 1U << 0U,  ///< GPS
   IIRM = 1U << 1U,
   IIF = 1U << 2U,
@@ -35,8 +35,8 @@ enum class Block : std::uint16_t {
   BeiDou3Geo = 1U << 6U,  ///< geostationary
   All = 1U << 15U,        ///< satellites of the other systems, each
 };
-[[nodiscard]] constexpr Block operator|(Block a, Block b) {
-  return static_cast<Block>(static_cast<unsigned>(a) | static_cast<unsigned>(b));
+[[nodiscard]] constexpr SatelliteBlock operator|(SatelliteBlock a, SatelliteBlock b) {
+  return static_cast<SatelliteBlock>(static_cast<unsigned>(a) | static_cast<unsigned>(b));
 }
 
 /// Which parameter of the broadcast message makes a signal's group delay (group_delays_s()).
@@ -69,7 +69,7 @@ struct Signal {
   /// Power of what is tracked that the document promises at least [dBW], of a 0 dBic RHCP antenna near the
   /// ground and a satellite above 5 degrees.
   double minimum_dbw = 0;
-  Block sent_by = {};  ///< all blocks that send it; no row of a table may leave it empty
+  SatelliteBlock sent_by = {};  ///< all blocks that send it; no row of a table may leave it empty
   GroupDelay group_delay = GroupDelay::Unstated;
   /// Number in the signal mask of RTCM MSM (DF395; RTCM 10403.3, tables 3.5-91 to 3.5-108), 1 to 32; 0: none.
   std::uint8_t msm = 0;
@@ -103,7 +103,7 @@ inline constexpr double kL1_hz = 1575.42e6;
 /// "BeiDou-3"; its system's current one where the table does not know it; empty for other systems.
 [[nodiscard]] std::string_view block_of(SatelliteId id, geodesy::GpsTime time);
 
-/// Names of all blocks, in the order of Block.
+/// Names of all blocks, in the order of SatelliteBlock.
 [[nodiscard]] std::vector<std::string_view> block_names();
 /// Names of all signals, none twice, by system. @param only_received those that a receiver here tracks
 [[nodiscard]] std::vector<std::string_view> signal_names(bool only_received = false);

@@ -148,7 +148,7 @@ TEST(Signals, FollowTheFrequencyChannelOfGlonass) {
   }
 }
 
-// Block IIR sends C/A alone, IIR-M L2C too, IIF L5 too, III L1C too (IS-GPS-200, -705, -800).
+// SatelliteBlock IIR sends C/A alone, IIR-M L2C too, IIF L5 too, III L1C too (IS-GPS-200, -705, -800).
 TEST(Transmits, FollowsTheBlocksOfGps) {
   const auto sends = [](int prn, std::string_view name, geodesy::GpsTime time) {
     return transmits({System::GPS, static_cast<std::uint8_t>(prn)}, named(System::GPS, name), time);

@@ -12,7 +12,7 @@
 #include <set>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/sky/gnss/broadcast_messages.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/orbit/broadcast_sky.hpp"
 #include "canyon/sky/orbit/precise_sky.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"

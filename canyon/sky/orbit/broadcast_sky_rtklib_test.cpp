@@ -11,9 +11,10 @@
 #include <map>
 #include <memory>
 
-#include "canyon/sky/gnss/broadcast_messages.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/orbit/broadcast_sky.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
+#include "canyon/sky/rinex/navigation_writer.hpp"
 #include "tests/support/rinex_sample.hpp"
 #include "tests/support/rtklib.hpp"
 #include "tests/support/shared_data.hpp"

@@ -9,6 +9,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/sky/orbit/broadcast_sky.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
+#include "canyon/sky/rinex/navigation_writer.hpp"
 #include "tests/support/rinex_sample.hpp"
 
 namespace canyon::orbit {

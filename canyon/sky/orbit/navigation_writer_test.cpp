@@ -8,6 +8,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/sky/orbit/broadcast_sky.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
+#include "canyon/sky/rinex/navigation_writer.hpp"
 #include "tests/support/rinex_sample.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/temporary_folder.hpp"

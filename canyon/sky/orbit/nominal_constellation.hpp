@@ -32,7 +32,7 @@ inline constexpr double kMediumSolarFlux_sfu = 100;
 
 /// One slot of a nominal constellation: a circular orbit described in the rotating Earth, so that the repeat
 /// of its ground track does not depend on the difference of UT1 and GPST or on precession.
-struct Slot {
+struct OrbitSlot {
   gnss::SatelliteId id;
   geodesy::GpsTime epoch;        ///< of the two angles
   double semi_major_axis_m = 0;  ///< as published; the rate below is what the phase follows
@@ -49,6 +49,6 @@ struct Slot {
 /// Slots of a system in ascending order of satellite: GPS 24, GLONASS 24, Galileo 24, BeiDou 30, QZSS and
 /// SBAS none.
 /// Sources of each table stand in slot_tables.cpp and in docs/sky.md.
-[[nodiscard]] std::vector<Slot> nominal_slots(gnss::System system);
+[[nodiscard]] std::vector<OrbitSlot> nominal_slots(gnss::System system);
 
 }  // namespace canyon::orbit

@@ -14,6 +14,7 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/sky/orbit/broadcast_sky.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
+#include "canyon/sky/rinex/navigation_writer.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/shared_data.hpp"
 
@@ -154,8 +155,9 @@ TEST(NominalConstellation, GroundTracksRepeat) {
         Repeat{{gnss::System::BeiDou, 39}, 1, 1}}) {
     const auto first = sky.state(r.id, begin + 3600.0);
     ASSERT_TRUE(first);
-    const std::vector<Slot> slots = nominal_slots(r.id.system);
-    const auto slot = std::find_if(slots.begin(), slots.end(), [&](const Slot& s) { return s.id == r.id; });
+    const std::vector<OrbitSlot> slots = nominal_slots(r.id.system);
+    const auto slot =
+        std::find_if(slots.begin(), slots.end(), [&](const OrbitSlot& s) { return s.id == r.id; });
     const double nodal_day = 2 * geodesy::kPi / (slot->earth_rate - slot->node_rate);
     EXPECT_NEAR(nodal_day, 86'164.1, 10);
     const auto again = sky.state(r.id, begin + 3600.0 + r.days * nodal_day);

@@ -1,4 +1,4 @@
-#include "canyon/sky/orbit/sp3_file.hpp"
+#include "canyon/sky/orbit/precise_sky.hpp"
 
 #include <gtest/gtest.h>
 

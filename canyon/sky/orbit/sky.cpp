@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/input_error.hpp"
 
 namespace canyon::orbit {
@@ -27,6 +26,27 @@ double light_time(const SatelliteState& state, double tau0, const Eigen::Vector3
     tau = (rotate_earth(moved, tau) - receiver).norm() / geodesy::kSpeedOfLight;
   }
   return tau;
+}
+
+constexpr double kDistance_m = 20'200e3;  // GPS altitude
+constexpr std::size_t kMaxSatellites = 63;
+
+void check(std::size_t index, double azimuth_rad, double elevation_rad) {
+  constexpr double kRight = geodesy::kPi / 2;
+  if (!std::isfinite(azimuth_rad)) {
+    throw InputError(
+        fmt::format("frozen sky: azimuth {} of satellite {} is not a finite number", azimuth_rad, index + 1),
+        "give radians from north, clockwise");
+  }
+  // The condition is negated, so that NaN is refused; an angle of 1.5708 means the zenith.
+  if (!(elevation_rad >= 0 && elevation_rad <= kRight + 1e-5)) {
+    const bool degrees = elevation_rad > kRight && elevation_rad <= 90;
+    throw InputError(fmt::format("frozen sky: elevation {} of satellite {} is out of range{}", elevation_rad,
+                                 index + 1, degrees ? ", it looks like degrees" : ""),
+                     degrees ? fmt::format("give radians: {} deg is {:.6f}", elevation_rad,
+                                           geodesy::radians(elevation_rad))
+                             : std::string("it runs from 0 to pi/2 rad"));
+  }
 }
 
 }  // namespace
@@ -97,31 +117,6 @@ std::optional<LineOfSight> line_of_sight(const Sky& sky, gnss::SatelliteId id, g
                                          const Eigen::Vector3d& receiver_ecef) {
   return line_of_sight(sky, id, reception, Observer(receiver_ecef));
 }
-
-namespace {
-
-constexpr double kDistance_m = 20'200e3;  // GPS altitude
-constexpr std::size_t kMaxSatellites = 63;
-
-void check(std::size_t index, double azimuth_rad, double elevation_rad) {
-  constexpr double kRight = geodesy::kPi / 2;
-  if (!std::isfinite(azimuth_rad)) {
-    throw InputError(
-        fmt::format("frozen sky: azimuth {} of satellite {} is not a finite number", azimuth_rad, index + 1),
-        "give radians from north, clockwise");
-  }
-  // The condition is negated, so that NaN is refused; an angle of 1.5708 means the zenith.
-  if (!(elevation_rad >= 0 && elevation_rad <= kRight + 1e-5)) {
-    const bool degrees = elevation_rad > kRight && elevation_rad <= 90;
-    throw InputError(fmt::format("frozen sky: elevation {} of satellite {} is out of range{}", elevation_rad,
-                                 index + 1, degrees ? ", it looks like degrees" : ""),
-                     degrees ? fmt::format("give radians: {} deg is {:.6f}", elevation_rad,
-                                           geodesy::radians(elevation_rad))
-                             : std::string("it runs from 0 to pi/2 rad"));
-  }
-}
-
-}  // namespace
 
 FrozenSky::FrozenSky(const geodesy::Geodetic& place, const std::vector<double>& azimuth_rad,
                      const std::vector<double>& elevation_rad) {

@@ -10,6 +10,7 @@
 
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
+#include "canyon/sky/rinex/observation_reader.hpp"
 
 // Text logs of Android's GnssLogger: its LOGGING_FORMAT.md, and the documentation of android.location's
 // GnssMeasurement and GnssClock, whose values and bits the columns have.
@@ -101,5 +102,29 @@ class AndroidLog {
   std::vector<std::string_view> fields_;
   std::string device_, version_;
 };
+
+/// Reads the "Raw" lines of a text log of Android's GnssLogger as epochs of observations; SBAS and NavIC are
+/// left out. Sources: the documentation of android.location's GnssMeasurement and GnssClock; GSA, Using GNSS
+/// Raw Measurements on Android Devices (2017), 2.4.
+///
+/// An epoch is tagged with TimeNanos - (FullBiasNanos + BiasNanos). The bias is that of the epoch where the
+/// clock began and is held until HardwareClockDiscontinuityCount changes or the stated bias is 10 ms away:
+/// then the next epoch has power_failure. So tags, pseudoranges and phases hold the drift of the phone's
+/// oscillator, as those of a receiver that does not steer its clock.
+///
+/// Pseudorange: c (tag in the system's time - ReceivedSvTimeNanos), modulo what State leaves open: a week
+/// (time of week), a day (GLONASS), 6 s (subframe), 2 s (page, string), 0.6 s (subframe of BeiDou's D2) or
+/// 100 ms (secondary code of E1C). Without code lock a line is no observation; with a shorter span, with an
+/// ambiguous millisecond, or with a standard deviation above 500 ns it has no pseudorange. Resolution: 1 ns,
+/// 0.3 m. Carrier phase: AccumulatedDeltaRangeMeters over the wavelength where its state is valid and its
+/// standard deviation is 0.3 m or less; a reset or a cycle slip sets the loss-of-lock indicator, a half cycle
+/// that is reported as open its bit. Doppler: -PseudorangeRateMetersPerSecond over the wavelength, up to 10
+/// m/s of standard deviation. All refer to the tag, TimeOffsetNanos is taken off by the rate. Signals by
+/// CarrierFrequencyHz (near L1 without one) and CodeType (the signal's usual code without one).
+///
+/// Lines whose values are no numbers, or impossible, are counted in the report and left out. Throws
+/// InputError for a log without any "Raw" line, saying which it has.
+[[nodiscard]] RinexObservations read_android_observations(const std::filesystem::path& path,
+                                                          const ObservationOptions& options = {});
 
 }  // namespace canyon::rinex

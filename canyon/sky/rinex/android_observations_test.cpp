@@ -1,4 +1,4 @@
-#include "canyon/sky/rinex/observation_file.hpp"
+#include "canyon/sky/rinex/observation_reader.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

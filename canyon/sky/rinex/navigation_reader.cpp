@@ -11,7 +11,6 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/read_report.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/sky/gnss/broadcast_messages.hpp"
 #include "canyon/sky/rinex/fields.hpp"
 #include "canyon/sky/rinex/navigation_record.hpp"
 
@@ -64,7 +63,7 @@ class Reader {
                         "versions 2.x, 3.x and 4.x are read");
     }
     version_ = static_cast<int>(*version);
-    layout_ = version_ == 2 ? Layout::kVersion2 : Layout::kVersion3;
+    layout_ = version_ == 2 ? RecordLayout::kVersion2 : RecordLayout::kVersion3;
     const char type = first->size() > 20 ? (*first)[20] : ' ';
     const std::optional<gnss::System> of_type = version2_system(type);
     const bool known = type == 'N' || (version_ == 2 && of_type);
@@ -82,7 +81,7 @@ class Reader {
     read_header_lines();
     // RTKLIB writes 2.12 of Galileo and QZSS with version 3's records.
     if (const auto record = file_.peek_line(); record && gnss::parse_satellite(column(*record, 0, 3)))
-      layout_ = Layout::kVersion3;
+      layout_ = RecordLayout::kVersion3;
   }
 
   void read_header_lines() {
@@ -172,8 +171,8 @@ class Reader {
     return begins_satellite(line);
   }
   [[nodiscard]] bool begins_satellite(std::string_view line) const {
-    return layout_ == Layout::kVersion2 ? !trim(column(line, 0, 2)).empty()
-                                        : !line.empty() && line[0] != ' ' && line[0] != '>';
+    return layout_ == RecordLayout::kVersion2 ? !trim(column(line, 0, 2)).empty()
+                                              : !line.empty() && line[0] != ' ' && line[0] != '>';
   }
 
   void read_records() {
@@ -234,17 +233,17 @@ class Reader {
 
   void take_version2_or_3(const RawRecord& record) {
     const std::string_view first = record.lines.front();
-    if (layout_ == Layout::kVersion2) {
+    if (layout_ == RecordLayout::kVersion2) {
       const auto number = parse_integer(column(first, 0, 2));
       if (!number || *number < 1) {
         throw DamagedRecord{fmt::format("'{}' is not a satellite number", trim(column(first, 0, 2)))};
       }
       take(gnss::SatelliteId{version2_system_, static_cast<std::uint8_t>(*number)}, record,
-           Message::kUnnamed);
+           MessageName::kUnnamed);
       return;
     }
     if (other_system(first.substr(0, 3))) return pass_over_navic();
-    take(satellite(first), record, Message::kUnnamed);
+    take(satellite(first), record, MessageName::kUnnamed);
   }
 
   void take_version4(const RawRecord& record, bool tagged) {
@@ -290,7 +289,10 @@ class Reader {
       }
       return;
     }
-    take(id, record, type == "INAV" ? Message::kInav : type == "FNAV" ? Message::kFnav : Message::kUnnamed);
+    take(id, record,
+         type == "INAV"   ? MessageName::kInav
+         : type == "FNAV" ? MessageName::kFnav
+                          : MessageName::kUnnamed);
   }
 
   /// RINEX 4 ION: Klobuchar (LNAV, D1D2) and NeQuick-G (IFNV). False for models that Canyon does not keep.
@@ -300,7 +302,7 @@ class Reader {
     const bool nequick = type == "IFNV" && system == gnss::System::Galileo;
     if (!system || system == gnss::System::SBAS || (!klobuchar && !nequick)) return false;
     if (record.lines.empty()) throw DamagedRecord{"record has no lines"};
-    const Fields fields(record.lines, Layout::kVersion3);
+    const RecordFields fields(record.lines, RecordLayout::kVersion3);
     const auto value = [&fields](std::size_t i) {
       const auto coefficient = fields.at(i);
       if (!coefficient) throw DamagedRecord{"ionosphere coefficient is missing"};
@@ -322,7 +324,7 @@ class Reader {
     return *id;
   }
 
-  void take(gnss::SatelliteId id, const RawRecord& record, Message message) {
+  void take(gnss::SatelliteId id, const RawRecord& record, MessageName message) {
     const std::vector<std::string_view>& lines = record.lines;
     const auto [first, last] = satellite_numbers(id.system);
     if (id.number < first || id.number > last) {
@@ -362,7 +364,7 @@ class Reader {
   /// Whether a record, which is damaged, is of a system that the caller asks for, or of none that is known.
   [[nodiscard]] bool is_wanted(const RawRecord& record) const {
     std::optional<gnss::System> system = version2_system_;
-    if (layout_ == Layout::kVersion3) {
+    if (layout_ == RecordLayout::kVersion3) {
       const auto words = split_blanks(record.tag);
       const std::string_view satellite = words.size() > 1       ? words[1]
                                          : record.lines.empty() ? std::string_view()
@@ -404,7 +406,7 @@ class Reader {
   gnss::NavigationData data_;
   int version_ = 0;
   std::size_t navic_ = 0;  ///< records
-  Layout layout_ = Layout::kVersion3;
+  RecordLayout layout_ = RecordLayout::kVersion3;
   gnss::System version2_system_ = gnss::System::GPS;
   bool beidou_only_ = false;
   std::map<gnss::System, std::array<double, 4>> alpha_;

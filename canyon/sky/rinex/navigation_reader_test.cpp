@@ -1,4 +1,5 @@
 #include "canyon/sky/rinex/navigation_reader.hpp"
+#include "canyon/sky/rinex/navigation_writer.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -11,7 +12,7 @@
 #include <sstream>
 
 #include "canyon/base/geodesy/time_scales.hpp"
-#include "canyon/sky/gnss/broadcast_messages.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 #include "tests/support/observation_text.hpp"
 #include "tests/support/refusal.hpp"

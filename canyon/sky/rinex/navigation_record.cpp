@@ -24,9 +24,9 @@ constexpr double kWeek = 604'800;
 constexpr double kUnknown = 9e8;
 
 /// Fields with the range that the ICD's field can hold, rounded up.
-class CheckedFields : public Fields {
+class CheckedFields : public RecordFields {
  public:
-  using Fields::Fields;
+  using RecordFields::RecordFields;
 
   /// `otherwise` where blank.
   [[nodiscard]] double optional(std::size_t i, double otherwise = 0) const {
@@ -111,8 +111,8 @@ bool calls_unfit(const CheckedFields& f) {
 
 }  // namespace
 
-GpsTime parse_epoch(std::string_view line, Layout layout) {
-  const TimeColumns columns = layout == Layout::kVersion2
+GpsTime parse_epoch(std::string_view line, RecordLayout layout) {
+  const TimeColumns columns = layout == RecordLayout::kVersion2
                                   ? TimeColumns{{{2, 3}, {5, 3}, {8, 3}, {11, 3}, {14, 3}, {17, 5}}}
                                   : TimeColumns{{{4, 4}, {8, 3}, {11, 3}, {14, 3}, {17, 3}, {20, 3}}};
   if (const auto epoch = time_in(line, columns, "GPS")) return *epoch;
@@ -121,11 +121,11 @@ GpsTime parse_epoch(std::string_view line, Layout layout) {
       fmt::format("the epoch '{}' is not a date and a time", column(line, begin, end - begin))};
 }
 
-std::optional<double> Fields::at(std::size_t i) const {
+std::optional<double> RecordFields::at(std::size_t i) const {
   // The epoch takes the place of the first line's first value.
   const std::size_t line = (i + 1) / 4, place = (i + 1) % 4;
   if (line >= lines_.size()) return std::nullopt;
-  const std::size_t indent = layout_ == Layout::kVersion2 ? 3 : 4;
+  const std::size_t indent = layout_ == RecordLayout::kVersion2 ? 3 : 4;
   const std::string_view field = column(lines_[line], indent + place * kFieldWidth, kFieldWidth);
   if (trim(field).empty()) return std::nullopt;
   const auto value = parse_fortran(field);
@@ -135,8 +135,8 @@ std::optional<double> Fields::at(std::size_t i) const {
   return value;
 }
 
-void require_indentation(const std::vector<std::string_view>& lines, Layout layout) {
-  const std::size_t indent = layout == Layout::kVersion2 ? 3 : 4;
+void require_indentation(const std::vector<std::string_view>& lines, RecordLayout layout) {
+  const std::size_t indent = layout == RecordLayout::kVersion2 ? 3 : 4;
   for (std::size_t line = 1; line < lines.size(); ++line)
     if (!trim(column(lines[line], 0, indent)).empty())
       throw DamagedRecord{fmt::format("line {} of the record begins in its indentation", line + 1)};
@@ -154,7 +154,7 @@ std::size_t line_count(gnss::System system) {
 }
 
 gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id, const std::vector<std::string_view>& lines,
-                                    Layout layout, Message message) {
+                                    RecordLayout layout, MessageName message) {
   const CheckedFields f(lines, layout);
   const GpsTime toc = parse_epoch(lines.front(), layout);  // on the system's scale until the end
   constexpr double kTurn = 2 * geodesy::kPi;
@@ -209,8 +209,8 @@ gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id, const std::vector<std:
     sent = closest_in_cycle(toe, transmission, GpsTime::kSecondsPerWeek);
   }
 
-  if (message == Message::kInav && (e.data_sources & 0x300) == 0) e.data_sources |= 1 << 9;
-  if (message == Message::kFnav && (e.data_sources & 0x300) == 0) e.data_sources |= 1 << 8;
+  if (message == MessageName::kInav && (e.data_sources & 0x300) == 0) e.data_sources |= 1 << 9;
+  if (message == MessageName::kFnav && (e.data_sources & 0x300) == 0) e.data_sources |= 1 << 8;
 
   const std::chrono::seconds to_gpst(id.system == gnss::System::BeiDou ? geodesy::kBdtSecondsOffset : 0);
   e.toc = toc + to_gpst;
@@ -227,10 +227,10 @@ gnss::SignalDelays decode_signal_delays(gnss::SatelliteId id, const std::vector<
     throw DamagedRecord{fmt::format("{} record of {} has {} lines where {} belong", type, to_string(id),
                                     lines.size(), needed)};
   }
-  const CheckedFields f(lines, Layout::kVersion3);
+  const CheckedFields f(lines, RecordLayout::kVersion3);
   gnss::SignalDelays delays;
   delays.id = id;
-  delays.toc = parse_epoch(lines.front(), Layout::kVersion3);
+  delays.toc = parse_epoch(lines.front(), RecordLayout::kVersion3);
   if (!gps) delays.toc = delays.toc + std::chrono::seconds(geodesy::kBdtSecondsOffset);
   delays.group_delay_s.fill(std::numeric_limits<double>::infinity());
   constexpr double kLargest_s = 1e-6;
@@ -260,7 +260,7 @@ gnss::SignalDelays decode_signal_delays(gnss::SatelliteId id, const std::vector<
 }
 
 gnss::GlonassEphemeris decode_glonass(gnss::SatelliteId id, const std::vector<std::string_view>& lines,
-                                      Layout layout) {
+                                      RecordLayout layout) {
   const CheckedFields f(lines, layout);
   const GpsTime utc = parse_epoch(lines.front(), layout);  // UTC, its date taken as if GPST
 
@@ -280,7 +280,7 @@ gnss::GlonassEphemeris decode_glonass(gnss::SatelliteId id, const std::vector<st
   if (std::abs(f.optional(16)) < kUnknown) e.group_delay_difference_s = f.optional(16, "group delay", 1e-6);
   if (e.health == 0 && calls_unfit(f)) e.health = 1;
 
-  // Message frame time: seconds of the UTC day (RINEX 2) or week (RINEX 3); the day suffices, since a
+  // MessageName frame time: seconds of the UTC day (RINEX 2) or week (RINEX 3); the day suffices, since a
   // message is sent within hours of its tb.
   GpsTime sent = utc;
   const double frame_time = f.optional(2, kUnknown);
@@ -294,7 +294,7 @@ gnss::GlonassEphemeris decode_glonass(gnss::SatelliteId id, const std::vector<st
 }
 
 gnss::SbasEphemeris decode_sbas(gnss::SatelliteId id, const std::vector<std::string_view>& lines,
-                                Layout layout) {
+                                RecordLayout layout) {
   const CheckedFields f(lines, layout);
   gnss::SbasEphemeris e;
   e.id = id;

@@ -1,4 +1,5 @@
-// Declared in canyon/sky/rinex/navigation_reader.hpp.
+#include "canyon/sky/rinex/navigation_writer.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +8,6 @@
 
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/output_file.hpp"
-#include "canyon/sky/rinex/navigation_reader.hpp"
 
 // RINEX 3.04, tables A5 to A16. Values carry 13 significant digits: what was read from RINEX comes back
 // exactly, a computed orbit (nominal constellations) within 0.1 mm and 1e-15 s of the original.

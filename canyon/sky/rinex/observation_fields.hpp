@@ -20,11 +20,11 @@ namespace canyon::rinex {
 /// Nothing but spaces, or nothing.
 [[nodiscard]] bool is_blank(std::string_view text);
 
-enum class Field : std::uint8_t { Blank, Number, Bad };
+enum class ObservationField : std::uint8_t { Blank, Number, Bad };
 /// A number between spaces. Digits with one point, as RINEX writes numbers, are exact to the last bit up to
 /// 15 digits, being the quotient of two integers that doubles hold; anything else is parse_double()'s.
 /// `value` is set for Number only.
-[[nodiscard]] Field parse_field(std::string_view text, double& value);
+[[nodiscard]] ObservationField parse_field(std::string_view text, double& value);
 
 /// Kinds of observations: pseudorange, phase, Doppler, C/N0.
 inline constexpr std::string_view kObservationKinds = "CLDS";

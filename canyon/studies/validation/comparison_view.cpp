@@ -219,7 +219,7 @@ class ComparisonView {
   const Comparison& comparison_;
   const std::filesystem::path& folder_;
   std::set<gnss::SatelliteId> ids_;
-  Header header_;
+  ViewHeader header_;
 };
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/city/buildings/sources/model_readers.hpp"
+#include "canyon/city/buildings/sources/city_files.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
 #include "tests/support/cityjson_house.hpp"

@@ -1,4 +1,5 @@
-// Declared in canyon/city/buildings/sources/model_readers.hpp.
+#include "canyon/city/buildings/sources/city_files.hpp"
+
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
@@ -10,16 +11,16 @@
 #include <set>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
+#include "canyon/city/buildings/sources/cityjson_reader.hpp"
 #include "canyon/city/buildings/sources/gdal.hpp"
 #include "canyon/city/buildings/sources/gml_document.hpp"
+#include "canyon/city/buildings/sources/gml_objects.hpp"
 #include "canyon/city/buildings/sources/model_kind.hpp"
-#include "canyon/city/buildings/sources/model_readers.hpp"
 
 namespace canyon::buildings {
 namespace {

@@ -1,4 +1,4 @@
-#include "canyon/city/buildings/sources/model_readers.hpp"
+#include "canyon/city/buildings/sources/city_files.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
-// Declared in canyon/city/buildings/sources/model_readers.hpp.
-#include "canyon/city/buildings/sources/model_readers.hpp"
+#include "canyon/city/buildings/sources/cityjson_reader.hpp"
 
 #include <fmt/format.h>
 
@@ -15,7 +14,6 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/read_report.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/base/text_file.hpp"
 
 namespace canyon::buildings {
 namespace {

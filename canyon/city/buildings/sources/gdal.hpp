@@ -100,12 +100,14 @@ class Quiet {
 };
 
 /// While it lives, an option of GDAL's has a value on this thread.
-class Option {
+class ThreadOption {
  public:
-  Option(const char* name, const char* value) : name_(name) { CPLSetThreadLocalConfigOption(name, value); }
-  ~Option() { CPLSetThreadLocalConfigOption(name_, nullptr); }
-  Option(const Option&) = delete;
-  Option& operator=(const Option&) = delete;
+  ThreadOption(const char* name, const char* value) : name_(name) {
+    CPLSetThreadLocalConfigOption(name, value);
+  }
+  ~ThreadOption() { CPLSetThreadLocalConfigOption(name_, nullptr); }
+  ThreadOption(const ThreadOption&) = delete;
+  ThreadOption& operator=(const ThreadOption&) = delete;
 
  private:
   const char* name_;

@@ -5,13 +5,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
 #include <exception>
 #include <iterator>
 #include <limits>
-#include <memory>
 #include <optional>
-#include <set>
 #include <type_traits>
 #include <utility>
 

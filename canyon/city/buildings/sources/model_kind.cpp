@@ -1,12 +1,10 @@
 #include "canyon/city/buildings/sources/model_kind.hpp"
 
 #include <algorithm>
-#include <string>
 
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/base/utf8.hpp"
 
 namespace canyon::buildings {
 

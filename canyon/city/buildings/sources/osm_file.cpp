@@ -1,4 +1,5 @@
-// Declared in canyon/city/buildings/sources/osm_objects.hpp.
+#include "canyon/city/buildings/sources/osm_file.hpp"
+
 // The only file that reads OSM formats: libosmium's readers, and their errors turned into InputError.
 #include "canyon/city/buildings/sources/osm_objects.hpp"
 
@@ -10,7 +11,6 @@
 #include <fstream>
 #include <map>
 #include <new>
-#include <optional>
 #include <osmium/io/any_compression.hpp>
 #include <osmium/io/file.hpp>
 #include <osmium/io/pbf_input.hpp>
@@ -18,7 +18,6 @@
 #include <osmium/io/xml_input.hpp>
 #include <osmium/osm.hpp>
 #include <set>
-#include <stdexcept>
 #include <string_view>
 #include <utility>
 
@@ -27,7 +26,6 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
-#include "canyon/base/utf8.hpp"
 
 namespace canyon::buildings {
 

@@ -2,15 +2,10 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <optional>
-#include <osmium/osm/entity_bits.hpp>
-#include <osmium/osm/object.hpp>
 #include <string>
 #include <string_view>
-#include <unordered_map>
-#include <utility>
 #include <vector>
 
 #include "canyon/city/buildings/sources/map_data.hpp"
@@ -86,39 +81,5 @@ struct OsmObjects {
 /// Throws InputError, as read_osm().
 [[nodiscard]] OsmObjects read_osm_objects(const std::vector<std::filesystem::path>& paths,
                                           const OsmReadOptions& options);
-
-/// The ring of a closed way: last point and points repeated in a row taken out. Empty where the way is not
-/// closed or has fewer than three corners; `problem` says which.
-[[nodiscard]] MapRing ring_of(const OsmWay& way, std::string& problem);
-
-/// Members that bound a multipolygon, as ways whose places are known, with their roles.
-using RingMembers = std::vector<std::pair<const OsmWay*, std::string>>;
-
-/// Polygons of a multipolygon relation by libosmium's area assembler: open ways are joined, roles decided by
-/// the geometry. Where rings cross each other or themselves, closed member ways are taken by their roles as
-/// they are (repair() makes the best of them) and `note` says so. Empty where neither works; `note` says why.
-[[nodiscard]] std::vector<MapPolygon> assemble(OsmId id, const RingMembers& members, std::string& note);
-
-/// True where polygons, line and box have a point in common (borders included; in degrees as if on a plane).
-[[nodiscard]] bool touches(const MapFeature& feature, const LonLatBox& box);
-
-// Private to osm_objects.cpp.
-/// A file of OpenStreetMap, or its text where that had to be changed for libosmium.
-struct OsmFile {
-  std::filesystem::path path;
-  std::string format;
-  std::optional<std::string> text;
-};
-
-/// Tells the format by the content. Throws InputError for what is not OpenStreetMap's, and for a download
-/// that Overpass gave up.
-[[nodiscard]] OsmFile open_osm_file(const std::filesystem::path& path);
-
-using UseOsmObject = std::function<void(const osmium::OSMObject&)>;
-/// Calls `use` with each object of the kinds `bits` in each file, those that are not visible among them; ids
-/// and references below zero as OsmId says.
-/// Throws InputError for a file that is damaged or of another version.
-void for_each_object(const std::vector<OsmFile>& files, osmium::osm_entity_bits::type bits,
-                     const UseOsmObject& use);
 
 }  // namespace canyon::buildings

@@ -17,14 +17,13 @@
 #include "canyon/base/text.hpp"
 #include "canyon/city/buildings/sources/gdal.hpp"
 #include "canyon/city/buildings/sources/geoid.hpp"
-#include "canyon/city/buildings/sources/map_data.hpp"
 
 namespace canyon::buildings {
 namespace {
 
 /// The files beside a raster, and those that it names, are none of the web's.
-struct NoServers : gdal::Option {
-  NoServers() : Option("CPL_VSIL_CURL_ALLOWED_FILENAME", "none") {}
+struct NoServers : gdal::ThreadOption {
+  NoServers() : ThreadOption("CPL_VSIL_CURL_ALLOWED_FILENAME", "none") {}
 };
 
 /// Metres of one unit of a band (GDALRasterBand::GetUnitType); empty where the band names none.
@@ -100,10 +99,10 @@ void Raster::Impl::open() {
   std::filesystem::is_directory(path, ignored) ? InputFiles::current().add(path) : check_input_file(path);
   const gdal::Quiet quiet;
   // Without it some drivers drop the vertical part of the reference system.
-  const gdal::Option geotiff("GTIFF_REPORT_COMPD_CS", "YES");
-  const gdal::Option others("REPORT_COMPD_CS", "YES");
+  const gdal::ThreadOption geotiff("GTIFF_REPORT_COMPD_CS", "YES");
+  const gdal::ThreadOption others("REPORT_COMPD_CS", "YES");
   // Whole numbers have no NaN: GDAL would read 0.
-  const gdal::Option ascii("AAIGRID_DATATYPE", "Float64");
+  const gdal::ThreadOption ascii("AAIGRID_DATATYPE", "Float64");
   dataset.reset(GDALOpenEx(path.string().c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
                            kDrivers.data(), nullptr, nullptr));
   if (!dataset) {

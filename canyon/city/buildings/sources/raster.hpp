@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "canyon/city/buildings/sources/map_data.hpp"
 #include "canyon/city/buildings/sources/terrain.hpp"

@@ -1,4 +1,3 @@
-#include "canyon/city/buildings/sources/tin.hpp"
 
 #include <gtest/gtest.h>
 

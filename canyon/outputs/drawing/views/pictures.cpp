@@ -1,4 +1,5 @@
 #include "canyon/outputs/drawing/views/pictures.hpp"
+#include "canyon/outputs/drawing/views/timeline_picture.hpp"
 
 #include <fmt/format.h>
 
@@ -283,16 +284,6 @@ class Pictures final : public simulation::EpochSink {
   bool finished_ = false;
 };
 
-}  // namespace
-
-std::unique_ptr<simulation::EpochSink> make_pictures(const simulation::Simulation& simulation,
-                                                     const std::filesystem::path& folder,
-                                                     std::size_t receiver, const std::atomic<bool>* stop) {
-  return std::make_unique<Pictures>(simulation, folder, receiver, stop);
-}
-
-namespace {
-
 using samples::CorrelationSeries;
 
 constexpr double kWidth = 1000, kHeight = 830, kLeft = 74, kRight = 30;
@@ -432,6 +423,12 @@ void draw_instant(Canvas& canvas, const CorrelationSeries& series, const trackin
 }
 
 }  // namespace
+
+std::unique_ptr<simulation::EpochSink> make_pictures(const simulation::Simulation& simulation,
+                                                     const std::filesystem::path& folder,
+                                                     std::size_t receiver, const std::atomic<bool>* stop) {
+  return std::make_unique<Pictures>(simulation, folder, receiver, stop);
+}
 
 Picture draw_correlation(const CorrelationSeries& series, const tracking::Correlation& shape) {
   const std::string title =

@@ -1,4 +1,5 @@
 #include "canyon/outputs/drawing/views/pictures.hpp"
+#include "canyon/outputs/drawing/views/timeline_picture.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -63,7 +63,7 @@ void draw_sky_grid(Canvas& canvas, const SkyLens& lens, double elevation_mask_ra
          .colour = cardinal ? kInk : kFaintInk,
          .bold = cardinal,
          .align = Align::Centre,
-         .level = Level::Middle});
+         .level = TextLevel::Middle});
   }
   canvas.circle(lens.centre, lens.radius, {}, Stroke{kInk, 1.4});
   for (const int elevation_deg : {30, 60}) {
@@ -72,7 +72,7 @@ void draw_sky_grid(Canvas& canvas, const SkyLens& lens, double elevation_mask_ra
                 {.size = 10.5,
                  .colour = kFaintInk,
                  .align = Align::Centre,
-                 .level = Level::Middle,
+                 .level = TextLevel::Middle,
                  .halo = 2,
                  .halo_colour = kPaper.with_alpha(0.7)});
   }
@@ -158,7 +158,7 @@ std::size_t SkyLabels::add_mark(const Point& at, double half_size) {
 void SkyLabels::draw(Canvas& canvas, const Point& at, std::size_t own, const std::string& text,
                      TextStyle style) {
   style.align = Align::Centre;
-  style.level = Level::Middle;
+  style.level = TextLevel::Middle;
   const double width = canvas.text_width(text, style);
   const double height = 1.12 * style.size;
   const double side = 0.5 * width + 13;

@@ -14,7 +14,6 @@
 #include "canyon/base/options/values.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/outputs/drawing/views/sky_marks.hpp"
-#include "canyon/outputs/drawing/views/sky_render.hpp"
 
 namespace canyon::drawing {
 namespace {
@@ -32,12 +31,12 @@ constexpr double kSkyHeight = 836;
 /// Says on the picture itself how it differs from a map.
 void draw_fisheye_notes(Canvas& canvas, const Point& at) {
   canvas.text(at, fmt::format("lines on walls: every {:g} m", kWallLines_m),
-              {.size = 12, .level = Level::Middle});
+              {.size = 12, .level = TextLevel::Middle});
   canvas.text({at.x, at.y + 18}, "of height above the antenna",
-              {.size = 10.5, .colour = kFaintInk, .level = Level::Middle});
+              {.size = 10.5, .colour = kFaintInk, .level = TextLevel::Middle});
   canvas.text({at.x, at.y + 56}, "Looking up", {.size = 13, .bold = true});
-  canvas.text({at.x, at.y + 78}, "north up: east is LEFT,", {.size = 12, .level = Level::Middle});
-  canvas.text({at.x, at.y + 96}, "west is RIGHT", {.size = 12, .level = Level::Middle});
+  canvas.text({at.x, at.y + 78}, "north up: east is LEFT,", {.size = 12, .level = TextLevel::Middle});
+  canvas.text({at.x, at.y + 96}, "west is RIGHT", {.size = 12, .level = TextLevel::Middle});
 }
 
 /// Writes across the disc why nothing is received.
@@ -47,7 +46,7 @@ void draw_placement(Canvas& canvas, raytrace::Placement placement) {
       "antenna {}: no signal",
       placement == raytrace::Placement::InsideBuilding ? "inside a building" : "under the terrain");
   const TextStyle style{
-      .size = 15, .colour = kVermilion, .bold = true, .align = Align::Centre, .level = Level::Middle};
+      .size = 15, .colour = kVermilion, .bold = true, .align = Align::Centre, .level = TextLevel::Middle};
   const double width = canvas.text_width(text, style) + 36;
   const Point at{kCentre.x, kCentre.y + 0.45 * kRadius};
   canvas.rectangle({at.x - 0.5 * width, at.y - 17, width, 34}, kPaper, Stroke{kVermilion, 1.6});
@@ -64,18 +63,18 @@ void draw_legend(Canvas& canvas, const SkyDrawing& drawing, bool fisheye) {
                                      [&](const SkySatellite& s) { return s.now.visibility == visibility; });
     draw_satellite_mark(canvas, {x + 10, y}, visibility);
     canvas.text({x + 30, y}, std::string(propagation::name(visibility)),
-                {.size = 12, .level = Level::Middle});
+                {.size = 12, .level = TextLevel::Middle});
     canvas.text({x + 172, y}, fmt::format("{}", count),
-                {.size = 12, .align = Align::Right, .level = Level::Middle});
+                {.size = 12, .align = Align::Right, .level = TextLevel::Middle});
     y += 25;
   }
   if (drawing.has_fix) {
     const auto used = std::count_if(drawing.satellites.begin(), drawing.satellites.end(),
                                     [](const SkySatellite& s) { return s.used; });
-    canvas.text({x, y}, "G05", {.size = 12, .bold = true, .level = Level::Middle});
-    canvas.text({x + 36, y}, "used in the fix", {.size = 12, .level = Level::Middle});
+    canvas.text({x, y}, "G05", {.size = 12, .bold = true, .level = TextLevel::Middle});
+    canvas.text({x + 36, y}, "used in the fix", {.size = 12, .level = TextLevel::Middle});
     canvas.text({x + 172, y}, fmt::format("{}", used),
-                {.size = 12, .align = Align::Right, .level = Level::Middle});
+                {.size = 12, .align = Align::Right, .level = TextLevel::Middle});
     y += 25;
   }
   if (fisheye) {
@@ -91,11 +90,11 @@ void draw_legend(Canvas& canvas, const SkyDrawing& drawing, bool fisheye) {
         continue;
       }
       draw_reflection_mark(canvas, {x + 10, y}, Visibility::NLOS, kind);
-      canvas.text({x + 30, y}, text, {.size = 12, .level = Level::Middle});
+      canvas.text({x + 30, y}, text, {.size = 12, .level = TextLevel::Middle});
       y += 18;
     }
     canvas.text({x + 30, y}, "+34 m: longer by this",
-                {.size = 10.5, .colour = kFaintInk, .level = Level::Middle});
+                {.size = 10.5, .colour = kFaintInk, .level = TextLevel::Middle});
     y += 25;
   }
   y += 19;
@@ -105,7 +104,7 @@ void draw_legend(Canvas& canvas, const SkyDrawing& drawing, bool fisheye) {
   if (!drawing.mask.azimuths.empty()) {
     canvas.rectangle({x, y - 8, 20, 15}, fisheye ? kSkyWall : kSkySilhouette, Stroke{kFaintInk, 0.6});
     canvas.text({x + 30, y}, fmt::format("hidden ({:.0f} %)", 100 * drawing.mask.hidden_share()),
-                {.size = 12, .level = Level::Middle});
+                {.size = 12, .level = TextLevel::Middle});
     y += 25;
   }
   if (drawing.elevation_mask_rad > 0) {
@@ -113,13 +112,13 @@ void draw_legend(Canvas& canvas, const SkyDrawing& drawing, bool fisheye) {
     canvas.text(
         {x + 30, y},
         fmt::format("mask {:g}\u00B0", std::round(geodesy::degrees(drawing.elevation_mask_rad) * 10) / 10),
-        {.size = 12, .level = Level::Middle});
+        {.size = 12, .level = TextLevel::Middle});
     y += 25;
   }
   if (std::any_of(drawing.satellites.begin(), drawing.satellites.end(),
                   [](const SkySatellite& s) { return !s.trails.empty(); })) {
     canvas.polyline({{x, y}, {x + 20, y}}, {colour_of(Visibility::LOS), 2.6});
-    canvas.text({x + 30, y}, drawing.trail_meaning, {.size = 12, .level = Level::Middle});
+    canvas.text({x + 30, y}, drawing.trail_meaning, {.size = 12, .level = TextLevel::Middle});
     y += 25;
   }
   if (fisheye) draw_fisheye_notes(canvas, {x, y});
@@ -207,6 +206,10 @@ std::function<void(Canvas&)> chart(const SkyDrawing& drawing) {
   };
 }
 
+constexpr int kElevationSteps = 180;
+constexpr double kElevationStep_rad = 0.5 * geodesy::kPi / kElevationSteps;
+constexpr int kBisections = 5;
+
 }  // namespace
 
 void SkySheet::validate() const {
@@ -251,14 +254,6 @@ std::string draw_fisheye(const SkyDrawing& drawing, const SkySurroundings& surro
     });
   });
 }
-
-namespace {
-
-constexpr int kElevationSteps = 180;
-constexpr double kElevationStep_rad = 0.5 * geodesy::kPi / kElevationSteps;
-constexpr int kBisections = 5;
-
-}  // namespace
 
 bool SkyMask::hidden(double azimuth_rad, double elevation_rad) const {
   if (azimuths.empty()) return false;

@@ -5,12 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <functional>
 #include <vector>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/base/geodesy/frames.hpp"
 #include "canyon/city/city.hpp"
 
 namespace canyon::drawing {

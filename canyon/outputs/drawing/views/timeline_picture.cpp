@@ -1,4 +1,5 @@
-// Declared in canyon/outputs/drawing/views/pictures.hpp.
+#include "canyon/outputs/drawing/views/timeline_picture.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,9 +9,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/statistics.hpp"
-#include "canyon/outputs/drawing/canvas.hpp"
 #include "canyon/outputs/drawing/plot.hpp"
-#include "canyon/outputs/drawing/views/pictures.hpp"
 
 namespace canyon::drawing {
 namespace {
@@ -117,7 +116,7 @@ class Timeline {
       const std::string label =
           more ? fmt::format("{} and {} more", fault.name, drawing_.faults.size() - kMostFaultRows)
                : fault.name;
-      canvas.text({row.right() + 22, row.centre().y}, label, {.size = 11, .level = Level::Middle});
+      canvas.text({row.right() + 22, row.centre().y}, label, {.size = 11, .level = TextLevel::Middle});
       row.y += kFaultRow;
     }
   }
@@ -127,14 +126,14 @@ class Timeline {
       const double y = area.bottom() - area.height * scale.at(tick);
       canvas.segments({{{area.x, y}, {area.right(), y}}}, {kInk.with_alpha(0.12), 0.8});
       canvas.text({area.x - 8, y}, tick_label(tick),
-                  {.size = 11, .colour = kFaintInk, .align = Align::Right, .level = Level::Middle});
+                  {.size = 11, .colour = kFaintInk, .align = Align::Right, .level = TextLevel::Middle});
     }
   }
 
   void draw_label(Canvas& canvas, const Rect& area, const std::string& label) const {
     canvas.text(
         {area.x - 56, area.centre().y}, label,
-        {.size = 12.5, .align = Align::Centre, .level = Level::Middle, .angle_rad = -0.5 * geodesy::kPi});
+        {.size = 12.5, .align = Align::Centre, .level = TextLevel::Middle, .angle_rad = -0.5 * geodesy::kPi});
   }
 
   struct Series {
@@ -288,10 +287,10 @@ class Timeline {
       if (std::fmod(step, 60) != 0) label += fmt::format(":{:02}", at.second);
       if (step < 1) label += fmt::format(".{}", at.nanosecond / 100'000'000);
       canvas.text({x, below.bottom() + 10}, label,
-                  {.size = 11, .colour = kFaintInk, .align = Align::Centre, .level = Level::Top});
+                  {.size = 11, .colour = kFaintInk, .align = Align::Centre, .level = TextLevel::Top});
     }
     canvas.text({below.centre().x, below.bottom() + 32}, "UTC",
-                {.size = 12, .align = Align::Centre, .level = Level::Top});
+                {.size = 12, .align = Align::Centre, .level = TextLevel::Top});
   }
 
   /// Draws a label beside an area, at this distance below its upper edge.
@@ -299,7 +298,7 @@ class Timeline {
                           const std::string& label) {
     const double x = area.right() + 22, y = area.y + below;
     canvas.rectangle({x, y - 7, 18, 14}, colour, Stroke{kFaintInk, 0.6});
-    canvas.text({x + 26, y}, label, {.size = 12, .level = Level::Middle});
+    canvas.text({x + 26, y}, label, {.size = 12, .level = TextLevel::Middle});
   }
 
   void draw_legend(Canvas& canvas, const Rect& error, const Rect& satellites) const {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/base/distribution.hpp"
+#include "canyon/base/statistics.hpp"
 #include "canyon/city/fwd.hpp"
 #include "canyon/outputs/drawing/canvas.hpp"
 #include "canyon/outputs/drawing/plot.hpp"

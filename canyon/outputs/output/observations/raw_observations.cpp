@@ -1,10 +1,6 @@
 #include "canyon/outputs/output/observations/raw_observations.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <utility>
-
-#include "canyon/base/geodesy/constants.hpp"
 
 namespace canyon::output {
 

@@ -70,7 +70,4 @@ inline constexpr std::array kBlocks{
 /// The number of that block; 0 for systems without one.
 [[nodiscard]] std::uint16_t message_number(gnss::System system);
 
-/// MeasEpoch's body.
-[[nodiscard]] std::string meas_epoch(const DeviceEpoch& epoch);
-
 }  // namespace canyon::output::sbf

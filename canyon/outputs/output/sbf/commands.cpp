@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <utility>
 
 #include "canyon/base/text.hpp"
 #include "canyon/outputs/output/sbf/block.hpp"
@@ -97,7 +96,7 @@ std::string names_of(const std::set<std::uint16_t>& blocks) {
 
 }  // namespace
 
-std::string Commands::receive(std::string_view bytes, std::int64_t now_ms) {
+std::string SbfCommands::receive(std::string_view bytes, std::int64_t now_ms) {
   std::string answers;
   for (const char c : bytes) {
     if (c == '\r' || c == '\n') {
@@ -112,7 +111,7 @@ std::string Commands::receive(std::string_view bytes, std::int64_t now_ms) {
   return answers;
 }
 
-std::string Commands::execute(std::string_view line, std::int64_t now_ms) {
+std::string SbfCommands::execute(std::string_view line, std::int64_t now_ms) {
   constexpr std::string_view kAttention = "SSSSSSSSSS";  // asks for the command line
   if (line.empty()) return prompt();
   if (line.starts_with(kAttention) && line.find_first_not_of('S') == std::string_view::npos) {
@@ -142,7 +141,7 @@ std::string Commands::execute(std::string_view line, std::int64_t now_ms) {
   return accepted(line, settings);
 }
 
-std::string Commands::sbf_output(const std::vector<std::string>& words) {
+std::string SbfCommands::sbf_output(const std::vector<std::string>& words) {
   const std::string stream = word(words, 1), pace = lower_case(word(words, 4));
   const bool all = lower_case(stream) == "all";
   if (!all && stream.empty()) return "$R? setSBFOutput: Argument 'Stream' is invalid!";
@@ -157,7 +156,7 @@ std::string Commands::sbf_output(const std::vector<std::string>& words) {
                      changed.on ? fmt::format("msec{}", changed.interval_ms) : "off");
 }
 
-std::string Commands::com_settings(const std::vector<std::string>& words) {
+std::string SbfCommands::com_settings(const std::vector<std::string>& words) {
   const std::string rate = lower_case(word(words, 2));
   if (rate.empty()) return {};
   const auto baud =
@@ -167,7 +166,7 @@ std::string Commands::com_settings(const std::vector<std::string>& words) {
   return fmt::format("COMSettings, {}, baud{}, bits8, No, bit1, none", word(words, 1), *baud);
 }
 
-std::string Commands::reset_receiver(const std::vector<std::string>& words) {
+std::string SbfCommands::reset_receiver(const std::vector<std::string>& words) {
   const std::string level = lower_case(word(words, 1)), erased = lower_case(word(words, 2));
   if (level != "soft" && level != "hard") return "$R? exeResetReceiver: Argument 'Level' is invalid!";
   const bool satellites = erased.find("satdata") != std::string::npos || erased == "all";
@@ -175,7 +174,7 @@ std::string Commands::reset_receiver(const std::vector<std::string>& words) {
   return fmt::format("ResetReceiver, {}, {}", word(words, 1), word(words, 2));
 }
 
-std::optional<std::int64_t> Commands::interval_ms(std::uint16_t block) const {
+std::optional<std::int64_t> SbfCommands::interval_ms(std::uint16_t block) const {
   std::optional<std::int64_t> interval;
   for (const auto& [name, stream] : streams_) {
     if (!stream.on || stream.blocks.count(block) == 0) continue;
@@ -184,7 +183,7 @@ std::optional<std::int64_t> Commands::interval_ms(std::uint16_t block) const {
   return interval;
 }
 
-bool Commands::is_due(std::uint16_t block, std::int64_t epoch_ms) {
+bool SbfCommands::is_due(std::uint16_t block, std::int64_t epoch_ms) {
   if (first_.empty()) return true;
   if (epoch_ms < quiet_until_ms_) return false;
   const std::optional<std::int64_t> interval = interval_ms(block);

@@ -16,7 +16,7 @@ namespace canyon::output::sbf {
 /// The command line of one connection of a Septentrio receiver (PolaRx5TR Reference Guide, chapter 3), as
 /// drivers use it: which blocks come how often, the line's speed, restarts. Other commands of the guide are
 /// acknowledged and have no effect, since the scenario defines the receiver; unknown ones are refused.
-class Commands {
+class SbfCommands {
  public:
   static constexpr std::int64_t kQuiet_ms = 1500;
   static constexpr std::size_t kMostLine = 1024;  ///< longer lines are left out

@@ -11,12 +11,12 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-std::string tell(Commands& commands, std::string_view bytes) {
+std::string tell(SbfCommands& commands, std::string_view bytes) {
   return commands.receive(bytes, 0);
 }
 
 TEST(SbfCommands, AreAnsweredAsTheReceiverDoes) {
-  Commands commands;
+  SbfCommands commands;
   EXPECT_EQ(tell(commands, "\n\r"), "COM1>COM1>");
   EXPECT_EQ(tell(commands, "SSSSSSSSSS\n"), "COM1>");
   EXPECT_EQ(tell(commands, "setDataInOut, COM1, Auto, SBF\n"), "$R: setDataInOut, COM1, Auto, SBF\r\nCOM1>");
@@ -30,7 +30,7 @@ TEST(SbfCommands, AreAnsweredAsTheReceiverDoes) {
 }
 
 TEST(SbfCommands, OutputIsAllUntilItIsChosen) {
-  Commands commands;
+  SbfCommands commands;
   EXPECT_TRUE(commands.is_due(kDop.number, 0));
   EXPECT_TRUE(commands.sends(kGpsRawCa.number));
   (void)tell(commands, "\n\xD3...");
@@ -63,7 +63,7 @@ TEST(SbfCommands, OutputIsAllUntilItIsChosen) {
 }
 
 TEST(SbfCommands, SpeedAndRestarts) {
-  Commands commands;
+  SbfCommands commands;
   (void)tell(commands, "scs, COM1, baud460800\n");
   EXPECT_EQ(commands.take_baud(), 460800);
   EXPECT_EQ(commands.take_baud(), std::nullopt);
@@ -77,7 +77,7 @@ TEST(SbfCommands, SpeedAndRestarts) {
 
 // RTCM 3 comes on the same line. Its bytes are not commands, and a command behind them is one.
 TEST(SbfCommands, OtherBytesAreNotCommands) {
-  Commands commands;
+  SbfCommands commands;
   EXPECT_EQ(tell(commands, std::string("\xD3\x00\x13", 3) + "sso, all, none\nab\n7,8,9\n"), "");
   EXPECT_EQ(tell(commands, "setPVTMode, Static\n"), "$R: setPVTMode, Static\r\nCOM1>");
   EXPECT_THAT(tell(commands, std::string(5000, 'x') + "\n"), Not(HasSubstr("xxx")));

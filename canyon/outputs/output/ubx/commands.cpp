@@ -114,45 +114,45 @@ constexpr std::uint64_t kRam = 1, kBattery = 2, kFlash = 4;
 
 }  // namespace
 
-Commands::Commands(Generation generation, const Configuration& factory, const std::set<gnss::System>& systems,
-                   const Outputs& outputs)
+UbxCommands::UbxCommands(Generation generation, const Configuration& factory,
+                         const std::set<gnss::System>& systems, const Outputs& outputs)
     : generation_(generation),
       outputs_(outputs),
       settings_{factory, factory, factory},
       systems_(gnss_blocks(systems)),
       reported_baud_(*settings_.current.value(kBaud)) {}
 
-std::string Commands::receive(std::string_view bytes) {
+std::string UbxCommands::receive(std::string_view bytes) {
   std::string answer;
-  const Parser::Handlers handlers{[&](MessageId id, std::string_view payload) {
-                                    take(id, payload, answer);
-                                    note_change(fmt::format("CFG 0x{:02X}", id & 0xFF));
-                                  },
-                                  [&](std::string_view sentence) {
-                                    take_line(sentence);
-                                    note_change("$PUBX,41");
-                                  }};
+  const UbxParser::Handlers handlers{[&](MessageId id, std::string_view payload) {
+                                       take(id, payload, answer);
+                                       note_change(fmt::format("CFG 0x{:02X}", id & 0xFF));
+                                     },
+                                     [&](std::string_view sentence) {
+                                       take_line(sentence);
+                                       note_change("$PUBX,41");
+                                     }};
   parser_.receive(bytes, handlers);
   return answer;
 }
 
-void Commands::note_change(std::string command) {
+void UbxCommands::note_change(std::string command) {
   if (first_.empty() && (!running_ || settings_.current != settings_.factory)) first_ = std::move(command);
 }
 
-std::optional<int> Commands::take_baud() {
+std::optional<int> UbxCommands::take_baud() {
   const std::uint64_t baud = *settings_.current.value(kBaud);
   if (baud == reported_baud_) return std::nullopt;
   reported_baud_ = baud;
   return static_cast<int>(baud);
 }
 
-std::int64_t Commands::interval_ms() const {
+std::int64_t UbxCommands::interval_ms() const {
   return static_cast<std::int64_t>(*settings_.current.value(kRateMeasurement) *
                                    *settings_.current.value(kRateNavigation));
 }
 
-void Commands::take(MessageId id, std::string_view payload, std::string& answer) {
+void UbxCommands::take(MessageId id, std::string_view payload, std::string& answer) {
   if (answer.size() > kMostAnswer) return;
   if (id >> 8 == 0x06) {
     const Reply reply = configure(static_cast<std::uint8_t>(id & 0xFF), payload, answer);
@@ -166,7 +166,7 @@ void Commands::take(MessageId id, std::string_view payload, std::string& answer)
   }
 }
 
-Commands::Reply Commands::configure(std::uint8_t id, std::string_view payload, std::string& answer) {
+UbxCommands::Reply UbxCommands::configure(std::uint8_t id, std::string_view payload, std::string& answer) {
   const bool keys = generation_ != Generation::M8;
   // CFG-RST, CFG-CFG, CFG-VALSET, CFG-VALGET, CFG-VALDEL.
   constexpr std::array<std::uint8_t, 5> kOfKeys{0x04, 0x09, 0x8A, 0x8B, 0x8C};
@@ -203,7 +203,7 @@ Commands::Reply Commands::configure(std::uint8_t id, std::string_view payload, s
   }
 }
 
-Commands::Reply Commands::message_rate(std::string_view payload, std::string& answer) {
+UbxCommands::Reply UbxCommands::message_rate(std::string_view payload, std::string& answer) {
   if (payload.size() != 2 && payload.size() != 3 && payload.size() != 2 + 6) return Reply::Refuse;
   const auto id = static_cast<MessageId>(number_at(payload, 0, 1) << 8 | number_at(payload, 1, 1));
   Configuration& settings = settings_.current;
@@ -228,7 +228,7 @@ Commands::Reply Commands::message_rate(std::string_view payload, std::string& an
   return Reply::Acknowledge;
 }
 
-bool Commands::set_port(int port, std::uint64_t baud, std::uint64_t in, std::uint64_t out) {
+bool UbxCommands::set_port(int port, std::uint64_t baud, std::uint64_t in, std::uint64_t out) {
   if (port < 0 || port >= kPorts) return false;
   Configuration& settings = settings_.current;
   if (port == kOwnPort && !settings.set(kBaud, baud)) return false;
@@ -240,7 +240,7 @@ bool Commands::set_port(int port, std::uint64_t baud, std::uint64_t in, std::uin
   return true;
 }
 
-Commands::Reply Commands::port(std::string_view payload, std::string& answer) {
+UbxCommands::Reply UbxCommands::port(std::string_view payload, std::string& answer) {
   constexpr std::size_t kBlock = 20;
   if (payload.size() <= 1) {
     const std::uint64_t port = payload.empty() ? kOwnPort : number_at(payload, 0, 1);
@@ -264,7 +264,7 @@ Commands::Reply Commands::port(std::string_view payload, std::string& answer) {
   return Reply::Acknowledge;
 }
 
-Commands::Reply Commands::block(MessageId id, std::string_view payload, std::string& answer) {
+UbxCommands::Reply UbxCommands::block(MessageId id, std::string_view payload, std::string& answer) {
   constexpr MessageId kJamming = 0x0639, kTimePulse = 0x0631, kTimeMode = 0x0671;
   Configuration& settings = settings_.current;
   std::string* const stored = settings.block(id);
@@ -295,7 +295,7 @@ Commands::Reply Commands::block(MessageId id, std::string_view payload, std::str
 }
 
 // CFG-CFG: what to clear, save and load; the sections of the masks are taken as one.
-Commands::Reply Commands::save(std::string_view payload) {
+UbxCommands::Reply UbxCommands::save(std::string_view payload) {
   if (payload.size() != 12 && payload.size() != 13) return Reply::Refuse;
   if (number_at(payload, 0, 4) != 0) settings_.saved = settings_.factory;
   if (number_at(payload, 4, 4) != 0) settings_.saved = settings_.current;
@@ -304,7 +304,7 @@ Commands::Reply Commands::save(std::string_view payload) {
 }
 
 // CFG-RST is not acknowledged. Its mask names what the receiver forgets.
-Commands::Reply Commands::restart(std::string_view payload) {
+UbxCommands::Reply UbxCommands::restart(std::string_view payload) {
   if (payload.size() != 4) return Reply::Refuse;
   constexpr std::uint64_t kGnssOnly = 2, kStop = 8, kStart = 9;
   const std::uint64_t mode = number_at(payload, 2, 1);
@@ -319,7 +319,7 @@ Commands::Reply Commands::restart(std::string_view payload) {
   return Reply::Silent;
 }
 
-Commands::Reply Commands::set_values(std::string_view payload) {
+UbxCommands::Reply UbxCommands::set_values(std::string_view payload) {
   if (payload.size() < 4 || number_at(payload, 0, 1) > 1) return Reply::Refuse;
   const std::uint64_t layers = number_at(payload, 1, 1);
   const auto pairs = key_values(payload.substr(4));
@@ -335,7 +335,7 @@ Commands::Reply Commands::set_values(std::string_view payload) {
   return Reply::Acknowledge;
 }
 
-Commands::Reply Commands::get_values(std::string_view payload, std::string& answer) {
+UbxCommands::Reply UbxCommands::get_values(std::string_view payload, std::string& answer) {
   if (payload.size() < 8 || payload.size() % 4 != 0 || number_at(payload, 0, 1) != 0) return Reply::Refuse;
   const std::uint64_t layer = number_at(payload, 1, 1);
   if (layer > 2 && layer != 7) return Reply::Refuse;
@@ -356,7 +356,7 @@ Commands::Reply Commands::get_values(std::string_view payload, std::string& answ
   return Reply::Acknowledge;
 }
 
-Commands::Reply Commands::delete_values(std::string_view payload) {
+UbxCommands::Reply UbxCommands::delete_values(std::string_view payload) {
   if (payload.size() < 4 || payload.size() % 4 != 0 || number_at(payload, 0, 1) > 1) return Reply::Refuse;
   const std::vector<std::uint32_t> keys = keys_named(settings_.saved, payload);
   if (keys.empty() && payload.size() > 4) return Reply::Refuse;
@@ -365,7 +365,7 @@ Commands::Reply Commands::delete_values(std::string_view payload) {
 }
 
 // "PUBX,41,port,inProto,outProto,baud,autobauding", masks in hexadecimal (UBX-13003221, 30.4.2).
-void Commands::take_line(std::string_view sentence) {
+void UbxCommands::take_line(std::string_view sentence) {
   const std::vector<std::string_view> fields = split(sentence, ',');
   if (fields.size() < 6 || fields[0] != "PUBX" || fields[1] != "41") return;
   const auto hexadecimal = [](std::string_view text) {

@@ -26,14 +26,14 @@ class Outputs {
 /// Takes commands of one connection, answers them, and keeps what they set. CFG messages are acknowledged
 /// (ACK-ACK) or refused (ACK-NAK); polls of other messages are answered by the message, or not at all
 /// (UBX-13003221, 31.3; UBX-22008968, 3.4). `$PUBX,41` sets port and rate as CFG-PRT does.
-class Commands {
+class UbxCommands {
  public:
   /// Answers of one call are cut off behind as many bytes, as a sending buffer that is full.
   static constexpr std::size_t kMostAnswer = 64 << 10;
 
   /// @param factory settings from the start; @param systems that CFG-GNSS calls enabled
-  Commands(Generation generation, const Configuration& factory, const std::set<gnss::System>& systems,
-           const Outputs& outputs);
+  UbxCommands(Generation generation, const Configuration& factory, const std::set<gnss::System>& systems,
+              const Outputs& outputs);
 
   [[nodiscard]] std::string receive(std::string_view bytes);
   /// The first command that changed a setting, "CFG 0x8A"; empty: there was none.
@@ -74,7 +74,7 @@ class Commands {
     Configuration current, saved, factory;
   } settings_;
   std::string systems_;  ///< CFG-GNSS
-  Parser parser_;
+  UbxParser parser_;
   std::string first_;
   bool running_ = true;
   std::optional<disturbance::RestartKind> restart_;

@@ -24,7 +24,7 @@ using MessageId = std::uint16_t;
 
 /// Finds frames, and lines of NMEA 0183, in bytes cut anywhere. Other bytes are passed over. After a damaged
 /// frame the search goes on behind its first two bytes. Holds at most kMostBytes.
-class Parser {
+class UbxParser {
  public:
   /// Commands have no longer payloads.
   static constexpr std::size_t kMostPayload = 1024;

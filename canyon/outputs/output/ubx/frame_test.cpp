@@ -16,7 +16,7 @@ std::string bytes(std::initializer_list<unsigned> values) {
 struct Received {
   std::vector<std::pair<MessageId, std::string>> frames;
   std::vector<std::string> lines;
-  Parser parser;
+  UbxParser parser;
   void receive(std::string_view text) {
     parser.receive(text, {[&](MessageId id, std::string_view payload) { frames.emplace_back(id, payload); },
                           [&](std::string_view line) { lines.emplace_back(line); }});
@@ -40,7 +40,7 @@ TEST(Payload, IsLittleEndianAndStaysInRange) {
   EXPECT_EQ(Payload().text("abc", 5).text("abcdef", 2).bytes(), std::string("abc\0\0ab", 7));
 }
 
-TEST(Parser, FindsFramesAndLinesHoweverTheyAreCut) {
+TEST(UbxParser, FindsFramesAndLinesHoweverTheyAreCut) {
   // One flight controller's driver sends first a frame, and u-blox's NMEA command behind it.
   const std::string text = "noise\xB5" + frame(0x0601, bytes({1, 6, 1})) +
                            "$PUBX,41,1,0023,0001,115200,0*1C\r\n" + frame(0x0A04, "") + "\xB5\x62";
@@ -57,7 +57,7 @@ TEST(Parser, FindsFramesAndLinesHoweverTheyAreCut) {
   }
 }
 
-TEST(Parser, GoesOnBehindWhatIsDamaged) {
+TEST(UbxParser, GoesOnBehindWhatIsDamaged) {
   Received received;
   std::string damaged = frame(0x0608, bytes({100, 0, 1, 0, 0, 0}));
   damaged[7] ^= 1;
@@ -70,7 +70,7 @@ TEST(Parser, GoesOnBehindWhatIsDamaged) {
   EXPECT_TRUE(received.lines.empty());
 }
 
-TEST(Parser, HoldsLittleAndIsQuickWhateverComes) {
+TEST(UbxParser, HoldsLittleAndIsQuickWhateverComes) {
   Received received;
   std::string hostile;
   while (hostile.size() < 1'000'000) hostile += bytes({0xB5, 0x62, 6, 1, 0, 4, '$', 0xB5});
@@ -78,9 +78,9 @@ TEST(Parser, HoldsLittleAndIsQuickWhateverComes) {
   received.receive(hostile);
   EXPECT_LT(std::chrono::steady_clock::now() - begin,
             std::chrono::seconds(20));  // 0.2 s where it was written
-  EXPECT_LE(received.parser.held(), Parser::kMostBytes);
+  EXPECT_LE(received.parser.held(), UbxParser::kMostBytes);
   EXPECT_TRUE(received.frames.empty());
-  received.receive(std::string(Parser::kMostBytes, '\0') + frame(0x0A04, ""));
+  received.receive(std::string(UbxParser::kMostBytes, '\0') + frame(0x0A04, ""));
   EXPECT_EQ(received.frames.size(), 1U);
 }
 

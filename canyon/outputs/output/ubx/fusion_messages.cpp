@@ -1,4 +1,3 @@
-// Declared in canyon/outputs/output/ubx/messages.hpp.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -91,7 +90,7 @@ std::string wheels_payload(std::uint32_t time_ms, const std::array<std::uint32_t
 }
 
 // ESF-STATUS, version 2 (UBX-13003221).
-std::string esf_status(const Epoch& epoch) {
+std::string esf_status(const UbxEpoch& epoch) {
   const auto& known = epoch.seen.fix.fusion;
   constexpr std::uint8_t kDisabled = 3;
   Payload p;

@@ -29,7 +29,7 @@ struct SecurityEvent {
 };
 
 /// An epoch with everything that its messages need.
-struct Epoch : DeviceEpoch {
+struct UbxEpoch : DeviceEpoch {
   Generation generation = Generation::F9;
   bool jamming_monitor = true;                                  ///< CFG-ITFM
   const std::vector<SecurityEvent>* security_events = nullptr;  ///< the latest first; null: none
@@ -39,7 +39,7 @@ struct Epoch : DeviceEpoch {
 class SecurityLog {
  public:
   /// @param epoch in order of time
-  void take(const Epoch& epoch);
+  void take(const UbxEpoch& epoch);
   /// The latest first, at most 16.
   [[nodiscard]] const std::vector<SecurityEvent>& events() const { return events_; }
 
@@ -52,7 +52,7 @@ class SecurityLog {
 };
 
 /// The payload of an output message. Precondition: `id` is one of messages() that is made in each epoch.
-[[nodiscard]] std::string payload(MessageId id, const Epoch& epoch);
+[[nodiscard]] std::string payload(MessageId id, const UbxEpoch& epoch);
 
 /// RXM-SFRBX (0x0213).
 [[nodiscard]] std::string subframe_payload(const broadcast::SentMessage& message, Generation generation,
@@ -87,18 +87,18 @@ struct RawInertialSample {
 [[nodiscard]] std::string version_payload(Generation generation);
 
 // Messages by subject; see payload().
-[[nodiscard]] std::string nav_sat(const Epoch& epoch);
-[[nodiscard]] std::string nav_sig(const Epoch& epoch);
-[[nodiscard]] std::string nav_svinfo(const Epoch& epoch);
-[[nodiscard]] std::string rxm_rawx(const Epoch& epoch);
-[[nodiscard]] std::string mon_hw(const Epoch& epoch);
-[[nodiscard]] std::string mon_hw2(const Epoch& epoch);
-[[nodiscard]] std::string mon_rf(const Epoch& epoch);
-[[nodiscard]] std::string sec_sig(const Epoch& epoch);
-[[nodiscard]] std::string sec_siglog(const Epoch& epoch);
-[[nodiscard]] std::string esf_status(const Epoch& epoch);
+[[nodiscard]] std::string nav_sat(const UbxEpoch& epoch);
+[[nodiscard]] std::string nav_sig(const UbxEpoch& epoch);
+[[nodiscard]] std::string nav_svinfo(const UbxEpoch& epoch);
+[[nodiscard]] std::string rxm_rawx(const UbxEpoch& epoch);
+[[nodiscard]] std::string mon_hw(const UbxEpoch& epoch);
+[[nodiscard]] std::string mon_hw2(const UbxEpoch& epoch);
+[[nodiscard]] std::string mon_rf(const UbxEpoch& epoch);
+[[nodiscard]] std::string sec_sig(const UbxEpoch& epoch);
+[[nodiscard]] std::string sec_siglog(const UbxEpoch& epoch);
+[[nodiscard]] std::string esf_status(const UbxEpoch& epoch);
 /// Milliseconds of the GPS week, nearest.
-[[nodiscard]] std::uint32_t itow(const Epoch& epoch);
+[[nodiscard]] std::uint32_t itow(const UbxEpoch& epoch);
 
 /// A satellite as UBX names it (UBX-22008968, 1.5.2).
 struct SatelliteName {

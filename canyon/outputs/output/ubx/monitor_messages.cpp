@@ -1,4 +1,3 @@
-// Declared in canyon/outputs/output/ubx/messages.hpp.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,7 +16,7 @@ struct Band {
 };
 
 /// The worst of the carriers in a front end: 0 around L1, 1 below.
-Band band(const Epoch& epoch, int block) {
+Band band(const UbxEpoch& epoch, int block) {
   constexpr double kBetween_hz = 1.4e9;
   Band worst;
   for (const receiver::BandState& state : epoch.seen.bands) {
@@ -32,7 +31,7 @@ Band band(const Epoch& epoch, int block) {
 }
 
 /// 0 unknown, else as output::jamming_state().
-std::uint64_t jamming_state(const Epoch& epoch, const Band& band) {
+std::uint64_t jamming_state(const UbxEpoch& epoch, const Band& band) {
   if (!epoch.jamming_monitor || !band.known) return 0;
   return output::jamming_state(band.interference, epoch.seen.fix);
 }
@@ -55,7 +54,7 @@ std::uint64_t jamming_indicator(const Band& band) {
 }  // namespace
 
 // UBX-13003221 32.16.5, UBX-22008968 3.14.6
-std::string mon_hw(const Epoch& epoch) {
+std::string mon_hw(const UbxEpoch& epoch) {
   const Band l1 = band(epoch, 0);
   Payload p;
   p.zeros(16).u2(noise_per_ms(l1)).u2(agc_count(l1)).u1(2).u1(1);  // antenna OK, on
@@ -65,12 +64,12 @@ std::string mon_hw(const Epoch& epoch) {
 
 // 32.16.4, 3.14.4: nothing that Canyon models; a configuration from its own memory, power-on self-test
 // passed.
-std::string mon_hw2(const Epoch& /*epoch*/) {
+std::string mon_hw2(const UbxEpoch& /*epoch*/) {
   return Payload().zeros(4).u1(111).zeros(23).bytes();
 }
 
 // 3.14.10
-std::string mon_rf(const Epoch& epoch) {
+std::string mon_rf(const UbxEpoch& epoch) {
   const bool second = band(epoch, 1).known;
   Payload p;
   p.u1(0).u1(second ? 2 : 1).zeros(2);
@@ -85,7 +84,7 @@ std::string mon_rf(const Epoch& epoch) {
 
 // 3.18.1: version 1; the M10 has version 2, with the centres of signals [kHz], and the X20 the same as
 // version 3.
-std::string sec_sig(const Epoch& epoch) {
+std::string sec_sig(const UbxEpoch& epoch) {
   std::uint64_t jamming = 0;
   for (const int block : {0, 1}) jamming = std::max(jamming, jamming_state(epoch, band(epoch, block)));
   // spoofingState: 0 unknown, 1 none, 2 indicated, 3 affirmed.
@@ -105,7 +104,7 @@ std::string sec_sig(const Epoch& epoch) {
   return p.u1((spoofing != 0 ? 1 : 0) | spoofing << 1).zeros(3).bytes();
 }
 
-void SecurityLog::take(const Epoch& epoch) {
+void SecurityLog::take(const UbxEpoch& epoch) {
   using Detection = SecurityEvent::Detection;
   std::optional<Detection> jamming;
   for (const int block : {0, 1}) {
@@ -134,7 +133,7 @@ void SecurityLog::change(std::optional<SecurityEvent::Detection>& before,
 }
 
 // 3.18.2: seconds since each event.
-std::string sec_siglog(const Epoch& epoch) {
+std::string sec_siglog(const UbxEpoch& epoch) {
   static const std::vector<SecurityEvent> kNone;
   const auto& events = epoch.security_events != nullptr ? *epoch.security_events : kNone;
   Payload p;

@@ -1,4 +1,3 @@
-// Declared in canyon/outputs/output/ubx/messages.hpp.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -49,7 +48,7 @@ double degrees_of(const positioning::Fix& fix, double geodesy::Geodetic::*angle)
   return fix.solved() ? geodesy::degrees(fix.position.*angle) : 0;
 }
 /// Heights above the ellipsoid, and above mean sea level.
-std::array<double, 2> heights_of(const Epoch& epoch) {
+std::array<double, 2> heights_of(const UbxEpoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   if (!fix.solved()) return {0, 0};
   return {fix.position.height_m, fix.position.height_m - epoch.geoid_undulation_m};
@@ -86,13 +85,13 @@ double horizontal_dop(const positioning::Fix& fix, int axis) {
 }
 
 /// flags of NAV-STATUS and NAV-SOL: gpsFixOk, diffSoln, wknSet, towSet.
-std::uint64_t solution_flags(const Epoch& epoch) {
+std::uint64_t solution_flags(const UbxEpoch& epoch) {
   const std::uint64_t fix = flags_of(epoch.seen.fix) & (kUbxFixOk | kUbxDifferential);
   return fix | (epoch.time_known ? 0b1100 : 0);
 }
 
 // NAV-PVT, 3.15.13.
-std::string pvt(const Epoch& epoch) {
+std::string pvt(const UbxEpoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   const Quality q = quality_of(fix);
   const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.stated_utc());
@@ -119,7 +118,7 @@ std::string pvt(const Epoch& epoch) {
 }
 
 // NAV-STATUS, 3.15.18.
-std::string status(const Epoch& epoch) {
+std::string status(const UbxEpoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   // spoofDetState: 0 unknown, 1 none, 2 indicated, 3 multiple indications, as the states count.
   const auto spoofing = static_cast<std::uint64_t>(epoch.seen.spoofing);
@@ -131,7 +130,7 @@ std::string status(const Epoch& epoch) {
 }
 
 // NAV-DOP, 3.15.4.
-std::string dops(const Epoch& epoch) {
+std::string dops(const UbxEpoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   Payload p;
   p.u4(itow(epoch));
@@ -145,7 +144,7 @@ std::string dops(const Epoch& epoch) {
 }
 
 // NAV-TIMEGPS, 3.15.24.
-std::string time_gps(const Epoch& epoch) {
+std::string time_gps(const UbxEpoch& epoch) {
   const geodesy::GpsTime t = epoch.seen.stated_time();
   const geodesy::GpsTime nearest = epoch.stated;
   Payload p;
@@ -156,7 +155,7 @@ std::string time_gps(const Epoch& epoch) {
 }
 
 // NAV-TIMEUTC, 3.15.28.
-std::string time_utc(const Epoch& epoch) {
+std::string time_utc(const UbxEpoch& epoch) {
   const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.stated_utc());
   Payload p;
   p.u4(itow(epoch)).unsigned_field(quality_of(epoch.seen.fix).time_s, 1e-9, 4);
@@ -168,7 +167,7 @@ std::string time_utc(const Epoch& epoch) {
 }
 
 // NAV-POSLLH, 3.15.12.
-std::string position(const Epoch& epoch) {
+std::string position(const UbxEpoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   const Quality q = quality_of(fix);
   Payload p;
@@ -179,7 +178,7 @@ std::string position(const Epoch& epoch) {
 }
 
 // NAV-HPPOSLLH, 3.15.8: the numbers of NAV-POSLLH and their remainders, in hundredths.
-std::string precise_position(const Epoch& epoch) {
+std::string precise_position(const UbxEpoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   const Quality q = quality_of(fix);
   // Hundredths of the field's step in all; truncated towards zero, as the remainder has the value's sign.
@@ -197,7 +196,7 @@ std::string precise_position(const Epoch& epoch) {
 }
 
 // NAV-VELNED, 3.15.31.
-std::string velocity(const Epoch& epoch) {
+std::string velocity(const UbxEpoch& epoch) {
   const Quality q = quality_of(epoch.seen.fix);
   Payload p;
   p.u4(itow(epoch)).signed_field(q.north_mps, 0.01, 4).signed_field(q.east_mps, 0.01, 4);
@@ -207,7 +206,7 @@ std::string velocity(const Epoch& epoch) {
 }
 
 // NAV-SOL, UBX-13003221 32.17.23.
-std::string solution(const Epoch& epoch) {
+std::string solution(const UbxEpoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   const Quality q = quality_of(fix);
   const geodesy::GpsTime nearest = epoch.stated;
@@ -230,7 +229,7 @@ std::string solution(const Epoch& epoch) {
 }
 
 // NAV-COV, 3.15.3: NN, NE, ND, EE, ED, DD of position and of velocity.
-std::string covariance(const Epoch& epoch) {
+std::string covariance(const UbxEpoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   const bool moving = fix.solved() && fix.velocity_covariance_enu.has_value();
   Payload p;
@@ -251,7 +250,7 @@ std::string covariance(const Epoch& epoch) {
 
 // NAV-PL, 3.15.9: bounds that one error in twenty exceeds on each axis (TMIR 5 % an epoch), by the stated
 // covariance and the normal law. Frame 1: north, east, down.
-std::string protection_level(const Epoch& epoch) {
+std::string protection_level(const UbxEpoch& epoch) {
   constexpr double kFactor = 1.959964;  // two-sided 95 %
   const positioning::Fix& fix = epoch.seen.fix;
   const bool moving = fix.solved() && fix.velocity_covariance_enu.has_value();
@@ -273,7 +272,7 @@ std::string protection_level(const Epoch& epoch) {
 
 // NAV-TIMELS, 3.15.27: the difference of GPS and UTC and the latest leap second, as GPS's messages state
 // them.
-std::string leap_second(const Epoch& epoch) {
+std::string leap_second(const UbxEpoch& epoch) {
   constexpr int kByGps = 2;
   const geodesy::GpsTime now = epoch.seen.time;
   const int seconds = geodesy::leap_seconds(now);
@@ -287,7 +286,7 @@ std::string leap_second(const Epoch& epoch) {
 }
 
 // NAV-RELPOSNED, 3.15.15, version 1: axes at the base, lengths in centimetres and tenths of a millimetre.
-std::string relative_position(const Epoch& epoch) {
+std::string relative_position(const UbxEpoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   const std::optional<positioning::Baseline> baseline = fix.solved() ? fix.baseline : std::nullopt;
   positioning::Baseline b = baseline.value_or(positioning::Baseline());
@@ -347,12 +346,12 @@ std::string correction_payload(const ReceivedRtcm& received) {
   return Payload().u1(1).u1(0).zeros(2).u4(status).u2(received.type).u2(0).bytes();
 }
 
-std::uint32_t itow(const Epoch& epoch) {
+std::uint32_t itow(const UbxEpoch& epoch) {
   return static_cast<std::uint32_t>(epoch.stated.nanosecond_of_week() / 1'000'000);
 }
 
-std::string payload(MessageId id, const Epoch& epoch) {
-  constexpr std::pair<MessageId, std::string (*)(const Epoch&)> kMakers[]{
+std::string payload(MessageId id, const UbxEpoch& epoch) {
+  constexpr std::pair<MessageId, std::string (*)(const UbxEpoch&)> kMakers[]{
       {0x0107, pvt},
       {0x0103, status},
       {0x0104, dops},

@@ -1,4 +1,3 @@
-// Declared in canyon/outputs/output/ubx/messages.hpp.
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -7,11 +6,12 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/outputs/output/ubx/messages.hpp"
 #include "canyon/receiver/positioning/least_squares.hpp"
-#include "canyon/sky/gnss/broadcast_messages.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
 
 namespace canyon::output::ubx {
 namespace {
 
+using gnss::System;
 using receiver::SatelliteObservation;
 using receiver::SignalObservation;
 
@@ -57,10 +57,26 @@ std::uint64_t corrections(const receiver::ReceiverEpoch& seen, bool used) {
   return seen.fix.kind() == positioning::FixKind::Differential ? 1 : 3;
 }
 
+/// Numbers from `first` to `last` of a system, moved by `offset`.
+struct Range {
+  System system;
+  std::uint8_t gnss;
+  int first, last, offset;
+};
+
+std::optional<SatelliteName> name_in(std::span<const Range> ranges, gnss::SatelliteId id) {
+  for (const Range& r : ranges) {
+    if (id.system == r.system && id.number >= r.first && id.number <= r.last) {
+      return SatelliteName{r.gnss, static_cast<std::uint8_t>(id.number + r.offset)};
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 // 3.15.16
-std::string nav_sat(const Epoch& epoch) {
+std::string nav_sat(const UbxEpoch& epoch) {
   Payload list;
   std::size_t count = 0;
   for (const SatelliteObservation& s : epoch.seen.satellites) {
@@ -81,7 +97,7 @@ std::string nav_sat(const Epoch& epoch) {
 }
 
 // 3.15.17
-std::string nav_sig(const Epoch& epoch) {
+std::string nav_sig(const UbxEpoch& epoch) {
   Payload list;
   std::size_t count = 0;
   for (const SatelliteObservation& s : epoch.seen.satellites) {
@@ -110,7 +126,7 @@ std::string nav_sig(const Epoch& epoch) {
 }
 
 // UBX-13003221, 32.17.26.
-std::string nav_svinfo(const Epoch& epoch) {
+std::string nav_svinfo(const UbxEpoch& epoch) {
   Payload list;
   std::size_t count = 0;
   for (const SatelliteObservation& s : epoch.seen.satellites) {
@@ -129,7 +145,7 @@ std::string nav_svinfo(const Epoch& epoch) {
 }
 
 // 3.17.6
-std::string rxm_rawx(const Epoch& epoch) {
+std::string rxm_rawx(const UbxEpoch& epoch) {
   Payload list;
   std::size_t count = 0;
   for (const RawObservation& raw : epoch.raw.observations) {
@@ -192,28 +208,6 @@ std::string subframe_payload(const broadcast::SentMessage& message, Generation g
   for (const std::uint32_t word : words) p.u4(word);
   return p.bytes();
 }
-
-using gnss::System;
-
-namespace {
-
-/// Numbers from `first` to `last` of a system, moved by `offset`.
-struct Range {
-  System system;
-  std::uint8_t gnss;
-  int first, last, offset;
-};
-
-std::optional<SatelliteName> name_in(std::span<const Range> ranges, gnss::SatelliteId id) {
-  for (const Range& r : ranges) {
-    if (id.system == r.system && id.number >= r.first && id.number <= r.last) {
-      return SatelliteName{r.gnss, static_cast<std::uint8_t>(id.number + r.offset)};
-    }
-  }
-  return std::nullopt;
-}
-
-}  // namespace
 
 std::optional<SatelliteName> satellite_name(gnss::SatelliteId id) {
   static constexpr Range kRanges[]{{System::GPS, 0, 1, 32, 0},     {System::SBAS, 1, 20, 58, 100},

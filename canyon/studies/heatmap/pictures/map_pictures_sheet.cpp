@@ -18,10 +18,10 @@ using drawing::Colour;
 using drawing::kFaintInk;
 using drawing::kInk;
 using drawing::kPaper;
-using drawing::Level;
 using drawing::Point;
 using drawing::Rect;
 using drawing::Stroke;
+using drawing::TextLevel;
 
 constexpr double kMargin = 20, kGap = 22;
 constexpr double kTop = 94;  ///< below the title and its two lines
@@ -113,7 +113,7 @@ void draw_heading(Canvas& canvas, const Rect& map, const std::string& text) {
 /// Draws labels below a bar, within its place: the ends first, and then those that do not touch others.
 void draw_labels(Canvas& canvas, const Rect& place, const Rect& bar, const ColourScale& scale) {
   constexpr double kOverhang = 3, kApart = 5;
-  const drawing::TextStyle style{.size = 11, .align = Align::Centre, .level = Level::Top};
+  const drawing::TextStyle style{.size = 11, .align = Align::Centre, .level = TextLevel::Top};
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < scale.ticks.size(); ++i) order.push_back(i);
   if (order.size() > 1) std::rotate(order.begin() + 1, order.end() - 1, order.end());
@@ -262,7 +262,7 @@ void draw_legend(Canvas& canvas, const Sheet& sheet, const SheetLayout& layout, 
   double x = first.x + 0.22 * first.width + 44;
   const double y = top + 14;
   constexpr double kWidth = 22, kHeight = 13;
-  const drawing::TextStyle style{.size = 11.5, .level = Level::Middle};
+  const drawing::TextStyle style{.size = 11.5, .level = TextLevel::Middle};
   const auto label = [&](const std::string& text) {
     canvas.text({x + kWidth + 7, y}, text, style);
     x += kWidth + 7 + canvas.text_width(text, style) + 22;

@@ -1,4 +1,5 @@
-// Declared in canyon/base/transport/transport.hpp.
+#include "canyon/base/transport/transport.hpp"
+
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
@@ -7,7 +8,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_files.hpp"
@@ -35,7 +35,7 @@ class File final : public Transport {
 };
 
 /// A log, whose bytes go to the system at once, to PATH.live.part-..., and outlive a process that is killed.
-class Log final : public Transport {
+class Log final : public BufferedTransport {
  public:
   explicit Log(fs::path path)
       : path_(std::move(path)),
@@ -65,7 +65,6 @@ class Log final : public Transport {
     ResultFiles::note(path_);
     files_.remove_output(*std::exchange(noted_, std::nullopt));
   }
-  [[nodiscard]] std::vector<std::string> take_notes() override { return std::exchange(notes_, {}); }
 
  private:
   static constexpr const char* kMark = ".live";
@@ -114,7 +113,6 @@ class Log final : public Transport {
   std::optional<fs::path> noted_;
   std::size_t sent_ = 0;
   int failure_ = 0;  ///< errno of the first one
-  std::vector<std::string> notes_;
 };
 
 /// The rest of a text that begins with `start`; empty for other texts.
