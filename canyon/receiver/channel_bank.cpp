@@ -183,7 +183,7 @@ void MeasurementModel::place(Instant& at, const Eigen::Vector3d& antenna_ecef) c
   at.place = geodesy::geodetic_from_ecef(antenna_ecef);
   if (!options_.ionosphere && !options_.troposphere) return;
   const auto beside = [&](double dt_s) {
-    AntennaBeside result;
+    ShiftedAntenna result;
     result.dt_s = dt_s;
     result.antenna_ecef = antenna_ecef + at.motion.velocity_ecef * dt_s;
     result.place = geodesy::geodetic_from_ecef(result.antenna_ecef);
@@ -273,7 +273,8 @@ positioning::Measurement MeasurementModel::measure(const Instant& at, const prop
                    air ? &at.before : nullptr,
                    air ? &at.after : nullptr};
   const CodeAndCarrier range = signal_range(state, observation.terms_m);
-  observation.pseudorange_error_m = observation.excess_m + observation.noise_m + uncorrected_m(state);
+  observation.pseudorange_error_m =
+      observation.excess_m + observation.noise_m + uncorrected_m(state, observation.terms_m);
   m.pseudorange_m = range.code;
   const double cycles_per_m = m.carrier_frequency_hz / geodesy::kSpeedOfLight;
   m.doppler_hz = -cycles_per_m * signal_rate(state).carrier + doppler_noise_hz;

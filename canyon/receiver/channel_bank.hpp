@@ -15,7 +15,7 @@
 #include "canyon/base/random.hpp"
 #include "canyon/paths/disturbance/disturbance.hpp"
 #include "canyon/receiver/own_draws.hpp"
-#include "canyon/receiver/range_terms.hpp"
+#include "canyon/receiver/positioning/range_terms.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/receiver/tracking/channel.hpp"
 #include "canyon/receiver/tracking/signal_lock.hpp"
@@ -169,7 +169,7 @@ struct Instant {
   tracking::AntennaMotion motion;
   geodesy::Geodetic place;
   const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
-  AntennaBeside before, after;  ///< by half a second, where the signals have delays of the atmosphere
+  ShiftedAntenna before, after;  ///< by half a second, where the signals have delays of the atmosphere
 };
 
 /// Pseudoranges, Dopplers and carrier phases of tracked signals, with the receiver's own noise and delays;

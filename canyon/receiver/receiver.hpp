@@ -15,7 +15,7 @@
 #include "canyon/receiver/positioning/fix.hpp"
 #include "canyon/receiver/positioning/fusion/dead_reckoning_options.hpp"
 #include "canyon/receiver/positioning/position_filter.hpp"
-#include "canyon/receiver/range_terms.hpp"
+#include "canyon/receiver/positioning/range_terms.hpp"
 #include "canyon/receiver/receiver_options.hpp"
 #include "canyon/receiver/tracking/noise.hpp"
 #include "canyon/receiver/tracking/signal_lock.hpp"

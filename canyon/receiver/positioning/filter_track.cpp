@@ -170,7 +170,7 @@ Row pseudorange_row(const Track& track, const RangedSatellite& satellite) {
   Row row;
   row.gradient.segment<3>(kPosition) = -satellite.direction;
   row.gradient(clock) = 1;
-  row.innovation = satellite.pseudorange_m - satellite.range_m - satellite.atmosphere_m - track.x(clock);
+  row.innovation = satellite.pseudorange_m - satellite.range_m - satellite.space_m - track.x(clock);
   row.sigma = satellite.sigma_m;
   row.satellite = satellite.measured->id;
   row.share = satellite.measured->stated_share;

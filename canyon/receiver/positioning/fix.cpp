@@ -80,7 +80,7 @@ class Solver {
     clock_m_.fill(0);
     for (RangedSatellite& satellite : satellites_) {
       satellite.above_mask = true;
-      satellite.atmosphere_m = 0;
+      satellite.space_m = 0;
     }
     const Fix again = attempt();
     return !again.solved() && fix.status == FixStatus::Singular ? fix : again;
@@ -172,7 +172,7 @@ class Solver {
       const int column = column_of(satellite);
       design_.row(row).head<3>() = -satellite.direction.transpose() / sigma;
       design_(row, column) = 1 / sigma;
-      residual_(row) = (satellite.pseudorange_m - satellite.range_m - satellite.atmosphere_m -
+      residual_(row) = (satellite.pseudorange_m - satellite.range_m - satellite.space_m -
                         clock_m_[static_cast<std::size_t>(satellite.measured->id.system)]) /
                        sigma;
       ++row;

@@ -288,7 +288,7 @@ void add_geometry(Fix& fix, const Track& track, const Epoch& epoch, const Eigen:
     RangedSatellite satellite = epoch.satellites[i];
     const System system = satellite.measured->id.system;
     place_satellite(satellite, track.position());
-    fix.residuals_m.push_back(satellite.pseudorange_m - satellite.range_m - satellite.atmosphere_m -
+    fix.residuals_m.push_back(satellite.pseudorange_m - satellite.range_m - satellite.space_m -
                               track.x(clock_of(system)));
     design.row(row).head<3>() = -(enu_from_ecef * satellite.direction).transpose();
     design(row, column[clock_index(system)]) = 1;

@@ -92,6 +92,14 @@ struct FixOptions {
 /// Visits its fields.
 void visit(options::Visitor& v, FixOptions& o);
 
+/// Which errors of space are in a receiver's signals, and what its fix takes off.
+struct RangeOptions {
+  FixOptions fix;
+  /// Delays are in the signal (the fix corrects them where FixOptions says so), and errors of broadcast
+  /// orbits and clocks. Left out: as the environment has them.
+  options::Switch ionosphere = false, troposphere = false, orbit_errors = false;
+};
+
 /// Extended Kalman filter over pseudoranges and Doppler, as receivers for vehicles run: position and velocity
 /// with white acceleration, one oscillator's drift, and a clock for each constellation that all follow the
 /// oscillator (the same as one clock and an inter-system bias for each further constellation).

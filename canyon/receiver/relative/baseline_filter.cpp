@@ -51,6 +51,7 @@ BaselineFilter::BaselineFilter(const RtkOptions& options, const positioning::Fix
                                double max_age_s)
     : options_(options), masks_(masks), max_age_s_(max_age_s) {
   options::check(options_, "rtk");
+  masks_.correct_ionosphere = false;  // it is the same at both, or a state
   masks_.correct_troposphere = options_.troposphere;
 }
 

@@ -7,7 +7,7 @@
 #include "canyon/receiver/own_draws.hpp"
 #include "canyon/receiver/positioning/least_squares.hpp"
 #include "canyon/receiver/positioning/pseudorange_model.hpp"
-#include "canyon/receiver/range_terms.hpp"
+#include "canyon/receiver/positioning/range_terms.hpp"
 
 namespace canyon::heatmap {
 
