@@ -13,7 +13,7 @@
 #include "canyon/paths/disturbance/disturbance.hpp"
 #include "canyon/paths/propagation/paths.hpp"
 #include "canyon/receiver/positioning/fix.hpp"
-#include "canyon/receiver/positioning/fusion/dead_reckoning_options.hpp"
+#include "canyon/receiver/positioning/fusion/dead_reckoning.hpp"
 #include "canyon/receiver/positioning/position_filter.hpp"
 #include "canyon/receiver/positioning/range_terms.hpp"
 #include "canyon/receiver/receiver_options.hpp"

@@ -11,7 +11,7 @@
 #include "canyon/base/options/values.hpp"
 #include "canyon/receiver/fix_input.hpp"
 #include "canyon/receiver/positioning/fix.hpp"
-#include "canyon/receiver/positioning/fusion/dead_reckoning_options.hpp"
+#include "canyon/receiver/positioning/fusion/dead_reckoning.hpp"
 #include "canyon/receiver/positioning/positioning_options.hpp"
 #include "canyon/receiver/relative/correction_link.hpp"
 #include "canyon/receiver/relative/rtk_filter.hpp"
