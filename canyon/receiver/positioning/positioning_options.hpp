@@ -30,7 +30,7 @@ struct WeightOptions {
   /// stats-eratio1, 100. The square of the sine is that of its relative positioning (varerr() of rtkpos.c);
   /// its single point positioning (pntpos.c) has b^2 / sin(elevation), and adds orbit and atmosphere.
   double elevation_a_m = 0.3, elevation_b_m = 0.3;
-  /// c [m^2], (0, 1e6], and d [m^2 Hz], [0, 1e12], as validation::ClockOptions (Kuusniemi, User-level
+  /// c [m^2], (0, 1e6], and d [m^2 Hz], [0, 1e12] (Kuusniemi, User-level
   /// reliability and quality monitoring in satellite-based personal navigation, Tampere University of
   /// Technology 2005: 10 m^2 and 150^2 m^2 Hz where signals are lightly degraded).
   double cn0_floor_m2 = 10;
@@ -46,7 +46,6 @@ struct WeightOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, WeightOptions& o);
 
 /// Receiver autonomous integrity monitoring: fault detection and exclusion on the residuals of one fix.
@@ -63,7 +62,6 @@ struct RaimOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, RaimOptions& o);
 
 struct FixOptions {
@@ -89,7 +87,6 @@ struct FixOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, FixOptions& o);
 
 /// Which errors of space are in a receiver's signals, and what its fix takes off.
@@ -134,7 +131,6 @@ struct PositionFilterOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, PositionFilterOptions& o);
 
 }  // namespace canyon::positioning

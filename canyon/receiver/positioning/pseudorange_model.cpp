@@ -163,14 +163,13 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
   const geodesy::Geodetic place = geodesy::geodetic_from_ecef(receiver_ecef);
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(place);
   const double sine_of_mask = std::sin(options.elevation_mask_rad);
-  const bool corrects = options.correct_ionosphere || options.correct_troposphere;
   const bool weighs = options.weights.weighting == Weighting::Elevation;
   for (RangedSatellite& satellite : satellites) {
     satellite.direction = (satellite.position - receiver_ecef).normalized();
     const Eigen::Vector3d enu = enu_from_ecef * satellite.direction;
     const bool above = enu.z() >= sine_of_mask;
     satellite.above_mask = above && (satellite.above_mask || looks < kMaskLooks);
-    if (!above || !(corrects || weighs)) continue;
+    if (!above) continue;
     const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(enu);
     const Measurement& m = *satellite.measured;
     if (weighs) satellite.sigma_m = options.weights.sigma_m(m, look.elevation_rad);

@@ -33,7 +33,6 @@ struct RangedSatellite {
   double ionosphere_m = 0;  ///< of it, where no corrections replace the model
   bool above_mask = true;
   bool excluded = false;  ///< by RAIM
-  bool active = false;    ///< above the mask, not excluded, not alone in its constellation
 };
 
 /// Measurements whose satellites the sky knows, at or above the C/N0 mask, ascending by satellite. Two
@@ -120,7 +119,6 @@ struct SmoothingOptions {
   Smoothing smoothing = Smoothing::None;
   double window_s = 100;  ///< time constant [s], [1, 3600]; 100 of aviation receivers (RTCA DO-229)
 };
-/// Visits its fields.
 void visit(options::Visitor& v, SmoothingOptions& o);
 
 /// A part of a code's error: correlated in time by e^(-dt rate_per_s).

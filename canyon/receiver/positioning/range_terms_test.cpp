@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string_view>
 #include <utility>
+
+#include "canyon/receiver/positioning/pseudorange_model.hpp"
 
 namespace canyon::receiver {
 namespace {
@@ -40,6 +43,22 @@ TEST(RangeTerms, AReceiverTakesOffWhatTheMessagesSay) {
   EXPECT_NEAR(l1.carrier, -299792458 * 1e-5, 1e-9);
   state.signal = &gnss::signals_of(gnss::System::GPS)[1];
   EXPECT_NEAR(modelled_range(RangeTermOf::Satellite, state).code - l1.code, 299792458 * 3e-9, 1e-9);
+}
+
+// What a new row's model says is taken off in a fix, whatever the switches of the others.
+TEST(RangeTerms, ASolverTakesOffTheModelOfANewRow) {
+  range_term_table().push_back({"made up", RangeTermOf::Space,
+                                [](const RangeState&) { return CodeAndCarrier{}; },
+                                [](const ModelState& state) {
+                                  return CodeAndCarrier{2 * std::sin(state.look.elevation_rad), 0};
+                                }});
+  positioning::Measurement measured;
+  positioning::RangedSatellite satellite;
+  satellite.measured = &measured;
+  satellite.position = {2.6e7, 0, 0};
+  positioning::look_up({&satellite, 1}, {6378137, 0, 0}, {}, {}, {});
+  range_term_table().pop_back();
+  EXPECT_NEAR(satellite.space_m, 2, 1e-9);  // at the zenith
 }
 
 }  // namespace
