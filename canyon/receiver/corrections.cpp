@@ -64,64 +64,62 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
       std::count_if(is_below.begin(), is_below.end(), [](const auto& each) { return each.second; });
   const double lowest_rad =
       4 * static_cast<std::size_t>(below) > is_below.size() ? -geodesy::kPi : geodesy::radians(15);
-  std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Eigen::Vector3d> towards;
   for (const relative::ObservedMinusComputed& seen : computed) {
     const double code_m =
         std::sqrt(std::max(seen.sigma_m * seen.sigma_m - shared_m * shared_m, kLeastCode_m * kLeastCode_m));
     corrections_[{seen.id, seen.signal}] = {-seen.code_m, seen.sigma_m, std::hypot(code_m, apart_m)};
-    if (seen.elevation_rad > lowest_rad) towards[{seen.id, seen.signal}] = seen.direction;
     Mean& clock = clock_of(seen.id);
     clock.sum -= seen.code_m;
     ++clock.count;
   }
-  for (auto& [key, correction] : corrections_) {
-    const Mean& clock = clock_of(key.first);
-    correction.metres -= clock.sum / clock.count;
+  std::vector<Sighting> sightings;
+  for (const relative::ObservedMinusComputed& seen : computed) {
+    const Mean& clock = clock_of(seen.id);
+    double& metres = corrections_.at({seen.id, seen.signal}).metres;
+    metres -= clock.sum / clock.count;
+    if (seen.elevation_rad > lowest_rad) sightings.push_back({seen.signal, seen.direction, metres});
   }
-  locate(towards);
+  locate(std::move(sightings));
 }
 
 // A station that states a place which is off by d corrects by -towards . d and a delay of each signal in the
 // station's receiver. Echoes in its codes are outliers of that: least squares with Huber's weights.
-void CodeCorrections::locate(
-    const std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Eigen::Vector3d>& towards) {
+void CodeCorrections::locate(std::vector<Sighting> sightings) {
   constexpr int kRounds = 20;
   constexpr double kOutlier_m = 3, kMostPdop = 5;
   struct Mean {
     Eigen::Vector3d towards = Eigen::Vector3d::Zero();
     double metres = 0, weight = 0;
   };
-  std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, double> weights;
-  for (const auto& [key, direction] : towards) weights[key] = 1;
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();
   for (int round = 0; round < kRounds; ++round) {
     std::map<const gnss::Signal*, Mean> means;
-    for (const auto& [key, direction] : towards) {
-      Mean& mean = means[key.second];
-      mean.towards += weights.at(key) * direction;
-      mean.metres += weights.at(key) * corrections_.at(key).metres;
-      mean.weight += weights.at(key);
+    for (const Sighting& seen : sightings) {
+      Mean& mean = means[seen.signal];
+      mean.towards += seen.weight * seen.towards;
+      mean.metres += seen.weight * seen.metres;
+      mean.weight += seen.weight;
     }
-    const auto row = [&](const auto& key, const Eigen::Vector3d& direction) {
-      const Mean& mean = means.at(key.second);
-      return std::pair<Eigen::Vector3d, double>(mean.towards / mean.weight - direction,
-                                                corrections_.at(key).metres - mean.metres / mean.weight);
+    const auto row = [&](const Sighting& seen) {
+      const Mean& mean = means.at(seen.signal);
+      return std::pair<Eigen::Vector3d, double>(mean.towards / mean.weight - seen.towards,
+                                                seen.metres - mean.metres / mean.weight);
     };
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
-    for (const auto& [key, direction] : towards) {
-      const auto [h, metres] = row(key, direction);
-      normal += weights.at(key) * h * h.transpose();
-      right += weights.at(key) * h * metres;
+    for (const Sighting& seen : sightings) {
+      const auto [h, metres] = row(seen);
+      normal += seen.weight * h * h.transpose();
+      right += seen.weight * h * metres;
     }
     const Eigen::Matrix3d inverse = normal.inverse();
     // The weights of later rounds are those of outliers, and all are where the place is far off.
     if (round == 0 && !(inverse.trace() < kMostPdop * kMostPdop)) return;  // true of NaN
     if (!inverse.allFinite()) break;
     offset = inverse * right;
-    for (const auto& [key, direction] : towards) {
-      const auto [h, metres] = row(key, direction);
-      weights[key] = std::min(1.0, kOutlier_m / std::abs(metres - h.dot(offset)));
+    for (Sighting& seen : sightings) {
+      const auto [h, metres] = row(seen);
+      seen.weight = std::min(1.0, kOutlier_m / std::abs(metres - h.dot(offset)));
     }
   }
   located_ = std::min(located_ + 1, 30);
