@@ -240,32 +240,41 @@ bool accurate(const FilterState& filter, const PositionFilterOptions& options) {
   return std::sqrt(filter.stated.block<3, 3>(kPosition, kPosition).trace()) <= options.max_sigma_m;
 }
 
+/// Design matrix of satellites that it places at the filter's position: east, north, up, and a clock for each
+/// constellation in the order of its first satellite.
+Design place_and_design(const FilterState& filter, std::vector<RangedSatellite>& satellites,
+                        const Eigen::Matrix3d& enu_from_ecef) {
+  std::array<int, kConstellations.size()> column{};
+  int clocks = 0;
+  for (const RangedSatellite& satellite : satellites) {
+    int& each = column[clock_index(satellite.measured->id.system)];
+    if (each == 0) each = 3 + clocks++;
+  }
+  Design design = Design::Zero(static_cast<Eigen::Index>(satellites.size()), 3 + clocks);
+  Eigen::Index row = 0;
+  for (RangedSatellite& satellite : satellites) {
+    place_satellite(satellite, filter.position());
+    design.row(row).head<3>() = -(enu_from_ecef * satellite.direction).transpose();
+    design(row++, column[clock_index(satellite.measured->id.system)]) = 1;
+  }
+  return design;
+}
+
 /// How a fix of the satellites above the mask moves [m], ENU, if the ionosphere's delays are wrong by the
 /// share that models leave, on all alike. 0 where they have none or the geometry lacks rank.
 Eigen::Vector3d moved_by_ionosphere(const FilterState& filter, const FilterEpoch& epoch,
                                     const Eigen::Matrix3d& enu_from_ecef) {
-  std::array<int, kConstellations.size()> column{};
-  column.fill(-1);
-  int clocks = 0;
-  Eigen::Index rows = 0;
-  bool any = false;
-  for (const RangedSatellite& satellite : epoch.satellites) {
-    if (!satellite.above_mask) continue;
-    int& each = column[clock_index(satellite.measured->id.system)];
-    if (each < 0) each = 3 + clocks++;
-    ++rows;
-    any = any || satellite.ionosphere_m != 0;
+  std::vector<RangedSatellite> above = epoch.satellites;
+  std::erase_if(above, [](const RangedSatellite& satellite) { return !satellite.above_mask; });
+  if (std::all_of(above.begin(), above.end(), [](const auto& each) { return each.ionosphere_m == 0; })) {
+    return Eigen::Vector3d::Zero();
   }
-  if (!any) return Eigen::Vector3d::Zero();
-  Design design = Design::Zero(rows, 3 + clocks);
-  Eigen::VectorXd delays(rows);
-  Eigen::Index row = 0;
-  for (RangedSatellite satellite : epoch.satellites) {
-    if (!satellite.above_mask) continue;
-    place_satellite(satellite, filter.position());
-    design.row(row).head<3>() = -(enu_from_ecef * satellite.direction).transpose() / satellite.sigma_m;
-    design(row, column[clock_index(satellite.measured->id.system)]) = 1 / satellite.sigma_m;
-    delays(row++) = satellite.ionosphere_m / satellite.sigma_m;
+  Design design = place_and_design(filter, above, enu_from_ecef);
+  Eigen::VectorXd delays(design.rows());
+  for (Eigen::Index row = 0; row < design.rows(); ++row) {
+    const RangedSatellite& satellite = above[static_cast<std::size_t>(row)];
+    design.row(row) /= satellite.sigma_m;
+    delays(row) = satellite.ionosphere_m / satellite.sigma_m;
   }
   const LeastSquares least_squares(design);
   if (least_squares.rank(kRankThreshold) < design.cols()) return Eigen::Vector3d::Zero();
@@ -274,28 +283,17 @@ Eigen::Vector3d moved_by_ionosphere(const FilterState& filter, const FilterEpoch
 
 void add_geometry(Fix& fix, const FilterState& filter, const FilterEpoch& epoch,
                   const Eigen::Matrix3d& enu_from_ecef) {
-  std::array<int, kConstellations.size()> column{};
-  column.fill(-1);
-  int clocks = 0;
-  for (const gnss::SatelliteId id : fix.used) {
-    int& each = column[clock_index(id.system)];
-    if (each < 0) each = 3 + clocks++;
-  }
-  fix.unknowns = 3 + std::max(clocks, 1);
+  fix.unknowns = 4;
   if (fix.used.empty()) return;
-  Design design = Design::Zero(static_cast<Eigen::Index>(fix.used.size()), 3 + clocks);
-  Eigen::Index row = 0;
+  std::vector<RangedSatellite> passed;
   for (std::size_t i = 0; i < epoch.satellites.size(); ++i) {
-    if (!epoch.passed[i]) continue;
-    RangedSatellite satellite = epoch.satellites[i];
-    const System system = satellite.measured->id.system;
-    place_satellite(satellite, filter.position());
-    fix.residuals_m.push_back(satellite.pseudorange_m - satellite.range_m - satellite.space_m -
-                              filter.x(clock_of(system)));
-    design.row(row).head<3>() = -(enu_from_ecef * satellite.direction).transpose();
-    design(row, column[clock_index(system)]) = 1;
-    ++row;
+    if (epoch.passed[i]) passed.push_back(epoch.satellites[i]);
   }
+  const Design design = place_and_design(filter, passed, enu_from_ecef);
+  for (const RangedSatellite& satellite : passed) {
+    fix.residuals_m.push_back(pseudorange_row(filter, satellite).innovation);
+  }
+  fix.unknowns = static_cast<int>(design.cols());
   fix.rank = static_cast<int>(LeastSquares(design).rank(kRankThreshold));
   if (const std::optional<Cofactor> q = cofactor(design)) fix.dop = dop_from_cofactor(*q);
 }
