@@ -14,7 +14,7 @@
 #include "canyon/outputs/output/encoder.hpp"
 #include "canyon/outputs/output/sinks.hpp"
 #include "canyon/paths/disturbance/disturbance.hpp"
-#include "canyon/receiver/rtcm/rtcm_decoder.hpp"
+#include "canyon/receiver/rtcm/rtcm_file.hpp"
 #include "canyon/run/environment.hpp"
 #include "canyon/run/live_receiver.hpp"
 #include "canyon/run/run.hpp"

@@ -12,7 +12,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/receiver/relative/recorded_pair.hpp"
-#include "canyon/receiver/rtcm/rtcm_decoder.hpp"
+#include "canyon/receiver/rtcm/rtcm_file.hpp"
 #include "canyon/run/motion/trajectory.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/run/simulator.hpp"

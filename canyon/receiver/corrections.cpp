@@ -9,14 +9,11 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
-#include "canyon/receiver/positioning/pseudorange_model.hpp"
 #include "canyon/receiver/receiver.hpp"
-#include "canyon/sky/space_errors.hpp"
+#include "canyon/receiver/relative/observed_minus_computed.hpp"
 
 namespace canyon::receiver {
 
-using geodesy::kSpeedOfLight;
-using positioning::Measurement;
 using relative::Corrections;
 
 std::shared_ptr<const Corrections> corrections_of(const ReceiverEpoch& station,
@@ -45,108 +42,84 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
   station_ = corrections.station;
   time_ = corrections.receiver_time;
   corrections_.clear();
-  const Eigen::Vector3d& place = corrections.station_ecef;
-  const geodesy::Geodetic geodetic = geodesy::geodetic_from_ecef(place);
-  const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(geodetic);
-
-  // Signals of a satellite leave it within nanoseconds: one state serves them.
-  std::vector<Measurement> firsts;
-  for (const relative::SignalMeasurement& seen : corrections.observations) {
-    if (firsts.empty() || firsts.back().id != seen.measurement.id) firsts.push_back(seen.measurement);
-  }
-  std::vector<positioning::RangedSatellite> satellites =
-      ranged_satellites(corrections.receiver_time, firsts, sky, {});
-  std::map<gnss::SatelliteId, const positioning::RangedSatellite*> satellite_of;
-  for (positioning::RangedSatellite& satellite : satellites) {
-    for (int i = 0; i < 3; ++i) place_satellite(satellite, place);
-    satellite_of[satellite.measured->id] = &satellite;
-  }
+  positioning::FixOptions all = fix;
+  all.elevation_mask_rad = -geodesy::kPi / 2;
+  all.cn0_mask_dbhz = 0;
+  const auto computed = observed_minus_computed(corrections.receiver_time, corrections.observations, sky, all,
+                                                corrections.station_ecef, klobuchar);
 
   struct Mean {
     double sum = 0;
     int count = 0;
   };
   std::array<Mean, gnss::kSystemCount> clocks;
-  // Errors of the atmosphere below 15 deg would pass for an error of the place. Satellites far below the
-  // horizon are not received there at all: the place is another, and all of them say where.
-  const auto below = std::count_if(satellites.begin(), satellites.end(), [&](const auto& satellite) {
-    return (enu_from_ecef * satellite.direction).z() < std::sin(geodesy::radians(-5));
-  });
-  const double lowest_sine =
-      4 * static_cast<std::size_t>(below) > satellites.size() ? -1 : std::sin(geodesy::radians(15));
-  std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Eigen::Vector3d> towards;
   const auto clock_of = [&](gnss::SatelliteId id) -> Mean& {
     return clocks[static_cast<std::size_t>(gnss::clock_system(id.system))];
   };
-  for (const relative::SignalMeasurement& seen : corrections.observations) {
-    const Measurement& m = seen.measurement;
-    const auto found = satellite_of.find(m.id);
-    if (found == satellite_of.end()) continue;
-    const positioning::RangedSatellite& satellite = *found->second;
-    const double atmosphere_m =
-        errors::atmosphere_m(fix.correct_ionosphere, fix.correct_troposphere, klobuchar, m.id.system,
-                             m.carrier_frequency_hz, corrections.receiver_time, geodetic,
-                             geodesy::azimuth_elevation_from_enu(enu_from_ecef * satellite.direction));
-    const double clock_s = satellite.state.clock_bias_s - satellite.state.group_delay_of(*seen.signal);
-    const double metres = satellite.range_m + atmosphere_m - kSpeedOfLight * clock_s - m.pseudorange_m;
+  // Errors of the atmosphere below 15 deg would pass for an error of the place. Satellites far below the
+  // horizon are not received there at all: the place is another, and all of them say where.
+  std::map<gnss::SatelliteId, bool> is_below;
+  for (const auto& seen : computed) is_below[seen.id] = seen.elevation_rad < geodesy::radians(-5);
+  const auto below =
+      std::count_if(is_below.begin(), is_below.end(), [](const auto& each) { return each.second; });
+  const double lowest_rad =
+      4 * static_cast<std::size_t>(below) > is_below.size() ? -geodesy::kPi : geodesy::radians(15);
+  for (const relative::ObservedMinusComputed& seen : computed) {
     const double code_m =
-        std::sqrt(std::max(m.sigma_m * m.sigma_m - shared_m * shared_m, kLeastCode_m * kLeastCode_m));
-    corrections_[{m.id, seen.signal}] = {metres, m.sigma_m, std::hypot(code_m, apart_m)};
-    if ((enu_from_ecef * satellite.direction).z() > lowest_sine) {
-      towards[{m.id, seen.signal}] = satellite.direction;
-    }
-    Mean& clock = clock_of(m.id);
-    clock.sum += metres;
+        std::sqrt(std::max(seen.sigma_m * seen.sigma_m - shared_m * shared_m, kLeastCode_m * kLeastCode_m));
+    corrections_[{seen.id, seen.signal}] = {-seen.code_m, seen.sigma_m, std::hypot(code_m, apart_m)};
+    Mean& clock = clock_of(seen.id);
+    clock.sum -= seen.code_m;
     ++clock.count;
   }
-  for (auto& [key, correction] : corrections_) {
-    const Mean& clock = clock_of(key.first);
-    correction.metres -= clock.sum / clock.count;
+  std::vector<Sighting> sightings;
+  for (const relative::ObservedMinusComputed& seen : computed) {
+    const Mean& clock = clock_of(seen.id);
+    double& metres = corrections_.at({seen.id, seen.signal}).metres;
+    metres -= clock.sum / clock.count;
+    if (seen.elevation_rad > lowest_rad) sightings.push_back({seen.signal, seen.direction, metres});
   }
-  locate(towards);
+  locate(std::move(sightings));
 }
 
 // A station that states a place which is off by d corrects by -towards . d and a delay of each signal in the
 // station's receiver. Echoes in its codes are outliers of that: least squares with Huber's weights.
-void CodeCorrections::locate(
-    const std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Eigen::Vector3d>& towards) {
+void CodeCorrections::locate(std::vector<Sighting> sightings) {
   constexpr int kRounds = 20;
   constexpr double kOutlier_m = 3, kMostPdop = 5;
   struct Mean {
     Eigen::Vector3d towards = Eigen::Vector3d::Zero();
     double metres = 0, weight = 0;
   };
-  std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, double> weights;
-  for (const auto& [key, direction] : towards) weights[key] = 1;
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();
   for (int round = 0; round < kRounds; ++round) {
     std::map<const gnss::Signal*, Mean> means;
-    for (const auto& [key, direction] : towards) {
-      Mean& mean = means[key.second];
-      mean.towards += weights.at(key) * direction;
-      mean.metres += weights.at(key) * corrections_.at(key).metres;
-      mean.weight += weights.at(key);
+    for (const Sighting& seen : sightings) {
+      Mean& mean = means[seen.signal];
+      mean.towards += seen.weight * seen.towards;
+      mean.metres += seen.weight * seen.metres;
+      mean.weight += seen.weight;
     }
-    const auto row = [&](const auto& key, const Eigen::Vector3d& direction) {
-      const Mean& mean = means.at(key.second);
-      return std::pair<Eigen::Vector3d, double>(mean.towards / mean.weight - direction,
-                                                corrections_.at(key).metres - mean.metres / mean.weight);
+    const auto row = [&](const Sighting& seen) {
+      const Mean& mean = means.at(seen.signal);
+      return std::pair<Eigen::Vector3d, double>(mean.towards / mean.weight - seen.towards,
+                                                seen.metres - mean.metres / mean.weight);
     };
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
-    for (const auto& [key, direction] : towards) {
-      const auto [h, metres] = row(key, direction);
-      normal += weights.at(key) * h * h.transpose();
-      right += weights.at(key) * h * metres;
+    for (const Sighting& seen : sightings) {
+      const auto [h, metres] = row(seen);
+      normal += seen.weight * h * h.transpose();
+      right += seen.weight * h * metres;
     }
     const Eigen::Matrix3d inverse = normal.inverse();
     // The weights of later rounds are those of outliers, and all are where the place is far off.
     if (round == 0 && !(inverse.trace() < kMostPdop * kMostPdop)) return;  // true of NaN
     if (!inverse.allFinite()) break;
     offset = inverse * right;
-    for (const auto& [key, direction] : towards) {
-      const auto [h, metres] = row(key, direction);
-      weights[key] = std::min(1.0, kOutlier_m / std::abs(metres - h.dot(offset)));
+    for (Sighting& seen : sightings) {
+      const auto [h, metres] = row(seen);
+      seen.weight = std::min(1.0, kOutlier_m / std::abs(metres - h.dot(offset)));
     }
   }
   located_ = std::min(located_ + 1, 30);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "canyon/base/geodesy/gps_time.hpp"
 #include "canyon/receiver/positioning/fix.hpp"
@@ -61,8 +62,14 @@ class CodeCorrections {
   [[nodiscard]] std::optional<double> station_offset_m() const;
 
  private:
-  /// @param towards unit, from the station to the satellite, of each of corrections_
-  void locate(const std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Eigen::Vector3d>& towards);
+  /// A signal whose correction says where the station is.
+  struct Sighting {
+    const gnss::Signal* signal;
+    Eigen::Vector3d towards;  ///< unit, from the station to the satellite
+    double metres;            ///< of its correction
+    double weight = 1;
+  };
+  void locate(std::vector<Sighting> sightings);
 
   double max_age_s_;
   int station_ = 0;

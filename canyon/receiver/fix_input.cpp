@@ -141,6 +141,13 @@ void FixInput::smooth(gnss::SatelliteId id, geodesy::GpsTime time) {
   }
 }
 
+void FixInput::refer_to_l1(const orbit::SatelliteState& state) {
+  const double l1_m = positioning::satellite_range(state, nullptr).code;
+  for (Code& code : codes_) {
+    code.measurement.pseudorange_m -= positioning::satellite_range(state, code.signal).code - l1_m;
+  }
+}
+
 void FixInput::correct(gnss::SatelliteId id, geodesy::GpsTime time, const CodeCorrections& corrections) {
   const double ageing_m = relative::kAgeing_mps * corrections.age_s(time).value_or(0);
   stated_sigmas_m_.clear();
@@ -164,88 +171,87 @@ std::optional<FixInput::Chosen> FixInput::next(const SatelliteObservation& satel
   gather(satellite, time);
   if (options_.smoothing.smoothing != positioning::Smoothing::None) smooth(satellite.id, time);
   choose(*satellite.signal);
-  std::optional<Chosen> chosen = combine(satellite.elevation_rad, state, model_m);
+  refer_to_l1(state);
+  std::optional<Chosen> chosen = combine(satellite.elevation_rad, model_m);
   if (!chosen || corrections == nullptr) return chosen;
   correct(satellite.id, time, *corrections);
-  const auto corrected = combine(satellite.elevation_rad, state, model_m);
+  const auto corrected = combine(satellite.elevation_rad, model_m);
   if (!corrected) return chosen;
   chosen->corrected = corrected->measurement;
   for (std::size_t i = 0; i < codes_.size(); ++i) codes_[i].measurement.sigma_m = stated_sigmas_m_[i];
-  const double stated_m = combine(satellite.elevation_rad, state, model_m)->measurement.sigma_m;
+  const double stated_m = combine(satellite.elevation_rad, model_m)->measurement.sigma_m;
   chosen->corrected->stated_share = std::min(1.0, stated_m / corrected->measurement.sigma_m);
   return chosen;
 }
 
-std::optional<FixInput::Chosen> FixInput::combine(double elevation_rad, const orbit::SatelliteState& state,
-                                                  double model_m) {
+std::optional<FixInput::Chosen> FixInput::combine(double elevation_rad, double model_m) {
   if (codes_.empty()) return std::nullopt;
-  Chosen chosen{codes_.front().measurement, std::nullopt, std::nullopt};
+  if (options_.combination == Combination::IonosphereFree) return ionosphere_free();
+  if (options_.combination == Combination::Uncombined) return uncombined(elevation_rad, model_m);
+  return Chosen{codes_.front().measurement, std::nullopt, std::nullopt};
+}
+
+std::optional<FixInput::Chosen> FixInput::ionosphere_free() const {
+  const Code& first = codes_.front();
+  const Code* other = nullptr;
+  double apart_hz = kApart_hz;
+  for (const Code& code : codes_) {
+    const double hz = std::abs(code.signal->carrier_hz - first.signal->carrier_hz);
+    if (hz < apart_hz || (other != nullptr && hz == apart_hz)) continue;
+    apart_hz = hz;
+    other = &code;
+  }
+  if (other == nullptr && !fix_.correct_ionosphere) return std::nullopt;
+  Chosen chosen{first.measurement, std::nullopt, std::nullopt};
+  if (other == nullptr) return chosen;
+  // (f1^2 P1 - f2^2 P2) / (f1^2 - f2^2).
   Measurement& m = chosen.measurement;
-  double group_delay_s = state.group_delay_of(*codes_.front().signal);
-  if (options_.combination == Combination::IonosphereFree) {
-    const Code* other = nullptr;
-    double apart_hz = kApart_hz;
-    for (const Code& code : codes_) {
-      const double hz = std::abs(code.signal->carrier_hz - codes_.front().signal->carrier_hz);
-      if (hz < apart_hz || (other != nullptr && hz == apart_hz)) continue;
-      apart_hz = hz;
-      other = &code;
-    }
-    if (other == nullptr && !fix_.correct_ionosphere) return std::nullopt;
-    if (other != nullptr) {
-      // (f1^2 P1 - f2^2 P2) / (f1^2 - f2^2).
-      const double ratio = delay_ratio(m, other->measurement);
-      const double a = ratio / (ratio - 1), b = -1 / (ratio - 1);
-      m.pseudorange_m = a * m.pseudorange_m + b * other->measurement.pseudorange_m;
-      m.sigma_m = std::hypot(a * m.sigma_m, b * other->measurement.sigma_m);
-      m.sigma_factor = std::hypot(a * m.sigma_factor, b * other->measurement.sigma_factor);
-      group_delay_s = a * group_delay_s + b * state.group_delay_of(*other->signal);
-      m.ionosphere_share = 0;
-    }
-  } else if (options_.combination == Combination::Uncombined) {
-    // P_i = x + g_i I + e_i with I known to sigma_I beside its model: the weights of x are those of the rows
-    // of C^-1, C = diag(sigma_i^2) + sigma_I^2 g g^T (Sherman & Morrison).
-    double sum = 0, sum_g = 0, sum_gg = 0;
-    for (Code& code : codes_) {
-      code.sigma_m = fix_.weights.sigma_m(code.measurement, elevation_rad);
-      const double weight = 1 / squared(code.sigma_m);
-      sum += weight;
-      sum_g += weight * code.iono_rate;
-      sum_gg += weight * squared(code.iono_rate);
-    }
-    const double prior = squared(options_.ionosphere_sigma_m);
-    const double k = prior * sum_g / (1 + prior * sum_gg);
-    const double information = sum - k * sum_g;
-    const double first_sigma_m = codes_.front().sigma_m, first_rate = codes_.front().iono_rate;
-    const double factor = m.sigma_factor;
-    double pseudorange_m = 0, variance = 0, rate = 0;
-    group_delay_s = 0;
-    for (const Code& code : codes_) {
-      const double w = (1 - k * code.iono_rate) / squared(code.sigma_m) / information;
-      pseudorange_m += w * code.measurement.pseudorange_m;
-      group_delay_s += w * state.group_delay_of(*code.signal);
-      variance += squared(w * code.measurement.sigma_m);
-      rate += w * code.iono_rate;
-    }
-    if (codes_.size() > 1) {
-      // The estimate of I itself, from the residual of each code.
-      double seen = 0;
-      for (const Code& code : codes_) {
-        const double delay_s = state.group_delay_of(*code.signal) - group_delay_s;
-        seen += code.iono_rate / squared(code.sigma_m) *
-                (code.measurement.pseudorange_m - kSpeedOfLight * delay_s - pseudorange_m -
-                 (code.iono_rate - rate) * model_m);
-      }
-      chosen.ionosphere_m = model_m + prior / (1 + prior * sum_gg) * seen;
-    }
-    m.pseudorange_m = pseudorange_m;
-    m.sigma_m = std::sqrt(variance + prior * squared(rate));
-    m.sigma_factor = factor / (std::sqrt(information) * first_sigma_m);
-    m.ionosphere_share = rate / first_rate;
+  const double ratio = delay_ratio(m, other->measurement);
+  const double a = ratio / (ratio - 1), b = -1 / (ratio - 1);
+  m.pseudorange_m = a * m.pseudorange_m + b * other->measurement.pseudorange_m;
+  m.sigma_m = std::hypot(a * m.sigma_m, b * other->measurement.sigma_m);
+  m.sigma_factor = std::hypot(a * m.sigma_factor, b * other->measurement.sigma_factor);
+  m.ionosphere_share = 0;
+  return chosen;
+}
+
+FixInput::Chosen FixInput::uncombined(double elevation_rad, double model_m) {
+  // P_i = x + g_i I + e_i with I known to sigma_I beside its model: the weights of x are those of the rows
+  // of C^-1, C = diag(sigma_i^2) + sigma_I^2 g g^T (Sherman & Morrison).
+  double sum = 0, sum_g = 0, sum_gg = 0;
+  for (Code& code : codes_) {
+    code.sigma_m = fix_.weights.sigma_m(code.measurement, elevation_rad);
+    const double weight = 1 / squared(code.sigma_m);
+    sum += weight;
+    sum_g += weight * code.iono_rate;
+    sum_gg += weight * squared(code.iono_rate);
   }
-  if (group_delay_s != state.group_delay_s) {
-    m.pseudorange_m -= kSpeedOfLight * (group_delay_s - state.group_delay_s);
+  const double prior = squared(options_.ionosphere_sigma_m);
+  const double k = prior * sum_g / (1 + prior * sum_gg);
+  const double information = sum - k * sum_g;
+  double pseudorange_m = 0, variance = 0, rate = 0;
+  for (const Code& code : codes_) {
+    const double w = (1 - k * code.iono_rate) / squared(code.sigma_m) / information;
+    pseudorange_m += w * code.measurement.pseudorange_m;
+    variance += squared(w * code.measurement.sigma_m);
+    rate += w * code.iono_rate;
   }
+  const Code& first = codes_.front();
+  Chosen chosen{first.measurement, std::nullopt, std::nullopt};
+  if (codes_.size() > 1) {
+    // The estimate of I itself, from the residual of each code.
+    double seen = 0;
+    for (const Code& code : codes_) {
+      seen += code.iono_rate / squared(code.sigma_m) *
+              (code.measurement.pseudorange_m - pseudorange_m - (code.iono_rate - rate) * model_m);
+    }
+    chosen.ionosphere_m = model_m + prior / (1 + prior * sum_gg) * seen;
+  }
+  Measurement& m = chosen.measurement;
+  m.pseudorange_m = pseudorange_m;
+  m.sigma_m = std::sqrt(variance + prior * squared(rate));
+  m.sigma_factor /= std::sqrt(information) * first.sigma_m;
+  m.ionosphere_share = rate / first.iono_rate;
   return chosen;
 }
 

@@ -88,12 +88,15 @@ class FixInput {
   void gather(const SatelliteObservation& satellite, geodesy::GpsTime time);
   void choose(const gnss::Signal& first);
   void smooth(gnss::SatelliteId id, geodesy::GpsTime time);
+  /// Takes off the codes by how much more the satellite delays their signals than the one near L1.
+  void refer_to_l1(const orbit::SatelliteState& state);
   /// Keeps the codes that have a correction, corrected; their deviations without the errors that it removes
   /// go to stated_sigmas_m_.
   void correct(gnss::SatelliteId id, geodesy::GpsTime time, const CodeCorrections& corrections);
-  /// One measurement of the codes that gather(), smooth(), choose() and correct() left.
-  [[nodiscard]] std::optional<Chosen> combine(double elevation_rad, const orbit::SatelliteState& state,
-                                              double model_m);
+  /// One measurement of the codes that are left; there is one at least where next() asks.
+  [[nodiscard]] std::optional<Chosen> combine(double elevation_rad, double model_m);
+  [[nodiscard]] std::optional<Chosen> ionosphere_free() const;
+  [[nodiscard]] Chosen uncombined(double elevation_rad, double model_m);
   [[nodiscard]] std::optional<double> step_m(const Carrier& carrier, const positioning::Measurement& m) const;
 
   FixInputOptions options_;

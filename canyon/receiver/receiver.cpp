@@ -9,10 +9,10 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/paths/disturbance/shadowing.hpp"
 #include "canyon/receiver/channel_bank.hpp"
+#include "canyon/receiver/measurement_model.hpp"
 #include "canyon/receiver/own_draws.hpp"
 #include "canyon/receiver/position_solver.hpp"
-#include "canyon/receiver/positioning/fusion/dead_reckoning_options.hpp"
-#include "canyon/receiver/positioning/pseudorange_model.hpp"
+#include "canyon/receiver/spoofing_check.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
 namespace canyon::receiver {
@@ -143,8 +143,7 @@ struct Receiver::State {
   /// Measures the signals of an epoch's satellites, and makes of them what solvers take.
   [[nodiscard]] Solvable measure(const Instant& at, const Followed& followed, ReceiverEpoch& epoch) {
     const bool drifting = options.noise.drifts(at.motion.velocity_ecef.norm(), followed.los);
-    const bool modelled =
-        options.fix.correct_ionosphere && options.fix_input.combination == Combination::Uncombined;
+    const bool modelled = options.fix_input.combination == Combination::Uncombined;
     const CodeCorrections* usable = solver.corrections(epoch.receiver_time);
     if (usable != nullptr) epoch.station_offset_m = usable->station_offset_m();
     Solvable result;
@@ -161,7 +160,7 @@ struct Receiver::State {
         signal.measurement =
             measuring.measure(at, view, tracked ? &tracked->reception : nullptr, loops, drifting, signal);
       });
-      const double model_m = MeasurementModel::atmosphere_m(at, modelled, false, view.line, gnss::kL1_hz);
+      const double model_m = modelled ? measuring.ionosphere_model_m(at, view.line) : 0;
       const bool has_ephemeris = channels.read_ephemeris(satellite, at.time);
       const auto ranged = fix_input.next(satellite, view.line.state, at.time, model_m, usable);
       if (!has_ephemeris) continue;

@@ -11,7 +11,7 @@
 #include "canyon/base/options/values.hpp"
 #include "canyon/receiver/fix_input.hpp"
 #include "canyon/receiver/positioning/fix.hpp"
-#include "canyon/receiver/positioning/fusion/dead_reckoning_options.hpp"
+#include "canyon/receiver/positioning/fusion/dead_reckoning.hpp"
 #include "canyon/receiver/positioning/positioning_options.hpp"
 #include "canyon/receiver/relative/correction_link.hpp"
 #include "canyon/receiver/relative/rtk_filter.hpp"
@@ -88,7 +88,7 @@ enum class AtOnce : std::uint8_t {
   BeiDouByB1C,      ///< likewise, and BeiDou's signal is B1C (u-blox M10)
 };
 
-struct ReceiverOptions {
+struct ReceiverOptions : positioning::RangeOptions {
   std::string name{kReceiver};
   /// Names of gnss::signals_of(), of any system: these are tracked, of systems without any nothing. Empty: of
   /// each satellite its signal near L1.
@@ -105,7 +105,6 @@ struct ReceiverOptions {
   /// shadows do as well, for antennas on different vehicles. False: nothing does, and receivers that differ
   /// in a setting are compared under the same noise realization.
   options::Switch own_draws = true;
-  positioning::FixOptions fix;
   NoiseOptions noise;
   FixNoiseOptions fix_noise;
   tracking::ClockOptions clock;
@@ -118,9 +117,6 @@ struct ReceiverOptions {
   relative::RtkOptions rtk;
   /// The vehicle's sensors behind all of it, where the receiver's driver has some (EpochContext::sensors).
   positioning::DeadReckoningOptions dead_reckoning;
-  /// Delays are in the signal (the fix corrects them where FixOptions says so), and errors of broadcast
-  /// orbits and clocks. Left out: as the environment has them.
-  options::Switch ionosphere = false, troposphere = false, orbit_errors = false;
   /// Errors that a receiver assumes in its codes beside those of its loops: the noise process where that is
   /// on; under errors of space kSpaceSigma_m that changes over an hour.
   [[nodiscard]] positioning::CodeNoise slow_error() const;

@@ -13,8 +13,8 @@
 #include "canyon/city/city.hpp"
 #include "canyon/paths/disturbance/faults/spoofing.hpp"
 #include "canyon/paths/signal/path_strength.hpp"
-#include "canyon/receiver/position_solver.hpp"
 #include "canyon/receiver/receiver.hpp"
+#include "canyon/receiver/spoofing_check.hpp"
 #include "tests/support/signal_scene.hpp"
 
 namespace canyon::receiver {

@@ -2,7 +2,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
-#include "canyon/receiver/range_terms.hpp"
+#include "canyon/receiver/positioning/range_terms.hpp"
 #include "canyon/run/environment.hpp"
 #include "canyon/sky/orbit/sky.hpp"
 

@@ -17,7 +17,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/city/buildings/sources/raster.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/receiver/rtcm/rtcm_decoder.hpp"
+#include "canyon/receiver/rtcm/rtcm_file.hpp"
 #include "canyon/run/load_city.hpp"
 #include "canyon/run/motion/recorded_path.hpp"
 #include "canyon/run/motion/trajectory.hpp"

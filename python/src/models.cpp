@@ -161,7 +161,7 @@ positioning::Fix solve(const Held& solver, geodesy::GpsTime time,
   }
   const auto n = static_cast<py::ssize_t>(satellites.size());
   problem.position_ecef_m = owning_array(std::move(places), {n, 3});
-  problem.range_m = numbers(satellites, [](const auto& s) { return s.pseudorange_m - s.atmosphere_m; });
+  problem.range_m = numbers(satellites, [](const auto& s) { return s.pseudorange_m - s.space_m; });
   problem.sigma_m = numbers(satellites, [](const auto& s) { return s.sigma_m; });
   problem.cn0_dbhz = numbers(satellites, [](const auto& s) { return s.measured->cn0_dbhz.value_or(kNan); });
   problem.doppler_hz =

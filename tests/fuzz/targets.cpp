@@ -35,7 +35,7 @@
 #include "canyon/outputs/output/encoder.hpp"
 #include "canyon/outputs/output/ubx/frame.hpp"
 #include "canyon/outputs/view/probe.hpp"
-#include "canyon/receiver/rtcm/rtcm_decoder.hpp"
+#include "canyon/receiver/rtcm/rtcm_file.hpp"
 #include "canyon/run/environment.hpp"
 #include "canyon/run/motion/trajectory.hpp"
 #include "canyon/run/scenario/scenario.hpp"

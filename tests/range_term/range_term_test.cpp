@@ -8,7 +8,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/outputs/output/columns.hpp"
-#include "canyon/receiver/range_terms.hpp"
+#include "canyon/receiver/positioning/range_terms.hpp"
 #include "canyon/run/correction_links.hpp"
 #include "canyon/run/environment.hpp"
 #include "canyon/run/samples/generator.hpp"

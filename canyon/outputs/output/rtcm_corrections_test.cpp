@@ -11,7 +11,7 @@
 #include "canyon/outputs/output/observations/raw_observations.hpp"
 #include "canyon/outputs/output/ubx/frame.hpp"
 #include "canyon/receiver/rtcm/frames.hpp"
-#include "canyon/receiver/rtcm/rtcm_decoder.hpp"
+#include "canyon/receiver/rtcm/rtcm_file.hpp"
 #include "tests/support/sample_signals.hpp"
 #include "tests/support/ubx_device.hpp"
 

@@ -80,7 +80,7 @@ class Solver {
     clock_m_.fill(0);
     for (RangedSatellite& satellite : satellites_) {
       satellite.above_mask = true;
-      satellite.atmosphere_m = 0;
+      satellite.space_m = 0;
     }
     const Fix again = attempt();
     return !again.solved() && fix.status == FixStatus::Singular ? fix : again;
@@ -129,11 +129,12 @@ class Solver {
       if (!satellite.excluded) ++count[static_cast<std::size_t>(satellite.measured->id.system)];
     }
     clocks_ = clocks_of(count);
-    rows_ = 0;
+    active_.clear();
     for (RangedSatellite& satellite : satellites_) {
-      satellite.active = satellite.above_mask && !satellite.excluded && column_of(satellite) >= 0;
-      if (satellite.active) ++rows_;
+      if (satellite.above_mask && !satellite.excluded && column_of(satellite) >= 0)
+        active_.push_back(&satellite);
     }
+    rows_ = static_cast<int>(active_.size());
     if (options_.weights.weighting == Weighting::Equal) weigh_equally();
     fix.unknowns = 3 + std::max(clocks_.count, 1);
     if (enough_satellites(rows_, clocks_.count, options_)) return true;
@@ -145,16 +146,19 @@ class Solver {
   /// Gives all the rms of their sigmas, so that the covariance stays that of the measurements.
   void weigh_equally() {
     double sum = 0;
-    for (const RangedSatellite& satellite : satellites_) {
-      if (satellite.active) sum += satellite.measured->sigma_m * satellite.measured->sigma_m;
+    for (const RangedSatellite* satellite : active_) {
+      sum += satellite->measured->sigma_m * satellite->measured->sigma_m;
     }
-    for (RangedSatellite& satellite : satellites_) {
-      if (satellite.active) satellite.sigma_m = std::sqrt(sum / rows_);
-    }
+    for (RangedSatellite* satellite : active_) satellite->sigma_m = std::sqrt(sum / rows_);
   }
 
   [[nodiscard]] int column_of(const RangedSatellite& satellite) const {
     return clocks_.column[static_cast<std::size_t>(satellite.measured->id.system)];
+  }
+
+  /// The satellite of a row of the design.
+  [[nodiscard]] const RangedSatellite& active(Eigen::Index row) const {
+    return *active_[static_cast<std::size_t>(row)];
   }
 
   /// One Gauss-Newton step; its length [m]. @param clocks_alone the position stays
@@ -162,20 +166,18 @@ class Solver {
     design_.setZero(rows_, 3 + clocks_.count);
     residual_.resize(rows_);
     smallest_sigma_m_ = std::numeric_limits<double>::infinity();
-    int row = 0;
-    for (RangedSatellite& satellite : satellites_) {
-      // Flight time and position converge together: 1e-6 m of range turn the Earth by 1e-11 m.
-      place_satellite(satellite, position_);
-      if (!satellite.active) continue;
+    // Flight time and position converge together: 1e-6 m of range turn the Earth by 1e-11 m.
+    for (RangedSatellite& satellite : satellites_) place_satellite(satellite, position_);
+    for (Eigen::Index row = 0; row < rows_; ++row) {
+      const RangedSatellite& satellite = active(row);
       const double sigma = satellite.sigma_m;
       smallest_sigma_m_ = std::min(smallest_sigma_m_, sigma);
       const int column = column_of(satellite);
       design_.row(row).head<3>() = -satellite.direction.transpose() / sigma;
       design_(row, column) = 1 / sigma;
-      residual_(row) = (satellite.pseudorange_m - satellite.range_m - satellite.atmosphere_m -
+      residual_(row) = (satellite.pseudorange_m - satellite.range_m - satellite.space_m -
                         clock_m_[static_cast<std::size_t>(satellite.measured->id.system)]) /
                        sigma;
-      ++row;
     }
     least_squares_.compute(design_);
     fix.rank = static_cast<int>(least_squares_.rank(kRankThreshold));
@@ -188,11 +190,7 @@ class Solver {
       dx.head<3>().setZero();
       dx.tail(clocks_.count) = LeastSquares(design_.rightCols(clocks_.count)).solve(residual_);
     }
-    for (Eigen::Index i = 0; i < design_.rows(); ++i) {
-      double moved = 0;
-      for (Eigen::Index j = 0; j < dx.size(); ++j) moved += design_(i, j) * dx(j);
-      residual_(i) -= moved;
-    }
+    residual_ -= design_ * dx;
     position_ += dx.head<3>();
     for (std::size_t system = 0; system < gnss::kSystemCount; ++system) {
       if (clocks_.column[system] >= 0) clock_m_[system] += dx(clocks_.column[system]);
@@ -212,10 +210,7 @@ class Solver {
       return;
     }
     Design unit = design_;
-    int row = 0;
-    for (const RangedSatellite& satellite : satellites_) {
-      if (satellite.active) unit.row(row++) *= satellite.sigma_m;
-    }
+    for (Eigen::Index row = 0; row < rows_; ++row) unit.row(row) *= active(row).sigma_m;
     const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(place);
     if (const std::optional<Cofactor> q = cofactor(unit, kRankThreshold)) {
       Cofactor enu = *q;
@@ -230,10 +225,7 @@ class Solver {
     fix.position_ecef = position_;
     fix.position = place;
     Eigen::VectorXd shares(rows_);
-    row = 0;
-    for (const RangedSatellite& satellite : satellites_) {
-      if (satellite.active) shares(row++) = satellite.measured->stated_share;
-    }
+    for (Eigen::Index row = 0; row < rows_; ++row) shares(row) = active(row).measured->stated_share;
     const bool corrected = (shares.array() != 1).any();
     const Cofactor covariance = corrected ? least_squares_.covariance(shares) : least_squares_.cofactor();
     fix.covariance_enu = geodesy::rotated(enu_from_ecef, covariance.topLeftCorner<3, 3>());
@@ -242,11 +234,9 @@ class Solver {
           excess_variance(residual_.cwiseQuotient(shares).squaredNorm(), rows_ - fix.unknowns);
       add_ionosphere(enu_from_ecef, fix);
     }
-    row = 0;
-    for (const RangedSatellite& satellite : satellites_) {
-      if (!satellite.active) continue;
-      fix.used.push_back(satellite.measured->id);
-      fix.residuals_m.push_back(residual_(row++) * satellite.sigma_m);
+    for (Eigen::Index row = 0; row < rows_; ++row) {
+      fix.used.push_back(active(row).measured->id);
+      fix.residuals_m.push_back(residual_(row) * active(row).sigma_m);
     }
     for (const System system : gnss::kConstellations) {
       const auto index = static_cast<std::size_t>(system);
@@ -260,10 +250,8 @@ class Solver {
   /// residuals do not show that.
   void add_ionosphere(const Eigen::Matrix3d& enu_from_ecef, Fix& fix) {
     Eigen::VectorXd delays(rows_);
-    int row = 0;
-    for (const RangedSatellite& satellite : satellites_) {
-      if (satellite.active) delays(row++) = satellite.ionosphere_m / satellite.sigma_m;
-    }
+    for (Eigen::Index row = 0; row < rows_; ++row)
+      delays(row) = active(row).ionosphere_m / active(row).sigma_m;
     const auto moved = least_squares_.solve(delays);
     const Eigen::Vector3d enu = kIonosphereLeft * (enu_from_ecef * moved.head<3>());
     fix.covariance_enu += enu * enu.transpose();
@@ -321,12 +309,7 @@ class Solver {
   /// The satellite of the largest normalised residual in the last step; null where the others check none.
   [[nodiscard]] RangedSatellite* worst_satellite() {
     const std::optional<Eigen::Index> worst = largest_normalised_residual(design_, residual_);
-    if (!worst) return nullptr;
-    Eigen::Index row = 0;
-    for (RangedSatellite& satellite : satellites_) {
-      if (satellite.active && row++ == *worst) return &satellite;
-    }
-    return nullptr;
+    return worst ? active_[static_cast<std::size_t>(*worst)] : nullptr;
   }
 
   /// doppler_equation() of satellites over its deviation, and its solution for velocity and clock drift.
@@ -354,16 +337,17 @@ class Solver {
 
   [[nodiscard]] Rates rates() const {
     Rates all;
-    for (const RangedSatellite& satellite : satellites_) {
-      if (satellite.active && satellite.measured->doppler_hz) all.ids.push_back(satellite.measured->id);
+    for (const RangedSatellite* satellite : active_) {
+      if (satellite->measured->doppler_hz) all.ids.push_back(satellite->measured->id);
     }
     const auto rows = static_cast<Eigen::Index>(all.ids.size());
     all.design.resize(rows, 4);
     all.rate.resize(rows);
     all.weight.setOnes(rows);
     Eigen::Index row = 0;
-    for (const RangedSatellite& satellite : satellites_) {
-      if (!satellite.active || !satellite.measured->doppler_hz) continue;
+    for (const RangedSatellite* each : active_) {
+      const RangedSatellite& satellite = *each;
+      if (!satellite.measured->doppler_hz) continue;
       const DopplerEquation doppler = doppler_equation(satellite);
       all.design.row(row).head<3>() = -satellite.direction.transpose() / (doppler.g * doppler.sigma_mps);
       all.design(row, 3) = (1 - doppler.measured_mps / kSpeedOfLight) / doppler.sigma_mps;
@@ -388,8 +372,7 @@ class Solver {
     const auto rows = static_cast<double>(rates.ids.size());
     for (int i = 0; i < kChoices; ++i) {
       const Eigen::VectorXd sizes = robust.residual.cwiseAbs();
-      const double scatter =
-          kMadToSigma * median(std::vector<double>(sizes.data(), sizes.data() + sizes.size()));
+      const double scatter = kMadToSigma * *median({sizes.data(), static_cast<std::size_t>(sizes.size())});
       const double widest = gate * std::max(1.0, scatter * std::sqrt(rows / (rows - 4)));
       for (Eigen::Index k = 0; k < sizes.size(); ++k) robust.weight(k) = sizes(k) < widest ? 1 : 0;
       if (robust.redundancy() < 1 || !robust.solve()) return;
@@ -426,6 +409,7 @@ class Solver {
   const std::map<System, gnss::Klobuchar>& klobuchar_;
   Eigen::Vector3d position_;
   std::vector<RangedSatellite> satellites_;
+  std::vector<RangedSatellite*> active_;  ///< above the mask, not excluded, not alone in its constellation
   double offset_m_ = 0;
   std::array<double, gnss::kSystemCount> clock_m_{};  ///< receiver minus system, minus offset_m_
   Clocks clocks_;

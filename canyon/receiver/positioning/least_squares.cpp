@@ -69,13 +69,7 @@ std::optional<Eigen::Index> largest_normalised_residual(const Design& design,
   std::optional<Eigen::Index> worst;
   double largest = 0;
   for (Eigen::Index i = 0; i < design.rows(); ++i) {
-    double leverage = 0;
-    for (Eigen::Index j = 0; j < design.cols(); ++j) {
-      double along = 0;
-      for (Eigen::Index k = 0; k < design.cols(); ++k) along += design(i, k) * (*covariance)(k, j);
-      leverage += along * design(i, j);
-    }
-    const double q = 1 - leverage;
+    const double q = 1 - (design.row(i) * *covariance).dot(design.row(i));
     if (q < kUnchecked) continue;
     const double squared = residual(i) * residual(i) / q;
     if (worst && !(squared > largest)) continue;

@@ -73,13 +73,6 @@ using Design = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColM
   return std::max(1.0, squares / n * (n > 2 ? n / (n - 2) : 5));
 }
 
-/// Middle value, of two middle ones the larger. @param values not empty
-[[nodiscard]] inline double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Least squares min |A x - b| by Householder's QR with column pivoting.
 class LeastSquares {
  public:

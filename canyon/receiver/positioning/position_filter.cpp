@@ -11,7 +11,8 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/receiver/positioning/filter_track.hpp"
+#include "canyon/base/statistics.hpp"
+#include "canyon/receiver/positioning/filter_state.hpp"
 #include "canyon/receiver/positioning/least_squares.hpp"
 
 namespace canyon::positioning {
@@ -26,7 +27,7 @@ constexpr double kUnknownDrift_mps = 1e-4 / 3 * kSpeedOfLight;
 /// Innovations beyond so many of their standard deviations are left out.
 constexpr double kGateSigmas = 4;
 
-void look_around(Epoch& epoch, const Eigen::Vector3d& position, const FixOptions& fix,
+void look_around(FilterEpoch& epoch, const Eigen::Vector3d& position, const FixOptions& fix,
                  const std::map<System, gnss::Klobuchar>& klobuchar) {
   double sum = 0;
   int above = 0;
@@ -48,25 +49,25 @@ struct Dopplers {
   int considered = 0, taken = 0;
 };
 /// @param without these
-Dopplers take_dopplers(const Track& track, const Epoch& epoch, double gate_sigmas, Update& update,
-                       std::span<const gnss::SatelliteId> without = {}) {
+Dopplers take_dopplers(const FilterState& filter, const FilterEpoch& epoch, double gate_sigmas,
+                       Update& update, std::span<const gnss::SatelliteId> without = {}) {
   Dopplers count;
   for (const std::size_t i : epoch.order) {
     const Measurement& measured = *epoch.satellites[i].measured;
     if (!epoch.passed[i] || !measured.doppler_hz) continue;
     if (std::find(without.begin(), without.end(), measured.id) != without.end()) continue;
     ++count.considered;
-    if (update.take(doppler_row(track, epoch.satellites[i]), gate_sigmas)) ++count.taken;
+    if (update.take(doppler_row(filter, epoch.satellites[i]), gate_sigmas)) ++count.taken;
   }
   return count;
 }
 
 /// Where most Dopplers contradict the predicted velocity and agree on another one, they are right: the
 /// vehicle turned or braked unexpectedly.
-void take_motion(const Track& track, const Epoch& epoch, Update& update) {
-  Track turned = track;
+void take_motion(const FilterState& filter, const FilterEpoch& epoch, Update& update) {
+  FilterState turned = filter;
   Update other(turned, update);
-  const Dopplers expected = take_dopplers(track, epoch, kGateSigmas, update);
+  const Dopplers expected = take_dopplers(filter, epoch, kGateSigmas, update);
   if (2 * expected.taken >= expected.considered) return;
   turned.p.block<3, 3>(kVelocity, kVelocity) += unknown_velocity(turned.position());
   turned.stated.block<3, 3>(kVelocity, kVelocity) += unknown_velocity(turned.position());
@@ -76,7 +77,7 @@ void take_motion(const Track& track, const Epoch& epoch, Update& update) {
 }
 
 /// Root of a fix's excess_variance().
-double excess_of_residuals(const Epoch& epoch, const Fix& fix, const FixOptions& options) {
+double excess_of_residuals(const FilterEpoch& epoch, const Fix& fix, const FixOptions& options) {
   if (!options.covariance_by_residuals || fix.residuals_m.size() != fix.used.size()) return 1;
   double squares = 0;
   for (const RangedSatellite& satellite : epoch.satellites) {
@@ -86,8 +87,8 @@ double excess_of_residuals(const Epoch& epoch, const Fix& fix, const FixOptions&
   return std::sqrt(excess_variance(squares, static_cast<int>(fix.used.size()) - fix.unknowns));
 }
 
-/// excess_variance() of the residuals at the track's position, of all satellites above the masks.
-double excess_of_innovations(const Track& track, const Epoch& epoch) {
+/// excess_variance() of the residuals at the filter's position, of all satellites above the masks.
+double excess_of_innovations(const FilterState& filter, const FilterEpoch& epoch) {
   // Farther beyond the gate it tells no more of the position, which the satellite does not move.
   const double most_sigmas = 2 * kGateSigmas;
   double squares = 0;
@@ -95,8 +96,8 @@ double excess_of_innovations(const Track& track, const Epoch& epoch) {
   std::array<bool, kConstellations.size()> clock{};
   for (RangedSatellite satellite : epoch.satellites) {
     if (!satellite.above_mask) continue;
-    place_satellite(satellite, track.position());
-    const Row row = pseudorange_row(track, satellite);
+    place_satellite(satellite, filter.position());
+    const FilterRow row = pseudorange_row(filter, satellite);
     squares += std::pow(std::min(std::abs(row.innovation) / (row.sigma * row.share), most_sigmas), 2);
     ++count;
     clock[clock_index(satellite.measured->id.system)] = true;
@@ -108,44 +109,44 @@ double excess_of_innovations(const Track& track, const Epoch& epoch) {
 /// A filter with the information of the fix's satellites, correlations of position and clocks included: their
 /// measurements taken at the fix's position, from (nearly) nothing. Empty where they are not among the
 /// measurements.
-std::optional<Track> begin(Epoch& epoch, const Fix& fix, const FixOptions& options,
-                           const PositionFilterOptions& filter,
-                           const std::map<System, gnss::Klobuchar>& klobuchar) {
+std::optional<FilterState> begin(FilterEpoch& epoch, const Fix& fix, const FixOptions& options,
+                                 const PositionFilterOptions& filter_options,
+                                 const std::map<System, gnss::Klobuchar>& klobuchar) {
   look_around(epoch, fix.position_ecef, options, klobuchar);
   const Eigen::Matrix3d ecef_from_enu = geodesy::enu_from_ecef_rotation(fix.position).transpose();
-  Track track;
-  track.time = track.measured = epoch.time;
-  track.x.segment<3>(kPosition) = fix.position_ecef;
-  track.p.block<3, 3>(kPosition, kPosition).diagonal().setConstant(kUnknown_m * kUnknown_m);
-  if (fix.velocity_enu_mps) track.x.segment<3>(kVelocity) = ecef_from_enu * *fix.velocity_enu_mps;
-  track.p.block<3, 3>(kVelocity, kVelocity) = unknown_velocity(fix.position_ecef);
-  track.x(kDrift) = fix.clock_drift.value_or(0) * kSpeedOfLight;
-  track.p(kDrift, kDrift) = kUnknownDrift_mps * kUnknownDrift_mps;
+  FilterState filter;
+  filter.time = filter.measured = epoch.time;
+  filter.x.segment<3>(kPosition) = fix.position_ecef;
+  filter.p.block<3, 3>(kPosition, kPosition).diagonal().setConstant(kUnknown_m * kUnknown_m);
+  if (fix.velocity_enu_mps) filter.x.segment<3>(kVelocity) = ecef_from_enu * *fix.velocity_enu_mps;
+  filter.p.block<3, 3>(kVelocity, kVelocity) = unknown_velocity(fix.position_ecef);
+  filter.x(kDrift) = fix.clock_drift.value_or(0) * kSpeedOfLight;
+  filter.p(kDrift, kDrift) = kUnknownDrift_mps * kUnknownDrift_mps;
   for (const auto& [system, bias_s] : fix.clock_bias_s) {
-    track.known[clock_index(system)] = true;
-    track.x(clock_of(system)) = bias_s * kSpeedOfLight;
-    track.p(clock_of(system), clock_of(system)) = kUnknown_m * kUnknown_m;
+    filter.known[clock_index(system)] = true;
+    filter.x(clock_of(system)) = bias_s * kSpeedOfLight;
+    filter.p(clock_of(system), clock_of(system)) = kUnknown_m * kUnknown_m;
   }
-  track.stated = track.p;
-  Update update(track);
+  filter.stated = filter.p;
+  Update update(filter);
   epoch.passed.assign(epoch.satellites.size(), false);
   epoch.order.clear();
   const double excess = excess_of_residuals(epoch, fix, options);
   int taken = 0;
   for (std::size_t i = 0; i < epoch.satellites.size(); ++i) {
     const gnss::SatelliteId id = epoch.satellites[i].measured->id;
-    if (!track.knows(id.system) || !std::binary_search(fix.used.begin(), fix.used.end(), id)) continue;
-    Row row = pseudorange_row(track, epoch.satellites[i]);
+    if (!filter.knows(id.system) || !std::binary_search(fix.used.begin(), fix.used.end(), id)) continue;
+    FilterRow row = pseudorange_row(filter, epoch.satellites[i]);
     row.sigma *= excess;
     epoch.passed[i] = update.take(row, std::numeric_limits<double>::infinity());
     epoch.order.push_back(i);
     ++taken;
   }
   if (taken < 4) return std::nullopt;
-  take_dopplers(track, epoch, std::numeric_limits<double>::infinity(), update, fix.excluded);
+  take_dopplers(filter, epoch, std::numeric_limits<double>::infinity(), update, fix.excluded);
   update.finish();
-  state_accuracy(track, update.taken(), 1, filter);
-  return track;
+  state_accuracy(filter, update.taken(), 1, filter_options);
+  return filter;
 }
 
 /// Keeps the instant since when most of `considered` fail; true when that is `limit_s` ago.
@@ -160,29 +161,29 @@ bool astray(std::optional<geodesy::GpsTime>& since, geodesy::GpsTime now, int fa
 }
 
 /// One epoch's measurements, at the predicted position; false where the filter is astray.
-bool correct(Track& track, OwnClock& own, Epoch& epoch, double dt, const PositionFilterOptions& options,
-             bool by_residuals) {
-  mind_clocks(track, own, epoch, dt);
+bool correct(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double dt,
+             const PositionFilterOptions& options, bool by_residuals) {
+  mind_clocks(filter, own, epoch, dt);
   struct Candidate {
     std::size_t index;
-    Row row;
+    FilterRow row;
   };
   std::vector<Candidate> candidates;
   std::vector<double> innovations;
   for (std::size_t i = 0; i < epoch.satellites.size(); ++i) {
     if (!epoch.satellites[i].above_mask) continue;
-    candidates.push_back({i, pseudorange_row(track, epoch.satellites[i])});
+    candidates.push_back({i, pseudorange_row(filter, epoch.satellites[i])});
     innovations.push_back(candidates.back().row.innovation);
   }
   epoch.passed.assign(epoch.satellites.size(), false);
   if (candidates.empty()) return true;
-  const double middle = median(innovations);
+  const double middle = *median(innovations);
   std::stable_sort(candidates.begin(), candidates.end(), [middle](const Candidate& a, const Candidate& b) {
     return std::abs(a.row.innovation - middle) < std::abs(b.row.innovation - middle);
   });
   epoch.order.clear();
   for (const Candidate& candidate : candidates) epoch.order.push_back(candidate.index);
-  Update update(track);
+  Update update(filter);
   std::array<int, kConstellations.size()> considered{};
   std::array<int, kConstellations.size()> failed{};
   for (const Candidate& candidate : candidates) {
@@ -190,14 +191,15 @@ bool correct(Track& track, OwnClock& own, Epoch& epoch, double dt, const Positio
     ++considered[system];
     epoch.passed[candidate.index] = update.take(candidate.row, kGateSigmas);
     if (epoch.passed[candidate.index]) {
-      track.measured = epoch.time;
+      filter.measured = epoch.time;
     } else {
       ++failed[system];
     }
   }
-  take_motion(track, epoch, update);
+  take_motion(filter, epoch, update);
   update.finish();
-  state_accuracy(track, update.taken(), by_residuals ? excess_of_innovations(track, epoch) : 1, options);
+  state_accuracy(filter, update.taken(),
+                 by_residuals ? excess_of_innovations(filter, epoch) : 1, options);
   int all_considered = 0;
   int all_failed = 0;
   for (std::size_t system = 0; system < kConstellations.size(); ++system) {
@@ -205,24 +207,24 @@ bool correct(Track& track, OwnClock& own, Epoch& epoch, double dt, const Positio
     all_failed += failed[system];
     // The first satellites of a constellation can give its clock wrongly: it is then estimated anew. A lone
     // satellite gives nothing else.
-    if (considered[system] >= 2 && astray(track.system_astray_since[system], epoch.time, failed[system],
+    if (considered[system] >= 2 && astray(filter.system_astray_since[system], epoch.time, failed[system],
                                           considered[system], options.coast_s)) {
-      track.known[system] = false;
-      track.x(kClock + static_cast<int>(system)) = 0;
-      track.system_astray_since[system].reset();
+      filter.known[system] = false;
+      filter.x(kClock + static_cast<int>(system)) = 0;
+      filter.system_astray_since[system].reset();
     }
   }
-  return !astray(track.astray_since, epoch.time, all_failed, all_considered, options.coast_s);
+  return !astray(filter.astray_since, epoch.time, all_failed, all_considered, options.coast_s);
 }
 
-/// excess_variance() of the Dopplers at the track's velocity, of all satellites above the masks.
-double excess_of_dopplers(const Track& track, const Epoch& epoch) {
+/// excess_variance() of the Dopplers at the filter's velocity, of all satellites above the masks.
+double excess_of_dopplers(const FilterState& filter, const FilterEpoch& epoch) {
   constexpr double kMostSigmas = 8;
   double squares = 0;
   int count = 0;
   for (const RangedSatellite& satellite : epoch.satellites) {
     if (!satellite.above_mask || !satellite.measured->doppler_hz) continue;
-    const Row row = doppler_row(track, satellite);
+    const FilterRow row = doppler_row(filter, satellite);
     squares += std::pow(std::min(std::abs(row.innovation) / row.sigma, kMostSigmas), 2);
     ++count;
   }
@@ -230,89 +232,88 @@ double excess_of_dopplers(const Track& track, const Epoch& epoch) {
 }
 
 /// False where no receiver can be.
-bool somewhere(const Track& track) {
-  if (!track.x.allFinite()) return false;
-  const double height = geodesy::geodetic_from_ecef(track.position()).height_m;
+bool somewhere(const FilterState& filter) {
+  if (!filter.x.allFinite()) return false;
+  const double height = geodesy::geodetic_from_ecef(filter.position()).height_m;
   return is_near_ground(height);
 }
 
-bool accurate(const Track& track, const PositionFilterOptions& options) {
-  return std::sqrt(track.stated.block<3, 3>(kPosition, kPosition).trace()) <= options.max_sigma_m;
+bool accurate(const FilterState& filter, const PositionFilterOptions& options) {
+  return std::sqrt(filter.stated.block<3, 3>(kPosition, kPosition).trace()) <= options.max_sigma_m;
+}
+
+/// Design matrix of satellites that it places at the filter's position: east, north, up, and a clock for each
+/// constellation in the order of its first satellite.
+Design place_and_design(const FilterState& filter, std::vector<RangedSatellite>& satellites,
+                        const Eigen::Matrix3d& enu_from_ecef) {
+  std::array<int, kConstellations.size()> column{};
+  int clocks = 0;
+  for (const RangedSatellite& satellite : satellites) {
+    int& each = column[clock_index(satellite.measured->id.system)];
+    if (each == 0) each = 3 + clocks++;
+  }
+  Design design = Design::Zero(static_cast<Eigen::Index>(satellites.size()), 3 + clocks);
+  Eigen::Index row = 0;
+  for (RangedSatellite& satellite : satellites) {
+    place_satellite(satellite, filter.position());
+    design.row(row).head<3>() = -(enu_from_ecef * satellite.direction).transpose();
+    design(row++, column[clock_index(satellite.measured->id.system)]) = 1;
+  }
+  return design;
 }
 
 /// How a fix of the satellites above the mask moves [m], ENU, if the ionosphere's delays are wrong by the
 /// share that models leave, on all alike. 0 where they have none or the geometry lacks rank.
-Eigen::Vector3d moved_by_ionosphere(const Track& track, const Epoch& epoch,
+Eigen::Vector3d moved_by_ionosphere(const FilterState& filter, const FilterEpoch& epoch,
                                     const Eigen::Matrix3d& enu_from_ecef) {
-  std::array<int, kConstellations.size()> column{};
-  column.fill(-1);
-  int clocks = 0;
-  Eigen::Index rows = 0;
-  bool any = false;
-  for (const RangedSatellite& satellite : epoch.satellites) {
-    if (!satellite.above_mask) continue;
-    int& each = column[clock_index(satellite.measured->id.system)];
-    if (each < 0) each = 3 + clocks++;
-    ++rows;
-    any = any || satellite.ionosphere_m != 0;
+  std::vector<RangedSatellite> above = epoch.satellites;
+  std::erase_if(above, [](const RangedSatellite& satellite) { return !satellite.above_mask; });
+  if (std::all_of(above.begin(), above.end(), [](const auto& each) { return each.ionosphere_m == 0; })) {
+    return Eigen::Vector3d::Zero();
   }
-  if (!any) return Eigen::Vector3d::Zero();
-  Design design = Design::Zero(rows, 3 + clocks);
-  Eigen::VectorXd delays(rows);
-  Eigen::Index row = 0;
-  for (RangedSatellite satellite : epoch.satellites) {
-    if (!satellite.above_mask) continue;
-    place_satellite(satellite, track.position());
-    design.row(row).head<3>() = -(enu_from_ecef * satellite.direction).transpose() / satellite.sigma_m;
-    design(row, column[clock_index(satellite.measured->id.system)]) = 1 / satellite.sigma_m;
-    delays(row++) = satellite.ionosphere_m / satellite.sigma_m;
+  Design design = place_and_design(filter, above, enu_from_ecef);
+  Eigen::VectorXd delays(design.rows());
+  for (Eigen::Index row = 0; row < design.rows(); ++row) {
+    const RangedSatellite& satellite = above[static_cast<std::size_t>(row)];
+    design.row(row) /= satellite.sigma_m;
+    delays(row) = satellite.ionosphere_m / satellite.sigma_m;
   }
   const LeastSquares least_squares(design);
   if (least_squares.rank(kRankThreshold) < design.cols()) return Eigen::Vector3d::Zero();
   return kIonosphereLeft * least_squares.solve(delays).head<3>();
 }
 
-void add_geometry(Fix& fix, const Track& track, const Epoch& epoch, const Eigen::Matrix3d& enu_from_ecef) {
-  std::array<int, kConstellations.size()> column{};
-  column.fill(-1);
-  int clocks = 0;
-  for (const gnss::SatelliteId id : fix.used) {
-    int& each = column[clock_index(id.system)];
-    if (each < 0) each = 3 + clocks++;
-  }
-  fix.unknowns = 3 + std::max(clocks, 1);
+void add_geometry(Fix& fix, const FilterState& filter, const FilterEpoch& epoch,
+                  const Eigen::Matrix3d& enu_from_ecef) {
+  fix.unknowns = 4;
   if (fix.used.empty()) return;
-  Design design = Design::Zero(static_cast<Eigen::Index>(fix.used.size()), 3 + clocks);
-  Eigen::Index row = 0;
+  std::vector<RangedSatellite> passed;
   for (std::size_t i = 0; i < epoch.satellites.size(); ++i) {
-    if (!epoch.passed[i]) continue;
-    RangedSatellite satellite = epoch.satellites[i];
-    const System system = satellite.measured->id.system;
-    place_satellite(satellite, track.position());
-    fix.residuals_m.push_back(satellite.pseudorange_m - satellite.range_m - satellite.atmosphere_m -
-                              track.x(clock_of(system)));
-    design.row(row).head<3>() = -(enu_from_ecef * satellite.direction).transpose();
-    design(row, column[clock_index(system)]) = 1;
-    ++row;
+    if (epoch.passed[i]) passed.push_back(epoch.satellites[i]);
   }
+  const Design design = place_and_design(filter, passed, enu_from_ecef);
+  for (const RangedSatellite& satellite : passed) {
+    fix.residuals_m.push_back(pseudorange_row(filter, satellite).innovation);
+  }
+  fix.unknowns = static_cast<int>(design.cols());
   fix.rank = static_cast<int>(LeastSquares(design).rank(kRankThreshold));
   if (const std::optional<Cofactor> q = cofactor(design)) fix.dop = dop_from_cofactor(*q);
 }
 
 /// @param of least squares, of the same measurements
-Fix describe(const Track& track, const Epoch& epoch, const Fix& of, const FixOptions& options) {
+Fix describe(const FilterState& filter, const FilterEpoch& epoch, const Fix& of, const FixOptions& options) {
   Fix fix;
   fix.status = FixStatus::Fix;
   fix.iterations = 1;
-  fix.position_ecef = track.position();
+  fix.position_ecef = filter.position();
   fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(fix.position);
-  fix.covariance_enu = geodesy::rotated(enu_from_ecef, track.stated.block<3, 3>(kPosition, kPosition));
-  fix.velocity_enu_mps = enu_from_ecef * track.velocity();
-  fix.velocity_covariance_enu = geodesy::rotated(enu_from_ecef, track.p.block<3, 3>(kVelocity, kVelocity));
-  fix.clock_drift = track.x(kDrift) / kSpeedOfLight;
+  fix.covariance_enu = geodesy::rotated(enu_from_ecef, filter.stated.block<3, 3>(kPosition, kPosition));
+  fix.velocity_enu_mps = enu_from_ecef * filter.velocity();
+  fix.velocity_covariance_enu = geodesy::rotated(enu_from_ecef, filter.p.block<3, 3>(kVelocity, kVelocity));
+  fix.clock_drift = filter.x(kDrift) / kSpeedOfLight;
   for (const System system : kConstellations) {
-    if (track.knows(system)) fix.clock_bias_s[system] = track.x(clock_of(system)) / kSpeedOfLight;
+    if (filter.knows(system)) fix.clock_bias_s[system] = filter.x(clock_of(system)) / kSpeedOfLight;
   }
   for (std::size_t i = 0; i < epoch.satellites.size(); ++i) {
     if (!epoch.satellites[i].above_mask) continue;
@@ -325,11 +326,11 @@ Fix describe(const Track& track, const Epoch& epoch, const Fix& of, const FixOpt
     fix.correction_station = of.correction_station;
   }
   if (options.covariance_by_residuals) {
-    const Eigen::Vector3d moved = moved_by_ionosphere(track, epoch, enu_from_ecef);
+    const Eigen::Vector3d moved = moved_by_ionosphere(filter, epoch, enu_from_ecef);
     fix.covariance_enu += moved * moved.transpose();
-    *fix.velocity_covariance_enu *= excess_of_dopplers(track, epoch);
+    *fix.velocity_covariance_enu *= excess_of_dopplers(filter, epoch);
   }
-  add_geometry(fix, track, epoch, enu_from_ecef);
+  add_geometry(fix, filter, epoch, enu_from_ecef);
   return fix;
 }
 
@@ -338,8 +339,8 @@ Fix describe(const Track& track, const Epoch& epoch, const Fix& of, const FixOpt
 struct PositionFilter::State {
   PositionFilterOptions options;
   FixOptions fix;
-  std::optional<Track> track;
-  OwnClock own_clock;  ///< of the receiver: it outlives a track
+  std::optional<FilterState> filter;
+  OwnClock own_clock;  ///< of the receiver: it outlives a filter
 };
 
 PositionFilter::PositionFilter(const PositionFilterOptions& options, const FixOptions& fix)
@@ -355,45 +356,45 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Mea
                            const orbit::Sky& sky, const Fix& fix,
                            const std::map<System, gnss::Klobuchar>& klobuchar) {
   const PositionFilterOptions& options = state_->options;
-  Epoch epoch{receiver_time, ranged_satellites(receiver_time, measurements, sky, state_->fix), {}, {}};
-  std::optional<Track> track = state_->track;
-  bool lost = !track;
-  if (track) {
-    const double dt = receiver_time - track->time;
+  FilterEpoch epoch{receiver_time, ranged_satellites(receiver_time, measurements, sky, state_->fix), {}, {}};
+  std::optional<FilterState> filter = state_->filter;
+  bool lost = !filter;
+  if (filter) {
+    const double dt = receiver_time - filter->time;
     if (dt < 0) {
       throw InputError(fmt::format("the position filter cannot go {} s back in time", -dt),
                        "give epochs in order of time");
     }
-    if (receiver_time - track->measured > options.coast_s) {
-      track.reset();
+    if (receiver_time - filter->measured > options.coast_s) {
+      filter.reset();
       lost = true;
     } else {
-      predict(*track, dt, options);
-      track->time = receiver_time;
-      look_around(epoch, track->position(), state_->fix, klobuchar);
-      lost = !correct(*track, state_->own_clock, epoch, dt, options, state_->fix.covariance_by_residuals);
-      if (!somewhere(*track)) {
-        track.reset();
+      predict(*filter, dt, options);
+      filter->time = receiver_time;
+      look_around(epoch, filter->position(), state_->fix, klobuchar);
+      lost = !correct(*filter, state_->own_clock, epoch, dt, options, state_->fix.covariance_by_residuals);
+      if (!somewhere(*filter)) {
+        filter.reset();
         lost = true;
       }
     }
   }
   if (lost && fix.solved()) {
-    Epoch fresh = epoch;
-    const std::optional<Track> anew = begin(fresh, fix, state_->fix, options, klobuchar);
+    FilterEpoch fresh = epoch;
+    const std::optional<FilterState> anew = begin(fresh, fix, state_->fix, options, klobuchar);
     if (anew && accurate(*anew, options)) {
-      state_->track = anew;
+      state_->filter = anew;
       state_->own_clock.of.reset();
       Fix answer = describe(*anew, fresh, fix, state_->fix);
       answer.excluded = fix.excluded;
       return answer;
     }
   }
-  state_->track = track;
-  if (track && accurate(*track, options)) return describe(*track, epoch, fix, state_->fix);
-  if (!track && std::isinf(options.max_sigma_m)) return fix;
+  state_->filter = filter;
+  if (filter && accurate(*filter, options)) return describe(*filter, epoch, fix, state_->fix);
+  if (!filter && std::isinf(options.max_sigma_m)) return fix;
   Fix none;
-  none.status = fix.solved() || track ? FixStatus::WeakGeometry : fix.status;
+  none.status = fix.solved() || filter ? FixStatus::WeakGeometry : fix.status;
   none.available = fix.available;
   none.unknowns = fix.unknowns;
   none.rank = fix.rank;

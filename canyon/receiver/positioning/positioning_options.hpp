@@ -41,7 +41,6 @@ struct WeightOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, WeightOptions& o);
 
 /// Receiver autonomous integrity monitoring: fault detection and exclusion on the residuals of one fix.
@@ -55,7 +54,6 @@ struct RaimOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, RaimOptions& o);
 
 struct FixOptions {
@@ -81,8 +79,15 @@ struct FixOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, FixOptions& o);
+
+/// Which errors of space are in a receiver's signals, and what its fix takes off.
+struct RangeOptions {
+  FixOptions fix;
+  /// Delays are in the signal (the fix corrects them where FixOptions says so), and errors of broadcast
+  /// orbits and clocks. Left out: as the environment has them.
+  options::Switch ionosphere = false, troposphere = false, orbit_errors = false;
+};
 
 /// Extended Kalman filter over pseudoranges and Doppler, as receivers for vehicles run: position and velocity
 /// with white acceleration, one oscillator's drift, and a clock for each constellation that all follow the
@@ -116,7 +121,6 @@ struct PositionFilterOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, PositionFilterOptions& o);
 
 }  // namespace canyon::positioning

@@ -11,7 +11,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
-#include "canyon/sky/space_errors.hpp"
+#include "canyon/receiver/positioning/range_terms.hpp"
 
 namespace canyon::positioning {
 
@@ -57,6 +57,13 @@ void carry(orbit::SatelliteState& state, double dt_s) {
   state.position_m += (state.velocity_mps + acceleration * (dt_s / 2)) * dt_s;
   state.velocity_mps += acceleration * dt_s;
   state.clock_bias_s += state.clock_drift * dt_s;
+}
+
+receiver::CodeAndCarrier satellite_range(const orbit::SatelliteState& state, const gnss::Signal* signal) {
+  receiver::ModelState model;
+  model.satellite = &state;
+  model.signal = signal;
+  return modelled_range(receiver::RangeTermOf::Satellite, model);
 }
 
 Clocks clocks_of(const std::array<int, gnss::kSystemCount>& satellites) {
@@ -124,7 +131,7 @@ std::vector<RangedSatellite> ranged_satellites(geodesy::GpsTime receiver_time,
     RangedSatellite satellite;
     satellite.measured = &m;
     satellite.state = *state;
-    satellite.pseudorange_m = m.pseudorange_m + kSpeedOfLight * (state->clock_bias_s - state->group_delay_s);
+    satellite.pseudorange_m = m.pseudorange_m - satellite_range(satellite.state, nullptr).code;
     satellite.sigma_m = options.weights.sigma_m(m, geodesy::kPi / 2);
     satellite.doppler_sigma_mps = options.weights.doppler_sigma_mps(m);
     satellites.push_back(satellite);
@@ -156,25 +163,25 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
   const geodesy::Geodetic place = geodesy::geodetic_from_ecef(receiver_ecef);
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(place);
   const double sine_of_mask = std::sin(options.elevation_mask_rad);
-  const bool corrects = options.correct_ionosphere || options.correct_troposphere;
   const bool weighs = options.weights.weighting == Weighting::Elevation;
   for (RangedSatellite& satellite : satellites) {
     satellite.direction = (satellite.position - receiver_ecef).normalized();
     const Eigen::Vector3d enu = enu_from_ecef * satellite.direction;
     const bool above = enu.z() >= sine_of_mask;
     satellite.above_mask = above && (satellite.above_mask || looks < kMaskLooks);
-    if (!above || !(corrects || weighs)) continue;
+    if (!above) continue;
     const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(enu);
     const Measurement& m = *satellite.measured;
     if (weighs) satellite.sigma_m = options.weights.sigma_m(m, look.elevation_rad);
-    const auto delay_m = [&](bool ionosphere, bool troposphere) {
-      return errors::atmosphere_m(
-          ionosphere, troposphere, klobuchar, m.id.system,
-          m.carrier_frequency_hz > 0 ? m.carrier_frequency_hz : satellite.state.carrier_frequency_hz,
-          receiver_time, place, look);
-    };
-    const double ionosphere_m = m.ionosphere_share * delay_m(options.correct_ionosphere, false);
-    satellite.atmosphere_m = ionosphere_m + delay_m(false, options.correct_troposphere);
+    std::array<double, receiver::kMostRangeTerms> of_terms_m{};
+    satellite.space_m = modelled_range(receiver::RangeTermOf::Space,
+                                       {&options, &klobuchar, &satellite.state, nullptr, m.id,
+                                        m.carrier_frequency_hz > 0 ? m.carrier_frequency_hz
+                                                                   : satellite.state.carrier_frequency_hz,
+                                        receiver_time, place, look, m.ionosphere_share},
+                                       of_terms_m)
+                            .code;
+    const double ionosphere_m = of_terms_m[static_cast<std::size_t>(receiver::RangeTermId::Ionosphere)];
     satellite.ionosphere_m = m.stated_share == 1 ? ionosphere_m : 0;
   }
 }

@@ -11,6 +11,7 @@
 #include "canyon/base/geodesy/gps_time.hpp"
 #include "canyon/base/options/fwd.hpp"
 #include "canyon/receiver/positioning/fix.hpp"
+#include "canyon/receiver/positioning/range_terms.hpp"
 #include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/orbit/sky.hpp"
 
@@ -21,18 +22,17 @@ namespace canyon::positioning {
 struct RangedSatellite {
   const Measurement* measured = nullptr;
   orbit::SatelliteState state;   ///< ECEF of the transmission instant
-  double pseudorange_m = 0;      ///< cleaned of the satellite's clock: range + atmosphere + receiver clock
+  double pseudorange_m = 0;      ///< cleaned of satellite_range(): range + terms of space + receiver clock
   double sigma_m = 1;            ///< by the weights; for elevation weights that of the last look_up()
   double doppler_sigma_mps = 1;  ///< by the weights
   double flight_time_s = 0.07;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();   ///< in the axes of reception
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit, receiver to satellite
   double range_m = 0;
-  double atmosphere_m = 0;
+  double space_m = 0;       ///< models of the terms of space
   double ionosphere_m = 0;  ///< of it, where no corrections replace the model
   bool above_mask = true;
   bool excluded = false;  ///< by RAIM
-  bool active = false;    ///< above the mask, not excluded, not alone in its constellation
 };
 
 /// Measurements whose satellites the sky knows, at or above the C/N0 mask, ascending by satellite. Two
@@ -46,6 +46,11 @@ struct RangedSatellite {
 /// The state `dt_s` later, |dt_s| <= 10 ms, by two-body acceleration in the rotating frame. The error (J2,
 /// 1e-4 of the acceleration) is below 1e-9 m and 1e-6 m/s over 1 ms, and grows with the step's square.
 void carry(orbit::SatelliteState& state, double dt_s);
+
+/// What the satellite's messages say of a signal's range beside its geometry [m]: clock and group delay.
+/// @param signal null: the one near L1
+[[nodiscard]] receiver::CodeAndCarrier satellite_range(const orbit::SatelliteState& state,
+                                                       const gnss::Signal* signal);
 
 /// Share of the ionosphere's delay that broadcast models may leave (IS-GPS-200, 20.3.3.5.2.5: they remove at
 /// least half of the rms).
@@ -114,7 +119,6 @@ struct SmoothingOptions {
   Smoothing smoothing = Smoothing::None;
   double window_s = 100;  ///< time constant [s], [1, 3600]; 100 of aviation receivers (RTCA DO-229)
 };
-/// Visits its fields.
 void visit(options::Visitor& v, SmoothingOptions& o);
 
 /// A part of a code's error: correlated in time by e^(-dt rate_per_s).

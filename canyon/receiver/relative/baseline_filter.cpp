@@ -1,5 +1,6 @@
 #include "canyon/receiver/relative/baseline_filter.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -9,6 +10,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/statistics.hpp"
 #include "canyon/receiver/positioning/least_squares.hpp"
 #include "canyon/receiver/relative/rtk_filter.hpp"
 
@@ -22,6 +24,14 @@ using positioning::FixKind;
 
 /// Before anything is known [m].
 constexpr double kUnknownPosition_m = 30;
+constexpr double kUnknownClock_m = 100, kUnknownAmbiguity_m = 30;
+/// Phases of a direct signal are off by a quarter of a cycle at most, by echoes.
+constexpr double kLeastSlip_cycles = 0.3;
+/// Weight of an epoch in the mean square of innovations.
+constexpr double kSquaresWeight = 0.1;
+/// Errors of codes are the same for so long [s]: more epochs in that time add no information.
+constexpr double kCodeTime_s = 1;
+
 /// A position less certain than this [m] starts again from a fix.
 constexpr double kLostPosition_m = 100;
 /// A phase that was not measured for so long has slipped [s]; where epochs are farther apart, one that the
@@ -44,6 +54,14 @@ constexpr double kAccelerationHorizontal = 3.16, kAccelerationVertical = 1;
 /// Deviation of a phase [m]: sigma^2 = a^2 (1 + 1 / sin(elevation)^2 + 10^((45 - C/N0) / 10)): RTKLIB's
 /// stats-errphase and stats-errphaseel.
 constexpr double kPhaseSigma_m = 0.003;
+/// Weight of an epoch in means of squares of whole numbers' residuals.
+constexpr double kFixedWeight = 0.1;
+/// The mean square of an epoch's residuals is divided by at least this number.
+constexpr int kFewRedundant = 5;
+/// Deviation of a code over that of its phase: RTKLIB's stats-eratio1.
+constexpr double kCodeRatio = 100;
+/// Innovations beyond so many of their standard deviations: a code is left out, a phase has slipped.
+constexpr double kGateSigmas = 4;
 /// Obliquity factor of a thin layer at a height of 350 km.
 double obliquity(double elevation_rad) {
   const double s = 6371.0 / (6371.0 + 350.0) * std::cos(elevation_rad);
@@ -57,6 +75,7 @@ BaselineFilter::BaselineFilter(const RtkOptions& options, const positioning::Fix
     : options_(options), masks_(masks), max_age_s_(max_age_s) {
   options::check(options_, "rtk");
   masks_.correct_troposphere = true;
+  masks_.correct_ionosphere = false;  // it is the same at both, or a state
 }
 
 bool BaselineFilter::go_to(geodesy::GpsTime to, const Fix& alone) {
@@ -114,7 +133,7 @@ void BaselineFilter::decay(Index at, double time_s, std::optional<gnss::Satellit
 
 void BaselineFilter::remove_slipped() {
   for (std::size_t i = state_.slots.size(); i-- > 0;) {
-    const Slot& slot = state_.slots[i];
+    const BaselineSlot& slot = state_.slots[i];
     const bool ambiguity = slot.signal != nullptr;
     const bool forgotten = ambiguity && options_.integers == Integers::Instantaneous;
     const double longest_s = ambiguity ? std::max(kPhaseGap_s, kPhaseGap_epochs * dt_s_) : kIonosphereTime_s;
@@ -125,7 +144,7 @@ void BaselineFilter::remove_slipped() {
     if (!d.has_phase) continue;
     const auto slot = state_.find(d.id(), d.rover->signal);
     if (!slot) continue;
-    const Slot& s = state_.slots[*slot];
+    const BaselineSlot& s = state_.slots[*slot];
     const bool slips = s.rover_since != d.rover->phase_since || s.base_since != d.base_since ||
                        s.half_cycle != d.half_cycle || doppler_slips_.contains(d.id(), d.rover->signal);
     if (slips) state_.remove(*slot);
@@ -174,12 +193,20 @@ void BaselineFilter::update_delays() {
   }
 }
 
+double BaselineFilter::factor_of(const WholeNumbers& fixed) {
+  fixed_squares_ += kFixedWeight * (fixed.squares - fixed_squares_);
+  fixed_redundant_ += kFixedWeight * (std::max(0, fixed.redundant) - fixed_redundant_);
+  if (!moving_ || ionosphere_sigma_m_ > 0) return std::max(1.0, squares_);
+  const double lately = (1 + fixed_squares_ / kFixedWeight) / (1 + fixed_redundant_ / kFixedWeight);
+  return std::max(lately, fixed.squares / std::max(kFewRedundant, fixed.redundant));
+}
+
 Eigen::Matrix3d BaselineFilter::covariance_of_echoes() const {
   std::vector<double> ages_s;
   for (const Difference& d : differences_) {
     if (d.used) ages_s.push_back(time_ - state_.slots[*d.slot].begun);
   }
-  const double age_s = ages_s.empty() ? 0 : positioning::median(ages_s);
+  const double age_s = ages_s.empty() ? 0 : *median(ages_s);
   return code_squares_ * kEchoTime_s / (kEchoTime_s + age_s) * code_covariance_;
 }
 
@@ -206,7 +233,7 @@ void BaselineFilter::take(const Corrections& corrections, std::vector<ObservedMi
   base_time_ = corrections.receiver_time;
 }
 
-void BaselineFilter::state_answer(const std::optional<Fixed>& fixed, double age_s, Fix& fix) {
+void BaselineFilter::state_answer(const std::optional<WholeNumbers>& fixed, double age_s, Fix& fix) {
   const bool is_fixed = fixed && fixed->accepted;
   fix.status = positioning::FixStatus::Fix;
   fix.solution = is_fixed ? FixKind::Fixed : FixKind::Float;
@@ -283,11 +310,171 @@ std::optional<Fix> BaselineFilter::solve(geodesy::GpsTime receiver_time,
     fixed_in_a_row_ = 0;
     return std::nullopt;
   }
-  const auto fixed = find_integers();
+  // What echoes add to the position beyond the noise of codes.
+  const Eigen::Matrix3d echoes = (1 - 1 / code_squares_) * covariance_of_echoes();
+  const auto fixed =
+      WholeNumberSearch(options_, state_, differences_, echoes, has_ionosphere(), fixed_in_a_row_).find();
   fixed_in_a_row_ = fixed && fixed->accepted ? fixed_in_a_row_ + 1 : 0;
   state_answer(fixed, std::max(age_s, 0.0), fix);
   apply_position_error();
   return fix;
+}
+
+std::vector<std::size_t> BaselineFilter::ordered(const std::vector<std::size_t>& group, bool phase) {
+  state_.reset(BaselineState::kClock, 0, 0);
+  std::vector<std::pair<double, std::size_t>> innovations;
+  std::vector<double> values;
+  for (const std::size_t i : group) {
+    const Difference& d = differences_[i];
+    if (phase && !d.slot) continue;
+    const double value = phase ? d.phase_m : d.code_m;
+    innovations.emplace_back(state_.innovation(state_.row_of(d, phase, has_ionosphere()), value, 0).value, i);
+    values.push_back(innovations.back().first);
+  }
+  if (innovations.size() < 2) return {};
+  const double middle = *median(values);
+  for (auto& [innovation, i] : innovations) innovation = std::abs(innovation - middle);
+  std::sort(innovations.begin(), innovations.end());
+  state_.reset(BaselineState::kClock, middle, kUnknownClock_m * kUnknownClock_m);
+  std::vector<std::size_t> order;
+  order.reserve(innovations.size());
+  for (const auto& [innovation, i] : innovations) order.push_back(i);
+  return order;
+}
+
+void BaselineFilter::take_codes() {
+  int considered = 0, failed = 0;
+  double sum = 0;
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  const double repeats = dt_s_ > 0 ? std::max(1.0, kCodeTime_s / dt_s_) : 1;
+  for (const auto& [signal, group] : groups_) {
+    Eigen::Matrix3d squares_of = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d sum_of = Eigen::Vector3d::Zero();
+    double weights = 0;
+    for (const std::size_t i : ordered(group, false)) {
+      const Difference& d = differences_[i];
+      const SparseRow row = state_.row_of(d, false, has_ionosphere());
+      const double noise = d.variance * kCodeRatio * kCodeRatio + d.age_variance;
+      const double normalised = std::abs(state_.innovation(row, d.code_m, noise).normalised());
+      ++considered;
+      sum += std::min(normalised * normalised, 25.0);
+      if (normalised > kGateSigmas) {
+        ++failed;
+        continue;
+      }
+      state_.take(row, d.code_m, repeats * noise);
+      const Eigen::Vector3d& e = d.rover->direction;
+      weights += 1 / noise;
+      sum_of += e / noise;
+      squares_of += e * e.transpose() / noise;
+    }
+    if (weights > 0) information += squares_of - sum_of * sum_of.transpose() / weights;
+  }
+  state_.mirror();
+  code_covariance_.setZero();
+  if (information.determinant() > 1e-9) code_covariance_ = information.inverse();
+  const auto redundant = considered - static_cast<int>(groups_.size()) - 3;
+  if (redundant > 3) {
+    code_squares_ += kSquaresWeight * (std::max(1.0, sum / redundant) - code_squares_);
+  }
+  if (2 * failed > considered && considered > 4) {
+    if (!astray_since_) astray_since_ = time_;
+    astray_ = time_ - *astray_since_ > 3;
+  } else {
+    astray_since_.reset();
+    astray_ = false;
+  }
+}
+
+double BaselineFilter::code_jump_m(const std::vector<std::size_t>& group) const {
+  std::vector<double> jumps;
+  for (const std::size_t i : group) {
+    const Difference& d = differences_[i];
+    if (!d.has_phase) continue;
+    if (const auto slot = state_.find(d.id(), d.rover->signal)) {
+      jumps.push_back(d.phase_m - d.code_m - d.rover->wavelength_m * state_.x(BaselineState::index(*slot)));
+    }
+  }
+  const double jump_m = jumps.empty() ? 0 : *median(jumps);
+  return std::abs(jump_m) > kUnknownAmbiguity_m ? jump_m : 0;
+}
+
+void BaselineFilter::start_ambiguities(const std::vector<std::size_t>& group, double jump_m) {
+  for (const std::size_t i : group) {
+    Difference& d = differences_[i];
+    if (!d.has_phase) continue;
+    d.slot = state_.find(d.id(), d.rover->signal);
+    if (d.slot) continue;
+    const double cycles = (d.phase_m - d.code_m - jump_m) / d.rover->wavelength_m;
+    d.slot = state_.add({d.id(), d.rover->signal, time_, time_, d.rover->phase_since, d.base_since,
+                         d.half_cycle, 0, d.phase_m},
+                        cycles, std::pow(kUnknownAmbiguity_m / d.rover->wavelength_m, 2));
+  }
+}
+
+void BaselineFilter::take_phases() {
+  double sum = 0;
+  int count = 0;
+  for (auto& [signal, group] : groups_) {
+    const double jump_m = code_jump_m(group);
+    start_ambiguities(group, jump_m);
+    bool first = true;
+    for (const std::size_t i : ordered(group, true)) {
+      Difference& d = differences_[i];
+      const SparseRow row = state_.row_of(d, true, has_ionosphere());
+      double variance = d.variance + d.age_variance;
+      const auto innovation = state_.innovation(row, d.phase_m, variance);
+      const double normalised = std::abs(innovation.normalised());
+      BaselineSlot& slot = state_.slots[*d.slot];
+      const bool beyond = normalised > kGateSigmas;
+      if (beyond && std::abs(innovation.value) > kLeastSlip_cycles * d.rover->wavelength_m) {
+        // It slipped: its ambiguity starts again, from this epoch's observations.
+        state_.reset(BaselineState::index(*d.slot), (d.phase_m - d.code_m - jump_m) / d.rover->wavelength_m,
+                     std::pow(kUnknownAmbiguity_m / d.rover->wavelength_m, 2));
+        slot.begun = time_;
+        slot.epochs = 0;
+        slot.whole.reset();
+      } else if (beyond) {
+        // An echo: it counts as little as it fits.
+        variance += std::pow(innovation.value / kGateSigmas, 2);
+      }
+      d.trusted = !beyond;
+      if (!first && slot.epochs > 0) {
+        sum += std::min(normalised * normalised, 100.0);
+        ++count;
+      }
+      first = false;
+      state_.take(row, d.phase_m, variance);
+      d.used = true;
+      slot.seen = time_;
+      slot.phase_m = d.phase_m;
+      slot.rover_since = d.rover->phase_since;
+      slot.base_since = d.base_since;
+      ++slot.epochs;
+    }
+    for (const std::size_t i : group) {
+      Difference& d = differences_[i];
+      if (!d.used) continue;
+      d.residual_m = state_.innovation(state_.row_of(d, true, has_ionosphere()), d.phase_m, 0).value;
+    }
+  }
+  state_.mirror();
+  if (count > 4) squares_ += kSquaresWeight * (sum / count - squares_);
+}
+
+void BaselineFilter::take_velocity(const Fix& alone) {
+  if (!alone.velocity_enu_mps || !alone.velocity_covariance_enu) return;
+  // At its own place: that fix need not have one.
+  const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(position_));
+  for (Index i = 0; i < 3; ++i) {
+    SparseRow row;
+    for (Index j = 0; j < 3; ++j) row.add(BaselineState::kVelocity + j, enu(i, j));
+    const double variance = std::max((*alone.velocity_covariance_enu)(i, i), 1e-4);
+    const double value = (*alone.velocity_enu_mps)(i);
+    if (std::abs(state_.innovation(row, value, variance).normalised()) > kGateSigmas) continue;
+    state_.take(row, value, variance);
+  }
+  state_.mirror();
 }
 
 namespace {
@@ -311,11 +498,6 @@ const ObservedMinusComputed* partner(const ObservedMinusComputed& r,
 }
 
 }  // namespace
-
-double Difference::ionosphere_rate() const {
-  const double l1_m = geodesy::kSpeedOfLight / gnss::kL1_hz;
-  return std::pow(rover->wavelength_m / l1_m, 2);
-}
 
 std::vector<Difference> differences_of(std::span<const ObservedMinusComputed> rover,
                                        std::span<const ObservedMinusComputed> base, double age_s) {

@@ -1,11 +1,11 @@
-// Declared in canyon/receiver/relative/baseline_filter.hpp.
-#include "canyon/receiver/relative/baseline_filter.hpp"
+#include "canyon/receiver/relative/baseline_state.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
 #include "canyon/base/arithmetic.hpp"
+#include "canyon/base/geodesy/constants.hpp"
 
 namespace canyon::relative {
 
@@ -22,6 +22,27 @@ CANYON_CLONES void subtract_square(const double* __restrict gain, std::ptrdiff_t
 
 }  // namespace
 
+double Difference::ionosphere_rate() const {
+  const double l1_m = geodesy::kSpeedOfLight / gnss::kL1_hz;
+  return std::pow(rover->wavelength_m / l1_m, 2);
+}
+
+SparseRow BaselineState::row_of(const Difference& d, bool phase, bool ionosphere) const {
+  SparseRow row;
+  for (Index i = 0; i < 3; ++i) row.add(kPosition + i, -d.rover->direction(i));
+  row.add(kClock, 1);
+  if (p(kZenith, kZenith) > 0) {
+    row.add(kZenith, 1 / std::max(0.05, std::sin(d.rover->elevation_rad)));
+  }
+  if (ionosphere) {
+    if (const auto slot = find(d.id(), nullptr)) {
+      row.add(index(*slot), (phase ? -1 : 1) * d.ionosphere_rate());
+    }
+  }
+  if (phase && d.slot) row.add(index(*d.slot), d.rover->wavelength_m);
+  return row;
+}
+
 std::optional<std::size_t> BaselineState::find(gnss::SatelliteId id, const gnss::Signal* signal) const {
   for (std::size_t i = 0; i < slots.size(); ++i) {
     if (slots[i].id == id && slots[i].signal == signal) return i;
@@ -29,7 +50,7 @@ std::optional<std::size_t> BaselineState::find(gnss::SatelliteId id, const gnss:
   return std::nullopt;
 }
 
-std::size_t BaselineState::add(const Slot& slot, double value, double variance) {
+std::size_t BaselineState::add(const BaselineSlot& slot, double value, double variance) {
   slots.push_back(slot);
   const Index n = x.size();
   x.conservativeResize(n + 1);

@@ -257,9 +257,8 @@ std::optional<IntegerSolution> integer_least_squares(const Decorrelation& by, Ra
   Search search(by.z, by.factors);
   search.begin();
   if (!search.run(max_nodes, ratios)) return std::nullopt;
-  return IntegerSolution{by.origin + product(by.a_from_z, search.found[0]),
-                         by.origin + product(by.a_from_z, search.found[1]), search.distance[0],
-                         search.distance[1], bootstrapped_success(by.factors)};
+  return IntegerSolution{by.origin + by.a_from_z * search.found[0], by.origin + by.a_from_z * search.found[1],
+                         search.distance[0], search.distance[1], bootstrapped_success(by.factors)};
 }
 
 std::optional<IntegerSolution> short_search(const VectorXd& real, const MatrixXd& covariance,
@@ -303,9 +302,6 @@ std::optional<IntegerSolution> integer_least_squares(const VectorXd& real, const
   return by ? integer_least_squares(*by, ratios, max_nodes) : std::nullopt;
 }
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-
 CANYON_CLONES void add_multiple(double factor, const double* __restrict from, std::ptrdiff_t n,
                                 double* __restrict to) {
   for (std::ptrdiff_t i = 0; i < n; ++i) to[i] += factor * from[i];
@@ -329,26 +325,10 @@ Triangular triangular(const MatrixXd& covariance) {
 }
 
 MatrixXd times_inverse(MatrixXd b, const Triangular& q) {
-  const Index m = b.rows(), n = b.cols();
-  const auto take = [&](Index from, double factor, Index to) {
-    add_multiple(-factor, &b(0, from), m, &b(0, to));
-  };
-  for (Index j = n - 1; j >= 0; --j) {
-    for (Index k = j + 1; k < n; ++k) take(k, q.l(k, j), j);
-  }
-  for (Index j = 0; j < n; ++j) b.col(j) /= q.d(j);
-  for (Index j = 0; j < n; ++j) {
-    for (Index k = 0; k < j; ++k) take(k, q.l(j, k), j);
-  }
+  q.l.triangularView<Eigen::UnitLower>().solveInPlace<Eigen::OnTheRight>(b);
+  b *= q.d.cwiseInverse().asDiagonal();
+  q.l.transpose().triangularView<Eigen::UnitUpper>().solveInPlace<Eigen::OnTheRight>(b);
   return b;
-}
-
-MatrixXd product(const MatrixXd& a, const MatrixXd& b) {
-  MatrixXd result = MatrixXd::Zero(a.rows(), b.cols());
-  for (Index j = 0; j < b.cols(); ++j) {
-    for (Index k = 0; k < a.cols(); ++k) add_multiple(b(k, j), &a(0, k), a.rows(), &result(0, j));
-  }
-  return result;
 }
 
 }  // namespace canyon::relative

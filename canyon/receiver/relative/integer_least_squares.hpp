@@ -8,9 +8,6 @@
 
 namespace canyon::relative {
 
-// The dense matrices of RTK in plain loops: Eigen's products and factorizations take half a minute to
-// compile.
-
 /// Q = L^T D L with L unit lower triangular and D > 0.
 struct Triangular {
   Eigen::MatrixXd l;
@@ -26,8 +23,6 @@ struct Triangular {
 
 /// to += factor from, of n numbers each.
 void add_multiple(double factor, const double* from, std::ptrdiff_t n, double* to);
-/// A B.
-[[nodiscard]] Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
 /// The whole numbers nearest to real ones in the metric of their covariance.
 struct IntegerSolution {

@@ -10,7 +10,6 @@
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/receiver/positioning/pseudorange_model.hpp"
-#include "canyon/sky/space_errors.hpp"
 
 namespace canyon::relative {
 
@@ -29,11 +28,10 @@ bool before(const ObservedMinusComputed& a, const ObservedMinusComputed& b) {
   return gnss::index_of(*a.signal) < gnss::index_of(*b.signal);
 }
 
-std::vector<ObservedMinusComputed> observed_minus_computed(geodesy::GpsTime receiver_time,
-                                                           std::span<const SignalMeasurement> observations,
-                                                           const orbit::Sky& sky,
-                                                           const positioning::FixOptions& masks,
-                                                           const Eigen::Vector3d& place) {
+std::vector<ObservedMinusComputed> observed_minus_computed(
+    geodesy::GpsTime receiver_time, std::span<const SignalMeasurement> observations, const orbit::Sky& sky,
+    const positioning::FixOptions& options, const Eigen::Vector3d& place,
+    const std::map<gnss::System, gnss::Klobuchar>& klobuchar) {
   // Signals of a satellite leave it within nanoseconds: one state serves them.
   std::vector<Measurement> firsts;
   for (const SignalMeasurement& seen : observations) {
@@ -41,8 +39,7 @@ std::vector<ObservedMinusComputed> observed_minus_computed(geodesy::GpsTime rece
   }
   std::vector<RangedSatellite> satellites = ranged_satellites(receiver_time, firsts, sky, {});
   const geodesy::Geodetic geodetic = geodesy::geodetic_from_ecef(place);
-  const double zenith_m = masks.correct_troposphere ? errors::saastamoinen_zenith_m(geodetic) : 0;
-  const Eigen::Vector3d up = geodesy::enu_from_ecef_rotation(geodetic).row(2).transpose();
+  const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(geodetic);
 
   // A receiver that states no strength at all is one in the open, as far as is known.
   const bool stated =
@@ -54,14 +51,13 @@ std::vector<ObservedMinusComputed> observed_minus_computed(geodesy::GpsTime rece
   result.reserve(observations.size());
   for (RangedSatellite& satellite : satellites) {
     for (int i = 0; i < 3; ++i) place_satellite(satellite, place);
-    const double sine = std::clamp(satellite.direction.dot(up), -1.0, 1.0);
-    const double elevation_rad = std::asin(sine);
-    if (elevation_rad < masks.elevation_mask_rad || elevation_rad <= 0) continue;
-    const double model_m = satellite.range_m + errors::slant_delay_m(zenith_m, elevation_rad);
+    const Eigen::Vector3d enu = enu_from_ecef * satellite.direction;
+    const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(enu);
+    if (look.elevation_rad < options.elevation_mask_rad || look.elevation_rad == 0) continue;
     for (const SignalMeasurement& seen : observations) {
       const Measurement& m = seen.measurement;
       if (m.id != satellite.measured->id) continue;
-      if (m.cn0_dbhz && *m.cn0_dbhz < masks.cn0_mask_dbhz) continue;
+      if (m.cn0_dbhz && *m.cn0_dbhz < options.cn0_mask_dbhz) continue;
       if (!std::isfinite(m.pseudorange_m) || !(m.carrier_frequency_hz > 0) ||
           (m.carrier_phase_cycles && !std::isfinite(*m.carrier_phase_cycles))) {
         throw InputError(fmt::format("{} of {} is not usable", seen.signal->name, gnss::to_string(m.id)),
@@ -71,16 +67,21 @@ std::vector<ObservedMinusComputed> observed_minus_computed(geodesy::GpsTime rece
       o.id = m.id;
       o.signal = seen.signal;
       o.direction = satellite.direction;
-      o.elevation_rad = elevation_rad;
+      o.elevation_rad = look.elevation_rad;
+      o.sigma_m = m.sigma_m;
       o.wavelength_m = kSpeedOfLight / m.carrier_frequency_hz;
-      const double clock_m = kSpeedOfLight * satellite.state.clock_bias_s;
-      o.code_m =
-          m.pseudorange_m - model_m + clock_m - kSpeedOfLight * satellite.state.group_delay_of(*seen.signal);
+      const receiver::ModelState model{&options,      &klobuchar, &satellite.state,
+                                       seen.signal,   m.id,       m.carrier_frequency_hz,
+                                       receiver_time, geodetic,   look};
+      const receiver::CodeAndCarrier sent = modelled_range(receiver::RangeTermOf::Satellite, model);
+      const receiver::CodeAndCarrier space = modelled_range(receiver::RangeTermOf::Space, model);
+      o.code_m = m.pseudorange_m - (satellite.range_m + space.code) - sent.code;
       if (m.carrier_phase_cycles) {
-        o.phase_m = *m.carrier_phase_cycles * o.wavelength_m - model_m + clock_m;
+        o.phase_m =
+            *m.carrier_phase_cycles * o.wavelength_m - (satellite.range_m + space.carrier) - sent.carrier;
       }
       const double cn0 = m.cn0_dbhz.value_or(unknown_dbhz);
-      o.variance = 1 + 1 / (sine * sine) + std::pow(10, (45 - cn0) / 10);
+      o.variance = 1 + 1 / (enu.z() * enu.z()) + std::pow(10, (45 - cn0) / 10);
       if (m.doppler_hz) o.doppler_mps = -*m.doppler_hz * o.wavelength_m;
       o.phase_since = m.phase_since;
       o.half_cycle = m.half_cycle;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -8,18 +9,20 @@
 #include "canyon/base/geodesy/gps_time.hpp"
 #include "canyon/receiver/positioning/positioning_options.hpp"
 #include "canyon/receiver/relative/correction_link.hpp"
+#include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/orbit/sky.hpp"
 
 namespace canyon::relative {
 
-/// One signal at one antenna: what was measured, less what a place and the ephemerides say of it.
+/// One signal at one antenna: what was measured, less what a place, the ephemerides and models say of it.
 struct ObservedMinusComputed {
   gnss::SatelliteId id;
   const gnss::Signal* signal = nullptr;
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit, ECEF, antenna to satellite
   double elevation_rad = 0;
   double wavelength_m = 0;
-  double code_m = 0;  ///< holds the receiver's clock, the ionosphere and all errors
+  double code_m = 0;   ///< holds the receiver's clock, and all errors and terms without a model
+  double sigma_m = 1;  ///< Measurement::sigma_m
   /// Likewise, with the ambiguity, and without the satellite's group delays, which components of a carrier
   /// that stand in for each other do not share; empty without a phase.
   std::optional<double> phase_m;
@@ -32,11 +35,13 @@ struct ObservedMinusComputed {
 };
 
 /// Takes satellites that the sky knows, at or above both masks (elevation, C/N0), ascending by satellite and
-/// signal. @param masks says also whether the troposphere is computed @param place of the antenna, ECEF [m]
+/// signal. @param options masks, and which models of the atmosphere are computed @param place of the antenna,
+/// ECEF [m] @param klobuchar needed with FixOptions::correct_ionosphere
 /// Throws InputError for measurements that are not numbers.
 [[nodiscard]] std::vector<ObservedMinusComputed> observed_minus_computed(
     geodesy::GpsTime receiver_time, std::span<const SignalMeasurement> observations, const orbit::Sky& sky,
-    const positioning::FixOptions& masks, const Eigen::Vector3d& place);
+    const positioning::FixOptions& options, const Eigen::Vector3d& place,
+    const std::map<gnss::System, gnss::Klobuchar>& klobuchar = {});
 
 /// Whether `a` stands before `b` in its order.
 [[nodiscard]] bool before(const ObservedMinusComputed& a, const ObservedMinusComputed& b);

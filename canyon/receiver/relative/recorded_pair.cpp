@@ -8,6 +8,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/statistics.hpp"
 #include "canyon/receiver/positioning/least_squares.hpp"
 #include "canyon/receiver/relative/rtk_filter.hpp"
 #include "canyon/sky/gnss/signals.hpp"
@@ -215,7 +216,7 @@ void DopplerSlips::update(double dt_s, std::span<const ObservedMinusComputed> ro
   }
   slipped_.clear();
   if (apart.size() > 4) {
-    const double clock_m = positioning::median(apart);
+    const double clock_m = *median(apart);
     for (const ObservedMinusComputed& o : rover) {
       const auto step = steps.find({o.id, o.signal});
       if (step == steps.end() || step->second.apart_m == 0) continue;

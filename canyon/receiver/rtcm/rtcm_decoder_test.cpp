@@ -18,6 +18,7 @@
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/receiver/rtcm/frames.hpp"
+#include "canyon/receiver/rtcm/rtcm_file.hpp"
 #include "canyon/sky/rinex/observation_reader.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/refusal.hpp"

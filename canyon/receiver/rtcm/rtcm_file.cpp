@@ -1,28 +1,14 @@
-// Declared in canyon/receiver/rtcm/rtcm_decoder.hpp.
-#include <fmt/format.h>
+#include "canyon/receiver/rtcm/rtcm_file.hpp"
 
 #include <array>
 #include <string>
 #include <utility>
 
 #include "canyon/base/gzip_file.hpp"
-#include "canyon/receiver/rtcm/rtcm_decoder.hpp"
 
 namespace canyon::rtcm {
 
 using geodesy::GpsTime;
-
-std::vector<std::string> DecoderStatus::warnings() const {
-  std::vector<std::string> lines;
-  const auto times = [](std::uint64_t count) { return count > 1 ? fmt::format(" ({} times)", count) : ""; };
-  for (const auto& [problem, count] : problems) lines.push_back(problem + times(count));
-  if (checksum_errors > 0) lines.push_back(fmt::format("{} frames with a wrong checksum", checksum_errors));
-  if (bytes_passed_over > 0)
-    lines.push_back(fmt::format("{} bytes that belong to no frame", bytes_passed_over));
-  if (epochs_held_back > 0 && epochs > 0)
-    lines.push_back(fmt::format("{} epochs before the first place of the station", epochs_held_back));
-  return lines;
-}
 
 RtcmCorrections decode_rtcm_file(const std::filesystem::path& path, GpsTime now,
                                  CorrectionsDecoder::ChannelTable glonass_channel, bool needs_place,

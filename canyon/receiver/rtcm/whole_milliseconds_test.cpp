@@ -1,5 +1,5 @@
 // Messages with whole milliseconds, from which these are taken out, must give the same ranges.
-#include "canyon/receiver/rtcm/rtcm_decoder.hpp"
+#include "canyon/receiver/rtcm/rtcm_file.hpp"
 
 #include <gmock/gmock.h>
 

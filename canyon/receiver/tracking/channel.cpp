@@ -211,44 +211,40 @@ bool Channel::jumped(const AntennaMotion& motion, const orbit::LineOfSight& line
   return result;
 }
 
-void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
-                     const propagation::SatelliteView& view, double carrier_hz, const CodeTracker& tracker) {
-  const SignalOptions& options = model.options();
-  const orbit::LineOfSight& line = view.line;
-  const std::vector<Path>& paths = view.paths.paths;
-  const double wavelength = geodesy::kSpeedOfLight / carrier_hz;
-  const Correlation& correlation = tracker.correlation();
-  const double turning = view.turning_radps();
+// A carrier loop does not follow, nor change over to, a frequency that is farther from its own than an FLL
+// pulls in, half a turn in an integration (Kaplan & Hegarty, 2nd ed. 2006, 5.3).
+bool Channel::within_reach(std::size_t path, bool spoofed, double reach_mps) const {
+  return !spoofed || !loop_ || !aid_ ||
+         std::abs(rates_mps_[path] - geometry_->rate_mps - aid_offset_mps_) <= reach_mps;
+}
 
-  // Beside a spoofer's signal: a carrier loop does not follow, nor change over to, a frequency that is
-  // farther from its own than an FLL pulls in, half a turn in an integration (Kaplan & Hegarty, 2nd ed.
-  // 2006, 5.3).
+void Channel::choose_path(const ChannelModel::Kind& kind, const SignalOptions& options,
+                          const AntennaMotion& motion, const propagation::SatelliteView& view,
+                          double carrier_hz) {
+  const std::vector<Path>& paths = view.paths.paths;
+  const Correlation& correlation = kind.tracker->correlation();
   const bool spoofed = std::any_of(paths.begin(), paths.end(),
                                    [](const Path& path) { return path.kind == PathKind::Transmitted; });
+  const double reach_mps = geodesy::kSpeedOfLight / carrier_hz / (2 * options.fll.integration_s);
   rates_mps_.resize(paths.size());
   for (std::size_t i = 0; i < paths.size(); ++i) {
-    rates_mps_[i] = path_rate_mps(line, motion.velocity_ecef, paths[i], motion.ecef_from_enu);
+    rates_mps_[i] = path_rate_mps(view.line, motion.velocity_ecef, paths[i], motion.ecef_from_enu);
   }
-  const auto within_reach = [&](std::size_t i) {
-    return !spoofed || !loop_ || !aid_ ||
-           std::abs(rates_mps_[i] - geometry_->rate_mps - aid_offset_mps_) <=
-               wavelength / (2 * options.fll.integration_s);
-  };
 
   // The carrier takes the replica along, as long as it is there.
   if (loop_ && aid_) {
     const auto same = std::find_if(paths.begin(), paths.end(), [this](const Path& path) {
       return path.kind == aid_->kind && path.reflector == aid_->reflector && path.signals == aid_->signals;
     });
-    if (same != paths.end() && within_reach(static_cast<std::size_t>(same - paths.begin()))) {
+    if (same != paths.end() &&
+        within_reach(static_cast<std::size_t>(same - paths.begin()), spoofed, reach_mps)) {
       loop_->delay_m += same->carrier_excess_m() - aid_->carrier_excess_m();
     }
   }
 
-  // Amplitudes, and the strongest of the paths where the replica stands. Bundles count by their mean, or the
-  // carrier would follow their fading.
+  // The strongest of the paths where the replica stands. Bundles count by their mean, or the carrier would
+  // follow their fading.
   signal::path_amplitudes(view, carrier_hz, options.antenna, options.strength, amplitudes_);
-  paths_.resize(paths.size());
   tracked_ = 0;
   constexpr double kLeastHere = 0.03;
   double strongest = -1;
@@ -257,8 +253,7 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const Path& path = paths[i];
     if ((path.signals & (1U << gnss::index_of(*signal_))) == 0) amplitudes_[i] = 0;
-    paths_[i] = {path.excess_m, amplitudes_[i], 0};
-    const double amplitude = std::sqrt(std::norm(paths_[i].amplitude));
+    const double amplitude = std::sqrt(std::norm(amplitudes_[i]));
     const double near =
         loop_ ? std::abs(correlation.value((loop_->delay_m - path.excess_m) / correlation.chip_m())) : 1;
     // A loop that has a code does not look for a spoofer's that is far off.
@@ -268,24 +263,32 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
     }
     if (!loop_) continue;
     const double here = amplitude * near;
-    if (here > strongest && within_reach(i)) {
+    if (here > strongest && within_reach(i, spoofed, reach_mps)) {
       strongest = here;
       tracked_ = i;
     }
   }
   // Below it the replica conflicts with every path, and the carrier is another's.
   if (strongest < kLeastHere * strongest_anywhere) tracked_ = anywhere;
+}
 
+void Channel::fade_paths(const ChannelModel::Kind& kind, const ChannelModel& model,
+                         const AntennaMotion& motion, const propagation::SatelliteView& view,
+                         double carrier_hz) {
+  const std::vector<Path>& paths = view.paths.paths;
+  const double wavelength = geodesy::kSpeedOfLight / carrier_hz;
+  const double turning = view.turning_radps();
   const double elapsed = motion.epoch_before ? motion.time - *motion.epoch_before : 0;
   const double coherence_m = kCoherenceWavelengths * wavelength;
+  const double loop_bandwidth_hz = kind.tracker->options().loop_bandwidth_hz * bandwidth_share_;
+  paths_.resize(paths.size());
   fades_.next_epoch();
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const Path& path = paths[i];
     const double drift_mps = rates_mps_[i] - rates_mps_[tracked_];
     const double fading_hz = fading_rate_hz(drift_mps, wavelength);
     if (path.kind != PathKind::Diffuse) {
-      paths_[i].fading_hz = fading_hz;
-      paths_[i].drift_mps = drift_mps + path.code_ahead_mps;
+      paths_[i] = {path.excess_m, amplitudes_[i], fading_hz, drift_mps + path.code_ahead_mps};
       // An edge's wave keeps its phase against the direct one: together they are the field at the boundary of
       // a shadow, which a random phase would tear.
       if (path.kind == PathKind::Reflected || path.kind == PathKind::Transmitted) {
@@ -300,8 +303,8 @@ void Channel::gather(const ChannelModel& model, const AntennaMotion& motion,
         fades_.rayleigh(path.reflector, (motion.step_m + swept * elapsed) / coherence_m);
     const std::complex<double> s((motion.velocity_ecef.norm() + swept) / coherence_m,
                                  -2 * geodesy::kPi * fading_hz);
-    paths_[i] = bundle(path.excess_m, paths_[i].amplitude, factor, s,
-                       tracker.options().loop_bandwidth_hz * bandwidth_share_, options.dll.integration_s);
+    paths_[i] = bundle(path.excess_m, amplitudes_[i], factor, s, loop_bandwidth_hz,
+                       model.options().dll.integration_s);
     paths_[i].drift_mps = drift_mps;
   }
 }
@@ -368,7 +371,8 @@ Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
     phase_.reset();
     fades_.clear();
   }
-  gather(model, motion, view, carrier_hz, *kind.tracker);
+  choose_path(kind, model.options(), motion, view, carrier_hz);
+  fade_paths(kind, model, motion, view, carrier_hz);
 
   Reception result;
   result.tracked = tracked_;

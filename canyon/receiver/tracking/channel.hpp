@@ -171,8 +171,15 @@ class Channel {
     TrackedPhase tracked;
   };
   [[nodiscard]] bool jumped(const AntennaMotion& motion, const orbit::LineOfSight& line, double chip_m);
-  void gather(const ChannelModel& model, const AntennaMotion& motion, const propagation::SatelliteView& view,
-              double carrier_hz, const CodeTracker& tracker);
+  /// Whether the carrier loop pulls in a path's frequency. Amid a spoofer's signals it neither follows nor
+  /// changes over to another.
+  [[nodiscard]] bool within_reach(std::size_t path, bool spoofed, double reach_mps) const;
+  /// Rates and amplitudes of the epoch's paths, and which of them is tracked.
+  void choose_path(const ChannelModel::Kind& kind, const SignalOptions& options, const AntennaMotion& motion,
+                   const propagation::SatelliteView& view, double carrier_hz);
+  /// The paths as the code loop sees them beside the tracked one: fading, drifts, random factors.
+  void fade_paths(const ChannelModel::Kind& kind, const ChannelModel& model, const AntennaMotion& motion,
+                  const propagation::SatelliteView& view, double carrier_hz);
   /// Acquires the strongest path, or moves the loop on.
   [[nodiscard]] std::optional<CodeLock> follow_code(const AntennaMotion& motion,
                                                     const ChannelModel::Kind& kind, double clear_cn0_dbhz);

@@ -11,7 +11,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/receiver/own_draws.hpp"
-#include "canyon/receiver/range_terms.hpp"
+#include "canyon/receiver/positioning/range_terms.hpp"
 #include "canyon/receiver/tracking/channel_fading.hpp"
 
 namespace canyon::samples {

@@ -1,9 +1,9 @@
-// Declared in canyon/receiver/positioning/fusion/dead_reckoning_options.hpp.
-#include "canyon/receiver/positioning/fusion/dead_reckoning_options.hpp"
+#include "canyon/receiver/positioning/fusion/dead_reckoning.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -14,6 +14,39 @@
 #include "canyon/receiver/positioning/fusion/vehicle_constraints.hpp"
 
 namespace canyon::positioning {
+
+void visit(options::Visitor& v, DeadReckoningOptions& o) {
+  v.boolean({"enabled", "", "go on by the vehicle's inertial sensor and wheels (sensors)"}, o.enabled);
+  v.boolean({"non_holonomic", "",
+             "the vehicle moves along its own axis, as a car does: no speed sideways or upwards"},
+            o.non_holonomic);
+  v.number({"sideways_mps", "m/s", "standard deviation of the speed sideways"}, o.sideways_mps,
+           {0, 10, true});
+  v.number({"upwards_mps", "m/s", "standard deviation of the speed along the vehicle's up axis"},
+           o.upwards_mps, {0, 10, true});
+  v.number({"alignment_speed_mps", "m/s", "the heading begins with the course at this speed"},
+           o.alignment_speed_mps, {0, 100, true});
+  v.number(
+      {"gate_sigmas", "",
+       "fixes and velocities beyond this number of standard deviations are rejected; none: all are used"},
+      o.gate_sigmas, options::or_none({0, std::numeric_limits<double>::infinity(), true}));
+  v.number({"error_distance_m", "m",
+            "horizontal errors of fixes are taken to last until the antenna has moved so far"},
+           o.error_distance_m, {0, 1e5, true});
+  v.number({"error_height_distance_m", "m", "the same, of heights"}, o.error_height_distance_m,
+           {0, 1e5, true});
+  v.number({"error_time_s", "s", "errors of fixes are taken to last so long at rest"}, o.error_time_s,
+           {0, 3600, true});
+  v.number(
+      {"space_sigma_m", "m",
+       "errors from space, which do not average out: standard deviation of a range, in the stated accuracy"},
+      o.space_sigma_m, {0, 100});
+  v.number({"astray_s", "s", "after this time with rejected fixes alone the filter doubts its position"},
+           o.astray_s, {0, 3600, true});
+  v.number({"max_sigma_m", "m", "largest standard deviation of a valid position"}, o.max_sigma_m,
+           options::or_none({0, std::numeric_limits<double>::infinity(), true}));
+}
+
 namespace {
 
 using Eigen::Matrix3d;
@@ -55,7 +88,7 @@ struct DeadReckoning::State {
       : options(dead_reckoning),
         mounting(sensors),
         standstill(sensors),
-        alignment(sensors),
+        initial_attitude(sensors),
         constraints(dead_reckoning, sensors) {}
 
   void begin_anew() {
@@ -77,25 +110,26 @@ struct DeadReckoning::State {
     // Jitter of the stamps is none of the interval's length.
     const bool whole = std::abs(elapsed_s - mounting.imu_interval_s) < 0.5 * mounting.imu_interval_s;
     const double dt_s = whole ? mounting.imu_interval_s : std::max(0.0, elapsed_s);
-    const FeltMotion felt = estimate->sensors.corrected(reading);
+    const ImuReading motion = estimate->sensors.corrected(reading);
     if (!gravity_at || (estimate->state.position_m - *gravity_at).squaredNorm() > 100) {
       gravity_at = estimate->state.position_m;
       gravity_mps2 = geodesy::normal_gravity(*gravity_at);
     }
-    carry(estimate->state, felt, dt_s, gravity_mps2);
+    carry(estimate->state, motion, dt_s, gravity_mps2);
     estimate->state.time = reading.time;
     for (double& moved : moved_m) moved += estimate->state.velocity_mps.norm() * dt_s;
-    constraints.move(*estimate, felt, dt_s);
+    constraints.move(*estimate, motion, dt_s);
     // Sums of what was felt since the last prediction.
-    force += felt.specific_force_mps2 * dt_s;
-    rate += felt.angular_rate_radps * dt_s;
+    force += motion.specific_force_mps2 * dt_s;
+    rate += motion.angular_rate_radps * dt_s;
     unpredicted_s += dt_s;
     if (unpredicted_s > kPredict_s - 1e-6) predict();
   }
 
   void predict() {
     if (unpredicted_s <= 0) return;
-    estimate->predict({force / unpredicted_s, rate / unpredicted_s}, unpredicted_s, gravity_mps2, mounting);
+    estimate->predict({estimate->state.time, force / unpredicted_s, rate / unpredicted_s}, unpredicted_s,
+                      gravity_mps2, mounting);
     force.setZero();
     rate.setZero();
     unpredicted_s = 0;
@@ -110,7 +144,7 @@ struct DeadReckoning::State {
   void constrain(const WheelReading* wheels, GpsTime now) {
     if (wheels != nullptr) standstill.add(*wheels);
     const bool standing = standstill.standing(known_speed());
-    if (standing && !estimate) alignment.stand(standstill.mean());
+    if (standing && !estimate) initial_attitude.stand(standstill.mean());
     if (!estimate) return;
     predict();
     if (wheels != nullptr) constraints.take_wheels(*estimate, *wheels);
@@ -321,7 +355,7 @@ struct DeadReckoning::State {
     take_readings(readings);
     if (fix.measured() && fix.velocity_enu_mps) fix_speed_mps = fix.velocity_enu_mps->norm();
     if (!estimate && standstill.full()) {
-      estimate = alignment.begin(fix, standstill.mean(), options);
+      estimate = initial_attitude.begin(fix, standstill.mean(), options);
       if (estimate) {
         estimate->state.time = time;
         horizontal.last = vertical.last = time;
@@ -342,7 +376,7 @@ struct DeadReckoning::State {
   DeadReckoningOptions options;
   SensorMounting mounting;
   Standstill standstill;
-  Alignment alignment;
+  InitialAttitude initial_attitude;
   VehicleConstraints constraints;
   std::optional<InertialEstimate> estimate;
   bool navigating = false, stands = false;

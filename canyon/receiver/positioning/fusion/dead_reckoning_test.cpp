@@ -1,4 +1,4 @@
-#include "canyon/receiver/positioning/fusion/dead_reckoning_options.hpp"
+#include "canyon/receiver/positioning/fusion/dead_reckoning.hpp"
 
 #include <gtest/gtest.h>
 
@@ -235,27 +235,27 @@ TEST(DeadReckoning, StatesNoPositionBeyondItsLimit) {
   EXPECT_EQ(answer.status, FixStatus::WeakGeometry);
 }
 
-TEST(Alignment, NeedsSpeedAndAStraightWay) {
+TEST(InitialAttitude, NeedsSpeedAndAStraightWay) {
   Drive drive;
-  const Alignment alignment(drive.mounting);
+  const InitialAttitude initial_attitude(drive.mounting);
   ImuReading mean;
   mean.specific_force_mps2 = {0, 0, 9.8};
-  EXPECT_FALSE(alignment.begin(drive.fix(), mean, options()));  // at rest
+  EXPECT_FALSE(initial_attitude.begin(drive.fix(), mean, options()));  // at rest
   while (drive.t_s < 20) (void)drive.next();
-  EXPECT_TRUE(alignment.begin(drive.fix(), mean, options()));
+  EXPECT_TRUE(initial_attitude.begin(drive.fix(), mean, options()));
   mean.angular_rate_radps.z() = 0.3;
-  EXPECT_FALSE(alignment.begin(drive.fix(), mean, options()));
+  EXPECT_FALSE(initial_attitude.begin(drive.fix(), mean, options()));
   mean.angular_rate_radps.z() = 0;
   Fix vague = drive.fix();
   vague.velocity_covariance_enu = 9 * Eigen::Matrix3d::Identity();
-  EXPECT_FALSE(alignment.begin(vague, mean, options()));
+  EXPECT_FALSE(initial_attitude.begin(vague, mean, options()));
 }
 
 // Rest tells the vertical: nose up by 5 deg, left side up by 2.
-TEST(Alignment, LevelsAtRest) {
+TEST(InitialAttitude, LevelsAtRest) {
   Drive drive;
   while (drive.t_s < 20) (void)drive.next();
-  Alignment alignment(drive.mounting);
+  InitialAttitude initial_attitude(drive.mounting);
   const Eigen::Matrix3d enu_from_body =
       (Eigen::AngleAxisd(0, Vector3d::UnitZ()) * Eigen::AngleAxisd(-geodesy::radians(5), Vector3d::UnitY()) *
        Eigen::AngleAxisd(geodesy::radians(2), Vector3d::UnitX()))
@@ -263,8 +263,8 @@ TEST(Alignment, LevelsAtRest) {
   ImuReading rest;
   rest.specific_force_mps2 = enu_from_body.transpose() * Vector3d(0, 0, 9.8);
   rest.angular_rate_radps = {1e-3, 2e-3, 3e-3};
-  alignment.stand(rest);
-  const auto begun = alignment.begin(drive.fix(), rest, options());
+  initial_attitude.stand(rest);
+  const auto begun = initial_attitude.begin(drive.fix(), rest, options());
   ASSERT_TRUE(begun);
   const Eigen::Matrix3d found = geodesy::enu_from_ecef_rotation(kHome) * begun->state.rotation();
   EXPECT_LT((found - enu_from_body).norm(), 1e-4);

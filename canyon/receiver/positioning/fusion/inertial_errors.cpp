@@ -17,15 +17,15 @@ constexpr double kManoeuvre_s = 2;
 constexpr double kBiasTime_s = 100;
 
 /// The time derivative of the errors: F of dx/dt = F x.
-ErrorMatrix dynamics(const InertialState& state, const FeltMotion& felt, const Vector3d& gravity_mps2) {
+ErrorMatrix dynamics(const InertialState& state, const ImuReading& motion, const Vector3d& gravity_mps2) {
   const Matrix3d c = state.rotation();
   const Matrix3d earth = skew({0, 0, geodesy::kEarthRotationRate});
   const Vector3d up = state.position_m.normalized();
   ErrorMatrix f = ErrorMatrix::Zero();
   f.block<3, 3>(kAttitudeError, kAttitudeError) = -earth;
   f.block<3, 3>(kAttitudeError, kGyroscopeBias) = -c;
-  f.block<3, 1>(kAttitudeError, kTurnScale) = -c.col(2) * felt.angular_rate_radps.z();
-  f.block<3, 3>(kVelocityError, kAttitudeError) = -skew(c * felt.specific_force_mps2);
+  f.block<3, 1>(kAttitudeError, kTurnScale) = -c.col(2) * motion.angular_rate_radps.z();
+  f.block<3, 3>(kVelocityError, kAttitudeError) = -skew(c * motion.specific_force_mps2);
   f.block<3, 3>(kVelocityError, kVelocityError) = -2 * earth;
   // Gravity falls with the square of the distance from the Earth's centre (Groves 14.31).
   f.block<3, 3>(kVelocityError, kPositionError) =
@@ -46,37 +46,20 @@ double bias_density(const TriadModel& triad) {
 
 }  // namespace
 
-FeltMotion SensorErrors::corrected(const ImuReading& reading) const {
-  FeltMotion felt{reading.specific_force_mps2 - accelerometer_bias,
-                  reading.angular_rate_radps - gyroscope_bias};
-  felt.angular_rate_radps.z() /= 1 + turn_scale;
-  return felt;
+ImuReading SensorErrors::corrected(const ImuReading& reading) const {
+  ImuReading motion = reading;
+  motion.specific_force_mps2 -= accelerometer_bias;
+  motion.angular_rate_radps -= gyroscope_bias;
+  motion.angular_rate_radps.z() /= 1 + turn_scale;
+  return motion;
 }
 
-void InertialEstimate::predict(const FeltMotion& felt, double dt_s, const Vector3d& gravity_mps2,
+void InertialEstimate::predict(const ImuReading& motion, double dt_s, const Vector3d& gravity_mps2,
                                const SensorMounting& sensors_of) {
-  // P = (I + F dt) P (I + F dt)^T. Plain loops, over the few elements of F: Eigen's products of such matrices
-  // take long to compile.
-  const ErrorMatrix step = dt_s * dynamics(state, felt, gravity_mps2);
-  const auto for_each = [&step](const auto& visit) {
-    for (int i = 0; i < kAccelerometerBias; ++i) {
-      for (int k = 0; k < kInertialErrors; ++k) {
-        if (step(i, k) != 0) visit(i, k, step(i, k));
-      }
-    }
-  };
-  ErrorMatrix added = ErrorMatrix::Zero();
-  for_each([&](int i, int k, double value) {
-    for (int j = 0; j < kInertialErrors; ++j) added(i, j) += value * p(k, j);
-  });
-  p += added;
-  added.setZero();
-  for_each([&](int i, int k, double value) {
-    for (int j = 0; j < kInertialErrors; ++j) added(j, i) += value * p(j, k);
-  });
-  p += added;
-  const double turning = felt.angular_rate_radps.norm();
-  const double pushing = felt.specific_force_mps2.head<2>().norm();
+  const ErrorMatrix step = ErrorMatrix::Identity() + dt_s * dynamics(state, motion, gravity_mps2);
+  p = (step * p * step.transpose()).eval();
+  const double turning = motion.angular_rate_radps.norm();
+  const double pushing = motion.specific_force_mps2.head<2>().norm();
   const auto add = [&](int first, int count, double density_of) {
     for (int i = first; i < first + count; ++i) p(i, i) += density_of * dt_s;
   };
@@ -119,9 +102,9 @@ Eigen::Matrix3d skew(const Vector3d& a) {
   return m;
 }
 
-void carry(InertialState& state, const FeltMotion& felt, double dt_s, const Vector3d& gravity_mps2) {
+void carry(InertialState& state, const ImuReading& motion, double dt_s, const Vector3d& gravity_mps2) {
   const Vector3d earth(0, 0, geodesy::kEarthRotationRate);
-  const Vector3d turn = felt.angular_rate_radps * dt_s, push = felt.specific_force_mps2 * dt_s;
+  const Vector3d turn = motion.angular_rate_radps * dt_s, push = motion.specific_force_mps2 * dt_s;
   // The force turns with the body, and the axes with the Earth.
   const Vector3d pushed = state.ecef_from_body * (push + 0.5 * turn.cross(push));
   const Vector3d pushed_on_earth = pushed - 0.5 * dt_s * earth.cross(pushed);

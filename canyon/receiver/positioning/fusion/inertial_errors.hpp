@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "canyon/base/geodesy/gps_time.hpp"
-#include "canyon/receiver/positioning/fusion/dead_reckoning_options.hpp"
+#include "canyon/receiver/positioning/fusion/dead_reckoning.hpp"
 
 // Error states of the inertial filter and their equations. Private to canyon/receiver/positioning/fusion.
 
@@ -22,12 +22,6 @@ struct InertialState {
   [[nodiscard]] Eigen::Matrix3d rotation() const { return ecef_from_body.toRotationMatrix(); }
 };
 
-/// Readings of a sensor without errors: means over an interval.
-struct FeltMotion {
-  Eigen::Vector3d specific_force_mps2 = Eigen::Vector3d::Zero();
-  Eigen::Vector3d angular_rate_radps = Eigen::Vector3d::Zero();  ///< against inertial space
-};
-
 /// The turn about `turn` by its length [rad].
 [[nodiscard]] Eigen::Quaterniond rotation_of(const Eigen::Vector3d& turn);
 
@@ -37,8 +31,8 @@ struct FeltMotion {
 /// Carries a state over an interval (Groves, Principles of GNSS, Inertial, and Multisensor Integrated
 /// Navigation Systems, 2nd ed., 5.3: ECEF mechanisation, with the rotation of the body during the interval,
 /// 5.5): attitude, velocity, position. The errors are of the third order of `dt_s`.
-/// @param gravity_mps2 at the place (geodesy::normal_gravity())
-void carry(InertialState& state, const FeltMotion& felt, double dt_s, const Eigen::Vector3d& gravity_mps2);
+/// @param motion means over it, corrected @param gravity_mps2 at the place (geodesy::normal_gravity())
+void carry(InertialState& state, const ImuReading& motion, double dt_s, const Eigen::Vector3d& gravity_mps2);
 
 /// Errors, truth less estimate: attitude (a small turn in ECEF), velocity and position of the sensor, biases
 /// of accelerometers and gyroscopes (body), scale of the wheels, scale of the gyroscope about the up axis.
@@ -60,7 +54,7 @@ struct SensorErrors {
   Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();      ///< [rad/s]
   double wheel_scale = 0, turn_scale = 0;
 
-  [[nodiscard]] FeltMotion corrected(const ImuReading& reading) const;
+  [[nodiscard]] ImuReading corrected(const ImuReading& reading) const;
 };
 
 /// M measurements at a time: innovation = gradient . error + noise.
@@ -78,9 +72,9 @@ class InertialEstimate {
   SensorErrors sensors;
   ErrorMatrix p = ErrorMatrix::Zero();
 
-  /// Carries the covariance over `dt_s` (Groves 14.2.3, with errors as truth less estimate). @param felt
+  /// Carries the covariance over `dt_s` (Groves 14.2.3, with errors as truth less estimate). @param motion
   /// means over it, corrected @param gravity_mps2 at the place
-  void predict(const FeltMotion& felt, double dt_s, const Eigen::Vector3d& gravity_mps2,
+  void predict(const ImuReading& motion, double dt_s, const Eigen::Vector3d& gravity_mps2,
                const SensorMounting& sensors_of);
 
   /// Squared innovation over its variance: chi-square of M degrees of freedom.
@@ -94,11 +88,7 @@ class InertialEstimate {
   void take(const Innovation<M>& z) {
     const auto [ph, s] = spread(z);
     const Eigen::Matrix<double, kInertialErrors, M> gain = ph * s.inverse();
-    for (int j = 0; j < kInertialErrors; ++j) {
-      for (int i = 0; i < kInertialErrors; ++i) {
-        for (int m = 0; m < M; ++m) p(i, j) -= gain(i, m) * ph(j, m);
-      }
-    }
+    p.noalias() -= gain * ph.transpose();
     settle();
     correct(gain * z.value);
   }
@@ -112,20 +102,8 @@ class InertialEstimate {
   template <int M>
   [[nodiscard]] Spread<M> spread(const Innovation<M>& z) const {
     Spread<M> result;
-    for (int m = 0; m < M; ++m) {
-      for (int i = 0; i < kInertialErrors; ++i) {
-        double sum = 0;
-        for (int j = 0; j < kInertialErrors; ++j) sum += p(i, j) * z.gradient(m, j);
-        result.ph(i, m) = sum;
-      }
-    }
-    for (int m = 0; m < M; ++m) {
-      for (int n = 0; n < M; ++n) {
-        double sum = z.noise(m, n);
-        for (int j = 0; j < kInertialErrors; ++j) sum += z.gradient(m, j) * result.ph(j, n);
-        result.s(m, n) = sum;
-      }
-    }
+    result.ph = p * z.gradient.transpose();
+    result.s = z.gradient * result.ph + z.noise;
     return result;
   }
   /// Symmetric, with positive variances.

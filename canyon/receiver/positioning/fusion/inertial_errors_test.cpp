@@ -86,8 +86,8 @@ TEST(InertialErrors, PredictionIsThatOfTheMechanisation) {
     }
     estimate.p(i, i) = size * size;
     for (int k = 0; k < kSteps; ++k) {
-      const FeltMotion felt = estimate.sensors.corrected(reading());
-      estimate.predict(felt, kStep_s, geodesy::normal_gravity(estimate.state.position_m), quiet_sensors());
+      const ImuReading motion = estimate.sensors.corrected(reading());
+      estimate.predict(motion, kStep_s, geodesy::normal_gravity(estimate.state.position_m), quiet_sensors());
       go_on(estimate, kStep_s);
       go_on(truth, kStep_s);
     }
@@ -129,7 +129,7 @@ TEST(InertialErrors, NoiseGrowsByItsDensity) {
   sensors.accelerometer.white = 1e-3;
   sensors.gyroscope.walk = 1e-6;
   InertialEstimate estimate = moving();
-  const FeltMotion still{Vector3d(0, 0, 9.8), Vector3d::Zero()};
+  const ImuReading still{{}, Vector3d(0, 0, 9.8), Vector3d::Zero()};
   for (int k = 0; k < 100; ++k)
     estimate.predict(still, 0.01, geodesy::normal_gravity(estimate.state.position_m), sensors);
   EXPECT_NEAR(estimate.p(0, 0), 1e-8, 1e-11);

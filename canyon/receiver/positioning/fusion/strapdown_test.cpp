@@ -35,8 +35,8 @@ TEST(Strapdown, RestStaysRest) {
   InertialState state = level_state();
   const Vector3d begin = state.position_m, gravity = geodesy::normal_gravity(begin);
   const Eigen::Quaterniond attitude = state.ecef_from_body;
-  const FeltMotion felt{attitude.inverse() * -gravity, attitude.inverse() * kEarthTurn};
-  for (int k = 0; k < 6000; ++k) carry(state, felt, 0.01, gravity);
+  const ImuReading still{{}, attitude.inverse() * -gravity, attitude.inverse() * kEarthTurn};
+  for (int k = 0; k < 6000; ++k) carry(state, still, 0.01, gravity);
   EXPECT_LT((state.position_m - begin).norm(), 1e-6);
   EXPECT_LT(state.velocity_mps.norm(), 1e-7);
   EXPECT_LT(state.ecef_from_body.angularDistance(attitude), 1e-9);
@@ -57,7 +57,7 @@ TEST(Strapdown, ACircleCloses) {
     // Centripetal to the left, gravity's reaction, and Coriolis that the force has to balance.
     const Vector3d felt = Vector3d(0, kRate * kSpeed, 0) +
                           body_from_ecef * (2 * kEarthTurn.cross(state.velocity_mps) - gravity);
-    carry(state, {felt, Vector3d(0, 0, kRate) + body_from_ecef * kEarthTurn}, dt_s, gravity);
+    carry(state, {{}, felt, Vector3d(0, 0, kRate) + body_from_ecef * kEarthTurn}, dt_s, gravity);
   }
   EXPECT_LT((state.position_m - begin).norm(), 0.01);
   EXPECT_LT((state.velocity_mps - ecef_from_enu * Vector3d(kSpeed, 0, 0)).norm(), 1e-3);

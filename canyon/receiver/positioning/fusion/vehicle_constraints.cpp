@@ -23,7 +23,7 @@ double square(double value) {
 }  // namespace
 
 Vector3d VehicleConstraints::rate(const InertialEstimate& estimate) const {
-  return felt_radps_ - estimate.state.rotation().transpose() * kEarth;
+  return rate_radps_ - estimate.state.rotation().transpose() * kEarth;
 }
 
 Vector3d VehicleConstraints::axle_velocity(const InertialEstimate& estimate) const {
@@ -41,8 +41,8 @@ Eigen::Matrix<double, 3, kInertialErrors> VehicleConstraints::axle_gradient(
   return gradient;
 }
 
-void VehicleConstraints::move(const InertialEstimate& estimate, const FeltMotion& felt, double dt_s) {
-  felt_radps_ = felt.angular_rate_radps;
+void VehicleConstraints::move(const InertialEstimate& estimate, const ImuReading& motion, double dt_s) {
+  rate_radps_ = motion.angular_rate_radps;
   way_m_ += axle_velocity(estimate).x() * dt_s;
   moved_s_ += dt_s;
 }
@@ -170,12 +170,12 @@ double squared(double value) {
 
 }  // namespace
 
-void Alignment::stand(const ImuReading& mean) {
+void InitialAttitude::stand(const ImuReading& mean) {
   at_rest_ = mean;
 }
 
-std::optional<InertialEstimate> Alignment::begin(const Fix& fix, const ImuReading& mean,
-                                                 const DeadReckoningOptions& options) const {
+std::optional<InertialEstimate> InitialAttitude::begin(const Fix& fix, const ImuReading& mean,
+                                                       const DeadReckoningOptions& options) const {
   if (!fix.measured() || !fix.velocity_enu_mps || !fix.velocity_covariance_enu) return std::nullopt;
   const Vector3d& velocity = *fix.velocity_enu_mps;
   const double speed = velocity.head<2>().norm();

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "canyon/receiver/positioning/fix.hpp"
-#include "canyon/receiver/positioning/fusion/dead_reckoning_options.hpp"
+#include "canyon/receiver/positioning/fusion/dead_reckoning.hpp"
 #include "canyon/receiver/positioning/fusion/inertial_errors.hpp"
 
 namespace canyon::positioning {
@@ -19,7 +19,7 @@ class VehicleConstraints {
       : options_(options), mounting_(mounting) {}
 
   /// The vehicle moved for `dt_s`.
-  void move(const InertialEstimate& estimate, const FeltMotion& felt, double dt_s);
+  void move(const InertialEstimate& estimate, const ImuReading& motion, double dt_s);
   /// Rate of the body against the Earth, in its axes [rad/s].
   [[nodiscard]] Eigen::Vector3d rate(const InertialEstimate& estimate) const;
 
@@ -37,7 +37,7 @@ class VehicleConstraints {
 
   DeadReckoningOptions options_;
   SensorMounting mounting_;
-  Eigen::Vector3d felt_radps_ = Eigen::Vector3d::Zero();  // of the last reading
+  Eigen::Vector3d rate_radps_ = Eigen::Vector3d::Zero();  // of the last reading
   double way_m_ = 0, moved_s_ = 0;                        // forwards, since the wheels' last reading
 };
 
@@ -70,9 +70,9 @@ class Standstill {
 
 /// The first estimate of a vehicle's attitude. At rest accelerometers give the vertical and gyroscopes their
 /// biases; in motion the course of a fix gives the heading (Groves 5.6.3).
-class Alignment {
+class InitialAttitude {
  public:
-  explicit Alignment(const SensorMounting& mounting) : mounting_(mounting) {}
+  explicit InitialAttitude(const SensorMounting& mounting) : mounting_(mounting) {}
 
   /// The vehicle stands. @param mean over a second
   void stand(const ImuReading& mean);

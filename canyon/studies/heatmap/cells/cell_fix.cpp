@@ -7,7 +7,7 @@
 #include "canyon/receiver/own_draws.hpp"
 #include "canyon/receiver/positioning/least_squares.hpp"
 #include "canyon/receiver/positioning/pseudorange_model.hpp"
-#include "canyon/receiver/range_terms.hpp"
+#include "canyon/receiver/positioning/range_terms.hpp"
 
 namespace canyon::heatmap {
 
@@ -72,8 +72,8 @@ void CellFix::state_covariance(std::span<const CellRange> ranges, const LinearFi
     const int clock = clock_of(range);
     if (clock < 0) continue;
     variances += range.variance_m2;
-    const double residual = range.error_m + satellites_[range.satellite].direction.dot(answer.error) -
-                            x[static_cast<std::size_t>(clock)];
+    const double residual =
+        range.error_m + satellites_[range.satellite].direction.dot(answer.error) - x[clock];
     squares += range.weight * residual * residual;
   }
   const auto rows = static_cast<double>(used_.size());
@@ -87,59 +87,20 @@ void CellFix::state_covariance(std::span<const CellRange> ranges, const LinearFi
   }
 }
 
-using Eigen::Index;
-
 bool LinearFix::factorise() {
   constexpr double kLeastPivot = positioning::kRankThreshold * positioning::kRankThreshold;
-  const auto n = static_cast<Index>(unknowns_);
-  for (Index i = 0; i < n; ++i) {
-    double pivot = matrix_(i, i);
-    const double whole = pivot;
-    for (Index k = 0; k < i; ++k) pivot -= matrix_(k, i) * matrix_(k, i);
-    if (!(pivot > kLeastPivot * whole)) return false;
-    const double inverse = 1 / std::sqrt(pivot);
-    matrix_(i, i) = inverse;
-    for (Index j = i + 1; j < n; ++j) {
-      double sum = matrix_(i, j);
-      for (Index k = 0; k < i; ++k) sum -= matrix_(k, i) * matrix_(k, j);
-      matrix_(i, j) = sum * inverse;
-    }
-  }
-  return true;
-}
-
-LinearFix::Unknowns LinearFix::substitute(Unknowns b) const {
-  const auto at = [this](std::size_t i, std::size_t j) {
-    return matrix_(static_cast<Index>(i), static_cast<Index>(j));
-  };
-  for (std::size_t i = 0; i < unknowns_; ++i) {
-    for (std::size_t k = 0; k < i; ++k) b[i] -= at(k, i) * b[k];
-    b[i] *= at(i, i);
-  }
-  for (std::size_t i = unknowns_; i-- > 0;) {
-    for (std::size_t k = i + 1; k < unknowns_; ++k) b[i] -= at(i, k) * b[k];
-    b[i] *= at(i, i);
-  }
-  return b;
+  factors_.compute(matrix_);
+  return factors_.info() == Eigen::Success &&
+         (factors_.matrixLLT().diagonal().array().square() > kLeastPivot * matrix_.diagonal().array()).all();
 }
 
 Eigen::Matrix3d LinearFix::covariance() const {
-  Eigen::Matrix3d covariance;
-  for (std::size_t j = 0; j < 3; ++j) {
-    const Unknowns column = inverse_column(j);
-    covariance.col(static_cast<Index>(j)) = Eigen::Vector3d(column[0], column[1], column[2]);
-  }
-  return covariance;
+  return factors_.solve(Matrix::Identity(matrix_.rows(), 3)).topRows<3>();
 }
 
 positioning::Dop LinearFix::dop() const {
-  const auto n = static_cast<Index>(unknowns_);
-  positioning::Cofactor cofactor(n, n);
-  for (std::size_t j = 0; j < unknowns_; ++j) {
-    const Unknowns column = inverse_column(j);
-    for (Index i = 0; i < n; ++i) cofactor(i, static_cast<Index>(j)) = column[static_cast<std::size_t>(i)];
-  }
-  return positioning::dop_from_cofactor(cofactor);
+  const Matrix cofactor = factors_.solve(Matrix::Identity(matrix_.rows(), matrix_.rows()));
+  return positioning::dop_from_cofactor(positioning::Cofactor(cofactor));
 }
 
 const gnss::Signal* TileErrors::signal_of(gnss::SatelliteId id) const {

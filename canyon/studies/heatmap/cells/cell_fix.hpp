@@ -1,7 +1,7 @@
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -27,22 +27,20 @@ namespace canyon::heatmap {
 /// an orthogonal decomposition of H gives, up to PDOP 100.
 class LinearFix {
  public:
-  static constexpr std::size_t kMostUnknowns = 3 + gnss::kSystemCount;
-  /// East, north, up, then the clocks [m]; those beyond unknowns() are 0.
-  using Unknowns = std::array<double, kMostUnknowns>;
+  static constexpr int kMostUnknowns = 3 + static_cast<int>(gnss::kSystemCount);
+  /// East, north, up, then the clocks [m].
+  using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostUnknowns, 1>;
 
-  explicit LinearFix(int clocks) : unknowns_(3 + static_cast<std::size_t>(clocks)) {
-    const auto n = static_cast<Eigen::Index>(unknowns_);
-    matrix_.topLeftCorner(n, n).setZero();
-  }
-  [[nodiscard]] std::size_t unknowns() const { return unknowns_; }
+  explicit LinearFix(int clocks)
+      : matrix_(Matrix::Zero(3 + clocks, 3 + clocks)), right_(Unknowns::Zero(3 + clocks)) {}
+  [[nodiscard]] std::size_t unknowns() const { return static_cast<std::size_t>(matrix_.rows()); }
 
   /// @param direction u, unit, ENU, from antenna to satellite @param clock its column,
   /// positioning::Clocks::column @param weight 1 / sigma^2 @param error_m of the pseudorange
   void add(const Eigen::Vector3d& direction, int clock, double weight, double error_m = 0) {
     for (Eigen::Index i = 0; i < 3; ++i) {
-      for (Eigen::Index j = i; j < 3; ++j) matrix_(i, j) += weight * (direction[i] * direction[j]);
-      matrix_(i, clock) -= weight * direction[i];
+      for (Eigen::Index j = 0; j <= i; ++j) matrix_(i, j) += weight * (direction[i] * direction[j]);
+      matrix_(clock, i) -= weight * direction[i];
     }
     matrix_(clock, clock) += weight;
     add_error(right_, direction, clock, weight, error_m);
@@ -52,12 +50,12 @@ class LinearFix {
   /// compares pivots of the design matrix, whose squares these are).
   [[nodiscard]] bool factorise();
   /// x for the errors of all rows.
-  [[nodiscard]] Unknowns solve() const { return substitute(right_); }
+  [[nodiscard]] Unknowns solve() const { return factors_.solve(right_); }
   /// The change of x for each metre of error of a row.
   [[nodiscard]] Unknowns gain(const Eigen::Vector3d& direction, int clock, double weight) const {
-    Unknowns right{};
+    Unknowns right = Unknowns::Zero(matrix_.rows());
     add_error(right, direction, clock, weight, 1);
-    return substitute(right);
+    return factors_.solve(right);
   }
   /// East, north and up of (H^T W H)^-1.
   [[nodiscard]] Eigen::Matrix3d covariance() const;
@@ -67,22 +65,15 @@ class LinearFix {
  private:
   static void add_error(Unknowns& right, const Eigen::Vector3d& direction, int clock, double weight,
                         double error_m) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      right[i] -= weight * direction[static_cast<Eigen::Index>(i)] * error_m;
-    }
-    right[static_cast<std::size_t>(clock)] += weight * error_m;
-  }
-  [[nodiscard]] Unknowns substitute(Unknowns right) const;
-  [[nodiscard]] Unknowns inverse_column(std::size_t i) const {
-    Unknowns unit{};
-    unit[i] = 1;
-    return substitute(unit);
+    for (Eigen::Index i = 0; i < 3; ++i) right[i] -= weight * direction[i] * error_m;
+    right[clock] += weight * error_m;
   }
 
-  std::size_t unknowns_;
-  /// The upper part: H^T W H, then R of R^T R with its diagonal inverted.
-  Eigen::Matrix<double, kMostUnknowns, kMostUnknowns> matrix_;
-  Unknowns right_{};
+  using Matrix =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostUnknowns, kMostUnknowns>;
+  Matrix matrix_;  // H^T W H, the lower part
+  Eigen::LLT<Matrix> factors_;
+  Unknowns right_;
 };
 
 /// A satellite as the fixes of a tile see it.

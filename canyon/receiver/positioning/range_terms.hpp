@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <span>
@@ -7,12 +8,12 @@
 
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/paths/propagation/paths.hpp"
-#include "canyon/receiver/receiver_options.hpp"
+#include "canyon/receiver/positioning/positioning_options.hpp"
 #include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
-// The range of a signal is a sum of terms. This is their one list: receivers, solvers of map cells, virtual
-// stations, samples and columns iterate over it. docs/extending.md says how to add a term.
+// The range of a signal is a sum of terms. This is their one list: receivers, their fixes and corrections,
+// map cells, virtual stations, samples and columns iterate over it. docs/extending.md says how to add a term.
 
 namespace canyon::tracking {
 struct AntennaMotion;
@@ -26,8 +27,8 @@ struct ClockReading {
   double drift = 0;  ///< [s/s]
 };
 
-/// The antenna a time before or after an epoch.
-struct AntennaBeside {
+/// The antenna a short time before or after an epoch, for rates of delays.
+struct ShiftedAntenna {
   double dt_s = 0;
   Eigen::Vector3d antenna_ecef = Eigen::Vector3d::Zero();
   geodesy::Geodetic place;
@@ -37,7 +38,7 @@ struct AntennaBeside {
 
 /// What the terms of a signal's range at an epoch follow from. The pointers must not be null, but where said.
 struct RangeState {
-  const ReceiverOptions* options = nullptr;
+  const positioning::RangeOptions* options = nullptr;
   const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
   const propagation::SatelliteView* view = nullptr;
   const gnss::Signal* signal = nullptr;
@@ -52,7 +53,24 @@ struct RangeState {
   const propagation::Path* path = nullptr;
   const tracking::AntennaMotion* motion = nullptr;
   /// The antenna half a second before and after; null: rates leave the atmosphere out.
-  const AntennaBeside *before = nullptr, *after = nullptr;
+  const ShiftedAntenna *before = nullptr, *after = nullptr;
+};
+
+/// What a receiver's models of the terms follow from: what messages tell it, and the place where it takes
+/// itself to be. The pointers must not be null, but where said; `klobuchar`, `place` and `look` are of terms
+/// of space alone.
+struct ModelState {
+  const positioning::FixOptions* fix = nullptr;  ///< which models it corrects by
+  const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
+  const orbit::SatelliteState* satellite = nullptr;
+  const gnss::Signal* signal = nullptr;  ///< null: the satellite's near L1
+  gnss::SatelliteId id;
+  double carrier_hz = 0;
+  geodesy::GpsTime time;
+  geodesy::Geodetic place;
+  geodesy::AzimuthElevation look;
+  /// Share of the ionosphere in the pseudorange (positioning::Measurement::ionosphere_share).
+  double ionosphere_share = 1;
 };
 
 /// Parts of a code and of a carrier: [m], or [m/s].
@@ -81,8 +99,8 @@ struct RangeTerm {
   RangeTermOf of;
   /// Its truth [m]; 0 where the receiver's options switch it off.
   CodeAndCarrier (*truth_m)(const RangeState&);
-  /// What the receiver's fix takes off the code for it [m]; null: nothing, or what messages say exactly.
-  double (*model_m)(const RangeState&) = nullptr;
+  /// What a receiver takes off for it [m]; null: nothing, or an unknown of its own.
+  CodeAndCarrier (*model_m)(const ModelState&) = nullptr;
   /// Its rate [m/s] per second of GPST; null: none, or too slow for a Doppler.
   CodeAndCarrier (*rate_mps)(const RangeState&) = nullptr;
   const char* column = nullptr;  ///< of signals.csv, for its part of the code [m]; null: none
@@ -118,8 +136,13 @@ inline constexpr std::size_t kMostRangeTerms = 16;
 [[nodiscard]] CodeAndCarrier signal_range(const RangeState& state, std::span<double> code_terms_m = {});
 /// The terms of some alone [m].
 [[nodiscard]] CodeAndCarrier range_of(RangeTermOf of, const RangeState& state);
+/// What a receiver takes off a signal for the terms of some [m]: the sum of their models.
+/// @param code_models_m each model's part of the code, in the order of range_terms(); empty: not wanted
+[[nodiscard]] CodeAndCarrier modelled_range(RangeTermOf of, const ModelState& state,
+                                            std::span<double> code_models_m = {});
 /// What the fix leaves of the terms of space in a code [m]: truth less model.
-[[nodiscard]] double uncorrected_m(const RangeState& state);
+/// @param code_terms_m of signal_range(); empty: not known
+[[nodiscard]] double uncorrected_m(const RangeState& state, std::span<const double> code_terms_m = {});
 /// d/dt of a range over RangeState::path per second of the receiver's clock [m/s]. -f / c of the carrier's is
 /// the Doppler shift; the code's has Path::code_ahead_mps.
 [[nodiscard]] CodeAndCarrier signal_rate(const RangeState& state);

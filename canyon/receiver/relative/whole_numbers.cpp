@@ -1,4 +1,5 @@
-// Declared in canyon/receiver/relative/baseline_filter.hpp.
+#include "canyon/receiver/relative/whole_numbers.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -6,11 +7,6 @@
 #include <span>
 #include <utility>
 #include <vector>
-
-#include "canyon/receiver/relative/baseline_filter.hpp"
-
-// Whole numbers of cycles of BaselineFilter, which baseline_filter.hpp declares: candidates, search,
-// acceptance.
 
 namespace canyon::relative {
 namespace {
@@ -28,8 +24,6 @@ constexpr double kKeptRatio = 1.5, kKeptShare = 0.75;
 /// A new set of whole numbers is accepted when two epochs in a row find it, or at once when its ratio is
 /// kCertainRatio times RtkOptions::ratio: one search in many passes the ratio test by chance.
 constexpr double kCertainRatio = 2;
-/// The mean square of an epoch's residuals is divided by at least this number.
-constexpr int kFewRedundant = 5;
 /// The search needs at least so many pairs of satellites.
 constexpr std::size_t kFewestPairs = 4;
 /// Satellites that a fix needs.
@@ -38,8 +32,6 @@ constexpr int kFewestSatellites = 5;
 constexpr double kFixElevation_rad = 0.26179938779914941;
 /// Partial fixing: each further search leaves out so many more satellites.
 constexpr std::size_t kFewer[] = {0, 1, 1, 1, 2, 3};
-/// Weight of an epoch in means of squares of whole numbers' residuals.
-constexpr double kFixedWeight = 0.1;
 
 /// Places of two slots' ambiguities in the state.
 std::pair<Index, Index> states_of(const std::pair<std::size_t, std::size_t>& slots) {
@@ -48,15 +40,15 @@ std::pair<Index, Index> states_of(const std::pair<std::size_t, std::size_t>& slo
 
 }  // namespace
 
-double BaselineFilter::squares_of_residuals(std::span<const std::size_t> among,
-                                            const Eigen::VectorXd& x) const {
+double WholeNumberSearch::squares_of_residuals(std::span<const std::size_t> among,
+                                               const Eigen::VectorXd& x) const {
   struct Sums {
     double weights = 0, values = 0, squares = 0;
   };
   std::map<const gnss::Signal*, Sums> of_signals;
   for (const std::size_t i : among) {
     const Difference& d = differences_[i];
-    const SparseRow row = row_of(d, true);
+    const SparseRow row = state_.row_of(d, true, ionosphere_);
     double residual_m = d.phase_m;
     for (std::size_t k = 0; k < row.count; ++k) residual_m -= row.terms[k].second * x(row.terms[k].first);
     const double weight = 1 / (d.variance + d.age_variance);
@@ -72,15 +64,7 @@ double BaselineFilter::squares_of_residuals(std::span<const std::size_t> among,
   return result;
 }
 
-double BaselineFilter::factor_of(const Fixed& fixed) {
-  fixed_squares_ += kFixedWeight * (fixed.squares - fixed_squares_);
-  fixed_redundant_ += kFixedWeight * (std::max(0, fixed.redundant) - fixed_redundant_);
-  if (!moving_ || ionosphere_sigma_m_ > 0) return std::max(1.0, squares_);
-  const double lately = (1 + fixed_squares_ / kFixedWeight) / (1 + fixed_redundant_ / kFixedWeight);
-  return std::max(lately, fixed.squares / std::max(kFewRedundant, fixed.redundant));
-}
-
-std::vector<std::size_t> BaselineFilter::candidates() const {
+std::vector<std::size_t> WholeNumberSearch::candidates() const {
   std::vector<std::size_t> result;
   for (std::size_t i = 0; i < differences_.size(); ++i) {
     const Difference& d = differences_[i];
@@ -95,7 +79,7 @@ std::vector<std::size_t> BaselineFilter::candidates() const {
   return result;
 }
 
-bool BaselineFilter::are_kept(std::span<const SlotPair> slots, const Eigen::VectorXd& whole) const {
+bool WholeNumberSearch::are_kept(std::span<const SlotPair> slots, const Eigen::VectorXd& whole) const {
   std::size_t known = 0;
   for (std::size_t i = 0; i < slots.size(); ++i) {
     const auto& slot = state_.slots[slots[i].first].whole;
@@ -107,9 +91,9 @@ bool BaselineFilter::are_kept(std::span<const SlotPair> slots, const Eigen::Vect
   return known >= kKeptShare * static_cast<double>(slots.size());
 }
 
-void BaselineFilter::keep(std::span<const SlotPair> slots, const Eigen::VectorXd& whole) {
+void WholeNumberSearch::keep(std::span<const SlotPair> slots, const Eigen::VectorXd& whole) {
   if (!are_kept(slots, whole)) {
-    for (Slot& slot : state_.slots) slot.whole.reset();
+    for (BaselineSlot& slot : state_.slots) slot.whole.reset();
   }
   for (std::size_t i = 0; i < slots.size(); ++i) {
     const auto& slot = state_.slots[slots[i].first].whole;
@@ -123,16 +107,14 @@ void BaselineFilter::keep(std::span<const SlotPair> slots, const Eigen::VectorXd
   }
 }
 
-Eigen::Vector3d BaselineFilter::cycles_of(std::size_t difference) const {
+Eigen::Vector3d WholeNumberSearch::cycles_of(std::size_t difference) const {
   const Difference& d = differences_[difference];
   return d.rover->direction / d.rover->wavelength_m;
 }
 
-BaselineFilter::Pairs BaselineFilter::pairs_of(std::vector<std::size_t> among) {
+WholeNumberSearch::Pairs WholeNumberSearch::pairs_of(std::vector<std::size_t> among) {
   Pairs pairs;
   pairs.among = std::move(among);
-  // What echoes add beyond the noise of codes.
-  pairs.echoes = (1 - 1 / code_squares_) * covariance_of_echoes();
   std::map<const gnss::Signal*, std::size_t> references;
   for (const std::size_t i : pairs.among) references[differences_[i].rover->signal] = i;
   for (const std::size_t i : pairs.among) {
@@ -149,7 +131,7 @@ BaselineFilter::Pairs BaselineFilter::pairs_of(std::vector<std::size_t> among) {
     const std::size_t reference = references.at(differences_[i].rover->signal);
     if (i != reference) pairs.gradients.col(column++) = cycles_of(i) - cycles_of(reference);
   }
-  const Eigen::MatrixXd by_echoes = pairs.gradients.transpose() * pairs.echoes * pairs.gradients;
+  const Eigen::MatrixXd by_echoes = pairs.gradients.transpose() * echoes_ * pairs.gradients;
   pairs.real.resize(n);
   pairs.covariance.resize(n, n);
   for (Index i = 0; i < n; ++i) {
@@ -164,9 +146,9 @@ BaselineFilter::Pairs BaselineFilter::pairs_of(std::vector<std::size_t> among) {
   return pairs;
 }
 
-BaselineFilter::Fixed BaselineFilter::answer(const Pairs& pairs, const Set& set,
-                                             const std::optional<IntegerSolution>& found) {
-  Fixed fixed;
+WholeNumbers WholeNumberSearch::answer(const Pairs& pairs, const Set& set,
+                                       const std::optional<IntegerSolution>& found) {
+  WholeNumbers fixed;
   if (!found) return fixed;
   fixed.ratio = found->ratio();
   const auto slots = std::span<const SlotPair>(pairs.slots).last(set.pairs);
@@ -182,10 +164,11 @@ BaselineFilter::Fixed BaselineFilter::answer(const Pairs& pairs, const Set& set,
   return fixed;
 }
 
-void BaselineFilter::fix_at(const Pairs& pairs, const Set& set, const Eigen::VectorXd& whole, Fixed& fixed) {
+void WholeNumberSearch::fix_at(const Pairs& pairs, const Set& set, const Eigen::VectorXd& whole,
+                               WholeNumbers& fixed) {
   const auto slots = std::span<const SlotPair>(pairs.slots).last(set.pairs);
   const Index n = whole.size();
-  const Eigen::Matrix3Xd with_echoes = pairs.echoes * pairs.gradients.rightCols(n);
+  const Eigen::Matrix3Xd with_echoes = echoes_ * pairs.gradients.rightCols(n);
   const Triangular factors = triangular(pairs.covariance.bottomRightCorner(n, n));
   fixed.accepted = factors.d.size() == n;
   if (!fixed.accepted) return;
@@ -204,7 +187,7 @@ void BaselineFilter::fix_at(const Pairs& pairs, const Set& set, const Eigen::Vec
   for (const std::size_t i : pairs.among) {
     x(BaselineState::index(*differences_[i].slot)) -= cycles_of(i).dot(by_echoes);
   }
-  fixed.covariance = state_.p.topLeftCorner<3, 3>() + pairs.echoes;
+  fixed.covariance = state_.p.topLeftCorner<3, 3>() + echoes_;
   for (Index i = 0; i < n; ++i) {
     const auto [a, r] = states_of(slots[static_cast<std::size_t>(i)]);
     add_multiple(-weights(0, i), &state_.p(0, a), x.size(), x.data());
@@ -225,28 +208,28 @@ void BaselineFilter::fix_at(const Pairs& pairs, const Set& set, const Eigen::Vec
   state_.mirror();
 }
 
-std::optional<BaselineFilter::Fixed> BaselineFilter::find_integers() {
+std::optional<WholeNumbers> WholeNumberSearch::find() {
   unconfirmed_.reset();
-  std::optional<Fixed> result = find_with_glonass_or_without();
+  std::optional<WholeNumbers> result = find_with_glonass_or_without();
   const bool accepted = result && result->accepted;
   if (!accepted && unconfirmed_) keep(unconfirmed_->slots, unconfirmed_->whole);
   return result;
 }
 
-std::optional<BaselineFilter::Fixed> BaselineFilter::find_with_glonass_or_without() {
+std::optional<WholeNumbers> WholeNumberSearch::find_with_glonass_or_without() {
   std::vector<std::size_t> among = candidates();
-  std::optional<Fixed> result = find_among(among);
+  std::optional<WholeNumbers> result = find_among(among);
   if (result && result->accepted) return result;
   const auto glonass = std::remove_if(among.begin(), among.end(), [&](std::size_t i) {
     return differences_[i].id().system == gnss::System::GLONASS;
   });
   if (glonass == among.end()) return result;
   among.erase(glonass, among.end());
-  const std::optional<Fixed> without = find_among(among);
+  const std::optional<WholeNumbers> without = find_among(among);
   return without && (!result || without->accepted) ? without : result;
 }
 
-std::optional<BaselineFilter::Fixed> BaselineFilter::find_among(std::vector<std::size_t> among) {
+std::optional<WholeNumbers> WholeNumberSearch::find_among(std::vector<std::size_t> among) {
   // Satellites leave to the front, the least certain first, so that each set is a last part of all.
   std::vector<gnss::SatelliteId> satellites(among.size());
   std::transform(among.begin(), among.end(), satellites.begin(),
@@ -276,7 +259,7 @@ std::optional<BaselineFilter::Fixed> BaselineFilter::find_among(std::vector<std:
     if (set.pairs >= kFewestPairs) sets.push_back(set);
   }
   if (sets.empty()) return std::nullopt;
-  std::optional<Fixed> result;
+  std::optional<WholeNumbers> result;
   if (const auto found = short_search(all.real, all.covariance)) {
     result = answer(all, sets.front(), found);
     if (result->accepted) return result;
@@ -290,7 +273,7 @@ std::optional<BaselineFilter::Fixed> BaselineFilter::find_among(std::vector<std:
     // The first set's ratio is stated. Those of the others only have to be large enough.
     const auto& by = decorrelated[sets.size() - 1 - k];
     const auto found = by ? integer_least_squares(*by, {.lowest = result ? enough : 1}) : std::nullopt;
-    const Fixed next = answer(all, sets[k], found);
+    const WholeNumbers next = answer(all, sets[k], found);
     if (!result || next.accepted) result = next;
     if (next.accepted) break;
   }

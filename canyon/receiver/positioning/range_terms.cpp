@@ -1,10 +1,9 @@
-#include "canyon/receiver/range_terms.hpp"
+#include "canyon/receiver/positioning/range_terms.hpp"
 
 #include <cassert>
 #include <cmath>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/receiver/positioning/pseudorange_model.hpp"
 #include "canyon/receiver/tracking/channel.hpp"
 #include "canyon/receiver/tracking/channel_fading.hpp"
 #include "canyon/sky/space_errors.hpp"
@@ -25,28 +24,39 @@ double metres_per_turned_rad(double carrier_hz) {
   return cycles_per_rad * kSpeedOfLight / carrier_hz;
 }
 
-/// Delays by the models that receivers correct by [m].
-double modelled_m(const RangeState& s, bool ionosphere, bool troposphere) {
+/// What the fix's models follow from where it knows its place.
+ModelState model_state(const RangeState& s) {
   const orbit::LineOfSight& line = s.view->line;
-  return errors::atmosphere_m(ionosphere, troposphere, *s.klobuchar, line.id.system, s.carrier_hz, s.time,
-                              s.place, {line.azimuth_rad, line.elevation_rad});
+  return {&s.options->fix, s.klobuchar, &line.state,
+          s.signal,        line.id,     s.carrier_hz,
+          s.time,          s.place,     {line.azimuth_rad, line.elevation_rad}};
+}
+
+/// Delays by the models that receivers correct by [m].
+double modelled_m(const ModelState& s, bool ionosphere, bool troposphere) {
+  return errors::atmosphere_m(ionosphere, troposphere, *s.klobuchar, s.id.system, s.carrier_hz, s.time,
+                              s.place, s.look);
+}
+
+CodeAndCarrier dispersive(double delay_m) {
+  return {delay_m, -delay_m};
 }
 
 double ionosphere_m(const RangeState& s) {
   if (!s.options->ionosphere) return 0;
-  if (!s.view->space) return modelled_m(s, true, false);
+  if (!s.view->space) return modelled_m(model_state(s), true, false);
   return std::pow(gnss::kL1_hz / s.carrier_hz, 2) * s.view->space->ionosphere_m;
 }
 
 double troposphere_m(const RangeState& s) {
   if (!s.options->troposphere) return 0;
-  return s.view->space ? s.view->space->troposphere_m : modelled_m(s, false, true);
+  return s.view->space ? s.view->space->troposphere_m : modelled_m(model_state(s), false, true);
 }
 
 /// Rate of a delay by the models, by central differences over a second. @param delay_m at a place beside
 template <typename Delay>
 double central_mps(const RangeState& s, const Delay& delay_m) {
-  const auto at = [&](const AntennaBeside& there) {
+  const auto at = [&](const ShiftedAntenna& there) {
     const orbit::LineOfSight& line = s.view->line;
     return delay_m(
         there, geodesy::azimuth_elevation_from_enu(
@@ -58,7 +68,7 @@ double central_mps(const RangeState& s, const Delay& delay_m) {
 
 double ionosphere_mps(const RangeState& s) {
   if (!s.options->ionosphere || s.before == nullptr) return 0;
-  return central_mps(s, [&](const AntennaBeside& there, const geodesy::AzimuthElevation& look) {
+  return central_mps(s, [&](const ShiftedAntenna& there, const geodesy::AzimuthElevation& look) {
     return errors::atmosphere_m(true, false, *s.klobuchar, s.view->line.id.system, s.carrier_hz,
                                 s.time + there.dt_s, there.place, look);
   });
@@ -66,7 +76,7 @@ double ionosphere_mps(const RangeState& s) {
 
 double troposphere_mps(const RangeState& s) {
   if (!s.options->troposphere || s.before == nullptr) return 0;
-  return central_mps(s, [](const AntennaBeside& there, const geodesy::AzimuthElevation& look) {
+  return central_mps(s, [](const ShiftedAntenna& there, const geodesy::AzimuthElevation& look) {
     return errors::slant_delay_m(there.zenith_m, look.elevation_rad);
   });
 }
@@ -75,6 +85,7 @@ double troposphere_mps(const RangeState& s) {
 
 std::vector<RangeTerm>& range_term_table() {
   using S = const RangeState&;
+  using M = const ModelState&;
   using Of = RangeTermOf;
   static std::vector<RangeTerm> table{
       {"geometry", Of::Satellite, [](S s) { return both(s.view->line.range_m); }, nullptr,
@@ -83,24 +94,26 @@ std::vector<RangeTerm>& range_term_table() {
                                              s.motion->ecef_from_enu));
        }},
       {"satellite clock", Of::Satellite,
-       [](S s) { return both(-kSpeedOfLight * s.view->line.state.clock_bias_s); }, nullptr,
+       [](S s) { return both(-kSpeedOfLight * s.view->line.state.clock_bias_s); },
+       [](M m) { return both(-kSpeedOfLight * m.satellite->clock_bias_s); },
        [](S s) { return both(-kSpeedOfLight * s.view->line.state.clock_drift); }},
       {"group delay", Of::Satellite,
        [](S s) {
          return CodeAndCarrier{kSpeedOfLight * s.view->line.state.group_delay_of(*s.signal), 0};
-       }},
-      {"ionosphere", Of::Space,
-       [](S s) {
-         const double delay_m = ionosphere_m(s);
-         return CodeAndCarrier{delay_m, -delay_m};
        },
-       [](S s) { return modelled_m(s, s.options->fix.correct_ionosphere, false); },
+       [](M m) {
+         const orbit::SatelliteState& sent = *m.satellite;
+         const double delay_s = m.signal != nullptr ? sent.group_delay_of(*m.signal) : sent.group_delay_s;
+         return CodeAndCarrier{kSpeedOfLight * delay_s, 0};
+       }},
+      {"ionosphere", Of::Space, [](S s) { return dispersive(ionosphere_m(s)); },
+       [](M m) { return dispersive(m.ionosphere_share * modelled_m(m, m.fix->correct_ionosphere, false)); },
        [](S s) {
          return CodeAndCarrier{0, -ionosphere_mps(s)};
        },
        "ionosphere_m", "delay in the pseudorange, advance in the phase; 0 where `ionosphere` is off"},
       {"troposphere", Of::Space, [](S s) { return both(troposphere_m(s)); },
-       [](S s) { return modelled_m(s, false, s.options->fix.correct_troposphere); },
+       [](M m) { return both(modelled_m(m, false, m.fix->correct_troposphere)); },
        [](S s) {
          return CodeAndCarrier{0, troposphere_mps(s)};
        },
@@ -158,12 +171,27 @@ CodeAndCarrier range_of(RangeTermOf of, const RangeState& state) {
   return range;
 }
 
-double uncorrected_m(const RangeState& state) {
+CodeAndCarrier modelled_range(RangeTermOf of, const ModelState& state, std::span<double> code_models_m) {
+  const std::span<const RangeTerm> terms = range_terms();
+  assert(code_models_m.empty() || code_models_m.size() >= terms.size());
+  CodeAndCarrier range;
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    if (terms[i].of != of || terms[i].model_m == nullptr) continue;
+    const CodeAndCarrier part = terms[i].model_m(state);
+    range += part;
+    if (!code_models_m.empty()) code_models_m[i] = part.code;
+  }
+  return range;
+}
+
+double uncorrected_m(const RangeState& state, std::span<const double> code_terms_m) {
+  const std::span<const RangeTerm> terms = range_terms();
+  const ModelState model = model_state(state);
   double left_m = 0;
-  for (const RangeTerm& term : range_terms()) {
-    if (term.of != RangeTermOf::Space) continue;
-    left_m += term.truth_m(state).code;
-    if (term.model_m != nullptr) left_m -= term.model_m(state);
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    if (terms[i].of != RangeTermOf::Space) continue;
+    left_m += code_terms_m.empty() ? terms[i].truth_m(state).code : code_terms_m[i];
+    if (terms[i].model_m != nullptr) left_m -= terms[i].model_m(model).code;
   }
   return left_m;
 }

@@ -38,7 +38,7 @@ inline int clock_of(gnss::System system) {
 }
 
 /// A measurement's linear equation: innovation = gradient . error + noise.
-struct Row {
+struct FilterRow {
   StateVector gradient = StateVector::Zero();
   double innovation = 0;
   double sigma = 1;  ///< that gains go by
@@ -48,7 +48,7 @@ struct Row {
 };
 /// A row that was taken, and its gain.
 struct Taken {
-  Row row;
+  FilterRow row;
   StateVector gain;
 };
 /// Covariance of the state's error and the error of a satellite's pseudorange that lasts, as multiples of the
@@ -68,7 +68,7 @@ struct OwnClock {
 };
 
 /// State of the filter at an instant.
-struct Track {
+struct FilterState {
   geodesy::GpsTime time;
   geodesy::GpsTime measured;  ///< when a measurement last passed the gate
   std::optional<geodesy::GpsTime> astray_since;
@@ -79,8 +79,8 @@ struct Track {
   /// Covariance of the state's error under these gains, where errors last and are as large as residuals show.
   StateMatrix stated = StateMatrix::Zero();
   std::vector<Lasting> lasting;
-  /// Share of the motion's noise in `stated`: that of the latest pseudoranges' variances (Row::share), for
-  /// the gains are those of the whole errors.
+  /// Share of the motion's noise in `stated`: that of the latest pseudoranges' variances (FilterRow::share),
+  /// for the gains are those of the whole errors.
   double noise_share = 1;
 
   [[nodiscard]] Eigen::Vector3d position() const { return x.segment<3>(kPosition); }
@@ -88,48 +88,44 @@ struct Track {
   [[nodiscard]] bool knows(gnss::System system) const { return known[clock_index(system)]; }
 };
 
-/// P h in ascending order of h's elements, as Eigen sums. Plain loops: Eigen's products of 12 x 12 matrices
-/// take ten seconds to compile.
-[[nodiscard]] StateVector times(const StateMatrix& p, const StateVector& h);
-
 /// Scalar updates at one point of linearisation, by Joseph's form: P = (I - K h) P (I - K h)^T + K R K^T.
 class Update {
  public:
-  explicit Update(Track& track) : track_(track) {}
-  /// Goes on from `begun`, an update of another track that is otherwise equal.
-  Update(Track& track, const Update& begun)
-      : track_(track), correction_(begun.correction_), taken_(begun.taken_) {}
+  explicit Update(FilterState& filter) : state_(filter) {}
+  /// Goes on from `begun`, an update of another state that is otherwise equal.
+  Update(FilterState& filter, const Update& begun)
+      : state_(filter), correction_(begun.correction_), taken_(begun.taken_) {}
 
   /// False, and nothing changed, where the innovation is beyond `gate_sigmas`.
-  bool take(const Row& row, double gate_sigmas);
+  bool take(const FilterRow& row, double gate_sigmas);
   /// Takes the result of `other` in place of its own.
   void adopt(const Update& other) {
-    track_.p = other.track_.p;
-    track_.stated = other.track_.stated;
+    state_.p = other.state_.p;
+    state_.stated = other.state_.stated;
     correction_ = other.correction_;
     taken_ = other.taken_;
   }
-  void finish() { track_.x += correction_; }
+  void finish() { state_.x += correction_; }
   [[nodiscard]] const std::vector<Taken>& taken() const { return taken_; }
 
  private:
-  Track& track_;
+  FilterState& state_;
   StateVector correction_ = StateVector::Zero();
   std::vector<Taken> taken_;
 };
 
-/// Brings Track::stated up to date with rows that were taken: the covariance of an estimate whose gains K
-/// come from another model of the errors than these have (Gelb, Applied Optimal Estimation, 7.2; Schmidt's
+/// Brings FilterState::stated up to date with rows that were taken: the covariance of an estimate whose gains
+/// K come from another model of the errors than these have (Gelb, Applied Optimal Estimation, 7.2; Schmidt's
 /// consider states). A pseudorange's error has a white part and one that lasts, of deviations w and b; C is
 /// the covariance of the state's error and the latter over b:
 ///   S - K m' - m K' + K K' (h' S h + w^2 + b^2 + 2 b h' C),  m = S h + b C,  then C - K h' C - K b.
 /// @param excess variance of errors over that of the weights. With error_correlation_s all of it lasts, of
 /// corrected pseudoranges what is above 1: their noise is white.
-void state_accuracy(Track& track, std::span<const Taken> taken, double excess,
+void state_accuracy(FilterState& filter, std::span<const Taken> taken, double excess,
                     const PositionFilterOptions& options);
 
 /// One epoch's satellites around a position.
-struct Epoch {
+struct FilterEpoch {
   geodesy::GpsTime time;
   std::vector<RangedSatellite> satellites;
   std::vector<bool> passed;        ///< one per satellite
@@ -143,12 +139,12 @@ struct Epoch {
 /// (Bar-Shalom, Li & Kirubarajan, Estimation with Applications to Tracking and Navigation, eq. 6.2.2-4), and
 /// likewise the clock from its drift, plus white frequency.
 /// Errors that last keep exp(-dt / error_correlation_s) of themselves.
-void predict(Track& track, double dt, const PositionFilterOptions& options);
+void predict(FilterState& filter, double dt, const PositionFilterOptions& options);
 
-[[nodiscard]] Row pseudorange_row(const Track& track, const RangedSatellite& satellite);
-[[nodiscard]] Row doppler_row(const Track& track, const RangedSatellite& satellite);
+[[nodiscard]] FilterRow pseudorange_row(const FilterState& filter, const RangedSatellite& satellite);
+[[nodiscard]] FilterRow doppler_row(const FilterState& filter, const RangedSatellite& satellite);
 
 /// The clock's steps `dt` seconds after the last epoch, and clocks of constellations that had none.
-void mind_clocks(Track& track, OwnClock& own, const Epoch& epoch, double dt);
+void mind_clocks(FilterState& filter, OwnClock& own, const FilterEpoch& epoch, double dt);
 
 }  // namespace canyon::positioning

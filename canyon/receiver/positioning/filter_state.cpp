@@ -1,10 +1,11 @@
-#include "canyon/receiver/positioning/filter_track.hpp"
+#include "canyon/receiver/positioning/filter_state.hpp"
 
 #include <algorithm>
 #include <utility>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
+#include "canyon/base/statistics.hpp"
 #include "canyon/receiver/positioning/least_squares.hpp"
 
 namespace canyon::positioning {
@@ -41,48 +42,34 @@ Eigen::Matrix3d unknown_velocity(const Eigen::Vector3d& position_ecef) {
   return geodesy::rotated(enu_from_ecef.transpose(), speed.cwiseAbs2().asDiagonal());
 }
 
-StateVector times(const StateMatrix& p, const StateVector& h) {
-  StateVector result = StateVector::Zero();
-  for (int j = 0; j < kStates; ++j) {
-    for (int i = 0; i < kStates; ++i) result(i) += p(i, j) * h(j);
-  }
-  return result;
-}
-
-bool Update::take(const Row& row, double gate_sigmas) {
-  StateMatrix& p = track_.p;
-  const StateVector ph = times(p, row.gradient);
+bool Update::take(const FilterRow& row, double gate_sigmas) {
+  StateMatrix& p = state_.p;
+  const StateVector ph = p * row.gradient;
   const double noise = row.sigma * row.sigma;
   const double variance = row.gradient.dot(ph) + noise;
   const double innovation = row.innovation - row.gradient.dot(correction_);
   if (std::abs(innovation) > gate_sigmas * std::sqrt(variance)) return false;
   const StateVector gain = ph / variance;
   correction_ += gain * innovation;
-  for (int j = 0; j < kStates; ++j) {
-    for (int i = 0; i < kStates; ++i) p(i, j) -= gain(i) * ph(j);
-  }
-  const StateVector added = noise * gain - times(p, row.gradient);
-  for (int j = 0; j < kStates; ++j) {
-    for (int i = 0; i < kStates; ++i) p(i, j) += added(i) * gain(j);
-  }
-  for (int j = 0; j < kStates; ++j) {
-    for (int i = 0; i < j; ++i) p(i, j) = p(j, i) = (p(i, j) + p(j, i)) / 2;
-  }
+  p -= gain * ph.transpose();
+  const StateVector added = noise * gain - p * row.gradient;
+  p += added * gain.transpose();
+  p = ((p + p.transpose()) / 2).eval();
   taken_.push_back({row, gain});
   return true;
 }
 
-void state_accuracy(Track& track, std::span<const Taken> taken, double excess,
+void state_accuracy(FilterState& filter, std::span<const Taken> taken, double excess,
                     const PositionFilterOptions& options) {
   const double lasting = options.error_correlation_s > 0 ? excess : 0;
   const double lasting_corrected = std::max(0.0, lasting - 1);
-  StateMatrix& s = track.stated;
+  StateMatrix& s = filter.stated;
   double shares = 0;
   std::ptrdiff_t pseudoranges = 0;
   for (const Taken& each : taken) {
-    const Row& row = each.row;
+    const FilterRow& row = each.row;
     const StateVector& gain = each.gain;
-    StateVector m = times(s, row.gradient);
+    StateVector m = s * row.gradient;
     double variance = row.gradient.dot(m);
     const double unit = row.share * row.sigma;
     Lasting* own = nullptr;
@@ -91,127 +78,120 @@ void state_accuracy(Track& track, std::span<const Taken> taken, double excess,
       shares += row.share * row.share;
       ++pseudoranges;
       b = unit * std::sqrt(row.share < 1 ? lasting_corrected : lasting);
-      const auto at = std::find_if(track.lasting.begin(), track.lasting.end(),
+      const auto at = std::find_if(filter.lasting.begin(), filter.lasting.end(),
                                    [&row](const Lasting& l) { return l.satellite == *row.satellite; });
-      own = at != track.lasting.end()
+      own = at != filter.lasting.end()
                 ? &*at
-                : &track.lasting.emplace_back(Lasting{*row.satellite, StateVector::Zero(), track.time});
-      own->taken = track.time;
+                : &filter.lasting.emplace_back(Lasting{*row.satellite, StateVector::Zero(), filter.time});
+      own->taken = filter.time;
       variance += excess * unit * unit + 2 * b * row.gradient.dot(own->covariance);
       m += b * own->covariance;
     } else {
       variance += unit * unit;
     }
-    for (int j = 0; j < kStates; ++j) {
-      for (int i = 0; i < kStates; ++i) {
-        s(i, j) += gain(i) * gain(j) * variance - gain(i) * m(j) - m(i) * gain(j);
-      }
-    }
-    for (Lasting& l : track.lasting) l.covariance -= row.gradient.dot(l.covariance) * gain;
+    s += gain * gain.transpose() * variance - gain * m.transpose() - m * gain.transpose();
+    for (Lasting& l : filter.lasting) l.covariance -= row.gradient.dot(l.covariance) * gain;
     if (own != nullptr) own->covariance -= b * gain;
   }
-  if (pseudoranges > 0) track.noise_share = shares / static_cast<double>(pseudoranges);
+  if (pseudoranges > 0) filter.noise_share = shares / static_cast<double>(pseudoranges);
 }
 
-void predict(Track& track, double dt, const PositionFilterOptions& options) {
+void predict(FilterState& filter, double dt, const PositionFilterOptions& options) {
   const Eigen::Matrix3d enu_from_ecef =
-      geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(track.position()));
+      geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(filter.position()));
   const Eigen::Vector3d density(std::pow(options.acceleration_horizontal, 2),
                                 std::pow(options.acceleration_horizontal, 2),
                                 std::pow(options.acceleration_vertical, 2));
   const Eigen::Matrix3d acceleration = geodesy::rotated(enu_from_ecef.transpose(), density.asDiagonal());
   // The transition matrix is I but for dt from velocity to position, and from drift to clocks.
   const auto move = [&](int to, int from) {
-    track.x(to) += dt * track.x(from);
-    for (Lasting& lasting : track.lasting) lasting.covariance(to) += dt * lasting.covariance(from);
+    filter.x(to) += dt * filter.x(from);
+    for (Lasting& lasting : filter.lasting) lasting.covariance(to) += dt * lasting.covariance(from);
   };
   const auto each = [&](const auto& function) {
     for (int i = 0; i < 3; ++i) function(kPosition + i, kVelocity + i);
     for (const System system : kConstellations) {
-      if (track.knows(system)) function(clock_of(system), kDrift);
+      if (filter.knows(system)) function(clock_of(system), kDrift);
     }
   };
   each(move);
   // What is correlated less than 1 % is left out.
   const double forgets_s = std::max(options.error_correlation_s, 1e-9);
-  std::erase_if(track.lasting, [&](const Lasting& l) { return track.time + dt - l.taken > 4.6 * forgets_s; });
-  for (Lasting& lasting : track.lasting) lasting.covariance *= std::exp(-dt / forgets_s);
+  std::erase_if(filter.lasting,
+                [&](const Lasting& l) { return filter.time + dt - l.taken > 4.6 * forgets_s; });
+  for (Lasting& lasting : filter.lasting) lasting.covariance *= std::exp(-dt / forgets_s);
   const double c2 = kSpeedOfLight * kSpeedOfLight;
   const double white = c2 * options.clock_frequency_density;
   const double walk = c2 * options.clock_drift_density;
   for (const bool stated : {false, true}) {
-    StateMatrix& p = stated ? track.stated : track.p;
-    const double share = stated ? track.noise_share : 1;
-    each([&p, dt](int to, int from) {
-      for (int j = 0; j < kStates; ++j) p(to, j) += dt * p(from, j);
-    });
-    each([&p, dt](int to, int from) {
-      for (int i = 0; i < kStates; ++i) p(i, to) += dt * p(i, from);
-    });
+    StateMatrix& p = stated ? filter.stated : filter.p;
+    const double share = stated ? filter.noise_share : 1;
+    each([&p, dt](int to, int from) { p.row(to) += dt * p.row(from); });
+    each([&p, dt](int to, int from) { p.col(to) += dt * p.col(from); });
     p.block<3, 3>(kPosition, kPosition) += share * acceleration * (dt * dt * dt / 3);
     p.block<3, 3>(kPosition, kVelocity) += share * acceleration * (dt * dt / 2);
     p.block<3, 3>(kVelocity, kPosition) += share * acceleration * (dt * dt / 2);
     p.block<3, 3>(kVelocity, kVelocity) += share * acceleration * dt;
     p(kDrift, kDrift) += share * walk * dt;
     for (const System a : kConstellations) {
-      if (!track.knows(a)) continue;
+      if (!filter.knows(a)) continue;
       p(kDrift, clock_of(a)) += share * walk * dt * dt / 2;
       p(clock_of(a), kDrift) += share * walk * dt * dt / 2;
       p(clock_of(a), clock_of(a)) += share * kClockWalk * kClockWalk * dt;
       for (const System b : kConstellations) {
-        if (track.knows(b)) p(clock_of(a), clock_of(b)) += share * (white * dt + walk * dt * dt * dt / 3);
+        if (filter.knows(b)) p(clock_of(a), clock_of(b)) += share * (white * dt + walk * dt * dt * dt / 3);
       }
     }
   }
 }
 
-Row pseudorange_row(const Track& track, const RangedSatellite& satellite) {
+FilterRow pseudorange_row(const FilterState& filter, const RangedSatellite& satellite) {
   const int clock = clock_of(satellite.measured->id.system);
-  Row row;
+  FilterRow row;
   row.gradient.segment<3>(kPosition) = -satellite.direction;
   row.gradient(clock) = 1;
-  row.innovation = satellite.pseudorange_m - satellite.range_m - satellite.atmosphere_m - track.x(clock);
+  row.innovation = satellite.pseudorange_m - satellite.range_m - satellite.space_m - filter.x(clock);
   row.sigma = satellite.sigma_m;
   row.satellite = satellite.measured->id;
   row.share = satellite.measured->stated_share;
   return row;
 }
 
-Row doppler_row(const Track& track, const RangedSatellite& satellite) {
+FilterRow doppler_row(const FilterState& filter, const RangedSatellite& satellite) {
   const DopplerEquation doppler = doppler_equation(satellite);
-  const Eigen::Vector3d relative = doppler.satellite_mps - track.velocity();
+  const Eigen::Vector3d relative = doppler.satellite_mps - filter.velocity();
   const double approach = satellite.direction.dot(relative);
-  Row row;
+  FilterRow row;
   // Moving across the line of sight turns it: d(e.u)/dp = -(u - e (e.u)) / range.
   row.gradient.segment<3>(kPosition) =
       -(relative - approach * satellite.direction) / (satellite.range_m * doppler.g);
   row.gradient.segment<3>(kVelocity) = -satellite.direction / doppler.g;
   row.gradient(kDrift) = 1 - doppler.measured_mps / kSpeedOfLight;
   row.innovation = doppler.measured_mps + kSpeedOfLight * satellite.state.clock_drift - approach / doppler.g -
-                   row.gradient(kDrift) * track.x(kDrift);
+                   row.gradient(kDrift) * filter.x(kDrift);
   row.sigma = doppler.sigma_mps;
   row.share = satellite.measured->stated_share;
   return row;
 }
 
 /// Adds a variance to what all clocks have in common.
-void widen_clocks(Track& track, double variance_m2) {
+void widen_clocks(FilterState& filter, double variance_m2) {
   for (const System a : kConstellations) {
     for (const System b : kConstellations) {
-      if (!track.knows(a) || !track.knows(b)) continue;
-      track.p(clock_of(a), clock_of(b)) += variance_m2;
-      track.stated(clock_of(a), clock_of(b)) += variance_m2;
+      if (!filter.knows(a) || !filter.knows(b)) continue;
+      filter.p(clock_of(a), clock_of(b)) += variance_m2;
+      filter.stated(clock_of(a), clock_of(b)) += variance_m2;
     }
   }
 }
 
 /// Learns how far the pseudoranges' clock went in `dt` seconds beside the drift. Gives the mean square of
 /// that, or 0 for a clock that goes as the drift says.
-double own_clock_m2(OwnClock& own, const Track& track, double step_m, double dt) {
+double own_clock_m2(OwnClock& own, const FilterState& filter, double step_m, double dt) {
   const System of = *std::find_if(kConstellations.begin(), kConstellations.end(),
-                                  [&track](System system) { return track.knows(system); });
-  const double clock_m = track.x(clock_of(of)) + step_m;
-  const double beside_m = clock_m - std::exchange(own.clock_m, clock_m) - dt * track.x(kDrift);
+                                  [&filter](System system) { return filter.knows(system); });
+  const double clock_m = filter.x(clock_of(of)) + step_m;
+  const double beside_m = clock_m - std::exchange(own.clock_m, clock_m) - dt * filter.x(kDrift);
   if (std::exchange(own.of, of) != of || dt <= 0) return 0;
   const double weight = -std::expm1(-dt / kOwnClock_s);
   own.rate_mps += weight * (beside_m / dt - own.rate_mps);
@@ -219,49 +199,49 @@ double own_clock_m2(OwnClock& own, const Track& track, double step_m, double dt)
   return std::abs(own.rate_mps) > kOwnClock_mps ? own.mean_square_m2 : 0;
 }
 
-void mind_clocks(Track& track, OwnClock& own, const Epoch& epoch, double dt) {
+void mind_clocks(FilterState& filter, OwnClock& own, const FilterEpoch& epoch, double dt) {
   std::vector<double> common;
   std::array<std::vector<double>, kConstellations.size()> of_new;
   double variance = 0;
   for (const RangedSatellite& satellite : epoch.satellites) {
     if (!satellite.above_mask) continue;
     const System system = satellite.measured->id.system;
-    const Row row = pseudorange_row(track, satellite);
-    if (track.knows(system)) {
+    const FilterRow row = pseudorange_row(filter, satellite);
+    if (filter.knows(system)) {
       common.push_back(row.innovation);
-      variance = std::max(variance, row.gradient.dot(times(track.p, row.gradient)) + row.sigma * row.sigma);
+      variance = std::max(variance, row.gradient.dot(filter.p * row.gradient) + row.sigma * row.sigma);
     } else {
       of_new[clock_index(system)].push_back(row.innovation);
     }
   }
   if (!common.empty()) {
-    const double step = median(common);
+    const double step = *median(common);
     if (std::abs(step) > std::max(kClockStep_m, kClockStepSigmas * std::sqrt(variance))) {
       const double milliseconds = std::round(step / kMillisecond_m);
       const bool whole = milliseconds != 0 && std::abs(step - milliseconds * kMillisecond_m) < kClockStep_m;
       for (const System a : kConstellations) {
-        if (track.knows(a)) track.x(clock_of(a)) += whole ? milliseconds * kMillisecond_m : step;
+        if (filter.knows(a)) filter.x(clock_of(a)) += whole ? milliseconds * kMillisecond_m : step;
       }
-      if (!whole) widen_clocks(track, kUnknown_m * kUnknown_m);
+      if (!whole) widen_clocks(filter, kUnknown_m * kUnknown_m);
       own.of.reset();
       // The time since the last epoch is by the clock, and was wrong by its step.
-      if (whole) track.x.segment<3>(kPosition) -= track.velocity() * milliseconds * 1e-3;
+      if (whole) filter.x.segment<3>(kPosition) -= filter.velocity() * milliseconds * 1e-3;
     } else {
-      widen_clocks(track, own_clock_m2(own, track, step, dt));
+      widen_clocks(filter, own_clock_m2(own, filter, step, dt));
     }
   }
   for (const System system : kConstellations) {
     const auto& innovations = of_new[clock_index(system)];
     if (innovations.empty()) continue;
     const int clock = clock_of(system);
-    track.known[clock_index(system)] = true;
-    track.x(clock) += median(innovations);
-    for (StateMatrix* p : {&track.p, &track.stated}) {
+    filter.known[clock_index(system)] = true;
+    filter.x(clock) += *median(innovations);
+    for (StateMatrix* p : {&filter.p, &filter.stated}) {
       p->row(clock).setZero();
       p->col(clock).setZero();
       (*p)(clock, clock) = kUnknown_m * kUnknown_m;
     }
-    for (Lasting& lasting : track.lasting) lasting.covariance(clock) = 0;
+    for (Lasting& lasting : filter.lasting) lasting.covariance(clock) = 0;
   }
 }
 

@@ -33,7 +33,6 @@ struct DeadReckoningOptions {
   /// A position of a larger standard deviation (root of the sum of the three variances) [m] is none.
   double max_sigma_m = 100;
 };
-/// Its fields.
 void visit(options::Visitor& v, DeadReckoningOptions& o);
 
 /// Means of an inertial sensor over an interval, in the vehicle's axes: forward, left, up.
