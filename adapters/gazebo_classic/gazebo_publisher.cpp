@@ -1,4 +1,3 @@
-// Declared in adapters/gazebo_classic/publishers.hpp.
 #include <gazebo/msgs/MsgFactory.hh>
 #include <gazebo/transport/transport.hh>
 

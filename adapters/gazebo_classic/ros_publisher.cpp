@@ -1,4 +1,3 @@
-// Declared in adapters/gazebo_classic/publishers.hpp.
 #include <ros/publisher.h>
 
 #include <exception>

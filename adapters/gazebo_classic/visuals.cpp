@@ -1,4 +1,3 @@
-// Declared in adapters/gazebo_classic/publishers.hpp.
 #include <Eigen/Geometry>
 #include <exception>
 #include <gazebo/common/Console.hh>

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <gz/math/SphericalCoordinates.hh>
 #include <gz/sim/EntityComponentManager.hh>
 #include <gz/sim/Util.hh>
 #include <optional>
@@ -10,29 +9,13 @@
 
 #include "adapters/common/resource_files.hpp"
 #include "adapters/common/sdf/sdf_shapes.hpp"
+#include "adapters/gz_sim/gz_shape_files.hpp"
 #include "canyon/outputs/live/world_scene.hpp"
 
 namespace canyon::adapters::gz_sim {
 
 /// Empty where the world has no spherical_coordinates.
 [[nodiscard]] std::optional<live::HostOrigin> origin_of(const gz::sim::EntityComponentManager& ecm);
-
-/// Mesh files, extrusions and heightmaps by Gazebo's own readers, found as its physics finds them.
-class GzShapeFiles : public ShapeFiles {
- public:
-  /// The world's place, for rasters of heights (DEM); empty: none.
-  void set_world_origin(std::optional<gz::math::SphericalCoordinates> origin) { origin_ = std::move(origin); }
-
-  [[nodiscard]] std::optional<MeshFile> mesh(const std::string& uri, const std::string& sdf_file) override;
-  [[nodiscard]] std::optional<MeshNode> extrude(const std::string& name,
-                                                const std::vector<Polyline>& polylines,
-                                                double height) override;
-  [[nodiscard]] std::optional<HeightGrid> heights(const std::string& uri, const std::string& sdf_file,
-                                                  double size_z) override;
-
- private:
-  std::optional<gz::math::SphericalCoordinates> origin_;
-};
 
 /// The entities of a Gazebo Sim world as live::WorldScene reads them.
 class GzHostWorld final : public live::HostWorld {

@@ -1,5 +1,4 @@
-// Declared in adapters/gz_sim/gz_host_world.hpp.
-#include "adapters/gz_sim/gz_host_world.hpp"
+#include "adapters/gz_sim/gz_shape_files.hpp"
 
 #include <fmt/format.h>
 

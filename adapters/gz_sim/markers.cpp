@@ -1,4 +1,3 @@
-// Declared in adapters/gz_sim/publishers.hpp.
 #include <gz/msgs/boolean.pb.h>
 #include <gz/msgs/marker_v.pb.h>
 

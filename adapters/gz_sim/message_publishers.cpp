@@ -1,4 +1,3 @@
-// Declared in adapters/gz_sim/publishers.hpp.
 #include <fmt/format.h>
 #include <gz/msgs/navsat.pb.h>
 

@@ -18,6 +18,7 @@
 #include "adapters/ros2/node_parameters.hpp"
 #include "adapters/ros2/node_truth.hpp"
 #include "adapters/ros2/receiver_topics.hpp"
+#include "adapters/ros2/rtcm_messages.hpp"
 #include "adapters/ros2/rtcm_topic.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"

@@ -13,7 +13,6 @@
 #include <rclcpp/node_interfaces/node_parameters_interface.hpp>
 #include <rclcpp/node_interfaces/node_topics_interface.hpp>
 #include <rclcpp/publisher.hpp>
-#include <rclcpp/subscription_base.hpp>
 #include <rosgraph_msgs/msg/clock.hpp>
 #include <sensor_msgs/msg/fluid_pressure.hpp>
 #include <sensor_msgs/msg/imu.hpp>
@@ -31,7 +30,6 @@
 #endif
 
 #include "adapters/ros/raw_conversions.hpp"
-#include "canyon/base/transport/link.hpp"
 #include "canyon/outputs/live/controls.hpp"
 #include "canyon/outputs/live/epoch_publisher.hpp"
 #include "canyon/run/inertial/sensor_options.hpp"
@@ -154,22 +152,5 @@ class FaultServices {
 
   std::vector<rclcpp::Service<canyon_msgs::srv::FaultCommand>::SharedPtr> services_;
 };
-
-// RTCM 3 as rtcm_msgs/Message, as NTRIP clients and drivers of receivers publish and take it. Both ends are
-// reliable and keep 100 messages: an epoch has up to some 40 frames. A build without the package rtcm_msgs
-// throws InputError.
-
-/// Throws InputError where this build has no rtcm_msgs. @param setting that needs it, for the message
-void require_rtcm_msgs(const std::string& setting);
-
-/// Publishes whole frames of RTCM 3 that are sent to the link, one message a frame.
-/// @param stamp_ns of the messages
-[[nodiscard]] std::shared_ptr<transport::Link> open_rtcm_topic(NodeParts node, const std::string& topic,
-                                                               const std::string& frame_id,
-                                                               std::function<std::int64_t()> stamp_ns);
-
-/// Hands over the bytes of each message.
-[[nodiscard]] rclcpp::SubscriptionBase::SharedPtr subscribe_to_rtcm(
-    NodeParts node, const std::string& topic, std::function<void(std::string_view)> receive);
 
 }  // namespace canyon::adapters::ros2

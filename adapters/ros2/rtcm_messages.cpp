@@ -1,5 +1,4 @@
-// Declared in adapters/ros2/receiver_topics.hpp.
-#include "adapters/ros2/receiver_topics.hpp"
+#include "adapters/ros2/rtcm_messages.hpp"
 
 #include <utility>
 

@@ -1,4 +1,4 @@
-#include "adapters/ros2/receiver_topics.hpp"
+#include "adapters/ros2/rtcm_messages.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
-// Declared in canyon/outputs/live/pose_source.hpp.
-#include "canyon/outputs/live/pose_source.hpp"
+#include "canyon/outputs/live/mavlink_poses.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,4 @@
-// Declared in canyon/outputs/live/pose_source.hpp.
-#include "canyon/outputs/live/pose_source.hpp"
+#include "canyon/outputs/live/pose_decoder.hpp"
 
 #include <fmt/format.h>
 
@@ -18,6 +17,7 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/transport/link.hpp"
+#include "canyon/outputs/live/mavlink_poses.hpp"
 
 namespace canyon::live {
 

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "canyon/outputs/live/pose_decoder.hpp"
+
+namespace canyon::live {
+
+/// Poses in MAVLink messages, which say their own frames. PoseReport::id is the system's number.
+/// @param messages names of those to take; empty: SIM_STATE, HIL_STATE_QUATERNION, ATT_POS_MOCAP,
+/// VISION_POSITION_ESTIMATE and ODOMETRY, which carry the truth of a simulator or of motion capture. Others
+/// carry an autopilot's estimate: LOCAL_POSITION_NED, GLOBAL_POSITION_INT. Throws InputError for unknown
+/// ones.
+[[nodiscard]] std::unique_ptr<PoseDecoder> make_mavlink_poses(const std::vector<std::string>& messages);
+
+}  // namespace canyon::live
