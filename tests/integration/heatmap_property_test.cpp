@@ -22,7 +22,7 @@
 #include "canyon/sky/orbit/nominal_constellation.hpp"
 #include "canyon/sky/orbit/sky.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
-#include "canyon/studies/heatmap/cells/cell_method.hpp"
+#include "canyon/studies/heatmap/cells/cell_solver.hpp"
 #include "canyon/studies/heatmap/engine/engine.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/temporary_folder.hpp"

@@ -12,12 +12,6 @@
 
 namespace canyon::heatmap {
 
-/// A receiver that moves through cells.
-struct Movement {
-  simulation::MapOptions how;                 ///< Driving or Flying
-  positioning::PositionFilterOptions filter;  ///< enabled
-};
-
 /// Layers that change with the motion.
 [[nodiscard]] bool of_motion(Layer layer);
 

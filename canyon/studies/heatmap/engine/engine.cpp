@@ -22,7 +22,7 @@
 #include "canyon/run/run_receiver.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/run/simulator.hpp"
-#include "canyon/studies/heatmap/cells/cell_method.hpp"
+#include "canyon/studies/heatmap/cells/cell_solver.hpp"
 #include "canyon/studies/heatmap/kernels/tile_tasks.hpp"
 
 namespace canyon::heatmap {

@@ -19,8 +19,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/run/scenario/scenario.hpp"
-#include "canyon/studies/heatmap/cells/cell_method.hpp"
-#include "canyon/studies/heatmap/cells/cell_receivers.hpp"
+#include "canyon/studies/heatmap/cells/cell_solver.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/disturbances.hpp"
 #include "tests/support/downtown.hpp"
@@ -135,8 +134,9 @@ TEST(Heatmap, FollowsWhatTheReceiverTracks) {
       tracer.cells(request.grid, request.grid.tile(0), nullptr, 2, AltitudeKind::AboveTerrain);
   std::vector<std::vector<float>> expected(request.layers.size(), std::vector<float>(cells.state.size()));
   const std::vector<std::span<float>> spans(expected.begin(), expected.end());
-  EXPECT_TRUE(CellReceivers(environment, tracer.propagator(), receiver, request.draws)
-                  .solve(cells, kTime, request.layers, spans, {}));
+  EXPECT_TRUE(
+      cell_solver(CellMethod::Run, environment, tracer, {receiver, nullptr, request.draws, {}, {}, {}})
+          ->solve(cells, kTime, request.layers, spans, {}));
   int compared = 0;
   for (std::size_t l = 0; l < expected.size(); ++l) {
     for (std::size_t i = 0; i < cells.state.size(); ++i) {
