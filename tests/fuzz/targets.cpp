@@ -42,6 +42,7 @@
 #include "canyon/sky/rinex/navigation_reader.hpp"
 #include "canyon/sky/rinex/observation_file.hpp"
 #include "canyon/sky/rinex/observation_reader.hpp"
+#include "canyon/studies/heatmap/files/area_file.hpp"
 #include "canyon/studies/heatmap/kernels/grid.hpp"
 #include "canyon/studies/study/study.hpp"
 #include "canyon/studies/validation/recorded_scene.hpp"

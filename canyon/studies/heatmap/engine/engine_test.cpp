@@ -233,9 +233,9 @@ TEST(Heatmap, ThreadsAndRanksGiveTheSameBytes) {
     const TemporaryFolder folder;
     for (const int threads : {1, 2}) {
       TileStore store(folder / ("threads" + std::to_string(threads)), map.key(), "");
-      RunOptions options;
+      MapRunOptions options;
       options.threads = threads;
-      const RunResult result = map.run(store, options);
+      const MapRunResult result = map.run(store, options);
       EXPECT_EQ(result.computed, map.unit_count());
       EXPECT_EQ(result.cells_computed, request.grid.cells() * 2 * 3);
       EXPECT_FALSE(result.interrupted);
@@ -249,7 +249,7 @@ TEST(Heatmap, ThreadsAndRanksGiveTheSameBytes) {
     const auto process = [&] {
       const Heatmap of_rank = map_of(model, request);
       TileStore store(folder / "ranks", of_rank.key(), "");
-      RunOptions options;
+      MapRunOptions options;
       options.threads = 1;
       options.processes = 2;
       options.begin_queue = [&] {
@@ -257,7 +257,7 @@ TEST(Heatmap, ThreadsAndRanksGiveTheSameBytes) {
         while (ready < 2) std::this_thread::yield();
       };
       options.next = [&] { return next++; };
-      const RunResult result = of_rank.run(store, options);
+      const MapRunResult result = of_rank.run(store, options);
       EXPECT_EQ(result.resumed, 0U);
       EXPECT_FALSE(result.interrupted);
       units += result.computed;
@@ -624,12 +624,12 @@ TEST(Heatmap, ResumesWhatIsLost) {
   }
   TileStore store(folder / "tiles", map.key(), "");
   std::vector<std::size_t> reported;
-  RunOptions options;
+  MapRunOptions options;
   options.progress = [&](std::size_t done, std::size_t total) {
     EXPECT_EQ(total, map.request().grid.cells() * 2 * 3);
     reported.push_back(done);
   };
-  const RunResult result = map.run(store, options);
+  const MapRunResult result = map.run(store, options);
   EXPECT_EQ(result.units, map.unit_count());
   EXPECT_EQ(result.computed, 3U);
   EXPECT_EQ(result.resumed, map.unit_count() - 3);
@@ -648,13 +648,13 @@ TEST(Heatmap, StopsBetweenTimesAndKeepsWhatIsDone) {
   const Heatmap map = map_of(Model::Specular, request);
   TileStore store(folder / "tiles", map.key(), "");
   std::atomic<bool> stop{false};
-  RunOptions options;
+  MapRunOptions options;
   options.stop = &stop;
   options.progress = [&](std::size_t done, std::size_t) { stop = done > 0; };
-  const RunResult result = map.run(store, options);
+  const MapRunResult result = map.run(store, options);
   EXPECT_TRUE(result.interrupted);
   EXPECT_LT(result.computed, map.unit_count());
-  const RunResult rest = map.run(store);
+  const MapRunResult rest = map.run(store);
   EXPECT_FALSE(rest.interrupted);
   EXPECT_EQ(rest.resumed, result.computed);
   EXPECT_EQ(rest.computed + rest.resumed, map.unit_count());
@@ -672,7 +672,7 @@ TEST(Heatmap, DamagedUnitsAndBadOptionsStopIt) {
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("unit-000000002.tile"), std::string::npos);
   }
-  RunOptions options;
+  MapRunOptions options;
   options.threads = -1;
   EXPECT_THROW((void)map.run(store, options), InputError);
   // A store that cannot be written to any more: no unit is lost, and the error comes out.
