@@ -37,3 +37,4 @@
 #include "canyon/studies/validation/alignment.hpp"
 #include "canyon/studies/validation/comparison.hpp"
 #include "canyon/studies/validation/figures.hpp"
+#include "canyon/studies/validation/figures_text.hpp"

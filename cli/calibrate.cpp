@@ -10,6 +10,7 @@
 #include "canyon/run/scenario/profile.hpp"
 #include "canyon/studies/calibration/calibrate.hpp"
 #include "canyon/studies/validation/figures.hpp"
+#include "canyon/studies/validation/figures_text.hpp"
 #include "canyon/studies/validation/recording_table.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
@@ -119,7 +120,7 @@ class CalibrationDrive : public RecordedDrive {
     rows.bound.name = fmt::format("{}recorded {}", prefix_, first_part_.name);
     rows.bound.headlines = validation::headlines_by_other_part(comparison, part_.first, part_.count,
                                                                first_part_.first, first_part_.count);
-    validation::Figures figures = figures_of(comparison, part_);
+    validation::ModelFigures figures = figures_of(comparison, part_);
     add_own_fixes(figures, comparison);
     rows.held_out = row_of(prefix_ + called, figures, comparison, {});
     rows.held_out.figures_json = validation::to_json({figures}, std::nullopt);

@@ -19,6 +19,9 @@
 #include "canyon/studies/heatmap/engine/map_source.hpp"
 #include "canyon/studies/heatmap/engine/map_summary.hpp"
 #include "canyon/studies/heatmap/engine/mpi.hpp"
+#include "canyon/studies/heatmap/files/geotiff_writer.hpp"
+#include "canyon/studies/heatmap/files/netcdf_writer.hpp"
+#include "canyon/studies/heatmap/pictures/map_pictures.hpp"
 #include "canyon/studies/validation/comparison.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
@@ -66,7 +69,7 @@ class MapRun {
       if (ranks_.rank() == 0) store = open(tiles_of(i), *heatmap);
       ranks_.barrier();
       if (!store) store = open(tiles_of(i), *heatmap);
-      const heatmap::RunResult result = compute(*heatmap, *store, i);
+      const heatmap::MapRunResult result = compute(*heatmap, *store, i);
       result_.cells_computed += ranks_.sum(result.cells_computed);
       result_.resumed += result.resumed;
       result_.wall_s += result.wall_s;
@@ -224,12 +227,12 @@ class MapRun {
     return std::make_unique<heatmap::TileStore>(folder, heatmap.key(), command_of(arguments_, request_));
   }
 
-  [[nodiscard]] heatmap::RunResult compute(const heatmap::Heatmap& heatmap, heatmap::TileStore& store,
-                                           int run) {
+  [[nodiscard]] heatmap::MapRunResult compute(const heatmap::Heatmap& heatmap, heatmap::TileStore& store,
+                                              int run) {
     Progress progress(
         runs_->several() ? fmt::format("mapping {} of {}", run + 1, runs_->count()) : std::string("mapping"),
         quiet(), "cells");
-    heatmap::RunOptions options;
+    heatmap::MapRunOptions options;
     options.threads = arguments_.threads;
     options.stop = &stop_;
     if (ranks_.ranks() > 1) {
@@ -374,7 +377,7 @@ class MapRun {
   std::unique_ptr<simulation::Environment> environment_;  ///< of the first run, as the map
   std::unique_ptr<heatmap::Heatmap> heatmap_;
   std::vector<std::unique_ptr<heatmap::TileStore>> stores_;  ///< of each run
-  heatmap::RunResult result_;                                ///< of all
+  heatmap::MapRunResult result_;                             ///< of all
 };
 
 int run_heatmap(const HeatmapArguments& arguments) {

@@ -12,6 +12,7 @@
 #include "canyon/studies/heatmap/engine/map_source.hpp"
 #include "canyon/studies/heatmap/engine/map_summary.hpp"
 #include "canyon/studies/heatmap/engine/route_report.hpp"
+#include "canyon/studies/heatmap/files/stored_map.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
 #include "cli/progress.hpp"
@@ -112,7 +113,7 @@ int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   geodesy::check_geodetic(place, "--at");
   const Vector2d enu = map.frame().local_from_geodetic(place).head<2>();
   const GpsTime time = arguments.time.empty() ? map.times().front() : parse_instant(arguments.time);
-  const std::optional<StoredMap::Answer> answer = map.at(enu, altitude_of(arguments, map), time);
+  const std::optional<heatmap::MapAnswer> answer = map.at(enu, altitude_of(arguments, map), time);
   if (!answer) {
     if (map.at({map.grid().centre(0, 0)}, map.altitudes_m().front(), time)) {
       throw InputError(fmt::format("--at {} is outside the map", arguments.place),

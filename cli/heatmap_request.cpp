@@ -10,6 +10,7 @@
 #include "canyon/base/named.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/run/load_city.hpp"
+#include "canyon/studies/heatmap/files/area_file.hpp"
 #include "canyon/studies/validation/comparison.hpp"
 #include "cli/city_commands.hpp"
 #include "cli/commands.hpp"

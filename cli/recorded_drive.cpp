@@ -11,6 +11,8 @@
 #include "canyon/run/load_city.hpp"
 #include "canyon/run/motion/trajectory.hpp"
 #include "canyon/run/scenario/profile.hpp"
+#include "canyon/studies/validation/figures_text.hpp"
+#include "canyon/studies/validation/recorded_scene.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
 
@@ -176,9 +178,9 @@ std::unique_ptr<simulation::Environment> RecordedDrive::drawn_environment(simula
   return redrawn_.draw(sky_, std::move(scenario));
 }
 
-validation::Figures RecordedDrive::figures_of(const validation::Comparison& comparison, const Part& part,
-                                              const std::vector<validation::Comparison>& runs) const {
-  validation::Figures figures =
+validation::ModelFigures RecordedDrive::figures_of(const validation::Comparison& comparison, const Part& part,
+                                                   const std::vector<validation::Comparison>& runs) const {
+  validation::ModelFigures figures =
       validation::figures(comparison, part.first, part.count,
                           validation::describe_part(comparison, part.first, part.count, part.name), {}, runs);
   figures.never_tracked = never_tracked_.value_or(std::vector<validation::NeverTracked>());
@@ -186,13 +188,14 @@ validation::Figures RecordedDrive::figures_of(const validation::Comparison& comp
   return figures;
 }
 
-void RecordedDrive::add_own_fixes(validation::Figures& figures,
+void RecordedDrive::add_own_fixes(validation::ModelFigures& figures,
                                   const validation::Comparison& comparison) const {
   if (!recorded_.nmea) return;
   figures.own_fixes = validation::own_fix_figures(recording_, comparison, part_.first, part_.count);
 }
 
-validation::RecordingRow RecordedDrive::row_of(const std::string& name, const validation::Figures& figures,
+validation::RecordingRow RecordedDrive::row_of(const std::string& name,
+                                               const validation::ModelFigures& figures,
                                                const validation::Comparison& comparison,
                                                const std::vector<validation::Comparison>& runs) const {
   validation::RecordingRow row;

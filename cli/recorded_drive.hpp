@@ -87,12 +87,14 @@ class RecordedDrive {
                                                 const validation::Registration& place,
                                                 std::uint64_t seed) const;
   /// Figures of a part of such a comparison. @param runs as for validation::figures()
-  [[nodiscard]] validation::Figures figures_of(const validation::Comparison& comparison, const Part& part,
-                                               const std::vector<validation::Comparison>& runs = {}) const;
+  [[nodiscard]] validation::ModelFigures figures_of(
+      const validation::Comparison& comparison, const Part& part,
+      const std::vector<validation::Comparison>& runs = {}) const;
   /// Adds those of the recorded receiver's own fixes, where the recording has them.
-  void add_own_fixes(validation::Figures& figures, const validation::Comparison& comparison) const;
+  void add_own_fixes(validation::ModelFigures& figures, const validation::Comparison& comparison) const;
   /// Its row in a table of several recordings, but for JSON.
-  [[nodiscard]] validation::RecordingRow row_of(const std::string& name, const validation::Figures& figures,
+  [[nodiscard]] validation::RecordingRow row_of(const std::string& name,
+                                                const validation::ModelFigures& figures,
                                                 const validation::Comparison& comparison,
                                                 const std::vector<validation::Comparison>& runs) const;
   /// The city as a scenario draws it by its seed, where the map has it, under the recording's sky. The first
@@ -116,7 +118,7 @@ class RecordedDrive {
   Part first_part_;  ///< that aligns the city
   Part part_;        ///< that figures are of
   std::string aligned_by_;
-  std::optional<validation::Alignment> alignment_;
+  std::optional<validation::CityAlignment> alignment_;
   validation::CompareOptions compare_;
 
  private:

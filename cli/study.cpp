@@ -7,7 +7,10 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/studies/heatmap/engine/mpi.hpp"
-#include "canyon/studies/study/results.hpp"
+#include "canyon/studies/study/along.hpp"
+#include "canyon/studies/study/compare.hpp"
+#include "canyon/studies/study/netcdf.hpp"
+#include "canyon/studies/study/pictures.hpp"
 #include "canyon/studies/study/runner.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
@@ -95,7 +98,7 @@ void write_results(const StudyArguments& arguments, const study::Manifest& manif
                                    records.size(), list_of(failed), records[failed.front()]->problem);
   if (!failed.empty() && failed.size() == records.size()) throw InputError(failure);
   study::write_study_netcdf(folder / "study.nc", manifest, records, folder);
-  const study::Comparison comparison = study::compare(manifest, records);
+  const study::GroupComparison comparison = study::compare(manifest, records);
   write_file(folder / "table.csv", study::comparison_csv(comparison));
   std::size_t pictures = 0;
   if (!arguments.no_pictures) pictures = study::write_study_pictures(folder, manifest, comparison).size();

@@ -15,6 +15,7 @@
 #include "canyon/studies/validation/comparison_view.hpp"
 #include "canyon/studies/validation/ensemble.hpp"
 #include "canyon/studies/validation/figures.hpp"
+#include "canyon/studies/validation/figures_text.hpp"
 #include "canyon/studies/validation/recording_table.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
@@ -248,7 +249,7 @@ class Judge : public RecordedDrive {
             simulate(model.receiver, *environment_, registration(scenario_.city.georeference, seed), seed));
       }
       const bool own = figures_.empty();
-      validation::Figures& f = figures_.emplace_back(figures_of(comparison, part_, runs));
+      validation::ModelFigures& f = figures_.emplace_back(figures_of(comparison, part_, runs));
       if (!own) continue;
       if (alignment_) aligned_by_ = validation::describe_part(comparison, 0, first_part_.count, aligned_by_);
       add_own_fixes(f, comparison);
@@ -260,7 +261,7 @@ class Judge : public RecordedDrive {
   const ValidateArguments& arguments_;
   std::vector<validation::Model> models_;
   int runs_ = 1;  ///< of models with a moved city
-  std::vector<validation::Figures> figures_;
+  std::vector<validation::ModelFigures> figures_;
   validation::Comparison own_;
   std::vector<validation::Comparison> runs_of_own_;
 };

@@ -17,6 +17,7 @@
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/run/simulator.hpp"
 #include "canyon/studies/heatmap/engine/map_source.hpp"
+#include "canyon/studies/heatmap/files/stored_map.hpp"
 #include "canyon/studies/heatmap/pictures/map_view.hpp"
 #include "canyon/studies/validation/comparison_view.hpp"
 #include "cli/city_commands.hpp"

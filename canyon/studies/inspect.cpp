@@ -30,6 +30,7 @@
 #include "canyon/sky/rinex/observation_reader.hpp"
 #include "canyon/studies/heatmap/engine/map_source.hpp"
 #include "canyon/studies/heatmap/files/netcdf_file.hpp"
+#include "canyon/studies/heatmap/files/stored_map.hpp"
 
 namespace canyon::inspection {
 namespace {

@@ -13,6 +13,7 @@
 #include "canyon/city/mesh_export.hpp"
 #include "canyon/outputs/output/encoder.hpp"
 #include "canyon/studies/heatmap/files/netcdf_file.hpp"
+#include "canyon/studies/heatmap/files/netcdf_writer.hpp"
 #include "tests/support/case_file.hpp"
 #include "tests/support/observation_text.hpp"
 #include "tests/support/refusal.hpp"

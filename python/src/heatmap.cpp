@@ -11,6 +11,9 @@
 #include "canyon/run/sky_builder.hpp"
 #include "canyon/studies/heatmap/engine/map_request.hpp"
 #include "canyon/studies/heatmap/engine/map_source.hpp"
+#include "canyon/studies/heatmap/files/geotiff_writer.hpp"
+#include "canyon/studies/heatmap/files/netcdf_writer.hpp"
+#include "canyon/studies/heatmap/pictures/map_pictures.hpp"
 #include "canyon/studies/validation/comparison.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/settings.hpp"
@@ -110,7 +113,7 @@ class Map {
     Signals signals;
     std::atomic<bool> done{false};
     std::exception_ptr failure;
-    heatmap::RunOptions options;
+    heatmap::MapRunOptions options;
     options.threads = threads;
     options.stop = signals.stop();
     std::thread worker([&] {
@@ -212,7 +215,7 @@ class Map {
   std::unique_ptr<simulation::Environment> environment_;
   std::unique_ptr<heatmap::Heatmap> heatmap_;
   std::unique_ptr<heatmap::TileStore> store_;
-  heatmap::RunResult result_;
+  heatmap::MapRunResult result_;
 };
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "canyon/studies/validation/alignment.hpp"
 #include "canyon/studies/validation/comparison.hpp"
 #include "canyon/studies/validation/figures.hpp"
+#include "canyon/studies/validation/figures_text.hpp"
 #include "canyon/studies/validation/recorded_scene.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/settings.hpp"
@@ -56,7 +57,7 @@ class Recorded {
     options.seed = scenario_.seed;
     const std::string text = interruptible([&](Signals& signals) {
       options.progress = [&](std::size_t, std::size_t) { signals.look(); };
-      const validation::Alignment found =
+      const validation::CityAlignment found =
           validation::align(scene_.recording, *scene_.environment,
                             scenario_.receivers.front().options.fix.elevation_mask_rad, 0, count, options);
       registration_ = found.registration;
@@ -74,7 +75,7 @@ class Recorded {
     models.push_back({"", fmt::format("{} (the scenario's)", receiver.options.name), receiver});
     for (validation::Model& more : validation::models_of(receiver, keys)) models.push_back(std::move(more));
     const std::string text = interruptible([&, first = first, count = count](Signals& signals) {
-      std::vector<validation::Figures> figures;
+      std::vector<validation::ModelFigures> figures;
       std::vector<validation::NeverTracked> never;
       validation::CompareOptions options;
       options.threads = threads;

@@ -43,6 +43,7 @@
 #include "canyon/sky/rinex/navigation_reader.hpp"
 #include "canyon/sky/rinex/navigation_writer.hpp"
 #include "canyon/sky/rinex/observation_reader.hpp"
+#include "canyon/studies/heatmap/files/area_file.hpp"
 #include "canyon/studies/heatmap/kernels/grid.hpp"
 #include "canyon/studies/study/study.hpp"
 #include "canyon/studies/validation/recorded_scene.hpp"

@@ -23,7 +23,7 @@
 #include "canyon/sky/orbit/sky.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
 #include "canyon/sky/rinex/navigation_writer.hpp"
-#include "canyon/studies/heatmap/cells/cell_method.hpp"
+#include "canyon/studies/heatmap/cells/cell_solver.hpp"
 #include "canyon/studies/heatmap/engine/engine.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/temporary_folder.hpp"

@@ -15,6 +15,8 @@
 #include "canyon/studies/heatmap/engine/engine.hpp"
 #include "canyon/studies/heatmap/engine/map_source.hpp"
 #include "canyon/studies/heatmap/engine/map_summary.hpp"
+#include "canyon/studies/heatmap/files/netcdf_writer.hpp"
+#include "canyon/studies/heatmap/files/stored_map.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/temporary_folder.hpp"
 

@@ -14,6 +14,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/run/scenario/profile.hpp"
 #include "canyon/run/unknowns.hpp"
+#include "canyon/studies/calibration/likelihood_fit.hpp"
 #include "canyon/studies/calibration/plain.hpp"
 #include "canyon/studies/validation/statistics.hpp"
 

@@ -1,4 +1,5 @@
-// Declared in canyon/studies/calibration/plain.hpp.
+#include "canyon/studies/calibration/likelihood_fit.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>

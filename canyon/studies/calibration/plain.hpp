@@ -14,8 +14,7 @@
 
 namespace canyon::calibration {
 
-// Parameters estimated from a recording alone, without a simulated receiver. Private to canyon/calibration.
-// The recorded receiver's signals over time. Private to canyon/calibration.
+// Parameters estimated from a recording alone, without a simulated receiver.
 
 /// A signal at one epoch, above the elevation mask.
 struct Sample {
@@ -61,24 +60,5 @@ void add_phase_threshold(std::span<const Observed> recorded, const simulation::R
 /// signals of hidden satellites that are measured, and the weakest that are found again behind gaps.
 void add_lock_thresholds(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
                          std::span<const std::vector<std::uint16_t>> draws, Calibration& result);
-
-// The fit to which satellites are tracked, to their C/N0 and to errors of hidden ones. Private to
-// canyon/calibration.
-/// A drive, and the satellites that are left out of what is simulated.
-struct FitDrive {
-  const Drive* drive = nullptr;
-  std::set<gnss::SatelliteId> leave_out;
-};
-
-/// Adds level and share of obstacles, and finds the share of coated glass where the drives have cities with
-/// several. The receiver is simulated along the drives at the nodes of a grid of them, by several seeds each.
-/// Shares of tracked satellites and densities of their C/N0, by what the map says and by elevation, are
-/// linear between nodes. The values are the means of the density
-///
-///   exp(log-likelihood of what was recorded - 1/2 sum over keys of ((x - profile's) / prior's deviation)^2)
-///
-/// (docs/methods.md). @param result its values are set already for what is simulated
-void add_likelihood_fit(std::span<const FitDrive> drives, const CalibrateOptions& options,
-                        Calibration& result);
 
 }  // namespace canyon::calibration

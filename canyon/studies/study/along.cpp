@@ -1,4 +1,5 @@
-// Declared in canyon/studies/study/results.hpp.
+#include "canyon/studies/study/along.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,7 +10,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/statistics.hpp"
-#include "canyon/studies/study/results.hpp"
 
 namespace canyon::study {
 namespace {
@@ -59,8 +59,8 @@ Stretch summarize(const std::vector<Passed>& passes, const Resamples& resamples,
   }
   if (all.empty()) return stretch;
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  stretch.median = Estimate{*quantile(all, 0.5), kNan, kNan};
-  stretch.p95 = Estimate{*quantile(all, 0.95), kNan, kNan};
+  stretch.median = MeanEstimate{*quantile(all, 0.5), kNan, kNan};
+  stretch.p95 = MeanEstimate{*quantile(all, 0.95), kNan, kNan};
   if (known < 2) return stretch;
   std::vector<double> medians, p95s;
   for (const std::vector<std::uint32_t>& drawn : resamples) {
@@ -84,7 +84,7 @@ Stretch summarize(const std::vector<Passed>& passes, const Resamples& resamples,
 
 }  // namespace
 
-std::vector<std::vector<Stretch>> errors_along(const Manifest& manifest, const Comparison& comparison,
+std::vector<std::vector<Stretch>> errors_along(const Manifest& manifest, const GroupComparison& comparison,
                                                std::vector<std::optional<RunRecord>>& records,
                                                const std::filesystem::path& folder) {
   const double step_m = manifest.along_m.value();
@@ -122,7 +122,7 @@ std::vector<std::vector<Stretch>> errors_along(const Manifest& manifest, const C
   return along;
 }
 
-std::string along_csv(const Comparison& comparison, const std::vector<std::vector<Stretch>>& along) {
+std::string along_csv(const GroupComparison& comparison, const std::vector<std::vector<Stretch>>& along) {
   std::string text;
   for (const std::string& axis : comparison.axes) text += csv_text(axis) + ",";
   text +=

@@ -143,10 +143,7 @@ void visit(options::Visitor& v, Axis& o) {
     if (v.reads()) o.kind = Axis::Kind::Drives;
   }
   if (v.reads()) o.realization = o.kind != Axis::Kind::Values && o.kind != Axis::Kind::Range;
-  // `luck` was its name before. It is still read, and keys of studies' folders keep it.
-  const bool as_before = v.purpose() == options::Purpose::Values || v.has("luck");
-  if (v.reads()) v.one_of({"realization", "luck"});
-  v.boolean({as_before ? "luck" : "realization", "",
+  v.boolean({"realization", "",
              "its values are occasions (times, seeds, drives) over which settings are compared: each "
              "occasion has its own random numbers, shared by all settings",
              "true of times, seeds, drives and unknowns"},

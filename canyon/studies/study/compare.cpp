@@ -1,4 +1,5 @@
-// Declared in canyon/studies/study/results.hpp.
+#include "canyon/studies/study/compare.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,7 +12,6 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/studies/study/axis.hpp"
-#include "canyon/studies/study/results.hpp"
 
 namespace canyon::study {
 namespace {
@@ -39,11 +39,11 @@ double mean_of(const std::vector<double>& values, const std::vector<std::uint32_
   return count > 0 ? sum / static_cast<double>(count) : kNan;
 }
 
-std::optional<Estimate> estimate(const std::vector<double>& values, const Resamples& resamples,
-                                 double confidence) {
+std::optional<MeanEstimate> estimate(const std::vector<double>& values, const Resamples& resamples,
+                                     double confidence) {
   std::vector<std::uint32_t> all(values.size());
   std::iota(all.begin(), all.end(), 0U);
-  Estimate e{mean_of(values, all), kNan, kNan};
+  MeanEstimate e{mean_of(values, all), kNan, kNan};
   if (std::isnan(e.mean)) return std::nullopt;
   std::vector<double> means;
   for (const auto& drawn : resamples) {
@@ -72,7 +72,7 @@ std::vector<double> values_of(const Group& group, const Compared& compared) {
 }
 
 /// Median and intervals of the runs of each group: what to expect of one run.
-std::string spread_text(const Comparison& comparison, std::size_t shown) {
+std::string spread_text(const GroupComparison& comparison, std::size_t shown) {
   TextRow head = comparison.axes;
   head.emplace_back("receiver");
   const std::size_t words = head.size();
@@ -121,7 +121,7 @@ std::string csv_text(const std::string& text) {
   return quoted + '"';
 }
 
-std::string csv_interval(const std::optional<Estimate>& e) {
+std::string csv_interval(const std::optional<MeanEstimate>& e) {
   const auto one = [](double v) { return std::isfinite(v) ? fmt::format("{:.6g}", v) : std::string(); };
   return e ? fmt::format("{},{},{}", one(e->mean), one(e->low), one(e->high)) : std::string(",,");
 }
@@ -146,8 +146,8 @@ const std::vector<Compared>& compared_figures() {
   return compared;
 }
 
-Comparison compare(const Manifest& manifest, const std::vector<std::optional<RunRecord>>& records) {
-  Comparison result;
+GroupComparison compare(const Manifest& manifest, const std::vector<std::optional<RunRecord>>& records) {
+  GroupComparison result;
   for (const Manifest::Coordinate& axis : manifest.axes) {
     if (axis.groups) result.axes.push_back(axis.name);
   }
@@ -199,7 +199,7 @@ Comparison compare(const Manifest& manifest, const std::vector<std::optional<Run
   return result;
 }
 
-std::string comparison_csv(const Comparison& comparison) {
+std::string comparison_csv(const GroupComparison& comparison) {
   std::string text;
   for (const std::string& axis : comparison.axes) text += csv_text(axis) + ",";
   text += "receiver,runs,figure,unit,mean,low,high,difference,difference_low,difference_high\n";
@@ -214,7 +214,7 @@ std::string comparison_csv(const Comparison& comparison) {
   return text;
 }
 
-std::string comparison_text(const Manifest& manifest, const Comparison& comparison) {
+std::string comparison_text(const Manifest& manifest, const GroupComparison& comparison) {
   constexpr std::size_t kMostShown = 40;
   TextRow head = comparison.axes;
   head.insert(head.end(), {"receiver", "runs"});
@@ -223,7 +223,7 @@ std::string comparison_text(const Manifest& manifest, const Comparison& comparis
                                                 : "with fix [%]",
                            "error, median [m]", "error, 95 % [m]", "95 %, to the first [m]"});
   std::vector<TextRow> rows;
-  const auto interval = [](const std::optional<Estimate>& e, int decimals) {
+  const auto interval = [](const std::optional<MeanEstimate>& e, int decimals) {
     if (!e) return std::string("-");
     if (!std::isfinite(e->low)) return number(e->mean, decimals);
     return fmt::format("{} ({}..{})", number(e->mean, decimals), number(e->low, decimals),

@@ -1,4 +1,5 @@
-// Declared in canyon/studies/study/results.hpp.
+#include "canyon/studies/study/netcdf.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,7 +10,6 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/studies/heatmap/files/netcdf_file.hpp"
-#include "canyon/studies/study/results.hpp"
 
 namespace canyon::study {
 namespace {
@@ -103,7 +103,8 @@ class Writer {
     file_.put_text(NC_GLOBAL, "title", manifest_.title);
     file_.put_text(NC_GLOBAL, "source", "canyon study");
     file_.put_text(NC_GLOBAL, "canyon_study_key", manifest_.key);
-    file_.put_text(NC_GLOBAL, "canyon_luck", fmt::format("{}", fmt::join(manifest_.realizations, " ")));
+    file_.put_text(NC_GLOBAL, "canyon_realizations",
+                   fmt::format("{}", fmt::join(manifest_.realizations, " ")));
 
     run_ = define("run", NC_INT64, {run_dim_}, "1", "number of the run");
     std::size_t length = 1;

@@ -1,4 +1,5 @@
-// Declared in canyon/studies/study/results.hpp.
+#include "canyon/studies/study/pictures.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,7 +10,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/outputs/drawing/plot.hpp"
-#include "canyon/studies/study/results.hpp"
+#include "canyon/studies/study/along.hpp"
 
 namespace canyon::study {
 namespace {
@@ -48,7 +49,7 @@ std::array<double, N> pooled(const Group& group, std::array<std::uint32_t, N> Re
 }
 
 /// A logarithmic axis over whole decades that hold all errors but a thousandth at each end.
-Scale error_scale(const Comparison& comparison, std::size_t drawn) {
+Scale error_scale(const GroupComparison& comparison, std::size_t drawn) {
   std::array<double, kErrorBins> all{};
   for (std::size_t g = 0; g < drawn; ++g) {
     const auto counts = pooled(comparison.groups[g], &ReceiverRecord::errors);
@@ -73,7 +74,7 @@ Scale share_scale(double high = 1) {
 
 class Sheet {
  public:
-  Sheet(const Manifest& manifest, const Comparison& comparison)
+  Sheet(const Manifest& manifest, const GroupComparison& comparison)
       : manifest_(manifest),
         comparison_(comparison),
         drawn_(std::min(kMostDrawn, comparison.groups.size())) {}
@@ -245,7 +246,7 @@ class Sheet {
       line.clear();
     };
     for (const Stretch& stretch : stretches) {
-      const std::optional<Estimate>& value = median ? stretch.median : stretch.p95;
+      const std::optional<MeanEstimate>& value = median ? stretch.median : stretch.p95;
       if (!value) {
         flush();
         continue;
@@ -277,7 +278,7 @@ class Sheet {
   }
 
   const Manifest& manifest_;
-  const Comparison& comparison_;
+  const GroupComparison& comparison_;
   std::size_t drawn_;
 };
 
@@ -292,13 +293,13 @@ std::vector<std::string> put(const std::filesystem::path& folder, const std::str
 }  // namespace
 
 std::vector<std::string> write_along_pictures(const std::filesystem::path& folder, const Manifest& manifest,
-                                              const Comparison& comparison,
+                                              const GroupComparison& comparison,
                                               const std::vector<std::vector<Stretch>>& along) {
   return put(folder, "along", Sheet(manifest, comparison).along(along));
 }
 
 std::vector<std::string> write_study_pictures(const std::filesystem::path& folder, const Manifest& manifest,
-                                              const Comparison& comparison) {
+                                              const GroupComparison& comparison) {
   const Sheet sheet(manifest, comparison);
   std::vector<std::string> names;
   for (const auto& [name, picture] : {std::pair{"errors", sheet.errors()}, std::pair{"boxes", sheet.boxes()},

@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 constexpr const char* kManifest = "study.json";
 constexpr const char* kRuns = "runs";
 constexpr const char* kFormat = "canyon study";
-constexpr int kVersion = 2;
+constexpr int kVersion = 3;
 
 std::uint32_t crc_of(std::string_view bytes) {
   return static_cast<std::uint32_t>(
@@ -49,7 +49,7 @@ Json to_json(const Manifest& manifest) {
             {"title", manifest.title},
             {"runs", manifest.runs},
             {"axes", axes},
-            {"luck", manifest.realizations},
+            {"realizations", manifest.realizations},
             {"receivers", manifest.receivers},
             {"epochs", manifest.epochs},
             {"seed", manifest.seed},
@@ -228,13 +228,14 @@ Manifest read_manifest(const fs::path& folder) {
   try {
     const Json from = Json::parse(TextFile(path).text());
     if (from.at("format") != kFormat || from.at("version") != kVersion) {
-      throw InputError(path, 0, "is from another program or version");
+      throw InputError(path, 0, "is from another program or version",
+                       "give another folder, or remove this one and run the study again");
     }
     Manifest manifest;
     take(from, "key", manifest.key);
     take(from, "title", manifest.title);
     take(from, "runs", manifest.runs);
-    take(from, "luck", manifest.realizations);
+    take(from, "realizations", manifest.realizations);
     take(from, "receivers", manifest.receivers);
     take(from, "epochs", manifest.epochs);
     take(from, "seed", manifest.seed);

@@ -17,7 +17,10 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/run/load_city.hpp"
 #include "canyon/run/simulator.hpp"
-#include "canyon/studies/study/results.hpp"
+#include "canyon/studies/study/along.hpp"
+#include "canyon/studies/study/compare.hpp"
+#include "canyon/studies/study/netcdf.hpp"
+#include "canyon/studies/study/pictures.hpp"
 #include "tests/support/osm_text.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"
@@ -356,9 +359,10 @@ TEST(StudyComparison, PairsUnderTheSameLuck) {
           made_up(records.size(), std::to_string(i), high ? "10" : "5", i + 1 + (high ? 2 : 0)));
     }
   }
-  const Comparison comparison = compare(manifest, records);
+  const GroupComparison comparison = compare(manifest, records);
   ASSERT_EQ(comparison.groups.size(), 2U);
-  const Estimate mean = *comparison.groups[0].estimates[2], difference = *comparison.groups[1].differences[2];
+  const MeanEstimate mean = *comparison.groups[0].estimates[2],
+                     difference = *comparison.groups[1].differences[2];
   EXPECT_DOUBLE_EQ(mean.mean, (kN + 1) / 2.0);
   const double standard_error = std::sqrt((kN * kN - 1) / 12.0 / kN);
   EXPECT_NEAR(mean.high - mean.low, 2 * 1.96 * standard_error, 0.1 * 2 * 1.96 * standard_error);
@@ -401,7 +405,7 @@ TEST(StudyAlong, StretchesHaveTheErrorsOfAllRuns) {
   }
   EXPECT_EQ(read_manifest(folder.path() / "s").along_m, 10);
   auto records = read_records(folder.path() / "s", manifest.runs);
-  const Comparison comparison = compare(manifest, records);
+  const GroupComparison comparison = compare(manifest, records);
   const auto along = errors_along(manifest, comparison, records, folder.path() / "s");
   ASSERT_EQ(along.size(), 1U);
   ASSERT_EQ(along[0].size(), 2U);

@@ -174,7 +174,6 @@ StudyPlan StudyPlan::parse(const std::string& text, const std::filesystem::path&
   document.kind = "study";
   document.page = "docs/study.md";
   document.set_keys(study_description());
-  document.known.emplace_back("axes[].luck");  // read still
   Node root = options::parse_yaml(text, document, kNeeds);
 
   // The list of fields takes trees that it does not know as texts on one line.

@@ -131,16 +131,6 @@ runs: 10
   }
 }
 
-// `luck` was the name of `realization`.
-TEST(Study, ReadsTheFormerNameOfRealization) {
-  const auto key = [](const std::string& word) {
-    return plan_of("axes: [{key: seed, values: [1, 2], " + word + ": true}]\n").key();
-  };
-  EXPECT_EQ(key("luck"), key("realization"));
-  EXPECT_NE(key("luck"), key("crossed"));
-  EXPECT_THAT(error_of([&] { (void)key("luck: true, realization"); }).what(), HasSubstr("conflicts with"));
-}
-
 // Settings share the noise realization of a seed and a time; seeds alone are the scenario's own.
 TEST(Study, SettingsShareTheirNoiseRealization) {
   const StudyPlan plan = plan_of(R"(axes:

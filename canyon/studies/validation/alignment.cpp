@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/json.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/run/ordered_blocks.hpp"
@@ -114,7 +115,7 @@ class Aligner {
     rotation_ = environment.city().frame.ecef_from_local_rotation().transpose();
   }
 
-  Alignment align() {
+  CityAlignment align() {
     const int coarse_steps = static_cast<int>(std::ceil(options_.reach_m / kCoarse_m - 1e-9));
     const int coarse_width = 2 * coarse_steps + 1;
     const int fine_width = 2 * kFineSteps + 1;
@@ -165,7 +166,7 @@ class Aligner {
       if (off < (kFineSteps - 0.5) * kFine_m) break;
     }
 
-    Alignment alignment;
+    CityAlignment alignment;
     std::vector<double> east, north;
     for (std::size_t r = 1; r < draws_.size(); ++r) {
       const auto near = best_of(fine_scores, r);
@@ -310,14 +311,32 @@ void visit(options::Visitor& v, AlignOptions& o) {
   v.integer({"seed", "", "of the bootstrap"}, o.seed);
 }
 
-Alignment align(const Recording& recording, const simulation::Environment& environment,
-                double elevation_mask_rad, std::size_t first, std::size_t count,
-                const AlignOptions& options) {
+CityAlignment align(const Recording& recording, const simulation::Environment& environment,
+                    double elevation_mask_rad, std::size_t first, std::size_t count,
+                    const AlignOptions& options) {
   options.validate();
   assert(first + count <= recording.residuals.epochs.size());
-  Alignment alignment = Aligner(recording, environment, elevation_mask_rad, first, count, options).align();
+  CityAlignment alignment =
+      Aligner(recording, environment, elevation_mask_rad, first, count, options).align();
   alignment.count = count;
   return alignment;
+}
+
+std::string to_json(const CityAlignment& a) {
+  const Json json{{"east_m", a.registration.east_m},
+                  {"north_m", a.registration.north_m},
+                  {"heading_deg", geodesy::degrees(a.registration.heading_rad)},
+                  {"pivot_east_m", a.registration.pivot.x()},
+                  {"pivot_north_m", a.registration.pivot.y()},
+                  {"sigma_east_m", a.sigma_east_m},
+                  {"sigma_north_m", a.sigma_north_m},
+                  {"sigma_heading_deg", geodesy::degrees(a.sigma_heading_rad)},
+                  {"score", a.score},
+                  {"score_before", a.score_before},
+                  {"first_epoch", a.first},
+                  {"epochs", a.count},
+                  {"at_border", a.at_border}};
+  return json.dump(2) + "\n";
 }
 
 }  // namespace canyon::validation

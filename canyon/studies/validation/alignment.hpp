@@ -31,7 +31,7 @@ void visit(options::Visitor& v, AlignOptions& o);
 
 /// Where the city fits a recording best: the move under which the city's LOS and NLOS are separated best by
 /// C/N0 and by pseudorange error together.
-struct Alignment {
+struct CityAlignment {
   Registration registration;
   double sigma_east_m = 0, sigma_north_m = 0, sigma_heading_rad = 0;  ///< from blocks of time drawn anew
   /// Mean of both AUCs, here and unmoved; of the one there is where the recording has no C/N0.
@@ -43,11 +43,11 @@ struct Alignment {
 /// Estimated on epochs [first, first + count) of the recording, from satellites above the mask. The clock is
 /// estimated anew for each move, from what is clear there. Throws InputError for options that do not
 /// validate() and where no move of the city gives both LOS and NLOS in these epochs.
-[[nodiscard]] Alignment align(const Recording& recording, const simulation::Environment& environment,
-                              double elevation_mask_rad, std::size_t first, std::size_t count,
-                              const AlignOptions& options = {});
+[[nodiscard]] CityAlignment align(const Recording& recording, const simulation::Environment& environment,
+                                  double elevation_mask_rad, std::size_t first, std::size_t count,
+                                  const AlignOptions& options = {});
 
 /// An object with SI units in the names (angles in degrees).
-[[nodiscard]] std::string to_json(const Alignment& alignment);
+[[nodiscard]] std::string to_json(const CityAlignment& alignment);
 
 }  // namespace canyon::validation

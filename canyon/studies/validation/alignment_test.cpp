@@ -31,7 +31,7 @@ AlignOptions quick() {
 }
 
 // Where the city truly stands comes out, within what the alignment says of its own certainty.
-TEST(Alignment, FindsWhereTheCityStands) {
+TEST(CityAlignment, FindsWhereTheCityStands) {
   Registration moved;
   moved.east_m = 3;
   moved.north_m = -2;
@@ -44,7 +44,7 @@ TEST(Alignment, FindsWhereTheCityStands) {
     last = done;
     planned = total;
   };
-  const Alignment a = align(recording, recorded.environment(), kMask, 0, all, options);
+  const CityAlignment a = align(recording, recorded.environment(), kMask, 0, all, options);
   std::printf("east %.2f +- %.2f, north %.2f +- %.2f m, score %.3f, unmoved %.3f\n", a.registration.east_m,
               a.sigma_east_m, a.registration.north_m, a.sigma_north_m, a.score, a.score_before);
   EXPECT_NEAR(a.registration.east_m, 3, std::min(2 * a.sigma_east_m, 0.75));
@@ -60,10 +60,10 @@ TEST(Alignment, FindsWhereTheCityStands) {
 
   // The same on one thread, and another part another answer that agrees.
   options.threads = 1;
-  const Alignment again = align(recording, recorded.environment(), kMask, 0, all, options);
+  const CityAlignment again = align(recording, recorded.environment(), kMask, 0, all, options);
   EXPECT_EQ(again.registration.east_m, a.registration.east_m);
   EXPECT_EQ(again.sigma_north_m, a.sigma_north_m);
-  const Alignment half = align(recording, recorded.environment(), kMask, all / 2, all - all / 2, quick());
+  const CityAlignment half = align(recording, recorded.environment(), kMask, all / 2, all - all / 2, quick());
   EXPECT_EQ(half.first, all / 2);
   EXPECT_NEAR(half.registration.east_m, 3, 2);
   EXPECT_NEAR(half.registration.north_m, -2, 2);
@@ -73,7 +73,7 @@ TEST(Alignment, FindsWhereTheCityStands) {
   EXPECT_EQ(json.at("at_border"), false);
 }
 
-TEST(Alignment, FindsTheHeading) {
+TEST(CityAlignment, FindsTheHeading) {
   Registration moved;
   moved.east_m = 2;
   moved.heading_rad = geodesy::radians(1.5);
@@ -81,7 +81,7 @@ TEST(Alignment, FindsTheHeading) {
   const Recording recording = recorded.read();
   AlignOptions options = quick();
   options.heading = true;
-  const Alignment a =
+  const CityAlignment a =
       align(recording, recorded.environment(), kMask, 0, recording.residuals.epochs.size(), options);
   const double heading_deg = geodesy::degrees(a.registration.heading_rad);
   std::printf("heading %.3f +- %.3f deg, score %.3f, unmoved %.3f\n", heading_deg,
@@ -94,19 +94,19 @@ TEST(Alignment, FindsTheHeading) {
 }
 
 // A search that ends before the hill does says so.
-TEST(Alignment, SaysWhenTheSearchIsTooShort) {
+TEST(CityAlignment, SaysWhenTheSearchIsTooShort) {
   Registration moved;
   moved.east_m = 7;
   const SimulatedRecording recorded(moved, canyon::test::with_strength);
   const Recording recording = recorded.read();
   AlignOptions options = quick();
   options.reach_m = 4;
-  const Alignment a =
+  const CityAlignment a =
       align(recording, recorded.environment(), kMask, 0, recording.residuals.epochs.size(), options);
   EXPECT_TRUE(a.at_border);
 }
 
-TEST(Alignment, RefusesWhatCannotBeAligned) {
+TEST(CityAlignment, RefusesWhatCannotBeAligned) {
   AlignOptions options;
   options.reach_m = 1;
   EXPECT_THAT(error_of([&] { options.validate(); }).what(), HasSubstr("reach_m"));

@@ -161,7 +161,7 @@ class Comparer {
     for (const Recording::Place& p : recording_.places) places.push_back(p.enu_m);
     result_.segments = street_segments(places);
     for (std::size_t s = 0; s < result_.segments.size(); ++s) {
-      const Segment& segment = result_.segments[s];
+      const StreetSegment& segment = result_.segments[s];
       for (std::size_t e = segment.first; e < segment.first + segment.count; ++e)
         result_.epochs[e].segment = s;
     }
@@ -304,7 +304,7 @@ class Comparer {
       measurements.push_back(recording_.measurements[e][i]);
       if (ComparedSatellite* s = satellite(o.id)) add_measured(o, error.error_m, compared.clock, *s);
     }
-    const double gross_m = ClockOptions{}.gross_m;
+    const double gross_m = ReceiverClockOptions{}.gross_m;
     for (std::size_t i = epoch.first_further; i < epoch.first_further + epoch.further; ++i) {
       const PseudorangeResidual& o = recording_.residuals.further[i];
       ComparedSatellite* s = satellite(o.id);
@@ -416,37 +416,6 @@ class Comparer {
 };
 
 }  // namespace
-
-Eigen::Vector3d Registration::place_in_city(const Eigen::Vector3d& enu) const {
-  const Eigen::Vector2d moved =
-      Eigen::Rotation2Dd(-heading_rad) * (enu.head<2>() - pivot - Eigen::Vector2d(east_m, north_m)) + pivot;
-  return {moved.x(), moved.y(), enu.z()};
-}
-
-Eigen::Vector3d Registration::direction_in_city(const Eigen::Vector3d& enu) const {
-  const Eigen::Vector2d turned = Eigen::Rotation2Dd(-heading_rad) * enu.head<2>();
-  return {turned.x(), turned.y(), enu.z()};
-}
-
-Registration Registration::then(double more_east_m, double more_north_m, double more_heading_rad,
-                                const Eigen::Vector2d& about) const {
-  const Eigen::Vector2d offset =
-      Eigen::Rotation2Dd(more_heading_rad) * (pivot + Eigen::Vector2d(east_m, north_m) - about) + about +
-      Eigen::Vector2d(more_east_m, more_north_m) - pivot;
-  return {offset.x(), offset.y(), heading_rad + more_heading_rad, pivot};
-}
-
-Eigen::Vector3d Recording::place_in_city(const raytrace::RayScene& scene, const Registration& moved,
-                                         std::size_t epoch) const {
-  Eigen::Vector3d place = moved.place_in_city(places[epoch].enu_m);
-  if (antenna_above_terrain_m) {
-    // Beyond the map's edge the height of the unmoved city stays.
-    if (const auto terrain = scene.terrain_height(place.x(), place.y())) {
-      place.z() = *terrain + *antenna_above_terrain_m;
-    }
-  }
-  return place;
-}
 
 Comparison compare(const Recording& recording, const simulation::ReceiverConfig& receiver,
                    const simulation::Environment& environment, const Registration& registration,

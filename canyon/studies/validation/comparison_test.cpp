@@ -84,7 +84,7 @@ TEST(Segments, FollowTheStreets) {
   go(0, 5, 20);                                                  // 100 m north
   go(-0.5, 5, 20);                                               // bent by 6 degrees: the same street
   go(-5, 0, 4);  // 20 m west, then the drive ends: no street of its own
-  const std::vector<Segment> segments = street_segments(places);
+  const std::vector<StreetSegment> segments = street_segments(places);
   ASSERT_EQ(segments.size(), 2U);
   EXPECT_EQ(segments[0].first, 0U);
   EXPECT_EQ(segments[1].first, segments[0].count);
@@ -207,7 +207,7 @@ TEST(Comparison, RecordedReceiverIsItsOwnSimulation) {
 
   // Segments cover the drive.
   std::size_t covered = 0;
-  for (const Segment& s : comparison.segments) covered += s.count;
+  for (const StreetSegment& s : comparison.segments) covered += s.count;
   EXPECT_EQ(covered, comparison.epochs.size());
   EXPECT_EQ(comparison.segments.size(), 7U);  // seven legs of 76 m and more
 
@@ -363,7 +363,7 @@ TEST(Comparison, OwnFixesAndThePositionFilter) {
   EXPECT_GT(own.fixes, count / 2);
   EXPECT_LE(own.fixes, count);
   EXPECT_FALSE(std::isfinite(own.mean_used));
-  const Figures f = figures(filtered, count, count, "second half");
+  const ModelFigures f = figures(filtered, count, count, "second half");
   EXPECT_EQ(f.filtered.simulated.epochs, count);
   EXPECT_EQ(f.filtered.measured.stated, f.filtered.measured.fixes);
   EXPECT_GE(f.filtered.measured.horizontal_within[1], f.filtered.measured.horizontal_within[0]);

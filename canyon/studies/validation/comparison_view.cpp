@@ -200,7 +200,7 @@ class ComparisonView {
           {recorded.root(), simulated.root(), difference.root(), static_cast<double>(difference.count())});
     }
     Json streets = Json::array();
-    for (const validation::Segment& s : comparison_.segments) {
+    for (const validation::StreetSegment& s : comparison_.segments) {
       const std::size_t from = std::max(s.first, input_.first);
       const std::size_t end = std::min(s.first + s.count, input_.first + input_.count);
       if (from >= end) continue;

@@ -192,7 +192,7 @@ class PhaseWalk {
   void end() {
     constexpr std::size_t kFewest = 7;
     constexpr int kIterations = 10;
-    constexpr double kHuber = 1.345;  // as ClockOptions::huber
+    constexpr double kHuber = 1.345;  // as ReceiverClockOptions::huber
     if (thirds_.size() < kFewest) return;
     const auto n = static_cast<Eigen::Index>(thirds_.size());
     Eigen::MatrixXd design(n, 4);
@@ -335,8 +335,8 @@ class Collector {
     }
   }
 
-  [[nodiscard]] Figures figures(const FigureOptions& options) const {
-    Figures f = headline_figures();
+  [[nodiscard]] ModelFigures figures(const FigureOptions& options) const {
+    ModelFigures f = headline_figures();
     f.by_cn0 = separation(weakness_.nlos(), weakness_.los());
     f.by_error = separation(sample_.error.measured.nlos(), sample_.error.measured.los());
     f.bands = bands_;
@@ -351,8 +351,8 @@ class Collector {
   }
 
   /// The figures that headlines use.
-  [[nodiscard]] Figures headline_figures() const {
-    Figures f;
+  [[nodiscard]] ModelFigures headline_figures() const {
+    ModelFigures f;
     f.epochs = epochs_.size();
     f.runs = runs_.size();
     f.los = sample_.error.measured.los().size();
@@ -423,12 +423,12 @@ class Collector {
     return b;
   }
 
-  void add_segments(Figures& f) const {
+  void add_segments(ModelFigures& f) const {
     constexpr std::size_t kFewest = 10;
     std::size_t street = 0;
-    for (const Segment& whole : comparison_.segments) {
+    for (const StreetSegment& whole : comparison_.segments) {
       ++street;
-      Segment segment = whole;
+      StreetSegment segment = whole;
       segment.first = std::max(whole.first, first_);
       const std::size_t end = std::min(whole.first + whole.count, first_ + epochs_.size());
       if (end < segment.first + kFewest) continue;
@@ -459,7 +459,7 @@ class Collector {
             position_figures(fixes(kind, Side::Simulated, first, count))};
   }
 
-  void add_intervals(Figures& f, const FigureOptions& options) const {
+  void add_intervals(ModelFigures& f, const FigureOptions& options) const {
     const auto draws = draws_of(epochs_, options);
     const auto interval = [&draws](const std::vector<RankedSample::Item>& items) {
       const RankedSample sample(items);
@@ -513,10 +513,11 @@ std::string describe_part(const Comparison& comparison, std::size_t first, std::
                      count);
 }
 
-Figures figures(const Comparison& comparison, std::size_t first, std::size_t count, const std::string& part,
-                const FigureOptions& options, std::span<const Comparison> runs) {
+ModelFigures figures(const Comparison& comparison, std::size_t first, std::size_t count,
+                     const std::string& part, const FigureOptions& options,
+                     std::span<const Comparison> runs) {
   assert(first + count <= comparison.epochs.size());
-  Figures f = Collector(comparison, first, count, runs).figures(options);
+  ModelFigures f = Collector(comparison, first, count, runs).figures(options);
   f.model = comparison.name;
   f.part = part;
   return f;

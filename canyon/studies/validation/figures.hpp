@@ -24,11 +24,11 @@ inline constexpr std::array<double, 5> kNoQuantiles = [] {
 }();
 
 /// Values of one quantity.
-struct Distribution {
+struct QuantileSummary {
   std::size_t n = 0;
   std::array<double, 5> at = kNoQuantiles;  ///< kQuantiles
 };
-struct DistributionPair : Sides<Distribution> {
+struct DistributionPair : Sides<QuantileSummary> {
   std::optional<double> ks;  ///< Kolmogorov-Smirnov distance
 };
 
@@ -48,9 +48,9 @@ struct ObservationFigures {
 struct Explained {
   std::string kind;  ///< "reflected 1", "reflected 2", "diffracted", "diffuse", "all"
   std::size_t n = 0;
-  double share = 0;                           ///< of all tracked (measured) NLOS observations
-  std::optional<double> median_difference_m;  ///< |measured error - predicted code delay|
-  std::optional<Correlation> correlation;     ///< Spearman
+  double share = 0;                            ///< of all tracked (measured) NLOS observations
+  std::optional<double> median_difference_m;   ///< |measured error - predicted code delay|
+  std::optional<RankCorrelation> correlation;  ///< Spearman
 };
 
 struct Band {
@@ -104,13 +104,13 @@ struct SignalFigures : ObservationFigures {
 
 struct SegmentFigures {
   std::size_t street = 0;  ///< number of the whole recording's segment, from 1
-  Segment segment;
+  StreetSegment segment;
   Sides<PositionFigures> position;
 };
 
 /// Everything that `canyon validate` states of one model on one part of a recording. Measured observations
 /// are those with an error: not gross, at an epoch with a clock.
-struct Figures : ObservationFigures {  ///< of each system's first signal
+struct ModelFigures : ObservationFigures {  ///< of each system's first signal
   std::string model;
   std::string part;  ///< "second half: 12:52:00 to 12:56:24 GPST, 243 epochs"
   std::size_t epochs = 0;
@@ -123,7 +123,7 @@ struct Figures : ObservationFigures {  ///< of each system's first signal
   DistributionPair used;                                       ///< satellites in fixes
   /// Of the number of satellites with a first signal, measured and simulated, over epochs where both have
   /// some.
-  std::optional<Correlation> tracked_over_time;
+  std::optional<RankCorrelation> tracked_over_time;
   Sides<PositionFigures> position;       ///< of single epochs
   Sides<PositionFigures> filtered;       ///< no epochs where the receiver has no filter
   std::vector<SegmentFigures> segments;  ///< of at least 10 epochs
@@ -151,9 +151,9 @@ struct FigureOptions {
 /// cities moved within what is known of their place: where there are any, the simulated values are those of
 /// all of them together, while measured values, LOS and NLOS, and what explains an observation stay
 /// `comparison`'s.
-[[nodiscard]] Figures figures(const Comparison& comparison, std::size_t first, std::size_t count,
-                              const std::string& part, const FigureOptions& options = {},
-                              std::span<const Comparison> runs = {});
+[[nodiscard]] ModelFigures figures(const Comparison& comparison, std::size_t first, std::size_t count,
+                                   const std::string& part, const FigureOptions& options = {},
+                                   std::span<const Comparison> runs = {});
 
 /// Figures of Recording::own_fixes in the epochs [first, first + count) of a comparison of that recording,
 /// first and last time included.
@@ -175,20 +175,7 @@ struct Pooled {
 };
 [[nodiscard]] Pooled pool(std::span<const PooledPart> parts);
 
-[[nodiscard]] std::optional<double> auc_of(const std::optional<Separation>& separation);
 /// "reflected 1", "reflected 2", "diffracted", "diffuse": the words of Explained::kind.
 [[nodiscard]] std::string path_words(const ComparedSatellite::Prediction& prediction);
-
-/// "never tracked above 30 deg in clear view, left out: C07 (412 s), G11 (93 s)"; empty without any.
-[[nodiscard]] std::string never_tracked_text(const Figures& figures);
-
-/// The figures as JSON: an object with SI units in the names; null where a figure has nothing to be made
-/// from. `alignment_json`, an object by itself, goes under "alignment".
-[[nodiscard]] std::string to_json(const std::vector<Figures>& models,
-                                  const std::optional<std::string>& alignment_json);
-/// Tables of one model's figures for terminals.
-[[nodiscard]] std::string to_text(const Figures& figures);
-/// One table for terminals, a row for each model, of the figures that docs/results.md states.
-[[nodiscard]] std::string models_table(const std::vector<Figures>& models);
 
 }  // namespace canyon::validation

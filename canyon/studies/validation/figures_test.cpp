@@ -1,4 +1,5 @@
 #include "canyon/studies/validation/figures.hpp"
+#include "canyon/studies/validation/figures_text.hpp"
 
 #include <gtest/gtest.h>
 
@@ -54,7 +55,7 @@ class Hand {
     s.measured.cn0_dbhz = cn0_dbhz;
     return s;
   }
-  [[nodiscard]] Figures figures(const FigureOptions& options = no_intervals()) const {
+  [[nodiscard]] ModelFigures figures(const FigureOptions& options = no_intervals()) const {
     return validation::figures(comparison, 0, comparison.epochs.size(), "all", options);
   }
   static FigureOptions no_intervals() {
@@ -66,7 +67,7 @@ class Hand {
 };
 
 // NLOS is later and weaker in 5 of the 3 times 2 pairs: AUC 5/6.
-TEST(Figures, SeparationByHand) {
+TEST(ModelFigures, SeparationByHand) {
   Hand hand;
   hand.epoch();
   hand.measured(true, 0, 40);
@@ -75,7 +76,7 @@ TEST(Figures, SeparationByHand) {
   hand.epoch();
   hand.measured(false, 1.5, 39, 20);
   hand.measured(false, 10, 30, 20);
-  const Figures f = hand.figures();
+  const ModelFigures f = hand.figures();
   EXPECT_EQ(f.model, "by hand");
   EXPECT_EQ(f.epochs, 2U);
   EXPECT_EQ(f.los, 3U);
@@ -93,19 +94,19 @@ TEST(Figures, SeparationByHand) {
   EXPECT_FALSE(f.by_error_interval);
 }
 
-TEST(Figures, BandsMeetWithoutOverlap) {
+TEST(ModelFigures, BandsMeetWithoutOverlap) {
   Hand hand;
   hand.epoch();
   for (const double elevation_deg : {5.0, 10.0, 29.999, 30.001, 49.999, 50.001, 90.0})
     hand.measured(true, 0, 40, elevation_deg);
-  const Figures f = hand.figures();
+  const ModelFigures f = hand.figures();
   EXPECT_EQ(f.bands[0].los, 2U);
   EXPECT_EQ(f.bands[1].los, 2U);
   EXPECT_EQ(f.bands[2].los, 2U);
   EXPECT_EQ(f.los, 7U);
 }
 
-TEST(Figures, TrackedExplainedAndDistributions) {
+TEST(ModelFigures, TrackedExplainedAndDistributions) {
   Hand hand;
   hand.epoch();
   // LOS: 4 satellites, 3 measured, 2 simulated.
@@ -128,7 +129,7 @@ TEST(Figures, TrackedExplainedAndDistributions) {
     if (i == 2) s.prediction = {PathKind::Diffracted, 0, delays[i]};
     if (i == 4) s.prediction = {PathKind::Diffuse, 0, 99};  // not measured: explains nothing
   }
-  const Figures f = hand.figures();
+  const ModelFigures f = hand.figures();
   EXPECT_EQ(f.tracked_los.satellites, 4U);
   EXPECT_DOUBLE_EQ(f.tracked_los.ratio(Side::Measured).value(), 0.75);
   EXPECT_DOUBLE_EQ(f.tracked_los.ratio(Side::Simulated).value(), 0.5);
@@ -160,7 +161,7 @@ TEST(Figures, TrackedExplainedAndDistributions) {
   EXPECT_EQ(f.cn0_los_dbhz.measured.n, 0U);
 }
 
-TEST(Figures, PositionsAndSegments) {
+TEST(ModelFigures, PositionsAndSegments) {
   Hand hand;
   for (int i = 0; i < 40; ++i) {
     ComparedEpoch& e = hand.epoch();
@@ -173,7 +174,7 @@ TEST(Figures, PositionsAndSegments) {
     e.fix.simulated.used = 8;
   }
   hand.comparison.segments = {{0, 25, 25, 90}, {25, 15, 15, 180}};
-  const Figures f = hand.figures();
+  const ModelFigures f = hand.figures();
   EXPECT_EQ(f.position.measured.epochs, 40U);
   EXPECT_EQ(f.position.measured.fixes, 20U);
   EXPECT_DOUBLE_EQ(f.position.measured.mean_used, 6);
@@ -186,7 +187,7 @@ TEST(Figures, PositionsAndSegments) {
   EXPECT_DOUBLE_EQ(f.segments[1].position.simulated.horizontal_m[2], 32);  // of 25 to 39
 
   // A part: segments are cut to it, and those of fewer than ten epochs left out.
-  const Figures part = figures(hand.comparison, 18, 20, "middle", Hand::no_intervals());
+  const ModelFigures part = figures(hand.comparison, 18, 20, "middle", Hand::no_intervals());
   ASSERT_EQ(part.segments.size(), 1U);
   EXPECT_EQ(part.segments[0].segment.first, 25U);
   EXPECT_EQ(part.segments[0].segment.count, 13U);
@@ -234,9 +235,9 @@ Hand phases(int epochs, int satellites) {
 
 // Half of the magnitudes are below m where erf(m / (2 sqrt 2)) + erf(m / (5 sqrt 2)) = 1 (m in mm): m
 // = 2.0167, noise 1.4826 m = 2.990 mm.
-TEST(Figures, PhaseNoiseIsWhatWasPutIn) {
+TEST(ModelFigures, PhaseNoiseIsWhatWasPutIn) {
   const Hand hand = phases(1500, 8);
-  const Figures f = hand.figures();
+  const ModelFigures f = hand.figures();
   ASSERT_EQ(f.signals.size(), 1U);
   const PhaseView& los = f.signals[0].phase.measured.los;
   EXPECT_GT(los.noise_n, 8U * 1350);  // of 8 * 1497, less those that decide the estimate
@@ -247,7 +248,7 @@ TEST(Figures, PhaseNoiseIsWhatWasPutIn) {
   EXPECT_EQ(f.signals[0].phase.simulated.los.observations, 0U);
 }
 
-TEST(Figures, CycleSlipsByHand) {
+TEST(ModelFigures, CycleSlipsByHand) {
   constexpr int kSatellites = 24;
   Hand hand = phases(10, kSatellites);
   const auto satellite = [&hand](std::size_t epoch, std::size_t k) -> ComparedSatellite& {
@@ -287,7 +288,7 @@ TEST(Figures, CycleSlipsByHand) {
   EXPECT_FALSE(q.time_between_slips_s());
 }
 
-TEST(Figures, FurtherSignalsByHand) {
+TEST(ModelFigures, FurtherSignalsByHand) {
   Hand hand;
   const gnss::Signal *l1 = signal_named(gnss::System::GPS, "L1CA"),
                      *l2c = signal_named(gnss::System::GPS, "L2C"),
@@ -307,7 +308,7 @@ TEST(Figures, FurtherSignalsByHand) {
     other.simulated.error_m = 10 * k;
     other.simulated.cn0_dbhz = 30;
   }
-  const Figures f = hand.figures();
+  const ModelFigures f = hand.figures();
   ASSERT_EQ(f.signals.size(), 3U);
   const SignalFigures& s = f.signals[1];
   EXPECT_EQ(s.name(), "GPS L2C");
@@ -357,7 +358,7 @@ Hand random_comparison() {
 // separation(), checked against SciPy, and the bootstrap by its definition do the same the long way.
 // Two runs beside one recording: what is simulated is theirs, what is measured and what is LOS the
 // comparison's.
-TEST(Figures, SimulatedValuesOfSeveralRuns) {
+TEST(ModelFigures, SimulatedValuesOfSeveralRuns) {
   Hand hand;
   hand.epoch();
   hand.measured(true, 0, 40);
@@ -377,7 +378,7 @@ TEST(Figures, SimulatedValuesOfSeveralRuns) {
   }
   runs[1].satellites[1].simulated.tracked = true;
   runs[1].satellites[1].simulated.error_m = 9;
-  const Figures f = figures(hand.comparison, 0, 1, "all", Hand::no_intervals(), runs);
+  const ModelFigures f = figures(hand.comparison, 0, 1, "all", Hand::no_intervals(), runs);
   EXPECT_EQ(f.runs, 2U);
   EXPECT_EQ(f.error_los_m.simulated.n, 2U);
   EXPECT_DOUBLE_EQ(f.error_los_m.simulated.at[2], 1.5);
@@ -394,13 +395,13 @@ TEST(Figures, SimulatedValuesOfSeveralRuns) {
   EXPECT_DOUBLE_EQ(f.position.measured.horizontal_m[2], 5);
 }
 
-TEST(Figures, IntervalsAreThoseOfTheBootstrap) {
+TEST(ModelFigures, IntervalsAreThoseOfTheBootstrap) {
   const Hand hand = random_comparison();
   FigureOptions options;
   options.block_s = 20;
   options.resamples = 200;
   options.seed = 3;
-  const Figures f = hand.figures(options);
+  const ModelFigures f = hand.figures(options);
   test::BootstrapOptions long_way;
   long_way.block = 20;
   long_way.resamples = 200;
@@ -459,7 +460,7 @@ TEST(Headlines, ByHand) {
   EXPECT_NEAR(*headline(all, "ks_cn0_los").simulated, 2.0 / 3, 1e-12);  // below 44: two of three against none
   EXPECT_EQ(headline(all, "satellites_used").simulated, 8);
   EXPECT_FALSE(headline(all, "spearman").simulated);
-  EXPECT_EQ(all.size(), headlines(Figures{}).size());
+  EXPECT_EQ(all.size(), headlines(ModelFigures{}).size());
   const std::vector<Headline> direct = headlines(hand.comparison, 0, 1);
   ASSERT_EQ(direct.size(), all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -519,7 +520,7 @@ TEST(Pool, ObservationsOfAllAndNoSecondTwice) {
                                         PooledPart{&fast.comparison, 0, 11, {}}};
   const Pooled pooled = pool(parts);
   ASSERT_EQ(pooled.comparison.epochs.size(), 5U);
-  const Figures f = figures(pooled.comparison, 0, 5, "all", Hand::no_intervals(), pooled.runs);
+  const ModelFigures f = figures(pooled.comparison, 0, 5, "all", Hand::no_intervals(), pooled.runs);
   EXPECT_EQ(f.runs, 2U);
   EXPECT_EQ(f.los, 5U);
   EXPECT_EQ(f.nlos, 2U);
@@ -587,15 +588,15 @@ TEST(RecordingTable, RowsAndTheirIntervals) {
   EXPECT_DOUBLE_EQ(j["classes"][0]["headlines"]["ks"]["interval_95"][1], 0.2);
 }
 
-TEST(Figures, NothingGivesNothing) {
+TEST(ModelFigures, NothingGivesNothing) {
   Hand hand;
-  const Figures none = hand.figures();
+  const ModelFigures none = hand.figures();
   EXPECT_EQ(none.epochs, 0U);
   EXPECT_FALSE(none.by_cn0);
   // An epoch whose errors have no clock, and a measured satellite without C/N0.
   hand.epoch().clock = ClockSource::None;
   hand.satellite(true).measured.tracked = true;
-  const Figures f = hand.figures();
+  const ModelFigures f = hand.figures();
   EXPECT_EQ(f.los, 0U);
   EXPECT_EQ(f.tracked_los.measured, 1U);
   EXPECT_FALSE(f.explained.back().median_difference_m);
@@ -610,14 +611,14 @@ void expect_no_nan(const std::string& text) {
   }
 }
 
-TEST(Figures, TextsOfFullAndEmpty) {
+TEST(ModelFigures, TextsOfFullAndEmpty) {
   Hand hand = random_comparison();
   hand.comparison.name = "a \"quoted\" | name";
   hand.comparison.segments = {{0, 300, 300, 90}};
-  const Figures full = hand.figures();
-  const Figures empty = Hand().figures();
+  const ModelFigures full = hand.figures();
+  const ModelFigures empty = Hand().figures();
 
-  Alignment alignment;
+  CityAlignment alignment;
   alignment.registration.east_m = 1.25;
   alignment.registration.heading_rad = geodesy::radians(2);
   alignment.score = kNan;  // never printed as such
@@ -643,7 +644,7 @@ TEST(Figures, TextsOfFullAndEmpty) {
   EXPECT_TRUE(second.at("position").at("measured").at("horizontal_error_m").at("p95").is_null());
   EXPECT_FALSE(json::parse(to_json({full}, {})).contains("alignment"));
 
-  for (const Figures& f : {full, empty}) expect_no_nan(to_text(f));
+  for (const ModelFigures& f : {full, empty}) expect_no_nan(to_text(f));
   EXPECT_THAT(to_text(full), HasSubstr("AUC"));
 
   const std::string table = models_table({full, empty});

@@ -1,4 +1,5 @@
-// Declared in canyon/studies/validation/figures.hpp.
+#include "canyon/studies/validation/figures_text.hpp"
+
 // Figures as JSON, for terminals and for documents.
 #include <fmt/format.h>
 
@@ -12,7 +13,6 @@
 #include "canyon/outputs/output/number.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 #include "canyon/studies/validation/alignment.hpp"
-#include "canyon/studies/validation/figures.hpp"
 #include "canyon/studies/validation/headlines.hpp"
 
 namespace canyon::validation {
@@ -134,7 +134,7 @@ Json json_of(const SignalFigures& f) {
   return json;
 }
 
-Json json_of(const Figures& f) {
+Json json_of(const ModelFigures& f) {
   Json json{{"model", f.model}, {"part", f.part}, {"epochs", f.epochs},
             {"runs", f.runs},   {"los", f.los},   {"nlos", f.nlos}};
   json["separation_by_cn0"] = json_of(f.by_cn0, "threshold_dbhz", -1, f.by_cn0_interval);
@@ -195,7 +195,7 @@ std::string spearman_text(const Explained& e) {
   return e.correlation ? shown(e.correlation->rho, 2) : kNone;
 }
 
-std::vector<FigureTable> separation_tables(const Figures& f) {
+std::vector<FigureTable> separation_tables(const ModelFigures& f) {
   const auto row = [](const char* name, const std::optional<Separation>& s, const std::optional<Interval>& i,
                       const char* unit) {
     if (!s) return Row{name, kNone, kNone, kNone, kNone};
@@ -225,7 +225,7 @@ FigureTable tracked_table(const char* title, const ObservationFigures& f) {
           {row("LOS", f.tracked_los), row("NLOS", f.tracked_nlos)}};
 }
 
-FigureTable explained_table(const Figures& f) {
+FigureTable explained_table(const ModelFigures& f) {
   FigureTable table{"NLOS observations that a modelled path explains",
                     {"Path", "n", "Share [%]", "Median |difference| [m]", "Spearman", "95 % interval"}};
   for (const Explained& e : f.explained) {
@@ -238,7 +238,7 @@ FigureTable explained_table(const Figures& f) {
 
 void add_distribution(FigureTable& table, const std::string& name, const DistributionPair& pair) {
   for (const Side side : kSides) {
-    const Distribution& d = pair.of(side);
+    const QuantileSummary& d = pair.of(side);
     Row& cells = table.rows.emplace_back(Row{name + word(side), fmt::to_string(d.n)});
     for (const double value : d.at) cells.push_back(shown(value, 1));
     cells.push_back(side == Side::Simulated ? shown(pair.ks, 3) : "");
@@ -255,7 +255,7 @@ FigureTable distributions_table(const std::string& title, const ObservationFigur
 }
 
 /// Signals beyond the first, which the other figures are of; then those that one side alone has.
-void add_further_signals(const Figures& f, std::vector<FigureTable>& tables) {
+void add_further_signals(const ModelFigures& f, std::vector<FigureTable>& tables) {
   FigureTable one_sided{"Signals not judged", {"Signal", "Recorded", "Tracked by the simulated"}};
   for (const SignalFigures& s : f.signals) {
     if (!s.judged()) {
@@ -268,7 +268,7 @@ void add_further_signals(const Figures& f, std::vector<FigureTable>& tables) {
   tables.push_back(one_sided);
 }
 
-FigureTable phase_table(const Figures& f) {
+FigureTable phase_table(const ModelFigures& f) {
   FigureTable table{"Carrier phase",
                     {"Signal", "LOS with phase [%]", "NLOS with phase [%]", "Between cycle slips [s]",
                      "Cycle slips", "LOS noise [mm]", "NLOS noise [mm]"}};
@@ -301,7 +301,7 @@ std::vector<Row> error_rows(const Sides<PositionFigures>& position) {
   return rows;
 }
 
-std::vector<FigureTable> position_tables(const Figures& f) {
+std::vector<FigureTable> position_tables(const ModelFigures& f) {
   const Row head{"Error [m]", "p5", "p25", "p50", "p75", "p95"};
   const auto availability = [](const char* name, const PositionFigures& p) {
     return Row{name, fmt::to_string(p.epochs), fmt::to_string(p.fixes), share_of(p.fixes, p.epochs),
@@ -343,7 +343,7 @@ std::vector<FigureTable> position_tables(const Figures& f) {
   return tables;
 }
 
-FigureTable segments_table(const Figures& f) {
+FigureTable segments_table(const ModelFigures& f) {
   FigureTable table{"By street",
                     {"Street", "Heading [deg]", "Length [m]", "Epochs", "Fixes [%]", "p50 [m]", "p95 [m]",
                      "Satellites used"},
@@ -380,32 +380,16 @@ std::optional<double> auc_of(const std::optional<Separation>& s) {
   return s ? std::optional(s->auc) : std::nullopt;
 }
 
-std::string to_json(const std::vector<Figures>& models, const std::optional<std::string>& alignment_json) {
+std::string to_json(const std::vector<ModelFigures>& models,
+                    const std::optional<std::string>& alignment_json) {
   Json json = Json::object();
   if (alignment_json) json["alignment"] = Json::parse(*alignment_json);
   json["models"] = Json::array();
-  for (const Figures& f : models) json["models"].push_back(json_of(f));
+  for (const ModelFigures& f : models) json["models"].push_back(json_of(f));
   return json.dump(2) + "\n";
 }
 
-std::string to_json(const Alignment& a) {
-  const Json json{{"east_m", a.registration.east_m},
-                  {"north_m", a.registration.north_m},
-                  {"heading_deg", geodesy::degrees(a.registration.heading_rad)},
-                  {"pivot_east_m", a.registration.pivot.x()},
-                  {"pivot_north_m", a.registration.pivot.y()},
-                  {"sigma_east_m", a.sigma_east_m},
-                  {"sigma_north_m", a.sigma_north_m},
-                  {"sigma_heading_deg", geodesy::degrees(a.sigma_heading_rad)},
-                  {"score", a.score},
-                  {"score_before", a.score_before},
-                  {"first_epoch", a.first},
-                  {"epochs", a.count},
-                  {"at_border", a.at_border}};
-  return json.dump(2) + "\n";
-}
-
-std::string never_tracked_text(const Figures& f) {
+std::string never_tracked_text(const ModelFigures& f) {
   std::string text;
   for (const NeverTracked& s : f.never_tracked) {
     text += fmt::format("{} {} ({:.0f} s)", text.empty() ? "" : ",", gnss::to_string(s.id), s.clear_s);
@@ -414,7 +398,7 @@ std::string never_tracked_text(const Figures& f) {
   return fmt::format("never tracked above 15 deg in clear view{}:{}", f.left_out ? ", left out" : "", text);
 }
 
-std::string to_text(const Figures& f) {
+std::string to_text(const ModelFigures& f) {
   std::vector<FigureTable> tables = separation_tables(f);
   tables.push_back(tracked_table("Tracked satellites above the mask", f));
   if (!f.never_tracked.empty()) tables.back().note = "Satellites " + never_tracked_text(f) + ".";
@@ -433,7 +417,7 @@ std::string to_text(const Figures& f) {
   return text;
 }
 
-std::string models_table(const std::vector<Figures>& models) {
+std::string models_table(const std::vector<ModelFigures>& models) {
   struct Column {
     std::string_view key, also = {}, title_of_both = {};
   };
@@ -449,12 +433,12 @@ std::string models_table(const std::vector<Figures>& models) {
                                        Column{"satellites_used"},
                                        Column{"horizontal_p50_m"},
                                        Column{"horizontal_p95_m"}};
-  const auto cell = [](std::string_view key, const Figures& f) {
+  const auto cell = [](std::string_view key, const ModelFigures& f) {
     return value_text(headline(*figure_info(key), f));
   };
   TextRow head{"model"};
   std::vector<TextRow> rows;
-  for (const Figures& f : models) rows.push_back({f.model});
+  for (const ModelFigures& f : models) rows.push_back({f.model});
   for (const Column& column : kColumns) {
     const bool both = !column.also.empty();
     head.emplace_back(both ? column.title_of_both : figure_info(column.key)->title);

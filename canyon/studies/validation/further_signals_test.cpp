@@ -12,6 +12,7 @@
 #include "canyon/sky/gnss/signals.hpp"
 #include "canyon/sky/rinex/observation_reader.hpp"
 #include "canyon/studies/validation/figures.hpp"
+#include "canyon/studies/validation/figures_text.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulated_recording.hpp"
@@ -38,7 +39,7 @@ std::vector<std::string> names_of(const std::vector<const gnss::Signal*>& signal
   return names;
 }
 
-Figures all_figures(const Comparison& comparison) {
+ModelFigures all_figures(const Comparison& comparison) {
   FigureOptions options;
   options.resamples = 0;
   return figures(comparison, 0, comparison.epochs.size(), "all", options);
@@ -96,7 +97,7 @@ TEST(FurtherSignals, PhaseNoiseIsThatOfTheLoop) {
     sigmas[signal.signal].push_back(std::hypot(m.carrier_phase_sigma_cycles, rounding) *
                                     geodesy::kSpeedOfLight / m.carrier_frequency_hz);
   });
-  const Figures f = all_figures(comparison);
+  const ModelFigures f = all_figures(comparison);
   ASSERT_EQ(f.signals.size(), 6U);
   for (const SignalFigures& s : f.signals) {
     ASSERT_TRUE(s.judged());
@@ -145,7 +146,7 @@ TEST(FurtherSignals, EmittedRecordingIsJudgedAsItsOwn) {
     at->second = *signal.measurement->phase_since;
   });
 
-  const Figures f = all_figures(comparison);
+  const ModelFigures f = all_figures(comparison);
   ASSERT_EQ(f.signals.size(), 6U);
   for (const SignalFigures& s : f.signals) {
     const Known& of_signal = known[s.signal];
@@ -201,7 +202,7 @@ TEST(FurtherSignals, OfOneSideAloneAreSaid) {
   const Recording recording = recorded.read();
   const Comparison all = compare_by(recorded, recording, 2);
   const Comparison fewer = compare_by(recorded, recording, 2, {"L1CA", "L1C", "L2C", "E1", "E5b"});
-  const Figures f = all_figures(fewer), f_all = all_figures(all);
+  const ModelFigures f = all_figures(fewer), f_all = all_figures(all);
   const std::string text = to_text(f);
   EXPECT_THAT(text, HasSubstr("\nSignals not judged\n"
                               "  Signal       Recorded  Tracked by the simulated\n"
@@ -209,7 +210,7 @@ TEST(FurtherSignals, OfOneSideAloneAreSaid) {
                               "  GPS L5            yes                        no\n"
                               "  Galileo E5a       yes                        no\n"));
   EXPECT_EQ(f.error_los_m.ks, f_all.error_los_m.ks);
-  const auto l2c = [](const Figures& figures) {
+  const auto l2c = [](const ModelFigures& figures) {
     return *std::find_if(figures.signals.begin(), figures.signals.end(),
                          [](const SignalFigures& s) { return s.name() == "GPS L2C"; });
   };

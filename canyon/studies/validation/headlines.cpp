@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "canyon/studies/validation/figures_text.hpp"
+
 namespace canyon::validation {
 namespace {
 
 using Number = std::optional<double>;
 using Kind = FigureInfo::Kind;
-using Of = Range::Of;
+using Of = FigureRange::Of;
 
 constexpr std::size_t kMedian = 2, kP95 = 4;
 static_assert(kQuantiles[kMedian] == 0.5 && kQuantiles[kP95] == 0.95);
@@ -19,72 +21,73 @@ Number known(double value) {
   return std::isnan(value) ? std::nullopt : Number(value);
 }
 template <std::size_t kQuantile>
-Number horizontal(const Figures& f, Side side) {
+Number horizontal(const ModelFigures& f, Side side) {
   return known(f.position.of(side).horizontal_m.at(kQuantile));
 }
 template <std::size_t kQuantile>
-Number own_horizontal(const Figures& f, Side side) {
+Number own_horizontal(const ModelFigures& f, Side side) {
   return known((side == Side::Measured ? *f.own_fixes : f.filtered.simulated).horizontal_m.at(kQuantile));
 }
-Number satellites_used(const Figures& f, Side side) {
+Number satellites_used(const ModelFigures& f, Side side) {
   return known(f.position.of(side).mean_used);
 }
 
 template <auto kShare>
-Number tracked(const Figures& f, Side side) {
+Number tracked(const ModelFigures& f, Side side) {
   return (f.*kShare).ratio(side);
 }
 template <auto kQuantity>
-Number middle(const Figures& f, Side side) {
+Number middle(const ModelFigures& f, Side side) {
   return known((f.*kQuantity).of(side).at[kMedian]);
 }
 template <auto kQuantity>
-Number distance(const Figures& f, Side /*both*/) {
+Number distance(const ModelFigures& f, Side /*both*/) {
   return (f.*kQuantity).ks;
 }
 template <auto kSeparation>
-Number auc(const Figures& f, Side /*both*/) {
+Number auc(const ModelFigures& f, Side /*both*/) {
   return auc_of(f.*kSeparation);
 }
-Number los_less_nlos(const Figures& f, Side side) {
-  const Number los = middle<&Figures::cn0_los_dbhz>(f, side), nlos = middle<&Figures::cn0_nlos_dbhz>(f, side);
+Number los_less_nlos(const ModelFigures& f, Side side) {
+  const Number los = middle<&ModelFigures::cn0_los_dbhz>(f, side),
+               nlos = middle<&ModelFigures::cn0_nlos_dbhz>(f, side);
   return los && nlos ? Number(*los - *nlos) : std::nullopt;
 }
 
-Number explained_share(const Figures& f, Side /*both*/) {
+Number explained_share(const ModelFigures& f, Side /*both*/) {
   return f.nlos > 0 && !f.explained.empty() ? Number(100 * f.explained.back().share) : std::nullopt;
 }
-Number tracked_over_time(const Figures& f, Side /*both*/) {
+Number tracked_over_time(const ModelFigures& f, Side /*both*/) {
   return f.tracked_over_time ? Number(f.tracked_over_time->rho) : std::nullopt;
 }
-Number spearman_of(const Figures& f, Side /*both*/) {
+Number spearman_of(const ModelFigures& f, Side /*both*/) {
   if (f.explained.empty() || !f.explained.back().correlation) return std::nullopt;
   return f.explained.back().correlation->rho;
 }
-Number median_difference(const Figures& f, Side /*both*/) {
+Number median_difference(const ModelFigures& f, Side /*both*/) {
   return f.explained.empty() ? std::nullopt : f.explained.back().median_difference_m;
 }
 
-constexpr Range kDistance{Of::Value, 0, 0.2};
-constexpr Range kTenth{Of::Difference, 0, 0.1};
-constexpr Range kRatio{Of::Ratio, 0.7, 1.4};
+constexpr FigureRange kDistance{Of::Value, 0, 0.2};
+constexpr FigureRange kTenth{Of::Difference, 0, 0.1};
+constexpr FigureRange kRatio{Of::Ratio, 0.7, 1.4};
 
 constexpr Kind kModel = Kind::OfModel, kBoth = Kind::Both, kPair = Kind::Pair, kOwn = Kind::OwnFixes;
 constexpr FigureInfo kFigures[]{
-    {"auc_cn0", "AUC C/N0", 3, kModel, auc<&Figures::by_cn0>},
-    {"auc_error", "AUC error", 3, kModel, auc<&Figures::by_error>},
+    {"auc_cn0", "AUC C/N0", 3, kModel, auc<&ModelFigures::by_cn0>},
+    {"auc_error", "AUC error", 3, kModel, auc<&ModelFigures::by_error>},
     {"nlos_explained", "NLOS explained [%]", 1, kModel, explained_share},
     {"horizontal_p50_m", "horizontal p50 [m]", 1, kPair, horizontal<kMedian>, kRatio},
     {"horizontal_p95_m", "p95 [m]", 1, kPair, horizontal<kP95>, kRatio},
-    {"tracked_los", "tracked LOS", 2, kPair, tracked<&Figures::tracked_los>, kTenth},
-    {"tracked_nlos", "tracked NLOS", 2, kPair, tracked<&Figures::tracked_nlos>, kTenth},
-    {"cn0_los_dbhz", "C/N0 LOS [dB-Hz]", 1, kPair, middle<&Figures::cn0_los_dbhz>},
-    {"cn0_nlos_dbhz", "C/N0 NLOS [dB-Hz]", 1, kPair, middle<&Figures::cn0_nlos_dbhz>},
+    {"tracked_los", "tracked LOS", 2, kPair, tracked<&ModelFigures::tracked_los>, kTenth},
+    {"tracked_nlos", "tracked NLOS", 2, kPair, tracked<&ModelFigures::tracked_nlos>, kTenth},
+    {"cn0_los_dbhz", "C/N0 LOS [dB-Hz]", 1, kPair, middle<&ModelFigures::cn0_los_dbhz>},
+    {"cn0_nlos_dbhz", "C/N0 NLOS [dB-Hz]", 1, kPair, middle<&ModelFigures::cn0_nlos_dbhz>},
     {"cn0_los_less_nlos_db", "LOS less NLOS [dB]", 1, kPair, los_less_nlos, {Of::Difference, 0, 2}},
-    {"ks_cn0_los", "KS C/N0 LOS", 2, kBoth, distance<&Figures::cn0_los_dbhz>, kDistance},
-    {"ks_cn0_nlos", "KS C/N0 NLOS", 2, kBoth, distance<&Figures::cn0_nlos_dbhz>, kDistance},
-    {"ks_error_los", "KS error LOS", 2, kBoth, distance<&Figures::error_los_m>, kDistance},
-    {"ks_error_nlos", "KS error NLOS", 2, kBoth, distance<&Figures::error_nlos_m>, kDistance},
+    {"ks_cn0_los", "KS C/N0 LOS", 2, kBoth, distance<&ModelFigures::cn0_los_dbhz>, kDistance},
+    {"ks_cn0_nlos", "KS C/N0 NLOS", 2, kBoth, distance<&ModelFigures::cn0_nlos_dbhz>, kDistance},
+    {"ks_error_los", "KS error LOS", 2, kBoth, distance<&ModelFigures::error_los_m>, kDistance},
+    {"ks_error_nlos", "KS error NLOS", 2, kBoth, distance<&ModelFigures::error_nlos_m>, kDistance},
     {"satellites_used", "satellites used", 1, kPair, satellites_used, {Of::Difference, 0, 1}},
     {"tracked_over_time", "tracked over time", 2, kBoth, tracked_over_time, {Of::Value, 1, 0.5}},
     {"spearman", "Spearman", 2, kBoth, spearman_of, {Of::Value, 1, 0.6}},
@@ -102,14 +105,14 @@ std::string pair_text(const Headline& h, const Value& measured, const Value& sim
 
 }  // namespace
 
-std::optional<double> Range::compared(const Number& measured, const Number& simulated) const {
+std::optional<double> FigureRange::compared(const Number& measured, const Number& simulated) const {
   if (of == Of::Nothing || !simulated) return std::nullopt;
   if (of == Of::Value) return simulated;
   if (!measured || (of == Of::Ratio && !(*measured > 0))) return std::nullopt;
   return of == Of::Difference ? *simulated - *measured : *simulated / *measured;
 }
 
-double Range::distance(double compared) const {
+double FigureRange::distance(double compared) const {
   if (of != Of::Ratio) return (compared - low) / (end - low);
   return std::log(compared) / (compared < 1 ? -std::log(low) : std::log(end));
 }
@@ -125,7 +128,7 @@ std::optional<bool> Headline::within() const {
   return away ? std::optional(std::abs(*away) <= 1 + kRounding) : std::nullopt;
 }
 
-std::string Range::text() const {
+std::string FigureRange::text() const {
   if (of == Of::Ratio) return fmt::format("{} to {}", low, end);
   const char* const words = of == Of::Difference ? "within" : low > end ? "at least" : "at most";
   return fmt::format("{} {}{}", words, end, unit);
@@ -141,13 +144,13 @@ const FigureInfo* figure_info(std::string_view key) {
   return at != std::end(kFigures) ? &*at : nullptr;
 }
 
-Headline headline(const FigureInfo& info, const Figures& f) {
+Headline headline(const FigureInfo& info, const ModelFigures& f) {
   Headline h{info, {}, info.value(f, Side::Simulated), {}, {}};
   if (h.pair()) h.measured = info.value(f, Side::Measured);
   return h;
 }
 
-std::vector<Headline> headlines(const Figures& f) {
+std::vector<Headline> headlines(const ModelFigures& f) {
   std::vector<Headline> result;
   for (const FigureInfo& info : kFigures) {
     const bool shown = info.kind != Kind::OfModel && (info.kind != Kind::OwnFixes || f.own_fixes);

@@ -14,7 +14,7 @@
 namespace canyon::validation {
 
 /// Where a simulated figure should lie.
-struct Range {
+struct FigureRange {
   enum class Of { Nothing, Value, Difference, Ratio };  ///< the figure, less the recorded one, or over it
 
   Of of = Of::Nothing;
@@ -40,13 +40,13 @@ struct FigureInfo {
     Pair,     ///< one value of the measured, one of the simulated
     OwnFixes  ///< as Pair, in recordings that have fixes of their own
   };
-  using Value = std::optional<double> (*)(const Figures& figures, Side side);
+  using Value = std::optional<double> (*)(const ModelFigures& figures, Side side);
 
   std::string_view key, title;
   int decimals = 1;
   Kind kind = Kind::Both;
   Value value = nullptr;
-  Range range = {};
+  FigureRange range = {};
 };
 /// All, in the order of tables.
 [[nodiscard]] std::span<const FigureInfo> figure_infos();
@@ -63,15 +63,15 @@ struct Headline {
   [[nodiscard]] bool pair() const {
     return info.kind == FigureInfo::Kind::Pair || info.kind == FigureInfo::Kind::OwnFixes;
   }
-  /// Range::distance() of it; empty without a range, and where a value is missing.
+  /// FigureRange::distance() of it; empty without a range, and where a value is missing.
   [[nodiscard]] std::optional<double> distance() const;
   /// Whether it lies in its range (docs/results.md has them); empty as distance().
   [[nodiscard]] std::optional<bool> within() const;
 };
-[[nodiscard]] Headline headline(const FigureInfo& info, const Figures& figures);
+[[nodiscard]] Headline headline(const FigureInfo& info, const ModelFigures& figures);
 /// Headlines without intervals, always the same ones in the same order; those of own fixes, if any, come
 /// last.
-[[nodiscard]] std::vector<Headline> headlines(const Figures& figures);
+[[nodiscard]] std::vector<Headline> headlines(const ModelFigures& figures);
 /// headlines() of figures() of these epochs, without the figures that have no headline.
 [[nodiscard]] std::vector<Headline> headlines(const Comparison& comparison, std::size_t first,
                                               std::size_t count);

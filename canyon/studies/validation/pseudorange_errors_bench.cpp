@@ -1,4 +1,5 @@
 #include "canyon/studies/validation/pseudorange_errors.hpp"
+#include "canyon/studies/validation/receiver_clock.hpp"
 
 #include <benchmark/benchmark.h>
 

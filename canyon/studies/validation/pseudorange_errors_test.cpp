@@ -1,4 +1,5 @@
 #include "canyon/studies/validation/pseudorange_errors.hpp"
+#include "canyon/studies/validation/receiver_clock.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -164,7 +165,7 @@ TEST(PseudorangeErrors, SingleClearSatelliteOfAnySystemGivesTheClock) {
         << gnss::to_string(o.id) << " " << o.epoch;
   }
   // With two wanted, these epochs fall back to all satellites and hide what is common, and say so.
-  ClockOptions two;
+  ReceiverClockOptions two;
   two.min_clear = 2;
   const auto fallen = remove_receiver_clock(residuals, clear_view, two);
   for (std::size_t e = 0; e < 60; ++e) {

@@ -1,6 +1,6 @@
-// Declared in canyon/studies/validation/pseudorange_errors.hpp.
-// Step two of pseudorange_errors.hpp: receiver clock and inter-system biases.
+#include "canyon/studies/validation/receiver_clock.hpp"
 
+// Step two of pseudorange_errors.hpp: receiver clock and inter-system biases.
 #include <Eigen/Core>
 #include <Eigen/QR>
 #include <algorithm>
@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "canyon/receiver/positioning/positioning_options.hpp"
-#include "canyon/studies/validation/pseudorange_errors.hpp"
 #include "canyon/studies/validation/statistics.hpp"
 
 namespace canyon::validation {
@@ -44,7 +43,7 @@ double weighted_median(std::vector<std::pair<double, double>>& value_and_weight)
 class ClockEstimator {
  public:
   ClockEstimator(const PseudorangeResiduals& residuals, const ClearView& clear_view,
-                 const ClockOptions& options)
+                 const ReceiverClockOptions& options)
       : residuals_(residuals), options_(options) {
     result_.observations.resize(residuals.observations.size());
     result_.clocks.resize(residuals.epochs.size());
@@ -336,7 +335,7 @@ class ClockEstimator {
   }
 
   const PseudorangeResiduals& residuals_;
-  const ClockOptions& options_;
+  const ReceiverClockOptions& options_;
   PseudorangeErrors result_;
   std::vector<double> origin_;               ///< median residual of each epoch [m]
   std::vector<double> clock_;                ///< of each epoch about its origin [m]
@@ -350,7 +349,7 @@ class ClockEstimator {
 }  // namespace
 
 PseudorangeErrors remove_receiver_clock(const PseudorangeResiduals& residuals, const ClearView& clear_view,
-                                        const ClockOptions& options) {
+                                        const ReceiverClockOptions& options) {
   return ClockEstimator(residuals, clear_view, options).estimate();
 }
 

@@ -21,6 +21,7 @@
 #include "canyon/sky/rinex/navigation_reader.hpp"
 #include "canyon/sky/rinex/observation_reader.hpp"
 #include "canyon/studies/validation/pseudorange_errors.hpp"
+#include "canyon/studies/validation/receiver_clock.hpp"
 #include "canyon/studies/validation/statistics.hpp"
 #include "tests/support/bootstrap.hpp"
 #include "tests/support/shared_data.hpp"
@@ -143,7 +144,7 @@ std::vector<Judged> judge(const Drive& drive, const DriveRays& rays, const Pseud
 struct DriveFigures {
   std::vector<double> los_m, nlos_m, specular_difference_m, mirror_difference_m;
   std::optional<Separation> by_cn0, by_error;
-  std::optional<Correlation> specular, mirror;
+  std::optional<RankCorrelation> specular, mirror;
 
   [[nodiscard]] double nlos_share() const {
     return static_cast<double>(nlos_m.size()) / static_cast<double>(nlos_m.size() + los_m.size());
@@ -203,7 +204,7 @@ void print(const char* name, std::span<const double> values) {
 }
 
 DriveFigures report(const char* name, const Drive& drive, const DriveRays& rays,
-                    const ClockOptions& options = {}) {
+                    const ReceiverClockOptions& options = {}) {
   const PseudorangeErrors errors = remove_receiver_clock(drive.residuals, rays.clear_view(), options);
   const std::vector<Judged> all = judge(drive, rays, errors);
   DriveFigures f = figures(all);
@@ -276,7 +277,7 @@ TEST(RecordedDrive, Gps) {
 
   // Clocks from all satellites wherever fewer than four stand in clear view: NLOS errors leak into them. That
   // is near the README's figures.
-  ClockOptions four;
+  ReceiverClockOptions four;
   four.min_clear = 4;
   const DriveFigures leaked = report("GPS", drive, rays, four);
   EXPECT_NEAR(leaked.by_error->auc, 0.85, 0.02);

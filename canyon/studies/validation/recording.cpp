@@ -1,4 +1,5 @@
-// Declared in canyon/studies/validation/comparison.hpp.
+#include "canyon/studies/validation/recording.hpp"
+
 // A recording and its truth, brought to a scenario's sky and city.
 #include <fmt/format.h>
 
@@ -299,6 +300,37 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
     recording.warnings.push_back(*std::move(warning));
   if (options.nmea) add_own_fixes(*options.nmea, path.trajectory, lever_arm_m, {true, geoid_m}, recording);
   return recording;
+}
+
+Eigen::Vector3d Registration::place_in_city(const Eigen::Vector3d& enu) const {
+  const Eigen::Vector2d moved =
+      Eigen::Rotation2Dd(-heading_rad) * (enu.head<2>() - pivot - Eigen::Vector2d(east_m, north_m)) + pivot;
+  return {moved.x(), moved.y(), enu.z()};
+}
+
+Eigen::Vector3d Registration::direction_in_city(const Eigen::Vector3d& enu) const {
+  const Eigen::Vector2d turned = Eigen::Rotation2Dd(-heading_rad) * enu.head<2>();
+  return {turned.x(), turned.y(), enu.z()};
+}
+
+Registration Registration::then(double more_east_m, double more_north_m, double more_heading_rad,
+                                const Eigen::Vector2d& about) const {
+  const Eigen::Vector2d offset =
+      Eigen::Rotation2Dd(more_heading_rad) * (pivot + Eigen::Vector2d(east_m, north_m) - about) + about +
+      Eigen::Vector2d(more_east_m, more_north_m) - pivot;
+  return {offset.x(), offset.y(), heading_rad + more_heading_rad, pivot};
+}
+
+Eigen::Vector3d Recording::place_in_city(const raytrace::RayScene& scene, const Registration& moved,
+                                         std::size_t epoch) const {
+  Eigen::Vector3d place = moved.place_in_city(places[epoch].enu_m);
+  if (antenna_above_terrain_m) {
+    // Beyond the map's edge the height of the unmoved city stays.
+    if (const auto terrain = scene.terrain_height(place.x(), place.y())) {
+      place.z() = *terrain + *antenna_above_terrain_m;
+    }
+  }
+  return place;
 }
 
 }  // namespace canyon::validation

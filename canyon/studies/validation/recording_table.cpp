@@ -156,7 +156,7 @@ std::string score_card(const std::vector<RecordingRow>& rows) {
   }
   std::vector<TextRow> lines;
   for (const FigureInfo& info : figure_infos()) {
-    const bool ratio = info.range.of == Range::Of::Ratio;
+    const bool ratio = info.range.of == FigureRange::Of::Ratio;
     TextRow line{"", info.range.text() + (ratio ? " of recorded" : "")};
     for (const RecordingRow* row : recordings) {
       const Headline* h = headline_with(row->headlines, info.key);

@@ -18,7 +18,7 @@ struct RecordingRow {
   std::string receiver_class;  ///< may be empty
   std::vector<Headline> headlines;
   // A recording has:
-  std::string part;           ///< Figures::part
+  std::string part;           ///< ModelFigures::part
   std::string never_tracked;  ///< never_tracked_text()
   std::string figures_json;   ///< to_json() of its models, alone
   // A class has:

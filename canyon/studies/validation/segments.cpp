@@ -1,4 +1,5 @@
-// Declared in canyon/studies/validation/comparison.hpp.
+#include "canyon/studies/validation/segments.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -41,7 +42,7 @@ double misfit(const Piece& a, const Piece& b) {
 
 }  // namespace
 
-std::vector<Segment> street_segments(std::span<const Eigen::Vector3d> places) {
+std::vector<StreetSegment> street_segments(std::span<const Eigen::Vector3d> places) {
   if (places.empty()) return {};
   const double turn = geodesy::radians(30);
   std::vector<Piece> pieces(1);
@@ -71,9 +72,9 @@ std::vector<Segment> street_segments(std::span<const Eigen::Vector3d> places) {
     into->join(*(into + 1));
     pieces.erase(into + 1);
   }
-  std::vector<Segment> segments;
+  std::vector<StreetSegment> segments;
   for (const Piece& piece : pieces) {
-    Segment segment;
+    StreetSegment segment;
     segment.first = piece.first;
     segment.count = piece.count;
     segment.length_m = piece.length_m;

@@ -10,6 +10,7 @@
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/sky/rinex/observation_reader.hpp"
 #include "canyon/studies/validation/pseudorange_errors.hpp"
+#include "canyon/studies/validation/receiver_clock.hpp"
 #include "canyon/studies/validation/statistics.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/source_dir.hpp"

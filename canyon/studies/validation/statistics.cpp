@@ -40,7 +40,8 @@ std::vector<double> midranks(std::span<const double> values) {
   return ranks;
 }
 
-std::optional<Correlation> spearman(std::span<const double> x, std::span<const double> y, double confidence) {
+std::optional<RankCorrelation> spearman(std::span<const double> x, std::span<const double> y,
+                                        double confidence) {
   assert(x.size() == y.size());
   assert(confidence > 0 && confidence < 1);
   if (x.size() < 3) return std::nullopt;
@@ -54,7 +55,7 @@ std::optional<Correlation> spearman(std::span<const double> x, std::span<const d
     bb += (b[i] - mean) * (b[i] - mean);
   }
   if (aa == 0 || bb == 0) return std::nullopt;
-  Correlation result;
+  RankCorrelation result;
   result.n = x.size();
   result.rho = std::clamp(ab / std::sqrt(aa * bb), -1.0, 1.0);
   const double rest = 1 - result.rho * result.rho;

@@ -20,7 +20,7 @@ namespace canyon::validation {
 /// Ranks from 1; equal values share the mean of theirs.
 [[nodiscard]] std::vector<double> midranks(std::span<const double> values);
 
-struct Correlation {
+struct RankCorrelation {
   double rho = 0;  ///< Spearman's, [-1, 1]
   /// Confidence interval on Fisher's z with variance (1 + rho^2 / 2) / (n - 3) (Bonett and Wright,
   /// Psychometrika 65, 2000), of independent pairs; [-1, 1] below n = 4.
@@ -29,8 +29,8 @@ struct Correlation {
 };
 /// Spearman's rank correlation with ties: Pearson's of the midranks. Empty for fewer than three pairs, or
 /// where one side is constant. @param x @param y of one length (asserted) @param confidence in (0, 1)
-[[nodiscard]] std::optional<Correlation> spearman(std::span<const double> x, std::span<const double> y,
-                                                  double confidence = 0.95);
+[[nodiscard]] std::optional<RankCorrelation> spearman(std::span<const double> x, std::span<const double> y,
+                                                      double confidence = 0.95);
 
 struct Separation {
   /// Probability that a positive scores above a negative, equals counted half: the area under the ROC curve,

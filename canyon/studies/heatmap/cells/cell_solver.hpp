@@ -3,10 +3,14 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "canyon/base/options/fwd.hpp"
+#include "canyon/receiver/positioning/positioning_options.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/run/scenario/scenario.hpp"
 #include "canyon/studies/heatmap/kernels/layers.hpp"
 #include "canyon/studies/heatmap/kernels/tile_tracer.hpp"
 
@@ -23,8 +27,9 @@ void visit(options::Visitor& v, DrawOptions& o);
 
 /// Computation of receivers whose signals have strength.
 enum class ReceiverModel : std::uint8_t {
-  SteadyState,  ///< of their loops and fix, computed without running them (SteadyReceivers), where that fits
-  Run,          ///< each is run (CellReceivers): some hundred times slower, and the reference of the other
+  SteadyState,  ///< of their loops and fix, computed without running them (CellMethod::Steady), where that
+                ///< fits
+  Run,          ///< each is run (CellMethod::Run): some hundred times slower, and the reference of the other
 };
 struct CellReceiverOptions {
   ReceiverModel model = ReceiverModel::SteadyState;
@@ -35,6 +40,50 @@ struct CellReceiverOptions {
 };
 /// Visits its fields.
 void visit(options::Visitor& v, CellReceiverOptions& o);
+
+/// How the cells of a map are computed, fastest first.
+enum class CellMethod : std::uint8_t {
+  /// Geometry alone, for receivers whose signals have no strength: cells that receive the same satellites
+  /// share one fix (solve_shared()).
+  Shared,
+  /// The state of loops and fix at rest, without the time until they rest: the same draws as Run, the same
+  /// paths' strengths and random phases, loops where they rest (tracking::LaneCodeLock), the fix linear about
+  /// the place (CellFix). Paths are traced at one cell of each block of cells (a node) and constructed anew
+  /// at the cells about it (Propagator::trace_near()): paths that no node about a cell has are missed there;
+  /// diffuse paths are those of the block's node. docs/heatmap.md states what that costs.
+  Steady,
+  /// A receiver::Receiver for each cell and draw (ReceiverDraws). Values without noise are those of draw 0 of
+  /// a receiver without errors from space that states C/N0 without noise, whose satellites have no constant
+  /// of their own and no shadow by what the map lacks and an empty street, with the noise taken out of its
+  /// pseudoranges (its mean stays) and solved by positioning::solve_fix(): weights are what the receiver
+  /// believes. Availability of signals with strength is the share of draws that have a fix.
+  ///
+  /// Layers of RTK: the receiver of each draw stands still, has tracked for long
+  /// (SignalLockOptions::warm_start) and knows all ephemerides. From the time of the map on it measures once
+  /// a second, with the corrections of a base, for LimitOptions::rtk_s. Satellites and paths move meanwhile.
+  /// The base measures the same sky: draw d of it and of every cell has the same errors from space.
+  /// Corrections come as relative::CorrectionOptions say. Const, thread-safe.  Some thousand times slower
+  /// than one look: each second is traced, and each draw has a filter of its own.
+  Run,
+};
+
+/// The fastest method that computes the fix of this receiver.
+[[nodiscard]] CellMethod cell_method(const simulation::ReceiverConfig& receiver);
+
+/// A receiver that moves through cells.
+struct Movement {
+  simulation::MapOptions how;                 ///< Driving or Flying
+  positioning::PositionFilterOptions filter;  ///< enabled
+};
+/// The receiver of a map and how its cells are computed.
+struct CellReceiver {
+  const simulation::ReceiverConfig& config;
+  const simulation::ReceiverConfig* base = nullptr;  ///< at a fixed place, settled, for layers of RTK
+  DrawOptions draws;
+  CellReceiverOptions how;
+  LimitOptions limits;
+  std::optional<Movement> movement;  ///< of Steady; empty: it stands in each cell
+};
 
 /// Gives layers of a tile's cells at one time. Each kind computes a part of a receiver and leaves out what
 /// cell_method() says that the receiver's cells do not need. Directions are those of the tile's centre but
@@ -59,5 +108,18 @@ class CellSolver {
   CellSolver(const CellSolver&) = default;
   CellSolver& operator=(const CellSolver&) = default;
 };
+
+/// The solver of a method, of the layers of_solver(). For Shared any receiver will do where line of sight
+/// alone is asked for. Environment, tracer and the receiver's configs must outlive it. Throws InputError for
+/// options that do not validate().
+[[nodiscard]] std::unique_ptr<const CellSolver> cell_solver(CellMethod method,
+                                                            const simulation::Environment& environment,
+                                                            const TileTracer& tracer,
+                                                            const CellReceiver& receiver);
+/// Solvers that give the layers together, but for SkyView. Likewise; throws InputError for too many epochs of
+/// a base too.
+[[nodiscard]] std::vector<std::unique_ptr<const CellSolver>> cell_solvers(
+    const simulation::Environment& environment, const TileTracer& tracer, const CellReceiver& receiver,
+    std::span<const Layer> layers);
 
 }  // namespace canyon::heatmap

@@ -12,12 +12,6 @@
 
 namespace canyon::heatmap {
 
-/// A receiver that moves through cells.
-struct Movement {
-  simulation::MapOptions how;                 ///< Driving or Flying
-  positioning::PositionFilterOptions filter;  ///< enabled
-};
-
 /// Layers that change with the motion.
 [[nodiscard]] bool of_motion(Layer layer);
 
@@ -46,7 +40,7 @@ class MovingFixes {
     float east_m = 0, north_m = 0, up_m = 0;
     float horizontal_m2 = 0, vertical_m2 = 0;  ///< variances; 0: no fix
   };
-  struct Track;
+  struct WayFilter;
   template <typename F>
   void sweep(int east, int north, const F& f) const;
   [[nodiscard]] std::vector<std::uint8_t> longest_axes() const;

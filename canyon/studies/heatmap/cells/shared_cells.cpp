@@ -15,8 +15,8 @@
 #include "canyon/base/random.hpp"
 #include "canyon/receiver/own_draws.hpp"
 #include "canyon/studies/heatmap/cells/cell_fix.hpp"
-#include "canyon/studies/heatmap/cells/cell_receivers.hpp"
 #include "canyon/studies/heatmap/cells/cell_values.hpp"
+#include "canyon/studies/heatmap/cells/receiver_draws.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -122,11 +122,28 @@ class SharedTile {
     vertical_quantiles_ = is_wanted(Layer::VerticalErrorP50) || is_wanted(Layer::VerticalErrorP95);
     if (!fixes_) return;
     noise_m_.assign(2 * signals.satellites.size() * draws_, 0);
+    std::vector<gnss::SatelliteId> ids;
+    for (const orbit::LineOfSight& line : signals.satellites) ids.push_back(line.id);
+    const auto space =
+        space_of_draws(receiver.space.get(), receiver.draws, time, static_cast<int>(draws_), ids);
+    std::vector<errors::SpaceErrors::Reception> receptions;
+    for (const errors::SpaceErrors& each : space) {
+      receptions.push_back(each.reception(time, geodesy::ecef_from_geodetic(errors_.centre)));
+    }
     for (const orbit::LineOfSight& line : signals.satellites) {
       const gnss::Signal* signal = errors_.signal_of(line.id);
       if (signal == nullptr) signal = &gnss::signals_of(line.id.system).front();
       ranges_.push_back(range_of(line, *signal));
-      if (draws_ > 0) draw_noise(ranges_.size() - 1, *signal);
+      if (draws_ == 0) continue;
+      draw_noise(ranges_.size() - 1, *signal);
+      double* const own = noise_m_.data() + (ranges_.size() - 1) * draws_;
+      const double carrier_hz = gnss::carrier_hz(*signal, line.state.carrier_frequency_hz);
+      const double without_m = errors_.error_m({line, {}}, *signal, carrier_hz);
+      for (std::size_t d = 0; d < space.size(); ++d) {
+        propagation::SatelliteView view{line, {}};
+        view.space = space[d].at(line, receptions[d]);
+        own[d] += errors_.error_m(view, *signal, carrier_hz) - without_m;
+      }
     }
   }
 
@@ -231,13 +248,11 @@ class SharedTile {
     return receiver::bias_drift(receiver_.options, seed, signal).advance(0);
   }
 
-  /// The noise of each draw beside range_of().
+  /// The receiver's noise of each draw beside range_of().
   void draw_noise(std::size_t satellite, const gnss::Signal& signal) {
     const receiver::ReceiverOptions& options = receiver_.options;
     const receiver::NoiseOptions& noise = options.noise;
-    // Cells draw errors from space separately for each satellite.
-    const double sigma_m = std::hypot(noise.enabled ? noise.ou.standard_deviation_m() : 0,
-                                      options.orbit_errors ? receiver::kSpaceSigma_m : 0);
+    const double sigma_m = noise.enabled ? noise.ou.standard_deviation_m() : 0;
     const std::string key = fmt::format("heatmap/{}/{}", gnss::to_string(signals_.satellites[satellite].id),
                                         errors_.time.nanoseconds());
     RandomStream code(receiver_.draws.seed, key + "/code"), mean(receiver_.draws.seed, key + "/mean");
@@ -284,22 +299,6 @@ void solve_shared(const SharedReceiver& receiver, const TileCells& cells, geodes
       tile.solve(first + b, received, los).store(wanted, layers, first + b);
     }
   }
-}
-
-SharedCells::SharedCells(const TileTracer& tracer, SharedReceiver receiver)
-    : tracer_(&tracer), receiver_(std::move(receiver)) {
-  receiver_.options.validate();
-  receiver_.draws.validate();
-  receiver_.limits.validate();
-}
-
-bool SharedCells::solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
-                        std::span<const std::span<float>> layers,
-                        const std::function<bool()>& /*stop*/) const {
-  static thread_local TileSignals signals;  // kept for its memory
-  tracer_->trace(cells, time, std::any_of(wanted.begin(), wanted.end(), needs_signals), signals);
-  solve_shared(receiver_, cells, time, signals, wanted, layers);
-  return true;
 }
 
 }  // namespace canyon::heatmap

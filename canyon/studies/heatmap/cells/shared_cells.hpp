@@ -1,9 +1,11 @@
 #pragma once
 
 #include <map>
+#include <memory>
 
 #include "canyon/receiver/receiver_options.hpp"
 #include "canyon/sky/gnss/navigation_data.hpp"
+#include "canyon/sky/space_errors.hpp"
 #include "canyon/studies/heatmap/cells/cell_solver.hpp"
 
 namespace canyon::heatmap {
@@ -14,34 +16,19 @@ struct SharedReceiver {
   DrawOptions draws;
   std::map<gnss::System, gnss::Klobuchar> klobuchar;
   LimitOptions limits;
+  std::shared_ptr<const errors::SpaceErrors> space = nullptr;  ///< null: none
 };
 
 /// Layers of a tile from its signals. Cells that receive the same satellites share one solution (CellFix).
 /// Errors of pseudoranges are excess, the receiver's delays, the noise's mean, and the atmosphere in the
 /// signal less what the fix takes off, at the tile's centre. Noise is drawn from the stationary distribution
 /// of each satellite's process, drifting mean included (the cell's receiver is at rest), by a stream of its
-/// own for each satellite and time.
+/// own for each satellite and time; errors from space of a draw are those of its seed_of(), at the centre.
 ///
 /// @param signals of at most 128 satellites, else InputError. Without excess LargestExcess is NaN, and DOPs,
 /// counts and availability are those of a receiver without reflections.
 void solve_shared(const SharedReceiver& receiver, const TileCells& cells, geodesy::GpsTime time,
                   const TileSignals& signals, std::span<const Layer> wanted,
                   std::span<const std::span<float>> layers);
-
-/// solve_shared() of what a tracer finds at the cells. For any receiver where line of sight alone is asked
-/// for.
-class SharedCells final : public CellSolver {
- public:
-  /// The tracer must outlive it. Throws InputError for options that do not validate().
-  SharedCells(const TileTracer& tracer, SharedReceiver receiver);
-
-  [[nodiscard]] bool solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
-                           std::span<const std::span<float>> layers,
-                           const std::function<bool()>& stop) const override;
-
- private:
-  const TileTracer* tracer_;
-  SharedReceiver receiver_;
-};
 
 }  // namespace canyon::heatmap

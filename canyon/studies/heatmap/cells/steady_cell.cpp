@@ -216,9 +216,9 @@ void SteadyCell::follow_strongest() {
 }
 
 /// A path against one that a channel tracks, as Channel::gather() has it.
-SteadyCell::Against SteadyCell::against(const SteadySatellite& s, const CellPath& path,
-                                        const CellPath& tracked) const {
-  Against result;
+SteadyCell::PathSum SteadyCell::path_sum(const SteadySatellite& s, const CellPath& path,
+                                         const CellPath& tracked) const {
+  PathSum result;
   const double power = std::norm(path.amplitude);
   const double fading_hz = tracking::fading_rate_hz(path.rate_mps - tracked.rate_mps, s.wavelength_m);
   if (!path.diffuse) {
@@ -250,11 +250,11 @@ void SteadyCell::fill_lanes(const SteadySatellite& s) {
   lanes_.clear(lanes);
   for (const CellPath& p : paths_) {
     const std::size_t at = lanes_.add(p.excess_m / chip_m);
-    against_.assign(paths_.size(), std::nullopt);
+    sums_.assign(paths_.size(), std::nullopt);
     for (std::size_t i = 0; i < lanes; ++i) {
-      std::optional<Against>& known = against_[tracked_[i]];
-      if (!known) known = against(s, p, paths_[tracked_[i]]);
-      const Against& c = *known;
+      std::optional<PathSum>& known = sums_[tracked_[i]];
+      if (!known) known = path_sum(s, p, paths_[tracked_[i]]);
+      const PathSum& c = *known;
       const float factor = p.factor != nullptr ? p.factor[i] : 1;
       float re = c.re, im = c.im;
       if (p.re != nullptr) {

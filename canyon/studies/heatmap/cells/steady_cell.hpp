@@ -65,7 +65,7 @@ class SteadyCell {
     bool diffuse = false;
   };
   /// A path's sum over integration and loop filter while another path is tracked.
-  struct Against {
+  struct PathSum {
     float re = 0, im = 0;          ///< part that adds up with its phase; of a bundle, for a power of 1
     float incoherent = 0;          ///< power that adds up without; of a bundle, its share
     float coherent = 0, mean = 0;  ///< of a bundle: its share, and its power
@@ -83,8 +83,8 @@ class SteadyCell {
   /// each lane. Null: everything. @param arrival unit, ENU
   const float* obstacles(const Eigen::Vector3d& arrival);
   void follow_strongest();
-  [[nodiscard]] Against against(const SteadySatellite& satellite, const CellPath& path,
-                                const CellPath& tracked) const;
+  [[nodiscard]] PathSum path_sum(const SteadySatellite& satellite, const CellPath& path,
+                                 const CellPath& tracked) const;
   void fill_lanes(const SteadySatellite& satellite);
   void measure(std::size_t satellite);
   void compute(const Eigen::Vector3d& from_node, const PathNode& node, bool statistics, CellValues& values);
@@ -109,7 +109,7 @@ class SteadyCell {
   Eigen::Vector3d place_ = Eigen::Vector3d::Zero();
   std::vector<propagation::SatellitePaths> traced_;
   std::vector<CellPath> paths_;
-  std::vector<std::optional<Against>> against_;  // [tracked path] of the path in hand
+  std::vector<std::optional<PathSum>> sums_;  // [tracked path] of the path in hand
   tracking::LaneCodeLock::Paths lanes_;
   std::vector<float> delay_m_, power_;
   std::vector<std::size_t> tracked_;            // [lane] index of the path whose carrier is followed

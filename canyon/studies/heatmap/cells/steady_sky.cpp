@@ -9,8 +9,8 @@
 #include "canyon/city/city.hpp"
 #include "canyon/receiver/own_draws.hpp"
 #include "canyon/sky/gnss/signals.hpp"
-#include "canyon/studies/heatmap/cells/cell_receivers.hpp"
 #include "canyon/studies/heatmap/cells/cell_values.hpp"
+#include "canyon/studies/heatmap/cells/receiver_draws.hpp"
 
 namespace canyon::heatmap {
 namespace {
@@ -62,7 +62,7 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
     above.push_back(id);
     lines.push_back(*line);
   }
-  drawn.space = space_of_draws(environment, draws, time, lanes - 1, above);
+  drawn.space = space_of_draws(environment.errors().get(), draws, time, lanes - 1, above);
   for (const errors::SpaceErrors& each : drawn.space) {
     drawn.receptions.push_back(each.reception(time, centre_ecef));
   }

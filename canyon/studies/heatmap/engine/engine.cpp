@@ -22,7 +22,7 @@
 #include "canyon/run/run_receiver.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/run/simulator.hpp"
-#include "canyon/studies/heatmap/cells/cell_method.hpp"
+#include "canyon/studies/heatmap/cells/cell_solver.hpp"
 #include "canyon/studies/heatmap/kernels/tile_tasks.hpp"
 
 namespace canyon::heatmap {
@@ -372,14 +372,14 @@ TileValues Heatmap::compute(std::size_t unit) const {
   return impl_->compute(impl_->unit(unit), nullptr, nullptr, nullptr).value();
 }
 
-RunResult Heatmap::run(TileStore& store, const RunOptions& options) const {
+MapRunResult Heatmap::run(TileStore& store, const MapRunOptions& options) const {
   const Impl& impl = *impl_;
   const Clock::time_point started = Clock::now();
   simulation::check_threads(options.threads);
   assert(options.processes >= 1 && (options.processes == 1 || options.next));
 
   const Impl::Missing missing = impl.missing_in(store);
-  RunResult result;
+  MapRunResult result;
   result.units = unit_count();
   result.resumed = result.units - missing.units.size();
   if (options.begin_queue) options.begin_queue();

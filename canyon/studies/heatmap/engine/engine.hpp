@@ -15,6 +15,7 @@
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/studies/heatmap/cells/cell_solver.hpp"
+#include "canyon/studies/heatmap/engine/tile_store.hpp"
 #include "canyon/studies/heatmap/kernels/grid.hpp"
 #include "canyon/studies/heatmap/kernels/layers.hpp"
 #include "canyon/studies/heatmap/kernels/tile_tracer.hpp"
@@ -39,42 +40,7 @@ struct Request {
 /// Visits its fields, all of which a store's key depends on.
 void visit(options::Visitor& v, Request& o);
 
-/// Values of one tile: all times (of a chunk) and altitudes. Layout [layer][time][altitude][cell].
-struct TileValues {
-  std::size_t first_time = 0, times = 0;
-  std::vector<float> values;
-  std::vector<CellState> state;  ///< [altitude][cell]
-};
-
-/// Finished units in a folder, each a file written whole, with a checksum. A key (hash of everything that
-/// values depend on) stands in the folder's manifest: a foreign or damaged store is refused with an
-/// InputError that names the file and says how to get rid of it. Processes may share a folder as long as no
-/// two save the same unit; the first one makes it before the others come. save() and load() of different
-/// units may run at once.
-class TileStore {
- public:
-  /// Opens or makes `folder`, which is new, empty or a store of the same key (InputError). Removes files that
-  /// a killed run left half written, once they are a minute old.
-  /// @param key of the request (Heatmap::key()); @param description for people, kept beside it
-  TileStore(std::filesystem::path folder, const std::string& key, const std::string& description);
-  /// Whether a unit of work (tile and chunk of times) is there. Its head and length are checked (InputError
-  /// where they are wrong), its values' checksum only by load().
-  [[nodiscard]] bool has(std::size_t unit) const;
-  /// Writes a unit, whole or not at all. Throws InputError where the disk is full or cannot be written to;
-  /// other units are kept.
-  void save(std::size_t unit, const TileValues& values);
-  /// Empty where it is not there; a damaged file is an InputError that names it.
-  [[nodiscard]] std::optional<TileValues> load(std::size_t unit) const;
-  /// Removes all units and the manifest, and the folder if nothing else is in it.
-  void remove();
-
- private:
-  [[nodiscard]] std::filesystem::path path(std::size_t unit) const;
-  std::filesystem::path folder_;
-  std::array<std::uint64_t, 2> key_{};  ///< hashed
-};
-
-struct RunOptions {
+struct MapRunOptions {
   int threads = 0;                          ///< 0: as many as cores; at most that
   const std::atomic<bool>* stop = nullptr;  ///< looked at between the times and altitudes of a unit
   /// Cells (times altitudes and times) done, those of resumed units included, and in all, of this process's
@@ -89,7 +55,7 @@ struct RunOptions {
   std::function<std::size_t()> next;
 };
 
-struct RunResult {
+struct MapRunResult {
   std::size_t units = 0;                  ///< in all
   std::size_t computed = 0, resumed = 0;  ///< by this process; found there by all
   bool interrupted = false;               ///< units were left that this process should have computed
@@ -139,7 +105,7 @@ class Heatmap {
   /// Computes what `store` does not have yet, in order, of several processes what this one takes. Ends
   /// early, with all finished units saved, when `stop` is set; throws InputError for options out of range, a
   /// damaged unit, and a full disk.
-  RunResult run(TileStore& store, const RunOptions& options = {}) const;
+  MapRunResult run(TileStore& store, const MapRunOptions& options = {}) const;
 
  private:
   struct Impl;

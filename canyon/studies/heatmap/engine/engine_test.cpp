@@ -19,8 +19,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/run/scenario/scenario.hpp"
-#include "canyon/studies/heatmap/cells/cell_method.hpp"
-#include "canyon/studies/heatmap/cells/cell_receivers.hpp"
+#include "canyon/studies/heatmap/cells/cell_solver.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/disturbances.hpp"
 #include "tests/support/downtown.hpp"
@@ -135,8 +134,9 @@ TEST(Heatmap, FollowsWhatTheReceiverTracks) {
       tracer.cells(request.grid, request.grid.tile(0), nullptr, 2, AltitudeKind::AboveTerrain);
   std::vector<std::vector<float>> expected(request.layers.size(), std::vector<float>(cells.state.size()));
   const std::vector<std::span<float>> spans(expected.begin(), expected.end());
-  EXPECT_TRUE(CellReceivers(environment, tracer.propagator(), receiver, request.draws)
-                  .solve(cells, kTime, request.layers, spans, {}));
+  EXPECT_TRUE(
+      cell_solver(CellMethod::Run, environment, tracer, {receiver, nullptr, request.draws, {}, {}, {}})
+          ->solve(cells, kTime, request.layers, spans, {}));
   int compared = 0;
   for (std::size_t l = 0; l < expected.size(); ++l) {
     for (std::size_t i = 0; i < cells.state.size(); ++i) {
@@ -233,9 +233,9 @@ TEST(Heatmap, ThreadsAndRanksGiveTheSameBytes) {
     const TemporaryFolder folder;
     for (const int threads : {1, 2}) {
       TileStore store(folder / ("threads" + std::to_string(threads)), map.key(), "");
-      RunOptions options;
+      MapRunOptions options;
       options.threads = threads;
-      const RunResult result = map.run(store, options);
+      const MapRunResult result = map.run(store, options);
       EXPECT_EQ(result.computed, map.unit_count());
       EXPECT_EQ(result.cells_computed, request.grid.cells() * 2 * 3);
       EXPECT_FALSE(result.interrupted);
@@ -249,7 +249,7 @@ TEST(Heatmap, ThreadsAndRanksGiveTheSameBytes) {
     const auto process = [&] {
       const Heatmap of_rank = map_of(model, request);
       TileStore store(folder / "ranks", of_rank.key(), "");
-      RunOptions options;
+      MapRunOptions options;
       options.threads = 1;
       options.processes = 2;
       options.begin_queue = [&] {
@@ -257,7 +257,7 @@ TEST(Heatmap, ThreadsAndRanksGiveTheSameBytes) {
         while (ready < 2) std::this_thread::yield();
       };
       options.next = [&] { return next++; };
-      const RunResult result = of_rank.run(store, options);
+      const MapRunResult result = of_rank.run(store, options);
       EXPECT_EQ(result.resumed, 0U);
       EXPECT_FALSE(result.interrupted);
       units += result.computed;
@@ -622,12 +622,12 @@ TEST(Heatmap, ResumesWhatIsLost) {
   }
   TileStore store(folder / "tiles", map.key(), "");
   std::vector<std::size_t> reported;
-  RunOptions options;
+  MapRunOptions options;
   options.progress = [&](std::size_t done, std::size_t total) {
     EXPECT_EQ(total, map.request().grid.cells() * 2 * 3);
     reported.push_back(done);
   };
-  const RunResult result = map.run(store, options);
+  const MapRunResult result = map.run(store, options);
   EXPECT_EQ(result.units, map.unit_count());
   EXPECT_EQ(result.computed, 3U);
   EXPECT_EQ(result.resumed, map.unit_count() - 3);
@@ -646,13 +646,13 @@ TEST(Heatmap, StopsBetweenTimesAndKeepsWhatIsDone) {
   const Heatmap map = map_of(Model::Specular, request);
   TileStore store(folder / "tiles", map.key(), "");
   std::atomic<bool> stop{false};
-  RunOptions options;
+  MapRunOptions options;
   options.stop = &stop;
   options.progress = [&](std::size_t done, std::size_t) { stop = done > 0; };
-  const RunResult result = map.run(store, options);
+  const MapRunResult result = map.run(store, options);
   EXPECT_TRUE(result.interrupted);
   EXPECT_LT(result.computed, map.unit_count());
-  const RunResult rest = map.run(store);
+  const MapRunResult rest = map.run(store);
   EXPECT_FALSE(rest.interrupted);
   EXPECT_EQ(rest.resumed, result.computed);
   EXPECT_EQ(rest.computed + rest.resumed, map.unit_count());
@@ -670,7 +670,7 @@ TEST(Heatmap, DamagedUnitsAndBadOptionsStopIt) {
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("unit-000000002.tile"), std::string::npos);
   }
-  RunOptions options;
+  MapRunOptions options;
   options.threads = -1;
   EXPECT_THROW((void)map.run(store, options), InputError);
   // A store that cannot be written to any more: no unit is lost, and the error comes out.

@@ -48,82 +48,12 @@ struct MapSource {
 /// its plumb line is not the city's z. |latitude| of the origin below 89.9 deg for frames with a heading.
 [[nodiscard]] std::string projection(const geodesy::LocalFrame& frame);
 
-/// One NetCDF-4 file, CF-1.10: variables (time, altitude, y, x), `cell_state` (altitude, y, x), grid mapping,
-/// coordinates in metres and bounds, chunked by tile, compressed; up to 4 million cells latitude and
-/// longitude of each as well. Times are UTC. Equal sources give equal bytes. docs/heatmap.md describes
-/// it. Written whole or not at all; memory: one slice and 1 MiB for each layer. Throws InputError where the
-/// folder or the disk does not take it. Part of canyon::io.
-void write_netcdf(const std::filesystem::path& path, const MapSource& source);
-
-/// One Cloud Optimized GeoTIFF for each layer, altitude and time, `NAME[_aALTm][_tYYYYmmddTHHMMSSZ].tif` in
-/// `folder` (parts that do not vary are left out); NaN is nodata, north up, band description and unit set.
-/// Times with a fraction of a second show it, "_t20190428T125803.5Z". The folder is made where needed. All
-/// files appear at the end, or none; until then the folder holds uncompressed values of one time as well.
-/// Memory: one slice and GDAL's cache (GDAL_CACHEMAX). Returns the names, by time, altitude and layer. Throws
-/// like write_netcdf(). Part of canyon::io.
-std::vector<std::string> write_geotiffs(const std::filesystem::path& folder, const MapSource& source);
-/// Their names, by time, layer and altitude. Part of canyon::io.
-[[nodiscard]] std::vector<std::string> geotiff_names(const Request& request);
-
-/// Pictures: for each time, altitude and sheet of at most six layers
-/// `map[_SHEET][_aALTm][_tYYYYmmddTHHMMSSZ].png` with a panel for each layer, city outlines, colour bars with
-/// units, scale, north; SHEET counts from 1 where there are several, parts that do not vary are left out.
-/// Returns the names by time, altitude and sheet. Each file appears whole or not at all.
-///
-/// A layer has the same colours on all pictures, readable by colour-blind people: see make_colour_scale(). A
-/// pixel that covers several cells has the mean of their values where at least half of them have one, else it
-/// shows what most of them are; a pixel of a count shows the class that the mean, rounded, is in. Quantiles
-/// are those of the pixels. Times whose values do not fit into 256 MB are asked for twice. Memory: that, one
-/// slice, and, with p pixels on a map (at most 1200 x 1920 of a single layer, 572 x 916 of three), about 13 p
-/// bytes for each layer and altitude. Equal sources give equal bytes on one machine (fonts are the system's).
-/// @param city whose buildings are outlined; a pixel's building need not reach the map's altitude
-/// Throws InputError where the folder or the disk does not take it. Part of canyon::io.
-std::vector<std::string> write_map_pictures(const std::filesystem::path& folder, const MapSource& source,
-                                            const city::City& city);
-
-/// A map read back from write_netcdf()'s file, for questions of route planners. Tiles are read when they are
-/// asked for, the last ones kept (64 MiB). Thread-safe (one thread reads at a time). Part of canyon::io.
-class StoredMap {
- public:
-  /// Throws InputError for a file that is missing, damaged or not a map of Canyon.
-  explicit StoredMap(const std::filesystem::path& netcdf);
-  ~StoredMap();
-  StoredMap(StoredMap&&) noexcept;
-
-  [[nodiscard]] const Grid& grid() const { return about_->grid; }
-  [[nodiscard]] const geodesy::LocalFrame& frame() const { return about_->frame; }
-  [[nodiscard]] const std::vector<geodesy::GpsTime>& times() const { return about_->times; }
-  [[nodiscard]] const std::vector<double>& altitudes_m() const { return about_->altitudes_m; }
-  [[nodiscard]] AltitudeKind altitude_kind() const { return about_->altitude_kind; }
-  [[nodiscard]] const std::vector<Layer>& layers() const { return about_->layers; }
-  /// The motion of the receiver: simulation::describe(), "standing" where the file does not say.
-  [[nodiscard]] const std::string& motion() const { return about_->motion; }
-  struct Answer {
-    std::vector<float> values;  ///< one for each layer; NaN: none there
-    CellState state = CellState::Computed;
-    geodesy::GpsTime time;  ///< of the map, nearest to the asked one
-    double altitude_m = 0;  ///< likewise
-  };
-  /// At the cell that a place lies in (a side belongs to the cell east or north of it, the outermost sides to
-  /// the grid), the nearest altitude and time (ties: the earlier, the lower). Empty outside the grid, and
-  /// before the first or after the last time by more than half the step next to it (a single time: 15 min).
-  /// Cells that were not computed have NaN values. Throws InputError for a damaged tile.
-  [[nodiscard]] std::optional<Answer> at(const Eigen::Vector2d& enu, double altitude_m,
-                                         geodesy::GpsTime time) const;
-
- private:
-  struct About {
-    Grid grid;
-    geodesy::LocalFrame frame;
-    std::vector<geodesy::GpsTime> times;
-    std::vector<double> altitudes_m;
-    AltitudeKind altitude_kind = AltitudeKind::AboveTerrain;
-    std::vector<Layer> layers;
-    std::string motion;
-  };
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-  const About* about_;  ///< of *impl_
+/// What a finished map says at a place and time.
+struct MapAnswer {
+  std::vector<float> values;  ///< one for each layer; NaN: none there
+  CellState state = CellState::Computed;
+  geodesy::GpsTime time;  ///< of the map, nearest to the asked one
+  double altitude_m = 0;  ///< likewise
 };
 
 /// MapSource::slice of a map whose tiles stand in a store: empty for units that it does not have. Keeps the

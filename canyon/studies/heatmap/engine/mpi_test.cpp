@@ -59,12 +59,12 @@ TEST(Mpi, RanksComputeOneMap) {
   }
   all.barrier();
   TileStore store(folder, map.key(), "");
-  RunOptions options;
+  MapRunOptions options;
   options.threads = 1;
   options.processes = all.ranks();
   options.begin_queue = [&all] { all.begin_queue(); };
   options.next = [&all] { return all.next(); };
-  const RunResult result = map.run(store, options);
+  const MapRunResult result = map.run(store, options);
   EXPECT_FALSE(result.interrupted);
   EXPECT_EQ(all.sum(result.computed), map.unit_count());
   all.barrier();

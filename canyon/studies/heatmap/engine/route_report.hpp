@@ -18,8 +18,8 @@
 namespace canyon::heatmap {
 
 /// StoredMap::at(), or another map's answer.
-using MapLookup = std::function<std::optional<StoredMap::Answer>(const Eigen::Vector2d& enu,
-                                                                 double altitude_m, geodesy::GpsTime time)>;
+using MapLookup = std::function<std::optional<MapAnswer>(const Eigen::Vector2d& enu, double altitude_m,
+                                                         geodesy::GpsTime time)>;
 
 struct RouteOptions {
   double step_m = 1;      ///< between stations at most, (0, 1e6]; half of the map's spacing misses no cell
@@ -40,7 +40,7 @@ struct RouteStation {
   double way_m = 0;  ///< from the beginning, in the map's plane
   geodesy::GpsTime time;
   Eigen::Vector2d enu = Eigen::Vector2d::Zero();
-  std::optional<StoredMap::Answer> answer;  ///< empty: outside the map or its times
+  std::optional<MapAnswer> answer;  ///< empty: outside the map or its times
 };
 
 struct RouteStretch {

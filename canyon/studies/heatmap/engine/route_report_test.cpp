@@ -28,8 +28,8 @@ simulation::Trajectory drive(const std::vector<Vector2d>& corners, double speed_
   return simulation::Trajectory::from_waypoints(kStart, places, std::nullopt);
 }
 
-StoredMap::Answer answer(std::vector<float> values, CellState state = CellState::Computed) {
-  StoredMap::Answer result;
+MapAnswer answer(std::vector<float> values, CellState state = CellState::Computed) {
+  MapAnswer result;
   result.values = std::move(values);
   result.state = state;
   return result;
@@ -38,7 +38,7 @@ StoredMap::Answer answer(std::vector<float> values, CellState state = CellState:
 // 200 m eastwards. Error: 2 m west of east 100, then 10 m; none from 140 to 160 (no fix); a building from
 // 180.
 const std::vector<Layer> kLayers{Layer::SatellitesUsed, Layer::HorizontalError};
-std::optional<StoredMap::Answer> street(const Vector2d& enu, double /*altitude*/, GpsTime /*time*/) {
+std::optional<MapAnswer> street(const Vector2d& enu, double /*altitude*/, GpsTime /*time*/) {
   if (enu.x() > 180) return answer({kNaN, kNaN}, CellState::InsideBuilding);
   if (enu.x() > 140 && enu.x() < 160) return answer({3, kNaN});
   return answer({8, enu.x() < 100 ? 2.0F : 10.0F});
@@ -80,8 +80,7 @@ TEST(JudgeRoute, TellsExpectedErrorAvailabilityAndTheWorstStretch) {
 TEST(JudgeRoute, WalksRoundCornersAtItsOwnPaceOrAnother) {
   std::vector<GpsTime> times;
   std::vector<double> altitudes;
-  const MapLookup map = [&](const Vector2d&, double altitude,
-                            GpsTime time) -> std::optional<StoredMap::Answer> {
+  const MapLookup map = [&](const Vector2d&, double altitude, GpsTime time) -> std::optional<MapAnswer> {
     times.push_back(time);
     altitudes.push_back(altitude);
     return std::nullopt;

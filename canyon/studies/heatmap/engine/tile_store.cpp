@@ -1,4 +1,5 @@
-// Declared in canyon/studies/heatmap/engine/engine.hpp.
+#include "canyon/studies/heatmap/engine/tile_store.hpp"
+
 // Finished units of a heat map in a folder: TileStore of engine.hpp.
 #include <fmt/format.h>
 #include <zlib.h>

@@ -1,4 +1,5 @@
-// Declared in canyon/studies/heatmap/kernels/grid.hpp.
+#include "canyon/studies/heatmap/files/area_file.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>

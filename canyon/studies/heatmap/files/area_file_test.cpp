@@ -7,6 +7,7 @@
 #include <string>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/studies/heatmap/files/area_file.hpp"
 #include "canyon/studies/heatmap/kernels/grid.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"

@@ -1,4 +1,5 @@
-// Declared in canyon/studies/heatmap/engine/map_source.hpp.
+#include "canyon/studies/heatmap/files/geotiff_writer.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +16,6 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/city/buildings/sources/gdal.hpp"
-#include "canyon/studies/heatmap/engine/map_source.hpp"
 #include "canyon/studies/heatmap/files/map_reference.hpp"
 
 namespace canyon::heatmap {

@@ -11,6 +11,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/studies/heatmap/engine/map_source.hpp"
+#include "canyon/studies/heatmap/files/geotiff_writer.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/sample_map.hpp"
 #include "tests/support/small_disk.hpp"

@@ -7,6 +7,9 @@
 #include <limits>
 
 #include "canyon/studies/heatmap/engine/map_source.hpp"
+#include "canyon/studies/heatmap/files/geotiff_writer.hpp"
+#include "canyon/studies/heatmap/files/netcdf_writer.hpp"
+#include "canyon/studies/heatmap/files/stored_map.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::heatmap {

@@ -1,4 +1,5 @@
-// Declared in canyon/studies/heatmap/engine/map_source.hpp.
+#include "canyon/studies/heatmap/files/netcdf_writer.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,7 +14,6 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/output_file.hpp"
-#include "canyon/studies/heatmap/engine/map_source.hpp"
 #include "canyon/studies/heatmap/files/map_reference.hpp"
 #include "canyon/studies/heatmap/files/netcdf_file.hpp"
 

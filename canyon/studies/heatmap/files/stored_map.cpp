@@ -1,4 +1,5 @@
-// Declared in canyon/studies/heatmap/engine/map_source.hpp.
+#include "canyon/studies/heatmap/files/stored_map.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,7 +12,6 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/studies/heatmap/engine/map_source.hpp"
 #include "canyon/studies/heatmap/files/map_reference.hpp"
 #include "canyon/studies/heatmap/files/netcdf_file.hpp"
 
@@ -237,8 +237,8 @@ StoredMap::StoredMap(const std::filesystem::path& netcdf)
 StoredMap::~StoredMap() = default;
 StoredMap::StoredMap(StoredMap&&) noexcept = default;
 
-std::optional<StoredMap::Answer> StoredMap::at(const Eigen::Vector2d& enu, double altitude_m,
-                                               geodesy::GpsTime time) const {
+std::optional<MapAnswer> StoredMap::at(const Eigen::Vector2d& enu, double altitude_m,
+                                       geodesy::GpsTime time) const {
   const Grid& grid = impl_->grid;
   const auto column = cell_along(enu.x(), grid.west_m, grid.east_m(), grid.spacing_m, grid.columns);
   const auto row = cell_along(enu.y(), grid.south_m, grid.north_m(), grid.spacing_m, grid.rows);
@@ -257,7 +257,7 @@ std::optional<StoredMap::Answer> StoredMap::at(const Eigen::Vector2d& enu, doubl
 
   const std::lock_guard<std::mutex> lock(impl_->mutex);
   const Piece& piece = impl_->piece(tile, *time_index, altitude);
-  Answer answer;
+  MapAnswer answer;
   for (std::size_t k = 0; k < impl_->layers.size(); ++k) {
     answer.values.push_back(piece.values[k * box.cells() + cell]);
   }

@@ -11,6 +11,8 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/studies/heatmap/engine/map_source.hpp"
 #include "canyon/studies/heatmap/files/netcdf_file.hpp"
+#include "canyon/studies/heatmap/files/netcdf_writer.hpp"
+#include "canyon/studies/heatmap/files/stored_map.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/sample_map.hpp"
 #include "tests/support/temporary_folder.hpp"

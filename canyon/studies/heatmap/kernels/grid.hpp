@@ -68,8 +68,4 @@ struct Area {
   /// not finite.
   void validate() const;
 };
-/// Polygon and MultiPolygon features of a GeoJSON file (longitude, latitude). Throws InputError with file and
-/// cure. Part of canyon::io.
-[[nodiscard]] Area read_area(const std::filesystem::path& geojson, const geodesy::LocalFrame& frame);
-
 }  // namespace canyon::heatmap

@@ -1,4 +1,5 @@
-// Declared in canyon/studies/heatmap/engine/map_source.hpp.
+#include "canyon/studies/heatmap/pictures/map_pictures.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,7 +10,6 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/output_file.hpp"
-#include "canyon/studies/heatmap/engine/map_source.hpp"
 #include "canyon/studies/heatmap/files/map_reference.hpp"
 #include "canyon/studies/heatmap/pictures/map_pictures_sheet.hpp"
 
@@ -101,7 +101,7 @@ class Writer {
     if (kept_[time]) return std::move(*kept_[time]);
     Rasters rasters = reduce(source_, time, layout_.raster_size());
     const std::size_t bytes = layout_.raster_size().pixels() * request_.layers.size() *
-                              request_.altitudes_m.size() * (sizeof(float) + sizeof(Shade));
+                              request_.altitudes_m.size() * (sizeof(float) + sizeof(CellShade));
     if (keep && bytes <= kMostKeptBytes - kept_bytes_) {
       kept_[time] = rasters;
       kept_bytes_ += bytes;
@@ -121,7 +121,8 @@ class Writer {
           const bool both = style_of(request_.layers[layer]).kind == ValueKind::SignedLength;
           for (const float value : layers[layer].values)
             histograms[layer].add(both ? std::abs(value) : value);
-          for (const Shade shade : layers[layer].shades) seen[layer][static_cast<std::size_t>(shade)] = true;
+          for (const CellShade shade : layers[layer].shades)
+            seen[layer][static_cast<std::size_t>(shade)] = true;
         }
       }
       step();
@@ -134,7 +135,7 @@ class Writer {
       for (std::size_t shade = 0; shade < kShades; ++shade) {
         seen_[sheet][shade] = seen_[sheet][shade] || seen[layer][shade];
       }
-      if (!seen[layer][static_cast<std::size_t>(Shade::NoValue)]) continue;
+      if (!seen[layer][static_cast<std::size_t>(CellShade::NoValue)]) continue;
       const Layer drawn = request_.layers[layer];
       const std::string meaning = of_rtk(drawn)                            ? "never fixed"
                                   : style_of(drawn).kind == ValueKind::Dop ? "too few satellites for a DOP"

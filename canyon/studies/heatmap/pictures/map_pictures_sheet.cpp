@@ -39,21 +39,21 @@ double map_width_for(std::size_t columns) {
 }
 
 /// Pixels without a value have patterns, so that no colour of a map is taken for one of them.
-std::uint32_t pixel_of(Shade shade, std::uint32_t x, std::uint32_t y) {
+std::uint32_t pixel_of(CellShade shade, std::uint32_t x, std::uint32_t y) {
   static const std::uint32_t paper = packed(kPaper), building = packed(kBuilding),
                              underground = packed(kUnderground), stripe = packed(drawing::kSkyBlue),
                              dot = packed(kFaintInk);
   switch (shade) {
-    case Shade::NoValue:
+    case CellShade::NoValue:
       return (x + y) % 8 < 4 ? stripe : paper;
-    case Shade::InsideBuilding:
+    case CellShade::InsideBuilding:
       return building;
-    case Shade::UnderTerrain:
+    case CellShade::UnderTerrain:
       return underground;
-    case Shade::NotComputed:
+    case CellShade::NotComputed:
       return x % 8 < 2 && (y + (x / 8 % 2) * 4) % 8 < 2 ? dot : paper;
-    case Shade::Value:
-    case Shade::Nothing:
+    case CellShade::Value:
+    case CellShade::Nothing:
       break;
   }
   return paper;
@@ -242,11 +242,11 @@ std::vector<std::uint32_t> map_image(const Sheet::Panel& panel, const std::vecto
     const std::size_t row = std::uint64_t{y} * raster.rows / grid.rows * raster.columns;
     for (std::uint32_t x = 0; x < grid.columns; ++x) {
       const std::size_t cell = row + std::uint64_t{x} * raster.columns / grid.columns;
-      const Shade shade = panel.raster->shades[cell];
+      const CellShade shade = panel.raster->shades[cell];
       double value = panel.raster->values[cell];
       if (panel.scale->classes > 0) value = std::round(value);
       pixels[(top + y) * std::size_t{map.columns} + left + x] =
-          shade == Shade::Value ? packed(panel.scale->colour(value)) : pixel_of(shade, x, y);
+          shade == CellShade::Value ? packed(panel.scale->colour(value)) : pixel_of(shade, x, y);
     }
   }
   for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = darkened(pixels[i], outlines[i]);
@@ -267,7 +267,7 @@ void draw_legend(Canvas& canvas, const Sheet& sheet, const SheetLayout& layout, 
     canvas.text({x + kWidth + 7, y}, text, style);
     x += kWidth + 7 + canvas.text_width(text, style) + 22;
   };
-  const auto swatch = [&](Shade shade, const std::string& text) {
+  const auto swatch = [&](CellShade shade, const std::string& text) {
     if (!sheet.seen[static_cast<std::size_t>(shade)]) return;
     std::vector<std::uint32_t> pixels;
     for (std::uint32_t py = 0; py < 2 * kHeight; ++py) {
@@ -278,10 +278,10 @@ void draw_legend(Canvas& canvas, const Sheet& sheet, const SheetLayout& layout, 
     canvas.rectangle(r, {}, Stroke{kFaintInk, 0.8});
     label(text);
   };
-  swatch(Shade::InsideBuilding, "inside a building");
-  swatch(Shade::NoValue, sheet.no_value);
-  swatch(Shade::UnderTerrain, "below the terrain");
-  swatch(Shade::NotComputed, "not computed");
+  swatch(CellShade::InsideBuilding, "inside a building");
+  swatch(CellShade::NoValue, sheet.no_value);
+  swatch(CellShade::UnderTerrain, "below the terrain");
+  swatch(CellShade::NotComputed, "not computed");
   if (sheet.has_outlines) {
     canvas.segments({{{x, y}, {x + kWidth, y}}}, {kInk.with_alpha(0.75), 1.0});
     label("edges of roofs");
@@ -314,19 +314,19 @@ struct Sums {
   std::vector<std::uint32_t> counts;
 };
 
-Shade shade_of(CellState state) {
+CellShade shade_of(CellState state) {
   switch (state) {
     case CellState::Computed:
-      return Shade::NoValue;  // unless there is one
+      return CellShade::NoValue;  // unless there is one
     case CellState::InsideBuilding:
-      return Shade::InsideBuilding;
+      return CellShade::InsideBuilding;
     case CellState::UnderTerrain:
-      return Shade::UnderTerrain;
+      return CellShade::UnderTerrain;
     case CellState::OutsideArea:
     case CellState::NoTerrain:
       break;
   }
-  return Shade::Nothing;
+  return CellShade::Nothing;
 }
 
 class Reduction {
@@ -350,7 +350,7 @@ class Reduction {
     for (std::size_t altitude = 0; altitude < altitudes; ++altitude) {
       const std::size_t states = altitude * cells;
       for (std::size_t i = 0; i < cells; ++i) {
-        const Shade shade = slice ? shade_of(slice->state[states + i]) : Shade::NotComputed;
+        const CellShade shade = slice ? shade_of(slice->state[states + i]) : CellShade::NotComputed;
         ++shades_[altitude][pixels[i]][static_cast<std::size_t>(shade)];
       }
       if (!slice) continue;
@@ -377,12 +377,12 @@ class Reduction {
       for (const std::uint32_t n : counts) cells += n;
       if (sums.counts[p] > 0 && 2 * std::uint64_t{sums.counts[p]} >= cells) {
         raster.values[p] = sums.values[p] / static_cast<float>(sums.counts[p]);
-        raster.shades[p] = Shade::Value;
+        raster.shades[p] = CellShade::Value;
         continue;
       }
-      counts[static_cast<std::size_t>(Shade::NoValue)] -= sums.counts[p];
+      counts[static_cast<std::size_t>(CellShade::NoValue)] -= sums.counts[p];
       raster.shades[p] =
-          static_cast<Shade>(std::max_element(counts.begin() + 1, counts.end()) - counts.begin());
+          static_cast<CellShade>(std::max_element(counts.begin() + 1, counts.end()) - counts.begin());
     }
     return raster;
   }

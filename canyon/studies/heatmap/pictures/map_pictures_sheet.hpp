@@ -18,7 +18,7 @@
 namespace canyon::heatmap {
 
 /// The content of a pixel of a map.
-enum class Shade : std::uint8_t {
+enum class CellShade : std::uint8_t {
   Value,
   NoValue,  ///< computed, but NaN: no fix, or nothing received
   InsideBuilding,
@@ -31,7 +31,7 @@ inline constexpr std::size_t kShades = 6;
 /// One layer at one time and altitude, averaged down; rows from the top (north).
 struct PanelRaster {
   std::vector<float> values;  ///< NaN where the shade is not Value
-  std::vector<Shade> shades;
+  std::vector<CellShade> shades;
 };
 
 struct RasterSize {

@@ -16,6 +16,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/studies/heatmap/engine/map_source.hpp"
+#include "canyon/studies/heatmap/pictures/map_pictures.hpp"
 #include "canyon/studies/heatmap/pictures/map_pictures_sheet.hpp"
 #include "tests/support/png_pixels.hpp"
 #include "tests/support/shared_data.hpp"
@@ -105,7 +106,7 @@ TEST(MapRaster, PixelsAreMeansOfCells) {
   const auto rasters = reduce(map.source(), 0, {4, 2});
   // Column 0, bottom row: cells (0, 0), (1, 0), (0, 1), (1, 1), values 0, 1, 1, 2.
   EXPECT_THAT(rasters[0][0].values, ElementsAre(3, 5, 7, 9, 1, 3, 5, 7));
-  EXPECT_THAT(rasters[0][0].shades, Each(Shade::Value));
+  EXPECT_THAT(rasters[0][0].shades, Each(CellShade::Value));
 }
 
 TEST(MapRaster, SidesThatDoNotDivide) {
@@ -129,21 +130,21 @@ TEST(MapRaster, HalfOfTheCellsMakeAValue) {
   };
   const auto layers = reduce(map.source(), 0, {4, 1})[0];
   EXPECT_THAT(layers[0].shades,
-              ElementsAre(Shade::Value, Shade::InsideBuilding, Shade::Value, Shade::NoValue));
+              ElementsAre(CellShade::Value, CellShade::InsideBuilding, CellShade::Value, CellShade::NoValue));
   EXPECT_EQ(layers[0].values[0], 4);
   EXPECT_TRUE(std::isnan(layers[0].values[1]));
   // A count needs no fix.
-  EXPECT_EQ(layers[1].shades[3], Shade::Value);
+  EXPECT_EQ(layers[1].shades[3], CellShade::Value);
 }
 
 TEST(MapRaster, EveryStateHasItsShade) {
   MadeUpMap map(5, 1, {Layer::HorizontalError});
   map.state = [](std::uint32_t column, std::uint32_t) { return static_cast<CellState>(column); };
-  EXPECT_THAT(
-      reduce(map.source(), 0, {5, 1})[0][0].shades,
-      ElementsAre(Shade::Value, Shade::InsideBuilding, Shade::UnderTerrain, Shade::Nothing, Shade::Nothing));
+  EXPECT_THAT(reduce(map.source(), 0, {5, 1})[0][0].shades,
+              ElementsAre(CellShade::Value, CellShade::InsideBuilding, CellShade::UnderTerrain,
+                          CellShade::Nothing, CellShade::Nothing));
   map.missing_tiles = {0};
-  EXPECT_THAT(reduce(map.source(), 0, {5, 1})[0][0].shades, Each(Shade::NotComputed));
+  EXPECT_THAT(reduce(map.source(), 0, {5, 1})[0][0].shades, Each(CellShade::NotComputed));
 }
 
 TEST(MapOutlines, RoofEdgesWithoutDiagonals) {

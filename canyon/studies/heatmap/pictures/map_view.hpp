@@ -6,6 +6,7 @@
 
 #include "canyon/city/city.hpp"
 #include "canyon/studies/heatmap/engine/map_source.hpp"
+#include "canyon/studies/heatmap/files/stored_map.hpp"
 
 namespace canyon::view {
 

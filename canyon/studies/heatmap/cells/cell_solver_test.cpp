@@ -1,4 +1,4 @@
-#include "canyon/studies/heatmap/cells/cell_method.hpp"
+#include "canyon/studies/heatmap/cells/cell_solver.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,9 +14,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/run/scenario/profile.hpp"
-#include "canyon/studies/heatmap/cells/cell_receivers.hpp"
 #include "canyon/studies/heatmap/cells/shared_cells.hpp"
-#include "canyon/studies/heatmap/cells/steady_receivers.hpp"
 #include "tests/support/option_values.hpp"
 #include "tests/support/tile_scene.hpp"
 
@@ -158,27 +156,21 @@ class Downtown {
   }
   [[nodiscard]] const ReceiverOptions& options() const { return receiver_.options; }
   [[nodiscard]] Maps steady(const ReceiverOptions& options) const {
-    const propagation::Propagator propagator = environment_.make_propagator(receiver_.propagation);
-    return solve(SteadyReceivers(environment_, propagator, config(options), draws_, {}, 6));
+    return solve(CellMethod::Steady, options);
   }
-  [[nodiscard]] Maps run(const ReceiverOptions& options) const {
-    const propagation::Propagator propagator = environment_.make_propagator(receiver_.propagation);
-    return solve(CellReceivers(environment_, propagator, config(options), draws_));
-  }
+  [[nodiscard]] Maps run(const ReceiverOptions& options) const { return solve(CellMethod::Run, options); }
 
  private:
-  [[nodiscard]] simulation::ReceiverConfig config(const ReceiverOptions& options) const {
+  [[nodiscard]] Maps solve(CellMethod method, const ReceiverOptions& options) const {
     simulation::ReceiverConfig config = receiver_;
     config.options = options;
-    return config;
-  }
-  [[nodiscard]] Maps solve(const CellSolver& solver) const {
     const TileTracer tracer(environment_, receiver_.propagation, 0.1);
+    const auto solver = cell_solver(method, environment_, tracer, {config, nullptr, draws_, {}, {}, {}});
     Grid grid = Grid::covering(-24, -24, 24, 24, 6);
     const TileCells cells = tracer.cells(grid, grid.tile(0), nullptr, 2, AltitudeKind::AboveTerrain);
     Maps maps(kLayers.size(), std::vector<float>(cells.state.size()));
     const std::vector<std::span<float>> spans(maps.begin(), maps.end());
-    EXPECT_TRUE(solver.solve(cells, test::CircularSky::kEpoch + std::chrono::hours(5), kLayers, spans, {}));
+    EXPECT_TRUE(solver->solve(cells, test::CircularSky::kEpoch + std::chrono::hours(5), kLayers, spans, {}));
     return maps;
   }
 
@@ -231,8 +223,12 @@ TEST(CellMethod, OfSharedCellsChangeTheMap) {
   scene.receive(0.5, 0.2, 60, 3);
   DrawOptions draws;
   draws.draws = 4;
+  std::vector<gnss::SatelliteId> ids;
+  for (const orbit::LineOfSight& line : scene.signals.satellites) ids.push_back(line.id);
+  const auto space =
+      std::make_shared<errors::SpaceErrors>(errors::SpaceErrorOptions(), 1, ids, scene.klobuchar);
   const auto solve = [&](const ReceiverOptions& options) {
-    return test::solve(SharedReceiver{options, draws, scene.klobuchar, {}}, scene, kLayers);
+    return test::solve(SharedReceiver{options, draws, scene.klobuchar, {}, space}, scene, kLayers);
   };
   ReceiverOptions base;
   base.fix.max_iterations = 30;

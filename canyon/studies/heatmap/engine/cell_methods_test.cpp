@@ -1,5 +1,3 @@
-#include "canyon/studies/heatmap/cells/steady_receivers.hpp"
-
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
@@ -17,12 +15,12 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/run/scenario/profile.hpp"
-#include "canyon/studies/heatmap/cells/cell_method.hpp"
+#include "canyon/studies/heatmap/cells/cell_solver.hpp"
 #include "canyon/studies/heatmap/engine/engine.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/downtown.hpp"
 
-namespace canyon::heatmap::steady_receivers_test {
+namespace canyon::heatmap::cell_methods_test {
 namespace {
 
 using simulation::ReceiverConfig;
@@ -86,7 +84,7 @@ constexpr CellReceiverOptions kRun{ReceiverModel::Run, 0};
 // The reference is receiver::Receiver, in every cell and draw. Paths traced at every cell: what is left are
 // single precision, directions of the tile's centre and the linear fix. Without obstacles that the map lacks,
 // which paths ask for in steps of 1.4 deg.
-TEST(SteadyReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
+TEST(CellMethods, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
   const std::vector<Layer> layers{
       Layer::HorizontalError,      Layer::VerticalError,       Layer::Hdop,
       Layer::SatellitesVisible,    Layer::SatellitesUsed,      Layer::SatellitesLos,
@@ -121,7 +119,7 @@ TEST(SteadyReceivers, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
 // of facades that scatter differently are hardly longer than nodes are apart, and obstacles stand on the
 // skyline as the node sees it. Availability within 1.5 %.
 // docs/heatmap.md has the same over larger samples, and for Hong Kong.
-TEST(SteadyReceivers, HoldTheirBoundsBetweenNodes) {
+TEST(CellMethods, HoldTheirBoundsBetweenNodes) {
   const std::vector<Layer> layers{Layer::HorizontalErrorP50, Layer::HorizontalErrorP95,
                                   Layer::HorizontalErrorMean, Layer::VerticalErrorP50, Layer::Availability};
   const ReceiverConfig receiver = sold("ublox-m8t");
@@ -146,7 +144,7 @@ TEST(SteadyReceivers, HoldTheirBoundsBetweenNodes) {
 
 // Under an open sky errors from space are what is left, and those of the data sheet; receivers that run have
 // the same draws.
-TEST(SteadyReceivers, HaveErrorsFromSpaceInEachDraw) {
+TEST(CellMethods, HaveErrorsFromSpaceInEachDraw) {
   simulation::Environment environment(city::City{},
                                       std::make_shared<CircularSky>(std::vector{
                                           gnss::System::GPS, gnss::System::Galileo, gnss::System::BeiDou}),
@@ -171,13 +169,26 @@ TEST(SteadyReceivers, HaveErrorsFromSpaceInEachDraw) {
   EXPECT_NEAR(steady[1], run[1], 0.01);
   EXPECT_GT(steady[1], 0.7);
   EXPECT_LT(steady[1], 3);
+  receiver.options.signal.enabled = receiver.options.noise.enabled = false;
+  receiver.options.filter = {};
+  receiver.options.fix.weights.weighting = positioning::Weighting::Elevation;
+  ASSERT_EQ(cell_method(receiver), CellMethod::Shared);
+  const std::vector<float> shared = map(ReceiverModel::SteadyState);
+  ReceiverConfig without_strength = receiver;
+  receiver.options.fix.max_iterations = 19;
+  ASSERT_EQ(cell_method(receiver), CellMethod::Run);
+  EXPECT_NEAR(shared[1], map(ReceiverModel::Run)[1], 0.01);
+  EXPECT_GT(shared[1], 0.5);
   environment.set_errors(nullptr);
+  receiver = without_strength;
+  EXPECT_LT(map(ReceiverModel::SteadyState)[1], 1e-3);
+  receiver = sold("ublox-m10");
   EXPECT_LT(map(ReceiverModel::SteadyState)[1], 0.7F * steady[1]);
 }
 
 // Measurements state errors from space beside their noise, which weights by sigma and protection levels
 // follow.
-TEST(SteadyReceivers, StateErrorsFromSpace) {
+TEST(CellMethods, StateErrorsFromSpace) {
   simulation::Environment environment(
       city::City{}, std::make_shared<CircularSky>(std::vector{gnss::System::GPS, gnss::System::Galileo}),
       {{gnss::System::GPS, {{1e-8, 0, 0, 0}, {9e4, 0, 0, 0}}}});
@@ -200,7 +211,7 @@ TEST(SteadyReceivers, StateErrorsFromSpace) {
   EXPECT_NEAR(level_m(ReceiverModel::SteadyState), run_m, 0.01F * run_m);
 }
 
-TEST(SteadyReceivers, AreTheSameOnAnyNumberOfThreads) {
+TEST(CellMethods, AreTheSameOnAnyNumberOfThreads) {
   Request request;
   request.grid = Grid::covering(-40, -40, 40, 40, 2);
   request.grid.tile_size = 40;
@@ -220,7 +231,7 @@ TEST(SteadyReceivers, AreTheSameOnAnyNumberOfThreads) {
   }
 }
 
-TEST(SteadyReceivers, LeaveOthersToThoseThatRun) {
+TEST(CellMethods, LeaveOthersToThoseThatRun) {
   ReceiverConfig receiver = sold("ublox-m8t");
   receiver.options.filter = {};
   EXPECT_EQ(cell_method(receiver), CellMethod::Steady);
@@ -239,4 +250,4 @@ TEST(SteadyReceivers, LeaveOthersToThoseThatRun) {
 }
 
 }  // namespace
-}  // namespace canyon::heatmap::steady_receivers_test
+}  // namespace canyon::heatmap::cell_methods_test

@@ -1,0 +1,85 @@
+#include "canyon/studies/heatmap/cells/receiver_draws.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "canyon/base/random.hpp"
+#include "canyon/city/city.hpp"
+
+namespace canyon::heatmap {
+
+using Eigen::Vector3d;
+
+std::uint64_t seed_of(const DrawOptions& draws, geodesy::GpsTime time, int draw) {
+  return RandomStream(draws.seed, fmt::format("heatmap/{}/{}", time.nanoseconds(), draw)).next();
+}
+
+std::vector<errors::SpaceErrors> space_of_draws(const errors::SpaceErrors* errors, const DrawOptions& draws,
+                                                geodesy::GpsTime time, int count,
+                                                std::span<const gnss::SatelliteId> satellites) {
+  std::vector<errors::SpaceErrors> space;
+  if (errors == nullptr) return space;
+  space.reserve(static_cast<std::size_t>(count));
+  for (int d = 0; d < count; ++d) {
+    space.push_back(errors->drawn_by(seed_of(draws, time, d), satellites));
+  }
+  return space;
+}
+
+ReceiverDraws::ReceiverDraws(const simulation::Environment& environment,
+                             const propagation::Propagator& propagator,
+                             const simulation::ReceiverConfig& receiver, const DrawOptions& draws)
+    : environment_(&environment),
+      propagator_(&propagator),
+      options_(receiver.options),
+      disturbances_(receiver.disturbances),
+      streets_(simulation::streets_of(receiver, environment.city(), nullptr)),
+      draws_(draws) {
+  options_.signal.lock.warm_start = true;
+}
+
+std::vector<disturbance::DisturbanceSource> ReceiverDraws::disturbances_at(const Vector3d& place) const {
+  std::vector<disturbance::DisturbanceSource> disturbances = disturbances_;
+  if (streets_) {
+    disturbance::StreetsOptions streets = *streets_;
+    streets.above_point_m = 0;
+    if (const auto terrain = environment_->scene().terrain_height(place.x(), place.y())) {
+      streets.street.antenna_height_m = std::clamp(place.z() - *terrain, 0.0, 1000.0);
+    }
+    disturbances.insert(disturbances.begin(), disturbance::streets_source(streets));
+  }
+  return disturbances;
+}
+
+std::vector<std::unique_ptr<receiver::Receiver>> ReceiverDraws::receivers_at(geodesy::GpsTime time,
+                                                                             const Vector3d& place) const {
+  const std::vector<disturbance::DisturbanceSource> disturbances = disturbances_at(place);
+  std::vector<std::unique_ptr<receiver::Receiver>> receivers;
+  receivers.reserve(static_cast<std::size_t>(draws_.draws));
+  for (int d = 0; d < draws_.draws; ++d) {
+    receivers.push_back(std::make_unique<receiver::Receiver>(options_, seed(time, d), disturbances));
+  }
+  return receivers;
+}
+
+ReceiverDraws::Scene ReceiverDraws::look(geodesy::GpsTime now, const Vector3d& place,
+                                         const Vector3d& place_ecef) const {
+  return {{now, place_ecef, Vector3d::Zero()}, environment_->arrival(now, place, *propagator_)};
+}
+
+receiver::ReceiverEpoch ReceiverDraws::observe(receiver::Receiver& receiver, const Scene& scene,
+                                               std::span<const errors::SpaceErrors> space, std::size_t draw,
+                                               const relative::Corrections* corrections) const {
+  propagation::Arrival arrival = scene.arrival;  // a copy, for it is disturbed
+  for (propagation::SatelliteView& view : arrival.views) view.space.reset();
+  if (!space.empty()) {
+    const auto reception = space[draw].reception(scene.antenna.time, scene.antenna.position_ecef);
+    for (propagation::SatelliteView& view : arrival.views) view.space = space[draw].at(view.line, reception);
+  }
+  return receiver.observe(
+      {scene.antenna, arrival, environment_->sky(), environment_->klobuchar(), corrections});
+}
+
+}  // namespace canyon::heatmap

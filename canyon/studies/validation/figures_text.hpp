@@ -1,0 +1,26 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "canyon/studies/validation/alignment.hpp"
+#include "canyon/studies/validation/figures.hpp"
+
+namespace canyon::validation {
+
+[[nodiscard]] std::optional<double> auc_of(const std::optional<Separation>& separation);
+
+/// "never tracked above 30 deg in clear view, left out: C07 (412 s), G11 (93 s)"; empty without any.
+[[nodiscard]] std::string never_tracked_text(const ModelFigures& figures);
+
+/// The figures as JSON: an object with SI units in the names; null where a figure has nothing to be made
+/// from. `alignment_json`, an object by itself, goes under "alignment".
+[[nodiscard]] std::string to_json(const std::vector<ModelFigures>& models,
+                                  const std::optional<std::string>& alignment_json);
+/// Tables of one model's figures for terminals.
+[[nodiscard]] std::string to_text(const ModelFigures& figures);
+/// One table for terminals, a row for each model, of the figures that docs/results.md states.
+[[nodiscard]] std::string models_table(const std::vector<ModelFigures>& models);
+
+}  // namespace canyon::validation
