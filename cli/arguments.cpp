@@ -56,15 +56,14 @@ class Parser {
   void add(CLI::App& app, Option& option) {
     const auto add_to = [&](auto& target) -> CLI::Option* {
       using Target = std::decay_t<decltype(target)>;
-      if constexpr (std::is_same_v<Target, bool*>) {
+      if constexpr (std::is_same_v<Target, bool*>)
         return app.add_flag(option.names, *target, option.help);
-      } else if constexpr (std::is_same_v<Target, std::function<void()>>) {
+      else if constexpr (std::is_same_v<Target, std::function<void()>>)
         return app.add_flag_callback(option.names, target, option.help);
-      } else if constexpr (std::is_pointer_v<Target>) {
+      else if constexpr (std::is_pointer_v<Target>)
         return app.add_option(option.names, *target, option.help);
-      } else {
+      else
         return app.add_option_function<Option::Texts>(option.names, target, option.help);
-      }
     };
     CLI::Option* added = std::visit(add_to, option.target);
     if (is_whole(option.target)) added->transform(CLI::Validator(plain_decimal, ""));
@@ -127,9 +126,8 @@ std::string unknown_word(const Command& program, const std::vector<std::string>&
       known = {"--help"};
       if (command == &program) known.emplace_back("--version");
       for (const Option& each : command->options) {
-        for (const std::string_view name : split(each.names, ',')) {
+        for (const std::string_view name : split(each.names, ','))
           if (name.substr(0, 2) == "--") known.emplace_back(name);
-        }
       }
       const std::string name = word.substr(0, word.find('='));
       if (name == "--" || std::find(known.begin(), known.end(), name) != known.end()) continue;
@@ -163,9 +161,9 @@ bool Option::has_name(std::string_view name) const {
 }
 
 bool Command::given(std::string_view name_of_option) const {
-  return std::any_of(options.begin(), options.end(), [name_of_option](const Option& option) {
-    return option.given && option.has_name(name_of_option);
-  });
+  return std::any_of(
+      options.begin(), options.end(),
+      [name_of_option](const Option& option) { return option.given && option.has_name(name_of_option); });
 }
 
 int run(Command& program, const std::string& version, int argc, char** argv) {

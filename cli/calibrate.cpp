@@ -107,9 +107,8 @@ class CalibrationDrive : public RecordedDrive {
     simulation::ReceiverConfig receiver = scenario_.receivers.front();
     if (calibrated != nullptr) {
       calibration::set_values(calibrated->values, receiver);
-      if (const auto share = calibration::fitted_glass(*calibrated)) {
+      if (const auto share = calibration::fitted_glass(*calibrated))
         environment_ = drawn_environment(calibration::with_coated_glass(scenario_, *share));
-      }
     }
     Progress progress(fmt::format("{}judging: {}", prefix_, called), quiet);
     compare_.progress = progress_of(progress);
@@ -205,9 +204,8 @@ std::string unite_profiles(const CalibrateArguments& arguments,
     }
   }
   if (!base.empty()) (void)base_profile(base);
-  for (validation::ListedRecording& r : recordings) {
+  for (validation::ListedRecording& r : recordings)
     if (differ) r.profile = base;
-  }
   return base;
 }
 

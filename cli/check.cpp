@@ -49,11 +49,10 @@ int run_check(const CheckArguments& arguments) {
         print(file, report);
     } catch (const InputError& error) {
       worst = exit_code(error);
-      if (arguments.json) {
+      if (arguments.json)
         all.push_back({{"file", file}, {"usable", false}, {"problem", error.what()}});
-      } else {
+      else
         fmt::print(stderr, "canyon: {}\n", error.what());
-      }
     }
   }
   if (arguments.json) fmt::print("{}\n", all.dump(2));

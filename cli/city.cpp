@@ -110,26 +110,24 @@ void change_city(simulation::CityConfig& config, const CityArguments& arguments,
   if (tileset) make(arguments.tiles, *tileset);
   if (arguments.bbox.empty()) return;
   const std::array<double, 4> box_deg = parse_bbox(arguments.bbox, "--bbox");
-  if (map) {
+  if (map)
     map->bbox_deg = box_deg;
-  } else if (tileset) {
+  else if (tileset)
     tileset->bbox_deg = box_deg;
-  } else {
+  else
     throw InputError(fmt::format("--bbox has no effect on {}, which is not a map", input), "leave it out");
-  }
 }
 
 simulation::CityConfig city_config(const std::string& input, const CityArguments& arguments) {
   simulation::CityConfig config;
   std::optional<geodesy::Geodetic> origin;
   if (!arguments.origin.empty()) origin = parse_place(arguments.origin, "--origin");
-  if (!is_scenario(input)) {
+  if (!is_scenario(input))
     config = simulation::city_config(input, origin);
-  } else if (!origin) {
+  else if (!origin)
     config = simulation::city_config(simulation::read_scenario(input, {false}));
-  } else {
+  else
     throw InputError("--origin belongs to a mesh or map file", "a scenario has its own origin under city:");
-  }
   change_city(config, arguments, input);
   return config;
 }

@@ -102,9 +102,8 @@ simulation::CityConfig make_config(const CityBuildArguments& arguments, const Co
     throw InputError("nothing to build from",
                      "give map or city files, or --place NAME, or --overpass URL with --bbox");
   }
-  if (online && arguments.place.empty() && arguments.city.bbox.empty()) {
+  if (online && arguments.place.empty() && arguments.city.bbox.empty())
     throw InputError("--overpass without --place or --bbox", "give the area to download");
-  }
   if (!arguments.inputs.empty() && !is_file_of<MapCity>(arguments.inputs.front())) {
     const std::string& input = arguments.inputs.front();
     if (arguments.inputs.size() > 1) {
@@ -241,9 +240,8 @@ int run_city_build(const CityBuildArguments& arguments, const Command& command) 
     return kOk;
   }
   if (arguments.quiet) return kOk;
-  if (config.is<tiles::TileOptions>()) {
+  if (config.is<tiles::TileOptions>())
     for (const std::string& note : notes.lines()) fmt::print("note        {}\n", note);
-  }
   if (from_map) fmt::print("{}", buildings::format_report(loaded.report));
   fmt::print("mesh        {} triangles, highest roof {:.1f} m\n", summary.triangles, summary.highest_roof_m);
   fmt::print("built in {:.2f} s, written in {:.2f} s:", build_s, all_s - build_s);

@@ -44,15 +44,13 @@ int run_demo(const std::string& out) {
                                               {self, "heatmap", scenario, "--spacing", "6", "--out", map}};
   const bool with_page = has_page();
   if (with_page) steps.push_back({self, "view", scenario, "--export", page});
-  for (const std::vector<std::string>& step : steps) {
+  for (const std::vector<std::string>& step : steps)
     if (const int status = run_program(step); status != kOk) return status;
-  }
   fmt::print("\nPictures: {0}/track.png, {0}/timeline.png, {0}/skyplot.png and those in {1}.\n", out, map);
-  if (with_page) {
+  if (with_page)
     fmt::print("In three dimensions: open {} in a browser.\n", page);
-  } else {
+  else
     fmt::print("In three dimensions: `./run view` builds the viewer's page, which is not here.\n");
-  }
   fmt::print(
       "\nTry next:\n"
       "  {0} holds the city, the sky, the drive and the receiver. Change `profile`, `systems` or `seed`, "

@@ -89,9 +89,8 @@ class MapRun {
 
  private:
   [[nodiscard]] int finish() const {
-    if (result_.resumed > 0) {
+    if (result_.resumed > 0)
       note(fmt::format("resumed     {} of {} tiles were there", result_.resumed, tiles()));
-    }
     try {
       for (const heatmap::OverRuns over : runs_->statistics()) write(over);
     } catch (const Interrupted&) {
@@ -143,17 +142,15 @@ class MapRun {
     request_.receivers = arguments_.receivers;
     request_.limits = arguments_.limits;
     request_.motion = scenario_.map;
-    if (arguments_.motion.motion != simulation::Motion::Auto) {
+    if (arguments_.motion.motion != simulation::Motion::Auto)
       request_.motion.motion = arguments_.motion.motion;
-    }
     request_.times = for_option("--times", [&] {
       return heatmap::parse_times(arguments_.times, simulation::first_instant(scenario_, report_));
     });
     std::string instants = arguments_.times;
     std::replace(instants.begin(), instants.end(), '/', ',');
-    for (const std::string_view piece : split(instants, ',')) {
+    for (const std::string_view piece : split(instants, ','))
       if (ranks_.rank() == 0 && piece.find(':') != std::string_view::npos) warn_of_no_zone(piece);
-    }
     receiver_ = choose_receiver(scenario_, arguments_.receiver, arguments_.model);
     if (arguments_.runs < 1 || arguments_.runs > kMostRuns) {
       throw InputError(fmt::format("--runs {} is out of range", arguments_.runs),
@@ -198,9 +195,8 @@ class MapRun {
       report_.write(arguments_.out);
       print_report(report_, (fs::path(arguments_.out) / "report.txt").string());
     }
-    if (receiver_.options.ionosphere || receiver_.options.fix.correct_ionosphere) {
+    if (receiver_.options.ionosphere || receiver_.options.fix.correct_ionosphere)
       simulation::require_ionosphere(sky);
-    }
     check_times(*sky.sky);
     sky_ = std::move(sky);
     const heatmap::Grid& grid = request_.grid;
@@ -219,7 +215,8 @@ class MapRun {
   }
 
   void check_times(const orbit::Sky& sky) const {
-    for_option("--times", [&] { simulation::require_satellites(sky, request_.times); });
+    for_option(
+        "--times", [&] { simulation::require_satellites(sky, request_.times); });
   }
 
   [[nodiscard]] std::unique_ptr<heatmap::TileStore> open(const fs::path& folder,
@@ -246,9 +243,8 @@ class MapRun {
 
   [[nodiscard]] int tell_interrupted() const {
     std::size_t finished = 0;
-    for (const auto& store : stores_) {
+    for (const auto& store : stores_)
       for (std::size_t i = 0; i < heatmap_->unit_count(); ++i) finished += store->has(i) ? 1 : 0;
-    }
     fmt::print(
         stderr,
         "canyon: interrupted: {} of {} tiles are finished and kept in {}; the same command continues from "
@@ -278,10 +274,9 @@ class MapRun {
     source.slice = [this, slices = std::move(source.slice)](std::size_t tile, std::size_t time) {
       if (stop_.load()) throw Interrupted{};
       auto slice = slices(tile, time);
-      if (!slice) {
+      if (!slice)
         throw InputError(fs::path(arguments_.out) / "tiles", 0, "a finished tile is gone",
                          "let nothing else clear this folder, and run the same command again");
-      }
       return slice;
     };
     return source;
@@ -304,16 +299,19 @@ class MapRun {
       files.emplace_back("map.nc");
     }
     if (formats_.geotiff) {
-      with_progress("writing GeoTIFF", [&] {
-        for (std::string& name : heatmap::write_geotiffs(folder, map)) files.push_back(std::move(name));
-      });
+      with_progress(
+          "writing GeoTIFF",
+          [&] {
+            for (std::string& name : heatmap::write_geotiffs(folder, map)) files.push_back(std::move(name));
+          });
     }
     if (formats_.png) {
-      with_progress("drawing", [&] {
-        for (std::string& name : heatmap::write_map_pictures(folder, map, environment_->city())) {
-          files.push_back(std::move(name));
-        }
-      });
+      with_progress(
+          "drawing",
+          [&] {
+            for (std::string& name : heatmap::write_map_pictures(folder, map, environment_->city()))
+              files.push_back(std::move(name));
+          });
     }
     if (!quiet()) report(summary, folder, files, over);
   }
@@ -334,9 +332,8 @@ class MapRun {
     figures.push_back({"inside buildings", percent(in(heatmap::CellState::InsideBuilding), cells)});
     for (const auto& [state, what] : {std::pair{heatmap::CellState::UnderTerrain, "under terrain"},
                                       std::pair{heatmap::CellState::NoTerrain, "without terrain"},
-                                      std::pair{heatmap::CellState::OutsideArea, "outside the area"}}) {
+                                      std::pair{heatmap::CellState::OutsideArea, "outside the area"}})
       if (in(state) > 0) figures.push_back({what, percent(in(state), cells)});
-    }
     if (summary.availability) figures.push_back({"availability of a fix", percent(*summary.availability, 1)});
     fmt::print("\n");
     print_table({runs_->name_of(over), ""}, figures);
@@ -349,14 +346,12 @@ class MapRun {
     }
     fmt::print("\n");
     print_table({"layer", "unit", "least", "median", "mean", "95 %", "greatest"}, rows);
-    if (summary.values == 0) {
+    if (summary.values == 0)
       print_warnings({"no cell was computed: all are inside buildings, under terrain or outside the area"});
-    }
     constexpr std::size_t kListed = 12;
     std::string list;
-    for (std::size_t i = 0; i < std::min(kListed, files.size()); ++i) {
+    for (std::size_t i = 0; i < std::min(kListed, files.size()); ++i)
       list += (list.empty() ? "" : ", ") + files[i];
-    }
     if (files.size() > kListed) list += fmt::format(" and {} more", files.size() - kListed);
     note(fmt::format("\n{} file{} in {}: {}", files.size(), files.size() == 1 ? "" : "s", folder.string(),
                      list));
@@ -390,17 +385,15 @@ int run_heatmap(const HeatmapArguments& arguments) {
 
 std::string layer_list() {
   std::string text;
-  for (const heatmap::LayerInfo& layer : heatmap::all_layers()) {
+  for (const heatmap::LayerInfo& layer : heatmap::all_layers())
     text += fmt::format("\n  {:<27} {} [{}]", layer.name, layer.long_name, layer.unit);
-  }
   return text;
 }
 
 std::string model_list() {
   std::string text;
-  for (const validation::Model& model : validation::model_ladder({})) {
+  for (const validation::Model& model : validation::model_ladder({}))
     text += (text.empty() ? "" : ", ") + model.key;
-  }
   return text;
 }
 

@@ -131,9 +131,8 @@ int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
              {"time_utc", geodesy::format_utc(answer->time)},
              {"state", state_word(answer->state)},
              {"values", Json::object()}};
-    for (std::size_t k = 0; k < map.layers().size(); ++k) {
+    for (std::size_t k = 0; k < map.layers().size(); ++k)
       out["values"][std::string(heatmap::info(map.layers()[k]).name)] = answer->values[k];
-    }
     fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
     return kOk;
   }
@@ -246,11 +245,9 @@ void print_json(const RouteReport& report, const StoredMap& map) {
                {"longitude_deg", geodesy::degrees(place.longitude_rad)},
                {"time_utc", geodesy::format_utc(station.time)},
                {"state", station.answer ? state_word(station.answer->state) : "outside the map"}};
-    if (station.answer) {
-      for (std::size_t k = 0; k < map.layers().size(); ++k) {
+    if (station.answer)
+      for (std::size_t k = 0; k < map.layers().size(); ++k)
         entry[std::string(heatmap::info(map.layers()[k]).name)] = station.answer->values[k];
-      }
-    }
     out["stations"].push_back(std::move(entry));
   }
   fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
@@ -295,9 +292,8 @@ int query_path(const HeatmapQueryArguments& arguments, const StoredMap& map) {
 }
 
 int run_heatmap_query(const HeatmapQueryArguments& arguments) {
-  if (arguments.place.empty() == arguments.path.empty()) {
+  if (arguments.place.empty() == arguments.path.empty())
     throw InputError("there is nothing to look up", "give --at LAT,LON or --path FILE");
-  }
   if (!arguments.format.empty()) check_trajectory_format(arguments.format);
   const StoredMap map(arguments.map);
   return arguments.place.empty() ? query_path(arguments, map) : query_place(arguments, map);

@@ -45,9 +45,8 @@ HeatmapFormats parse_formats(const std::string& text) {
   HeatmapFormats formats;
   for (const std::string_view piece : split(text, ',')) {
     const std::string name = lower_case(trim(piece));
-    if (std::find(known.begin(), known.end(), name) == known.end()) {
+    if (std::find(known.begin(), known.end(), name) == known.end())
       throw InputError(fmt::format("--format: '{}' is not known", name), known_names(name, known));
-    }
     formats.netcdf = formats.netcdf || name == "netcdf" || name == "all";
     formats.geotiff = formats.geotiff || name == "geotiff" || name == "all";
     formats.png = formats.png || name == "png" || name == "all";
@@ -204,23 +203,20 @@ std::string command_of(const HeatmapArguments& arguments, const heatmap::Request
   add("--altitude-kind", arguments.altitude_kind);
   add("--times", arguments.times);
   std::string layers;
-  for (const heatmap::Layer layer : request.layers) {
+  for (const heatmap::Layer layer : request.layers)
     layers += fmt::format("{}{}", layers.empty() ? "" : ",", heatmap::info(layer).name);
-  }
   add("--layers", layers);
   add("--model", arguments.model);
   add("--receiver", arguments.receiver);
   if (std::any_of(request.layers.begin(), request.layers.end(),
-                  [](heatmap::Layer layer) { return heatmap::info(layer).draws; })) {
+                  [](heatmap::Layer layer) { return heatmap::info(layer).draws; }))
     add("--draws", std::to_string(request.draws.draws));
-  }
   if (!(request.receivers == heatmap::CellReceiverOptions{})) {
     add("--receivers", request.receivers.model == heatmap::ReceiverModel::Run ? "run" : "steady_state");
     add("--path-nodes", fmt::format("{:g}", request.receivers.path_nodes_m));
   }
-  if (arguments.motion.motion != simulation::Motion::Auto) {
+  if (arguments.motion.motion != simulation::Motion::Auto)
     add("--motion", std::string(simulation::name(arguments.motion.motion)));
-  }
   const auto has = [&request](heatmap::Layer layer) {
     return std::find(request.layers.begin(), request.layers.end(), layer) != request.layers.end();
   };
@@ -228,12 +224,10 @@ std::string command_of(const HeatmapArguments& arguments, const heatmap::Request
   using heatmap::Layer;
   if (has(Layer::HorizontalErrorExceedance)) add("--error-limit", fmt::format("{:g}", limits.error_m));
   if (has(Layer::ProtectedAvailability)) add("--alert-limit", fmt::format("{:g}", limits.alert_m));
-  if (has(Layer::ProtectionLevel) || has(Layer::ProtectedAvailability) || has(Layer::MisleadingShare)) {
+  if (has(Layer::ProtectionLevel) || has(Layer::ProtectedAvailability) || has(Layer::MisleadingShare))
     add("--protection-factor", fmt::format("{:g}", limits.protection_factor));
-  }
-  if (std::any_of(request.layers.begin(), request.layers.end(), heatmap::of_rtk)) {
+  if (std::any_of(request.layers.begin(), request.layers.end(), heatmap::of_rtk))
     add("--rtk-time", std::to_string(limits.rtk_s));
-  }
   if (arguments.runs > 1) add("--runs", std::to_string(arguments.runs));
   if (arguments.unknowns) add("--unknowns", std::to_string(*arguments.unknowns));
   add("--known", arguments.known);

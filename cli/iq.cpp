@@ -25,9 +25,8 @@ struct IqArguments : RunArguments {
 std::vector<std::size_t> chosen_receivers(const IqArguments& arguments,
                                           const simulation::Scenario& scenario) {
   std::vector<std::size_t> chosen;
-  for (const std::string& name : arguments.receivers) {
+  for (const std::string& name : arguments.receivers)
     chosen.push_back(for_option("--receiver", [&] { return simulation::find_receiver(scenario, name); }));
-  }
   if (!chosen.empty()) return chosen;
   if (scenario.receivers.size() > 1) {
     throw InputError(fmt::format("the scenario has {} receivers", scenario.receivers.size()),

@@ -21,18 +21,16 @@ namespace canyon::cli {
 bool is_installed(const std::string& program) {
   const char* path = std::getenv("PATH");
   if (path == nullptr) return false;
-  for (const std::string_view folder : split(path, ':')) {
+  for (const std::string_view folder : split(path, ':'))
     if (access((std::filesystem::path(folder) / program).c_str(), X_OK) == 0) return true;
-  }
   return false;
 }
 
 int run_program(const std::vector<std::string>& words, const ProgramOutput& output) {
   const bool apart = !output.complaints.empty();
   std::array<int, 2> ends{-1, -1};
-  if (apart && pipe2(ends.data(), O_CLOEXEC) != 0) {
+  if (apart && pipe2(ends.data(), O_CLOEXEC) != 0)
     throw InputError(std::string("pipe: ") + std::strerror(errno));
-  }
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   if (apart) {
@@ -55,9 +53,8 @@ int run_program(const std::vector<std::string>& words, const ProgramOutput& outp
   }
   if (FILE* printed = apart ? fdopen(ends[0], "r") : nullptr) {
     std::array<char, 256> text{};
-    while (std::fgets(text.data(), text.size(), printed) != nullptr) {
+    while (std::fgets(text.data(), text.size(), printed) != nullptr)
       if (output.line) output.line(trim(text.data()));
-    }
     std::fclose(printed);
   }
   int status = 0;

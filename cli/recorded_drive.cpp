@@ -83,9 +83,8 @@ std::vector<validation::ListedRecording> recordings_of(const DriveArguments& arg
     }
     return validation::read_recording_list(arguments.scenario).recordings;
   }
-  if (arguments.obs.empty()) {
+  if (arguments.obs.empty())
     throw InputError("--obs is missing", "give the recorded observations, or a list of recordings");
-  }
   validation::ListedRecording one;
   one.scenario = arguments.scenario;
   one.obs = arguments.obs;

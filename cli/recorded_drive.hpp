@@ -139,9 +139,8 @@ std::vector<std::unique_ptr<Drive>> drives_of(const Arguments& arguments,
                                               bool listed) {
   std::vector<std::unique_ptr<Drive>> drives;
   drives.reserve(recordings.size());
-  for (const validation::ListedRecording& recording : recordings) {
+  for (const validation::ListedRecording& recording : recordings)
     drives.push_back(std::make_unique<Drive>(arguments, recording, listed));
-  }
   return drives;
 }
 

@@ -15,9 +15,8 @@ namespace canyon::cli {
 namespace {
 
 std::string replaced(std::string text, std::string_view from, std::string_view to) {
-  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) {
+  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
     text.replace(at, from.size(), to);
-  }
   return text;
 }
 
@@ -62,11 +61,10 @@ std::string cases(const Command& program) {
         keys += fmt::format("{}'{} {}'", keys.empty() ? "" : "|", words, name);
       }
       if (option.value.empty()) continue;
-      if (option.words.empty()) {
+      if (option.words.empty())
         files += (files.empty() ? "" : "|") + keys;
-      } else {
+      else
         lines += fmt::format("    {}) list='{}' ;;\n", keys, joined(option.words));
-      }
     }
     if (!files.empty()) lines += fmt::format("    {}) list= ;;\n", files);
     lines += fmt::format("    '{}') list='{}--help' ;;\n", words, list);
@@ -126,20 +124,17 @@ std::string fish(const Command& program) {
       if (!command.commands.empty()) when += "; and not __fish_seen_subcommand_from";
       for (const Command& part : command.commands) when += " " + part.name;
     }
-    for (const Command& part : command.commands) {
+    for (const Command& part : command.commands)
       lines +=
           fmt::format("complete -c canyon -n {} -a {} -d {}\n", quoted(when), part.name, quoted(part.help));
-    }
     for (const Option& option : command.options) {
       const std::string choice = option.words.empty() ? "" : " -a " + quoted(joined(option.words));
-      if (is_positional(option) && !choice.empty()) {
+      if (is_positional(option) && !choice.empty())
         lines += fmt::format("complete -c canyon -n {} -f{}\n", quoted(when), choice);
-      }
       if (!is_shown(option)) continue;
       lines += fmt::format("complete -c canyon -n {}", quoted(when));
-      for (const std::string& name : names_of(option)) {
+      for (const std::string& name : names_of(option))
         lines += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
-      }
       if (!option.value.empty()) lines += (choice.empty() ? " -r" : " -x") + choice;
       lines += fmt::format(" -d {}\n", quoted(option.help));
     }

@@ -97,9 +97,8 @@ Recording read(const std::string& path, const RtkArguments& arguments, const gns
 
 /// The place of the base's antenna: as given, else that of the file.
 Eigen::Vector3d place_of_base(const RtkArguments& arguments, const Recording& base) {
-  if (!arguments.base_place.empty()) {
+  if (!arguments.base_place.empty())
     return geodesy::ecef_from_geodetic(parse_place(arguments.base_place, "--base-position"));
-  }
   if (!base.rtcm.empty()) return base.rtcm.front()->station_ecef;
   std::vector<Eigen::Vector3d> places;
   for (const rinex::ObservationEpoch& epoch : base.rinex.epochs) {
@@ -204,9 +203,8 @@ void print_kinds(const std::vector<relative::PairEpoch>& epochs,
 /// Says whose Dopplers the velocities were made without.
 void print_excluded(const std::vector<relative::PairEpoch>& epochs) {
   std::map<gnss::SatelliteId, std::size_t> counts;
-  for (const relative::PairEpoch& epoch : epochs) {
+  for (const relative::PairEpoch& epoch : epochs)
     for (const gnss::SatelliteId id : epoch.fix.excluded) ++counts[id];
-  }
   if (counts.empty()) return;
   std::string list;
   for (const auto& [id, count] : counts)

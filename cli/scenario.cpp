@@ -66,9 +66,8 @@ int run_profiles(const std::string& name) {
 
 int list() {
   std::vector<TextRow> rows;
-  for (const disturbance::FaultKind& kind : disturbance::fault_kinds()) {
+  for (const disturbance::FaultKind& kind : disturbance::fault_kinds())
     rows.push_back({std::string(kind.name), std::string(kind.summary)});
-  }
   print_table({"fault", "what happens"}, rows);
   fmt::print("\n'canyon faults list KIND' describes one with its keys.\n");
   return kOk;
@@ -77,9 +76,8 @@ int list() {
 int describe(const std::string& name) {
   const disturbance::FaultKind& kind = disturbance::fault_kind_named(name);
   std::vector<options::Key> keys = disturbance::description(kind).keys;
-  for (options::Key& key : keys) {
+  for (options::Key& key : keys)
     if (const std::string values = key.values(); !values.empty()) key.meaning += fmt::format(" ({})", values);
-  }
   fmt::print(
       "{}: {}\n\nKeys below '{}:', in addition to the fault's own name, from_s, until_s or duration_s, "
       "receivers:\n{}\nExample:\nfaults:\n  - {}\n",

@@ -82,9 +82,7 @@ std::vector<std::unique_ptr<simulation::EpochSink>> make_sinks(const simulation:
            fmt::format("pictures    of the first {} of {} receivers", drawn, scenario.receivers.size()));
     }
   }
-  if (arguments.view) {
-    sinks.push_back(view::make_view(simulation, fs::path(arguments.out) / "view"));
-  }
+  if (arguments.view) sinks.push_back(view::make_view(simulation, fs::path(arguments.out) / "view"));
   return sinks;
 }
 
@@ -115,9 +113,8 @@ int run_simulate(const SimulateArguments& given) {
   const auto sinks = make_sinks(simulation, arguments);
   std::vector<std::unique_ptr<output::EncodedStream>> streams;
   const auto tell_notes = [&](std::size_t i) {
-    for (const std::string& line : streams[i]->take_notes()) {
+    for (const std::string& line : streams[i]->take_notes())
       note(fmt::format("stream      {}: {}", arguments.streams[i], line));
-    }
   };
   for (const std::string& text : arguments.streams) {
     streams.push_back(output::open_stream(output::parse_stream(text), simulation));
@@ -147,9 +144,8 @@ int run_simulate(const SimulateArguments& given) {
   ReadReport report = simulation.report();
   report.say(ReadReport::Level::Guess, result.warnings);
   report.write(arguments.out);
-  if (const std::size_t removed = files.finish(); removed > 0) {
+  if (const std::size_t removed = files.finish(); removed > 0)
     note(fmt::format("removed     {} files that the run before had left in {}", removed, arguments.out));
-  }
   if (!arguments.quiet) fmt::print("\n{}\n", output::format_summary_table(figures.summaries()));
   // An interrupt while pictures are drawn leaves them out.
   if (result.interrupted || (scenario.outputs.has("pictures") && stop_requested.load())) {
@@ -166,9 +162,8 @@ int run_simulate(const SimulateArguments& given) {
 std::vector<std::string> output_keys() {
   constexpr std::string_view kGroup = "outputs.";
   std::vector<std::string> names;
-  for (const options::Key& key : simulation::scenario_keys()) {
+  for (const options::Key& key : simulation::scenario_keys())
     if (key.path.starts_with(kGroup)) names.push_back(key.path.substr(kGroup.size()));
-  }
   return names;
 }
 
@@ -186,9 +181,8 @@ void add_simulate(Command& app) {
   add_run_field(command, "--rate", arguments, "rate_hz");
   add_run_options(command, arguments);
   std::string live;
-  for (const output::Format& format : output::formats()) {
+  for (const output::Format& format : output::formats())
     if (format.live) live += fmt::format("{}, ", format.name);
-  }
   command
       .add_option("--stream", arguments.streams, "STREAM",
                   "send a format during the run, [RECEIVER/]FORMAT=ADDRESS; may be repeated. "

@@ -57,9 +57,8 @@ int run_sky(const SkyArguments& arguments) {
     (row.above_mask ? up : row.line ? down : absent).push_back(std::move(row));
   }
   std::vector<Row> shown = up;
-  if (arguments.all) {
+  if (arguments.all)
     for (const auto* more : {&down, &absent}) shown.insert(shown.end(), more->begin(), more->end());
-  }
   if (arguments.json) {
     Json out{{"time_gpst", geodesy::format_gpst(time)},
              {"time_utc", geodesy::format_utc(time)},

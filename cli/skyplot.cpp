@@ -71,17 +71,15 @@ int draw_one(const SkyplotArguments& arguments, Site& site) {
   site.cover(time - arguments.options.trail_s, time);
   const Eigen::Vector3d antenna = site.antenna(time);
   const raytrace::Placement placement = site.environment().scene().placement(antenna);
-  if (placement != raytrace::Placement::Free) {
+  if (placement != raytrace::Placement::Free)
     print_warnings({fmt::format("the antenna ({}) is {}", where(site, time), no_signal_in(placement))});
-  }
   const auto begin = std::chrono::steady_clock::now();
   const std::string bytes = drawing::draw_skyplot(site.environment(), site.make_propagator(), time, antenna,
                                                   arguments.options, &site.receiver_config().options);
   const double wall_s = seconds_since(begin);
   write_file(arguments.out, bytes);
-  if (!arguments.quiet) {
+  if (!arguments.quiet)
     fmt::print(stderr, "sky at {}: {} ({:.2f} s)\n", where(site, time), arguments.out, wall_s);
-  }
   return kOk;
 }
 
@@ -132,9 +130,8 @@ int draw_frames(const SkyplotArguments& arguments, Site& site, ResultFiles& file
   }
   const double wall_s = seconds_since(wall_begin);
   std::map<raytrace::Placement, std::size_t> placements;
-  for (std::size_t i = 0; i < written; ++i) {
+  for (std::size_t i = 0; i < written; ++i)
     ++placements[site.environment().scene().placement(site.antenna(time_of(i)))];
-  }
   for (const auto& [placement, frames] : placements) {
     if (placement == raytrace::Placement::Free) continue;
     print_warnings(
@@ -174,11 +171,10 @@ int run_skyplot(const SkyplotArguments& given) {
   }
   // A folder that cannot be written to is found before the city is loaded.
   std::optional<ResultFiles> files;
-  if (frames) {
+  if (frames)
     files.emplace(arguments.frames, "skyplot");
-  } else {
+  else
     const OutputFile probe(arguments.out);
-  }
   Site site(arguments.site);
   const receiver::ReceiverOptions& receiver = site.receiver_config().options;
   arguments.options.receiver = receiver.name;

@@ -89,9 +89,8 @@ void write_report(const fs::path& folder, const std::vector<std::optional<study:
 void write_results(const StudyArguments& arguments, const study::Manifest& manifest, const fs::path& folder,
                    std::vector<std::optional<study::RunRecord>>& records) {
   std::vector<std::size_t> failed;
-  for (const auto& record : records) {
+  for (const auto& record : records)
     if (!record->problem.empty()) failed.push_back(record->number);
-  }
   const std::string failure =
       failed.empty() ? ""
                      : fmt::format("{} of {} runs have no figures (runs {}); the first: {}", failed.size(),
@@ -118,9 +117,8 @@ void write_results(const StudyArguments& arguments, const study::Manifest& manif
 std::vector<std::size_t> unfinished(const std::vector<std::optional<study::RunRecord>>& records,
                                     const Shard& shard = {}) {
   std::vector<std::size_t> numbers;
-  for (std::size_t i = 0; i < records.size(); ++i) {
+  for (std::size_t i = 0; i < records.size(); ++i)
     if (!records[i] && study::shard_of(i, shard.count) == shard.index) numbers.push_back(i);
-  }
   return numbers;
 }
 
@@ -222,9 +220,8 @@ int merge(const StudyArguments& arguments) {
                        "merge folders of one study, with the same options and files");
     }
     std::vector<std::optional<study::RunRecord>> some = study::read_records(folder, manifest.runs);
-    for (std::size_t i = 0; i < some.size(); ++i) {
+    for (std::size_t i = 0; i < some.size(); ++i)
       if (some[i] && !records[i]) records[i] = std::move(some[i]), origin[i] = &folder;
-    }
   }
   const std::vector<std::size_t> missing = unfinished(records);
   if (!missing.empty()) {

@@ -26,9 +26,7 @@ struct TraceArguments {
 
 std::string kind_text(const propagation::Path& path) {
   if (path.order == 2) return "reflected twice";
-  if (path.kind == propagation::PathKind::Direct && path.foliage_depth_m > 0) {
-    return "direct through leaves";
-  }
+  if (path.kind == propagation::PathKind::Direct && path.foliage_depth_m > 0) return "direct through leaves";
   return std::string(propagation::name(path.kind));
 }
 
@@ -136,9 +134,8 @@ Json path_json(const Look& look, const propagation::SatelliteView& view, const p
   if (look.signal.enabled) {
     row.amplitude = amplitude(path, view.line, view.line.state.carrier_frequency_hz, look.signal);
     Json& of_signals = json["signal_loss_db"] = Json::object();
-    for (const SentSignal& s : sent) {
+    for (const SentSignal& s : sent)
       of_signals[std::string(s.signal->name)] = loss_db(path, view.line, s.carrier_hz, look.signal);
-    }
   }
   put_columns(json, output::TableKind::Paths, row, "kind", {});
   if (path.foliage_depth_m > 0) json["foliage_depth_m"] = path.foliage_depth_m;
@@ -177,9 +174,8 @@ Json satellite_json(const Look& look, const propagation::SatelliteView& view,
     }
     json["signals"].push_back(std::move(one));
   }
-  for (const propagation::Path& path : view.paths.paths) {
+  for (const propagation::Path& path : view.paths.paths)
     json["paths"].push_back(path_json(look, view, path, sent, row));
-  }
   return json;
 }
 
@@ -193,17 +189,15 @@ void print_json(const Look& look) {
            {"report", printed_reports()},
            {"satellites", Json::array()}};
   const tracking::ChannelModel model(look.signal, look.site.simulation().scenario().seed, look.receiver.name);
-  for (const propagation::SatelliteView& view : look.arrival.views) {
+  for (const propagation::SatelliteView& view : look.arrival.views)
     out["satellites"].push_back(satellite_json(look, view, model));
-  }
   fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
 }
 
 /// One number a path, or with `tracks` one for each signal.
 std::string loss_text(const Look& look, const propagation::Path& path, const orbit::LineOfSight& line) {
-  if (look.receiver.tracks.empty()) {
+  if (look.receiver.tracks.empty())
     return fmt::format("{:.1f}", loss_db(path, line, line.state.carrier_frequency_hz, look.signal));
-  }
   std::string text;
   for (const SentSignal& s : sent_signals(line, look.time, look.receiver)) {
     text += fmt::format("{}{} {:.1f}", text.empty() ? "" : ", ", s.signal->name,

@@ -344,10 +344,9 @@ void write(const ValidateArguments& arguments, const Judges& judges, bool listed
   }
   for (const auto& judge : judges) fmt::print("{}", judge->alignment_line());
   fmt::print("\n{}\n{}{}", validation::to_text(rows), validation::score_card(rows), by_seed);
-  for (const auto& judge : judges) {
+  for (const auto& judge : judges)
     if (judge->several_models())
       fmt::print("\nModels, {}:\n\n{}", judge->recorded().name, judge->models_table());
-  }
 }
 
 int run_validate(const ValidateArguments& given) {

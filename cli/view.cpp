@@ -86,9 +86,8 @@ struct ViewedMap {
 ViewedMap viewed_map(const ViewArguments& arguments, bool finished) {
   ViewedMap viewed;
   viewed.alone = std::filesystem::path(arguments.input).extension() == ".nc";
-  if (viewed.alone && !arguments.map.empty()) {
+  if (viewed.alone && !arguments.map.empty())
     throw InputError("--map beside a map", "give the city or run that it is laid over, or no --map");
-  }
   const std::string file = viewed.alone ? arguments.input : arguments.map;
   if (file.empty()) {
     if (!arguments.city.empty() && !(finished && is_scenario(arguments.city))) {
@@ -97,18 +96,16 @@ ViewedMap viewed_map(const ViewArguments& arguments, bool finished) {
     }
     return viewed;
   }
-  if (finished && arguments.city.empty()) {
+  if (finished && arguments.city.empty())
     throw InputError("--map over a finished run needs its city", "give --city the run's scenario");
-  }
   viewed.map = std::make_unique<heatmap::StoredMap>(file);
   viewed.name =
       fmt::format("{}, receiver {}", std::filesystem::path(file).stem().string(), viewed.map->motion());
   const std::string city = !arguments.city.empty() ? arguments.city : viewed.alone ? "" : arguments.input;
-  if (city.empty()) {
+  if (city.empty())
     viewed.city.city = view::field_of(*viewed.map);
-  } else {
+  else
     viewed.city = read_city(city_config(city), "building the city", arguments.serve.quiet);
-  }
   return viewed;
 }
 
@@ -122,18 +119,16 @@ void copy_view(const std::filesystem::path& from, const std::filesystem::path& f
 /// The view of a finished run, where `input` is a folder with one.
 std::optional<std::filesystem::path> finished_view(const std::filesystem::path& input) {
   std::error_code error;
-  for (const std::filesystem::path& folder : {input, input / "view"}) {
+  for (const std::filesystem::path& folder : {input, input / "view"})
     if (std::filesystem::is_regular_file(folder / view::kHeaderFile, error)) return folder;
-  }
   return {};
 }
 
 /// Words for where a map's heights came from, by its features.
 std::map<std::string, std::string> height_sources(const buildings::BuiltCity& built) {
   std::map<std::string, std::string> sources;
-  for (const buildings::BuiltFeature& feature : built.features) {
+  for (const buildings::BuiltFeature& feature : built.features)
     if (feature.built) sources[feature.id] = buildings::name(feature.shape.height_source);
-  }
   return sources;
 }
 
@@ -234,9 +229,8 @@ Antennas antennas_in_map(const ViewArguments& arguments, const ViewedMap& map, v
   header.begin = map.map->times().front();
   header.interval_s = 1 / scenario.rate_hz.value_or(1);
   header.paths_per_satellite = arguments.paths;
-  for (const simulation::ReceiverConfig& receiver : scenario.receivers) {
+  for (const simulation::ReceiverConfig& receiver : scenario.receivers)
     header.receivers.push_back(view::receiver_header(receiver.options));
-  }
   Antennas antennas;
   antennas.probe =
       std::make_unique<view::Probe>(scenario, map.map->times().front(), header.interval_s,

@@ -28,9 +28,8 @@ void announce(const view::Server& server, const ServeOptions& options) {
   fmt::print("{}\n", server.address());
   std::fflush(stdout);
   if (!options.quiet) fmt::print(stderr, "open it in a browser of this machine; Ctrl-C ends it\n");
-  if (options.open && !(is_installed("xdg-open") && run_program({"xdg-open", server.address()}) == 0)) {
+  if (options.open && !(is_installed("xdg-open") && run_program({"xdg-open", server.address()}) == 0))
     fmt::print(stderr, "canyon: xdg-open does not open it; do so by hand\n");
-  }
 }
 
 /// Antennas in a live view: a probe of the hosts' scenario under the time that they state.
@@ -108,9 +107,8 @@ void serve_live(LiveView view, const std::filesystem::path& folder, const ServeO
   while (!stop) {
     relay.serve(server);
     if (const auto header = relay.take_header()) probe.begin(*header);
-    for (const std::string& note : relay.take_notes()) {
+    for (const std::string& note : relay.take_notes())
       if (!options.quiet) fmt::print(stderr, "{}\n", note);
-    }
   }
 }
 

@@ -25,9 +25,8 @@ void add_remapping(const Visitor& v, std::string_view key, std::string_view from
                    HostSettings& settings) {
   for (const std::string_view name : {from, to}) {
     const std::size_t home = name.starts_with("~/") ? 2 : name.starts_with('~') ? 1 : 0;
-    if (!is_ros_name(name.substr(home))) {
+    if (!is_ros_name(name.substr(home)))
       throw v.fault(key, fmt::format("'{}' is not a name of ROS", name), kRosNameCure);
-    }
   }
   for (const auto& other : settings.remappings) {
     if (other.first != from) continue;
@@ -212,9 +211,8 @@ live::HostSetup setup_of(const HostSettings& settings, const ReceiverIdentity& i
   setup.warnings = settings.warnings;
   setup.say = std::move(say);
   setup.model = identity.model;
-  if (settings.nmea_port != 0) {
+  if (settings.nmea_port != 0)
     setup.streams.emplace_back("nmea_port", fmt::format("nmea=tcp://127.0.0.1:{}", settings.nmea_port));
-  }
   for (const std::string& stream : settings.streams) setup.streams.emplace_back("streams", stream);
   return setup;
 }

@@ -136,9 +136,8 @@ std::vector<VisualShape> ray_shapes(const live::ReceiverReport& report, double r
   if (report.step == nullptr || !has_place(report)) return {};
   const auto& views = report.step->arrival.views;
   std::map<gnss::SatelliteId, Visibility> above_mask;
-  for (const receiver::SatelliteObservation& s : report.step->epoch.observed.satellites) {
+  for (const receiver::SatelliteObservation& s : report.step->epoch.observed.satellites)
     if (s.above_mask) above_mask[s.id] = s.visibility;
-  }
   // Direct and mirror ray of each satellite in turn.
   const bool has_ranges = report.scan_ranges_m.size() == 2 * views.size();
   RayDrawing drawing(report, ray_length_m);
@@ -187,9 +186,8 @@ std::vector<VisualLedger::Change> VisualLedger::update(const std::vector<VisualS
     Entry& entry = at->second;
     if (is_new) entry.id = next_id_();
     const bool whole = is_new || everything || !same_look(entry.shape, shape);
-    if (whole || !entry.visible || !(entry.shape == shape)) {
+    if (whole || !entry.visible || !(entry.shape == shape))
       changes.push_back({shape.name, entry.id, true, whole, shape});
-    }
     entry.visible = true;
     entry.shape = shape;
   }

@@ -87,9 +87,8 @@ std::vector<std::string> RosTopics::claimed() const {
 
 std::string ros_name_part(std::string_view name) {
   std::string part(name);
-  for (char& c : part) {
+  for (char& c : part)
     if (!is_name_character(c)) c = '_';
-  }
   if (part.empty() || !is_letter(part.front())) part.insert(0, "m_");
   return part;
 }

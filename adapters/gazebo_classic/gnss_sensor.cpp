@@ -55,11 +55,10 @@ HostSettings read_settings(const Attachment& at, const ReceiverIdentity& identit
 }
 
 void say(live::Tone tone, const std::string& line) {
-  if (tone == live::Tone::Error) {
+  if (tone == live::Tone::Error)
     gzerr << "[canyon] " << line << "\n";
-  } else {
+  else
     gzwarn << "[canyon] " << line << "\n";
-  }
 }
 
 }  // namespace
@@ -148,11 +147,10 @@ struct GnssSensor::Impl {
     desk->serve([this] { return std::vector{receiver->adjustable(name)}; });
     const gazebo::common::Time now = at.world->SimTime();
     const bool due = receiver->due(nanoseconds(now));
-    if (due) {
+    if (due)
       receiver->begin(nanoseconds(now), [&](std::string& reason) { return pose_source->at(now, reason); });
-    } else {
+    else
       receiver->serve(nanoseconds(now));
-    }
     return due;
   }
 
@@ -216,9 +214,8 @@ void GnssSensor::Impl::World::remove(Impl& receiver) {
 void GnssSensor::Impl::World::update() {
   const std::lock_guard lock(mutex_);
   std::vector<live::HostedReceiver*> begun;
-  for (Impl* receiver : receivers_) {
+  for (Impl* receiver : receivers_)
     if (receiver->update()) begun.push_back(&*receiver->receiver);
-  }
   bases_.finish(std::move(begun));
 }
 

@@ -65,9 +65,8 @@ const Collision* collision_of(dGeomID geometry) {
 
 /// Appends the collisions of a model and of the models in it.
 void collect_collisions(const gazebo::physics::Model& model, std::vector<const Collision*>& collisions) {
-  for (const auto& link : model.GetLinks()) {
+  for (const auto& link : model.GetLinks())
     for (const auto& collision : link->GetCollisions()) collisions.push_back(collision.get());
-  }
   for (const ModelPtr& nested : model.NestedModels()) collect_collisions(*nested, collisions);
 }
 

@@ -248,9 +248,8 @@ void RosLink::remove(const std::shared_ptr<RosClient>& client) {
 
 std::string RosLink::claim(const std::vector<std::string>& topics) {
   const std::lock_guard lock(state_->mutex);
-  for (const std::string& topic : topics) {
+  for (const std::string& topic : topics)
     if (state_->claimed.count(topic) != 0) return topic;
-  }
   state_->claimed.insert(topics.begin(), topics.end());
   return {};
 }

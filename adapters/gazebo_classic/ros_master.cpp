@@ -41,9 +41,8 @@ std::string post(const std::string& uri, const std::string& body, std::chrono::m
   curl_waitfd stop{stop_fd, CURL_WAIT_POLLIN, 0};
   constexpr int kLook_ms = 1000;
   for (int running = 1; stop.revents == 0;
-       curl_multi_poll(all.get(), &stop, stop_fd < 0 ? 0 : 1, kLook_ms, nullptr)) {
+       curl_multi_poll(all.get(), &stop, stop_fd < 0 ? 0 : 1, kLook_ms, nullptr))
     if (curl_multi_perform(all.get(), &running) != CURLM_OK || running == 0) break;
-  }
   int left = 0;
   const CURLMsg* const done = curl_multi_info_read(all.get(), &left);
   const bool whole = done != nullptr && done->data.result == CURLE_OK;

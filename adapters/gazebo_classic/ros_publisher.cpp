@@ -35,9 +35,8 @@ class ReceiverTopics final : public RosClient {
     made.raw_observations = node.advertise<ros1::GnssRawObservations>(names_.raw_observations, kQueue);
     if (!names_.scan.empty()) made.scan = node.advertise<ros1::LaserScan>(names_.scan, kQueue);
     if (!made.fix || !made.fix_velocity || !made.gnss_multipath || !made.satellites ||
-        !made.raw_observations || (!names_.scan.empty() && !made.scan)) {
+        !made.raw_observations || (!names_.scan.empty() && !made.scan))
       return false;  // the master went away; topics end with `made`
-    }
     const std::lock_guard lock(mutex_);
     publishers_ = std::move(made);
     return true;
@@ -54,9 +53,8 @@ class ReceiverTopics final : public RosClient {
         {publishers_->gnss_multipath.getTopic(), traits::DataType<ros1::GnssMultipath>::value()},
         {publishers_->satellites.getTopic(), traits::DataType<ros1::GnssSatellites>::value()},
         {publishers_->raw_observations.getTopic(), traits::DataType<ros1::GnssRawObservations>::value()}};
-    if (publishers_->scan) {
+    if (publishers_->scan)
       topics.emplace_back(publishers_->scan.getTopic(), traits::DataType<ros1::LaserScan>::value());
-    }
     return topics;
   }
 
@@ -77,19 +75,16 @@ class ReceiverTopics final : public RosClient {
     const std::lock_guard lock(mutex_);
     if (!publishers_) return;
     if (publishers_->raw_observations.getNumSubscribers() > 0) publishers_->raw_observations.publish(raw);
-    if (publishers_->fix.getNumSubscribers() > 0) {
+    if (publishers_->fix.getNumSubscribers() > 0)
       publishers_->fix.publish(ros_messages::fix_message<ros1::NavSatFix>(head, epoch));
-    }
     if (publishers_->fix_velocity.getNumSubscribers() > 0) {
       publishers_->fix_velocity.publish(
           ros_messages::velocity_message<ros1::TwistWithCovarianceStamped>(head, epoch));
     }
-    if (publishers_->gnss_multipath.getNumSubscribers() > 0) {
+    if (publishers_->gnss_multipath.getNumSubscribers() > 0)
       publishers_->gnss_multipath.publish(ros_messages::multipath_message<ros1::GnssMultipath>(head, epoch));
-    }
-    if (publishers_->satellites.getNumSubscribers() > 0) {
+    if (publishers_->satellites.getNumSubscribers() > 0)
       publishers_->satellites.publish(ros_messages::satellites_message<ros1::GnssSatellites>(head, epoch));
-    }
     if (publishers_->scan && epoch != nullptr && publishers_->scan.getNumSubscribers() > 0) {
       publishers_->scan.publish(
           ros_messages::scan_message<ros1::LaserScan>(head, report.scan_ranges_m, report.scan_max_range_m));

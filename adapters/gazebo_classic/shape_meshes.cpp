@@ -51,9 +51,8 @@ MeshNode read_submesh(const gazebo::common::SubMesh& submesh) {
   node.vertices.reserve(submesh.GetVertexCount());
   for (unsigned v = 0; v < submesh.GetVertexCount(); ++v) node.vertices.push_back(eigen(submesh.Vertex(v)));
   node.triangles.reserve(submesh.GetIndexCount() / 3);
-  for (unsigned i = 0; i + 2 < submesh.GetIndexCount(); i += 3) {
+  for (unsigned i = 0; i + 2 < submesh.GetIndexCount(); i += 3)
     node.triangles.push_back({submesh.GetIndex(i), submesh.GetIndex(i + 1), submesh.GetIndex(i + 2)});
-  }
   return node;
 }
 
@@ -76,11 +75,9 @@ Geometry geometry_of(const gazebo::physics::Link& link, const gazebo::msgs::Visu
   const sdf::ElementPtr sdf = const_cast<gazebo::physics::Link&>(link).GetSDF();
   const std::string scope = link.GetScopedName() + "::";
   for (sdf::ElementPtr e = sdf->HasElement("visual") ? sdf->GetElement("visual") : nullptr; e;
-       e = e->GetNextElement("visual")) {
-    if (scope + e->Get<std::string>("name") == visual.name() && e->HasElement("geometry")) {
+       e = e->GetNextElement("visual"))
+    if (scope + e->Get<std::string>("name") == visual.name() && e->HasElement("geometry"))
       return gazebo::msgs::GeometryFromSDF(e->GetElement("geometry"));
-    }
-  }
   return visual.geometry();
 }
 
@@ -116,12 +113,10 @@ void add_mesh_file(LinkShapes& shapes, const Place& place, const gazebo::msgs::M
   auto& manager = *gazebo::common::MeshManager::Instance();
   const std::string path = gazebo::common::find_file(uri);
   const gazebo::common::Mesh* mesh = manager.GetMesh(uri);
-  if (mesh == nullptr && !path.empty() && manager.IsValidFilename(path) && is_safe(path)) {
+  if (mesh == nullptr && !path.empty() && manager.IsValidFilename(path) && is_safe(path))
     mesh = manager.Load(path);
-  }
-  if (mesh == nullptr) {
+  if (mesh == nullptr)
     return shapes.leave_out(place, fmt::format("its mesh '{}' is not found or cannot be read", uri));
-  }
   MeshUse use;
   if (geometry.has_scale()) use.scale = vector(geometry.scale());
   if (geometry.submesh() != "__default__") use.submesh = geometry.submesh();
@@ -227,9 +222,8 @@ city::Mesh ShapeMeshes::link_mesh(const gazebo::physics::Link& link, std::vector
       // A server keeps heights only for collisions; the two are one terrain as a rule.
       boost::shared_ptr<HeightmapShape> heightmap;
       if (geometry.type() == Geometry::HEIGHTMAP) {
-        for (const gazebo::physics::CollisionPtr& collision : link.GetCollisions()) {
+        for (const gazebo::physics::CollisionPtr& collision : link.GetCollisions())
           if (!heightmap) heightmap = heightmap_of(*collision);
-        }
         if (!heightmap) {
           shapes.leave_out(place, "a heightmap has heights in a server only as a collision of the same link");
           continue;

@@ -93,9 +93,8 @@ class SceneVisuals final : public live::EpochPublisher {
       if (!std::exchange(said_, true))
         gzwarn << "[canyon] rays and bubble are not drawn: " << e.what() << "\n";
     } catch (const gazebo::common::Exception& e) {  // no std::exception
-      if (!std::exchange(said_, true)) {
+      if (!std::exchange(said_, true))
         gzwarn << "[canyon] rays and bubble are not drawn: " << e.GetErrorStr() << "\n";
-      }
     }
   }
 
@@ -109,11 +108,10 @@ class SceneVisuals final : public live::EpochPublisher {
   void send(const std::vector<VisualShape>& shapes, bool everything) {
     for (const VisualLedger::Change& change : ledger_.update(shapes, everything)) {
       gazebo::msgs::Visual message = message_for(change.name, change.id);
-      if (change.visible) {
+      if (change.visible)
         fill(message, change);
-      } else {
+      else
         message.set_visible(false);
-      }
       visuals_->Publish(message);
     }
   }

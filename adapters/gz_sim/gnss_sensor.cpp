@@ -43,13 +43,11 @@ std::optional<sdf::Sensor> sdf_of(Entity sensor, const Ecm& ecm) {
   const auto* of_model = ecm.Component<components::ModelSdf>(top);
   if (of_model == nullptr) return std::nullopt;
   std::vector<std::string> nested;
-  for (Entity at = parent_of(link, ecm); at != top && at != gz::sim::kNullEntity; at = parent_of(at, ecm)) {
+  for (Entity at = parent_of(link, ecm); at != top && at != gz::sim::kNullEntity; at = parent_of(at, ecm))
     nested.push_back(name_of(at, ecm));
-  }
   const sdf::Model* model = &of_model->Data();
-  for (auto name = nested.rbegin(); name != nested.rend() && model != nullptr; ++name) {
+  for (auto name = nested.rbegin(); name != nested.rend() && model != nullptr; ++name)
     model = model->ModelByName(*name);
-  }
   const sdf::Link* in_model = model == nullptr ? nullptr : model->LinkByName(name_of(link, ecm));
   const sdf::Sensor* found = in_model == nullptr ? nullptr : in_model->SensorByName(name_of(sensor, ecm));
   return found == nullptr ? std::nullopt : std::optional(*found);
@@ -102,9 +100,8 @@ std::shared_ptr<simulation::PoseInbox> take_poses(gz::transport::Node& node, con
         const std::string said = kept->take({{p.x(), p.y(), p.z()}, {q.w(), q.x(), q.y(), q.z()}}, stamp_s);
         if (!said.empty()) gzerr << "[canyon] " << said << "\n";
       };
-  if (!node.Subscribe(settings.pose_topic, take)) {
+  if (!node.Subscribe(settings.pose_topic, take))
     gzerr << "[canyon] <pose_topic>: Gazebo does not let '" << settings.pose_topic << "' be subscribed to\n";
-  }
   return inbox;
 }
 

@@ -129,9 +129,8 @@ struct GnssWorld::Impl {
     const ReceiverIdentity identity = identify(entity, ecm);
     check_sensor(sensor.Element(), place_name(identity));
     HostSettings settings = read_settings(element, sensor.Element(), identity, ecm);
-    if (element->HasElement("topic")) {
+    if (element->HasElement("topic"))
       settings.warnings.emplace_back("<topic> of <canyon> has no effect here: it belongs in <sensor>");
-    }
     origin = origin_of(ecm);
     if (!origin && !settings.origin) {
       throw InputError(
@@ -169,9 +168,8 @@ struct GnssWorld::Impl {
                                      sensor.UpdateRate(), say);
     setup.sky_warnings = sky_warnings;
     receiver.hosted = std::make_unique<live::HostedReceiver>(std::move(setup));
-    if (settings.publish_navsat) {
+    if (settings.publish_navsat)
       receiver.hosted->add(make_navsat_publisher(topic, frame_of(sensor.Element(), receiver.name)));
-    }
     std::vector<std::string> topics;
     if (settings.publish_navsat) topics.push_back(topic);
     if (settings.publish_gazebo) {
@@ -185,9 +183,8 @@ struct GnssWorld::Impl {
                            "cannot publish on ROS 2");
     }
 #endif
-    if (settings.show_rays || settings.show_bubble) {
+    if (settings.show_rays || settings.show_bubble)
       receiver.hosted->add(make_markers(identity, settings), "rays and bubble are not drawn");
-    }
     const std::string services = options->add(receiver.name, topic);
     const auto rooted = [](const std::string& name) { return name.starts_with('/') ? name : "/" + name; };
     for (std::string& each : topics) each = rooted(each);
@@ -211,11 +208,10 @@ struct GnssWorld::Impl {
       if (auto sensor = sdf_of(entity, ecm)) found.emplace_back(entity, std::move(*sensor));
       return true;
     };
-    if (all) {
+    if (all)
       ecm.Each<components::Sensor>(add);
-    } else {
+    else
       ecm.EachNew<components::Sensor>(add);
-    }
     for (const auto& [entity, sensor] : found) take_over(entity, sensor, ecm);
   }
 
@@ -231,9 +227,8 @@ struct GnssWorld::Impl {
   // A reset takes entities away without a word.
   void remove_gone(const Ecm& ecm) {
     std::vector<Entity> gone;
-    for (const auto& [entity, receiver] : receivers) {
+    for (const auto& [entity, receiver] : receivers)
       if (ecm.Component<components::Sensor>(entity) == nullptr) gone.push_back(entity);
-    }
     for (const Entity entity : gone) remove(entity);
   }
 
@@ -256,9 +251,8 @@ struct GnssWorld::Impl {
   }
 
   void look(const Ecm& ecm) {
-    for (auto& [entity, receiver] : receivers) {
+    for (auto& [entity, receiver] : receivers)
       if (receiver.scene) dynamic_cast<GzHostWorld&>(receiver.scene->world()).look(ecm);
-    }
   }
 
   void wait() {
@@ -366,9 +360,8 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
   impl_->look(ecm);
   impl_->follow_origin(ecm);
   const std::int64_t now_ns = nanoseconds(info.simTime);
-  if (impl_->idle()) {
+  if (impl_->idle())
     for (auto& [entity, receiver] : impl_->receivers) receiver.hosted->serve(now_ns);
-  }
   if (info.paused) return;
   std::vector<Impl::Receiver*> due;
   for (auto& [entity, receiver] : impl_->receivers) {

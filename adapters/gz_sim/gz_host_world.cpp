@@ -44,9 +44,8 @@ void GzHostWorld::look(const gz::sim::EntityComponentManager& ecm) {
 }
 
 void GzHostWorld::models(std::vector<Id>& ids) {
-  if (changed_) {
+  if (changed_)
     for (auto& [model, known] : fingerprints_) known.age = kUnsaidAge;
-  }
   // Entities are marked in the step before they are removed.
   const bool gone = std::any_of(models_.begin(), models_.end(), [&](Id id) { return !ecm_->HasEntity(id); });
   if (std::exchange(models_changed_, false) || gone) {
@@ -83,12 +82,10 @@ bool GzHostWorld::is_static(Id model) {
 }
 
 void GzHostWorld::links(Id model, std::vector<Id>& ids) {
-  for (const Id child : children(model)) {
+  for (const Id child : children(model))
     if (ecm_->Component<components::Link>(child) != nullptr) ids.push_back(child);
-  }
-  for (const Id child : children(model)) {
+  for (const Id child : children(model))
     if (ecm_->Component<components::Model>(child) != nullptr) links(child, ids);
-  }
 }
 
 const std::vector<GzHostWorld::Id>& GzHostWorld::children(Id parent) const {

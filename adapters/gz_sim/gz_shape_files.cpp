@@ -35,9 +35,8 @@ MeshNode read_submesh(const gz::common::SubMesh& submesh) {
   for (unsigned v = 0; v < submesh.VertexCount(); ++v) node.vertices.push_back(eigen(submesh.Vertex(v)));
   const unsigned* index = submesh.IndexPtr();
   node.triangles.reserve(submesh.IndexCount() / 3);
-  for (unsigned i = 0; i + 2 < submesh.IndexCount(); i += 3) {
+  for (unsigned i = 0; i + 2 < submesh.IndexCount(); i += 3)
     node.triangles.push_back({index[i], index[i + 1], index[i + 2]});
-  }
   return node;
 }
 

@@ -166,9 +166,8 @@ template <class Satellite>
 template <class Message>
 void make_covariance_diagonal(Message& message) {
   if (message.position_covariance_type != Message::COVARIANCE_TYPE_KNOWN) return;
-  for (std::size_t i = 0; i < 9; ++i) {
+  for (std::size_t i = 0; i < 9; ++i)
     if (i % 4 != 0) message.position_covariance[i] = 0;
-  }
   message.position_covariance_type = Message::COVARIANCE_TYPE_DIAGONAL_KNOWN;
 }
 
@@ -301,9 +300,8 @@ template <class GnssSatellites>
     detail::assign(message.faults.back(), fault);
   }
   message.satellites.reserve(observed.satellites.size());
-  for (const receiver::SatelliteObservation& satellite : observed.satellites) {
+  for (const receiver::SatelliteObservation& satellite : observed.satellites)
     message.satellites.push_back(detail::satellite_message<Satellite>(satellite, observed));
-  }
   return message;
 }
 

@@ -41,9 +41,8 @@ void set_gps_status(Status& status, const simulation::Epoch& epoch) {
   using Number = std::remove_reference_t<decltype(status.satellites_used)>;
   const receiver::ReceiverEpoch& observed = epoch.observed;
   const positioning::Fix& fix = observed.fix;
-  if (fix.solved()) {
+  if (fix.solved())
     for (const gnss::SatelliteId id : fix.used) status.satellite_used_prn.push_back(prn_number(id));
-  }
   for (const receiver::SatelliteObservation& seen : observed.satellites) {
     if (!seen.measurement) continue;
     const auto rounded = [](double value) { return static_cast<std::int32_t>(std::lround(value)); };
@@ -122,9 +121,8 @@ template <class GPSFix>
        {&message.latitude,  &message.longitude, &message.altitude,  &message.track,     &message.speed,
         &message.climb,     &message.pitch,     &message.roll,      &message.dip,       &message.time,
         &message.err,       &message.err_horz,  &message.err_vert,  &message.err_track, &message.err_speed,
-        &message.err_climb, &message.err_time,  &message.err_pitch, &message.err_roll,  &message.err_dip}) {
+        &message.err_climb, &message.err_time,  &message.err_pitch, &message.err_roll,  &message.err_dip})
     *value = detail::kNaN;
-  }
   message.gdop = message.pdop = message.hdop = message.vdop = message.tdop = 0;
   std::fill(message.position_covariance.begin(), message.position_covariance.end(), detail::kNaN);
   message.position_covariance_type = GPSFix::COVARIANCE_TYPE_UNKNOWN;

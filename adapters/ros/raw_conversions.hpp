@@ -119,13 +119,12 @@ template <class DiagnosticArray>
     say(Status::ERROR, health.reason);
   } else {
     const positioning::Fix& fix = epoch->observed.fix;
-    if (fix.measured()) {
+    if (fix.measured())
       say(Status::OK, "fix");
-    } else if (fix.solved()) {
+    else if (fix.solved())
       say(Status::WARN, "prediction: no satellite is used");
-    } else {
+    else
       say(Status::WARN, "no fix: " + std::string(output::no_fix_reason(fix, epoch->placement)));
-    }
     add("kind of fix", std::string(positioning::name(fix.kind())));
     if (fix.correction_age_s) add("age of corrections [s]", number(*fix.correction_age_s));
     add("satellites used", std::to_string(output::used_count(fix)));

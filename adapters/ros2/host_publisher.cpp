@@ -41,9 +41,8 @@ class Process {
 
   std::string claim(const std::vector<std::string>& names) {
     const std::lock_guard lock(mutex_);
-    for (const std::string& name : names) {
+    for (const std::string& name : names)
       if (claimed_.contains(name)) return name;
-    }
     claimed_.insert(names.begin(), names.end());
     return {};
   }

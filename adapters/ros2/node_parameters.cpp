@@ -38,11 +38,10 @@ ParameterValue from_ros(const rclcpp::ParameterValue& value) {
 rclcpp::ParameterValue to_ros(const ParameterValue& value) {
   return std::visit(
       [](const auto& v) {
-        if constexpr (std::is_same_v<std::decay_t<decltype(v)>, std::monostate>) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(v)>, std::monostate>)
           return rclcpp::ParameterValue();
-        } else {
+        else
           return rclcpp::ParameterValue(v);
-        }
       },
       value);
 }
@@ -78,14 +77,11 @@ void leave_to_engine(std::vector<rclcpp::Parameter>& changes) {
     const options::Key* key = find_parameter(change.get_name());
     if (key == nullptr || !key->range) continue;
     double number = 0;
-    if (change.get_type() == ParameterType::PARAMETER_DOUBLE) {
+    if (change.get_type() == ParameterType::PARAMETER_DOUBLE)
       number = change.as_double();
-    } else if (change.get_type() == ParameterType::PARAMETER_INTEGER) {
+    else if (change.get_type() == ParameterType::PARAMETER_INTEGER)
       number = static_cast<double>(change.as_int());
-    }
-    if (!key->range->holds(number)) {
-      change = rclcpp::Parameter(change.get_name(), options::show(number));
-    }
+    if (!key->range->holds(number)) change = rclcpp::Parameter(change.get_name(), options::show(number));
   }
 }
 

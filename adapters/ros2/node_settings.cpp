@@ -48,11 +48,8 @@ void visit_pose(Visitor& v, NodeSettings& settings) {
           "and heading_deg"},
          settings.map_projector);
   if (!v.reads() || !settings.map_projector) return;
-  for (const char* key : {"east_m", "north_m", "up_m", "heading_deg"}) {
-    if (v.has(key)) {
-      throw v.fault(key, "map_projector places the map already", "leave out one of the two");
-    }
-  }
+  for (const char* key : {"east_m", "north_m", "up_m", "heading_deg"})
+    if (v.has(key)) throw v.fault(key, "map_projector places the map already", "leave out one of the two");
 }
 
 const options::Description& description() {
@@ -97,9 +94,8 @@ std::optional<Node> node_of(const ParameterValue& value) {
     return scalar_node(*text);
   }
   if (const auto* numbers = std::get_if<std::vector<double>>(&value)) return list(*numbers, options::show);
-  if (const auto* texts = std::get_if<std::vector<std::string>>(&value)) {
+  if (const auto* texts = std::get_if<std::vector<std::string>>(&value))
     return list(*texts, [](const std::string& text) { return text; });
-  }
   return std::nullopt;
 }
 
@@ -127,11 +123,10 @@ void only_faults_of(Node& root, const Node& receiver, const std::string& base) {
     std::vector<Node>& names = named->value.items;
     std::erase_if(names, [&](const Node& each) { return each.text != own && each.text != base; });
     const bool stays = !names.empty() || named->value.text == own || named->value.text == base;
-    if (stays && base.empty()) {
+    if (stays && base.empty())
       fault.entries.erase(named);  // it is the only one here
-    } else if (!stays) {
+    else if (!stays)
       fault.kind = Node::Kind::Empty;
-    }
   }
   std::vector<Node>& faults = list->value.items;
   const bool any = !faults.empty();
@@ -227,8 +222,9 @@ void check_fixed(const Visitor& v, const NodeSettings& settings) {
 /// A base station of rovers that are other nodes.
 bool is_base(const NodeSettings& settings) {
   return settings.pose_source == PoseSource::Fixed ||
-         std::any_of(settings.streams.begin(), settings.streams.end(),
-                     [](const std::string& stream) { return topic_of_stream(stream).has_value(); });
+         std::any_of(
+             settings.streams.begin(), settings.streams.end(),
+             [](const std::string& stream) { return topic_of_stream(stream).has_value(); });
 }
 
 /// Values by their paths; lists of mappings are left out.
@@ -263,9 +259,8 @@ ParameterValue value_of(const Node& node, const Key& key) {
 
 void flatten(const Node& node, const std::string& path, Parameters& into) {
   if (node.kind == Node::Kind::Mapping) {
-    for (const Node::Entry& entry : node.entries) {
+    for (const Node::Entry& entry : node.entries)
       flatten(entry.value, path.empty() ? entry.key : path + "." + entry.key, into);
-    }
   } else if (path == "receivers") {
     if (!node.items.empty()) flatten(node.items.front(), "", into);  // its base is the file's alone
   } else if (const Key* key = find_parameter(path); key != nullptr && node.kind != Node::Kind::Empty) {
@@ -368,9 +363,8 @@ NodeSettings read_settings(const Parameters& given) {
     for (const auto& [name, value] : given) {
       const auto node = node_of(value);
       if (!node) continue;
-      if (find_parameter(name) == nullptr) {
+      if (find_parameter(name) == nullptr)
         throw InputError(fmt::format("there is no parameter '{}'", name), meant_parameter(name));
-      }
       put(root, name, *node);
     }
     settings.named = root.find("receivers")->value.items.front().find("name") != nullptr;

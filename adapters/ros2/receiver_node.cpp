@@ -39,14 +39,12 @@ constexpr std::int64_t kTick_ns = 10'000'000;
 /// Throws InputError for settings that this build does not support.
 void check_build(const NodeSettings& settings) {
 #ifndef CANYON_WITH_TF2
-  if (settings.pose_source == PoseSource::Tf) {
+  if (settings.pose_source == PoseSource::Tf)
     throw InputError("parameter 'pose.source': this build has no tf2", "build it where tf2_ros is found");
-  }
 #endif
   if (!settings.corrections_topic().empty()) require_rtcm_msgs("parameter 'corrections.from'");
-  for (const std::string& stream : settings.streams) {
+  for (const std::string& stream : settings.streams)
     if (topic_of_stream(stream)) require_rtcm_msgs("parameter 'streams'");
-  }
 }
 
 class TopicsPublisher final : public live::EpochPublisher {
@@ -134,11 +132,10 @@ struct ReceiverNode::Impl {
     elapsed_ns = -1;
     health.finished = false;
     tick_ns = std::min(simulation::EpochSchedule(interval_s).interval_ns(), kTick_ns);
-    if (simulation) {
+    if (simulation)
       begin_receiver(simulation->begin());
-    } else {
+    else
       listen();
-    }
     listen_to_corrections();
     if (settings.drive_clock) {
       period = std::chrono::nanoseconds(
@@ -146,9 +143,9 @@ struct ReceiverNode::Impl {
       next_tick = std::chrono::steady_clock::now() + period;
       timer = node.create_wall_timer(period, [this] { guarded([this] { tick_clock(); }); });
     } else {
-      timer =
-          rclcpp::create_timer(&node, node.get_clock(), rclcpp::Duration(std::chrono::nanoseconds(tick_ns)),
-                               [this] { guarded([this] { tick(); }); });
+      timer = rclcpp::create_timer(
+          &node, node.get_clock(), rclcpp::Duration(std::chrono::nanoseconds(tick_ns)),
+          [this] { guarded([this] { tick(); }); });
     }
   }
 
@@ -192,9 +189,8 @@ struct ReceiverNode::Impl {
     };
     live::HostSetup setup =
         setup_of(settings, scene, start, node.get_fully_qualified_name(), say, simulation);
-    for (const std::string& stream : settings.streams) {
+    for (const std::string& stream : settings.streams)
       setup.streams.emplace_back("parameter 'streams'", stream);
-    }
     setup.open_link = [this](const output::StreamRequest& request) -> std::shared_ptr<transport::Link> {
       const auto topic = topic_of(request.address);
       if (!topic) return nullptr;

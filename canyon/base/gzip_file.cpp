@@ -231,16 +231,13 @@ std::string read_bytes(const std::filesystem::path& path, std::size_t max_bytes)
 void check_input_file(const std::filesystem::path& path, std::uint64_t largest) {
   std::error_code code;
   const std::filesystem::file_status status = std::filesystem::status(path, code);
-  if (status.type() == std::filesystem::file_type::not_found) {
+  if (status.type() == std::filesystem::file_type::not_found)
     throw InputError(path, 0, "no such file", "check the path (paths in a file start at that file's folder)");
-  }
-  if (status.type() == std::filesystem::file_type::none) {
+  if (status.type() == std::filesystem::file_type::none)
     throw InputError(path, 0, "cannot be opened: " + code.message());
-  }
   if (std::filesystem::is_directory(status)) throw InputError(path, 0, "is a folder, not a file");
-  if (!std::filesystem::is_regular_file(status)) {
+  if (!std::filesystem::is_regular_file(status))
     throw InputError(path, 0, "is a pipe or a device, not a regular file", "save what it gives to a file");
-  }
   const std::uintmax_t size = std::filesystem::file_size(path, code);
   if (!code && size > largest) {
     throw InputError(path, 0, "is larger than " + std::to_string(largest >> 20) + " MiB",
@@ -258,10 +255,9 @@ std::string read_head(const std::filesystem::path& path, std::size_t bytes) {
 }
 
 void refuse_foreign_bytes(const std::filesystem::path& path, std::string_view head) {
-  for (const Refused& kind : kRefused) {
+  for (const Refused& kind : kRefused)
     if (head.size() > kind.at && head.substr(kind.at, kind.mark.size()) == kind.mark)
       throw InputError(path, 0, "is " + std::string(kind.name), kind.cure);
-  }
   if (is_web_page(head)) {
     throw InputError(
         path, 0, "is a web page (HTML), not data",

@@ -81,9 +81,8 @@ template std::int64_t Json::number<std::int64_t>() const;
 
 const Json* Json::find(std::string_view key) const {
   if (!is_object()) return nullptr;
-  for (const Member& member : members()) {
+  for (const Member& member : members())
     if (member.key == key) return &member.value;
-  }
   return nullptr;
 }
 const Json& Json::at(std::string_view key) const {
@@ -259,9 +258,8 @@ struct Json::Converter {
   [[nodiscard]] nlohmann::ordered_json converted(const Box<Object>& members) const {
     std::vector<const Member*> sorted;
     for (const Member& member : *members) sorted.push_back(&member);
-    if (order == Order::ByKey) {
+    if (order == Order::ByKey)
       std::sort(sorted.begin(), sorted.end(), [](auto* a, auto* b) { return a->key < b->key; });
-    }
     auto object = nlohmann::ordered_json::object();
     for (const Member* member : sorted) object[member->key] = converted(member->value);
     return object;

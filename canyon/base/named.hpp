@@ -49,9 +49,8 @@ template <typename Value>
 [[nodiscard]] std::map<std::string_view, Value> dictionary(
     std::initializer_list<std::pair<std::string_view, Value>> lists) {
   std::map<std::string_view, Value> words;
-  for (const auto& [list, value] : lists) {
+  for (const auto& [list, value] : lists)
     for (const std::string_view word : split(list, '|')) words.emplace(word, value);
-  }
   return words;
 }
 

@@ -249,12 +249,11 @@ void ResultFiles::read_list() {
   std::ifstream last(list_);
   std::string head;
   std::map<std::string, std::string> heads;  // of each name, the last one
-  for (std::string line; std::getline(last, line);) {
+  for (std::string line; std::getline(last, line);)
     if (line.starts_with(kListHead))
       head = line;
     else
       heads[line] = head;
-  }
   begun_ = head == head_;
   for (const auto& [name, of] : heads) {
     if (of == head_ || of.empty()) {
@@ -324,9 +323,9 @@ bool ResultFiles::is_own(const fs::path& name) const {
 }
 
 bool ResultFiles::has_others() const {
-  return std::any_of(last_.begin(), last_.end(), [this](const std::string& name) {
-    return mine_.count(name) == 0 && fs::exists(folder_ / name);
-  });
+  return std::any_of(
+      last_.begin(), last_.end(),
+      [this](const std::string& name) { return mine_.count(name) == 0 && fs::exists(folder_ / name); });
 }
 
 std::size_t ResultFiles::finish() {

@@ -146,9 +146,8 @@ std::vector<std::string> ReadReport::lines(Level up_to) const {
 
 std::vector<std::string> ReadReport::warnings() const {
   std::vector<std::string> lines = this->lines(Level::Loss);
-  for (Entry& entry : entries(Level::Guess)) {
+  for (Entry& entry : entries(Level::Guess))
     if (entry.first == Level::Guess) lines.push_back(std::move(entry.second));
-  }
   return lines;
 }
 

@@ -157,9 +157,8 @@ std::optional<long long> parse_integer(std::string_view text) {
 
 std::string lower_case(std::string_view text) {
   std::string result(text);
-  for (char& c : result) {
+  for (char& c : result)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
   return result;
 }
 
@@ -241,20 +240,21 @@ std::string valid_utf8(std::string_view text) {
   std::string valid;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t length = utf8_length(text, at);
-    if (length == 0) {
+    if (length == 0)
       valid += '?';
-    } else {
+    else
       valid += text.substr(at, length);
-    }
     at += std::max<std::size_t>(1, length);
   }
   return valid;
 }
 
 std::size_t display_width(std::string_view utf8) {
-  return static_cast<std::size_t>(std::count_if(utf8.begin(), utf8.end(), [](char c) {
-    return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;  // continuation bytes take no column
-  }));
+  return static_cast<std::size_t>(std::count_if(
+      utf8.begin(), utf8.end(),
+      [](char c) {
+        return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;  // continuation bytes take no column
+      }));
 }
 
 std::string xml_escaped(std::string_view text) {
@@ -263,11 +263,10 @@ std::string xml_escaped(std::string_view text) {
   std::string escaped;
   for (const char c : valid_utf8(text)) {
     const std::size_t special = kSpecial.find(c);
-    if (special != std::string_view::npos) {
+    if (special != std::string_view::npos)
       escaped += kEntities[special];
-    } else if (static_cast<unsigned char>(c) >= 0x20 || c == '\t' || c == '\n') {
+    else if (static_cast<unsigned char>(c) >= 0x20 || c == '\t' || c == '\n')
       escaped += c;
-    }
   }
   return escaped;
 }
@@ -305,11 +304,10 @@ void Utf16Decoder::append(std::string_view bytes, std::string& utf8) {
       continue;
     }
     if (high != 0) append_character(kReplacement, utf8);
-    if (code >= 0xd800 && code < 0xdc00) {
+    if (code >= 0xd800 && code < 0xdc00)
       high_ = code;
-    } else {
+    else
       append_character(second ? kReplacement : code, utf8);
-    }
   }
   if (at < bytes.size()) waiting_ = bytes.substr(at);
 }

@@ -36,9 +36,8 @@ TextFile::TextFile(const std::filesystem::path& path, std::size_t max_bytes, Cut
   }
   if (has_lone_returns(text_)) end_lines(text_, 0);
   if (!file.cut_short()) return;
-  if (cut == CutGzip::Refuse) {
+  if (cut == CutGzip::Refuse)
     throw InputError(path, 0, "gzip data is damaged or cut short", "fetch the file again");
-  }
   // Half a line may read as another number.
   text_.resize(text_.rfind('\n') + 1);
   note_cut(static_cast<int>(std::count(text_.begin(), text_.end(), '\n')));
@@ -92,9 +91,8 @@ std::optional<std::string_view> TextFile::peek_line() {
   }
   if (position_ >= text_.size()) return std::nullopt;
   end_ = std::min(end_, text_.size());
-  if (rest_ && end_ - position_ > kLongestLine) {
+  if (rest_ && end_ - position_ > kLongestLine)
     throw InputError(path_, line_ + 1, "line of more than 64 KiB", "this is not a text file");
-  }
   std::string_view line = std::string_view(text_).substr(position_, end_ - position_);
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
   return line;

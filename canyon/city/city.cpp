@@ -89,22 +89,18 @@ Surface Mesh::surface_of(std::uint32_t triangle) const {
 
 Box City::bounds() const {
   Box box;
-  for (const auto& triangle : mesh.triangles) {
+  for (const auto& triangle : mesh.triangles)
     for (const std::uint32_t index : triangle) extend(box, mesh.vertices[index]);
-  }
   return box;
 }
 
 void check_mesh(const Mesh& mesh, const std::string& name) {
   constexpr std::size_t kMost = std::numeric_limits<std::uint32_t>::max();
-  if (mesh.vertices.size() > kMost || mesh.triangles.size() > kMost) {
+  if (mesh.vertices.size() > kMost || mesh.triangles.size() > kMost)
     throw InputError(fmt::format("mesh '{}' has more than {} vertices or triangles", name, kMost));
-  }
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const Eigen::Vector3d& v = mesh.vertices[i];
-    if (!v.allFinite()) {
-      throw InputError(fmt::format("mesh '{}': vertex {} is not finite", name, i));
-    }
+    if (!v.allFinite()) throw InputError(fmt::format("mesh '{}': vertex {} is not finite", name, i));
     if (v.norm() > kFarthestVertex_m) {
       throw InputError(
           fmt::format("mesh '{}': vertex {} is {:.0f} km from the origin", name, i, v.norm() / 1e3),
@@ -159,9 +155,8 @@ std::size_t append_object(Mesh& mesh, std::string name, Surface surface,
       }
     }
   }
-  if (mesh.vertices.size() + vertices.size() >= kMost || mesh.triangles.size() + triangles.size() >= kMost) {
+  if (mesh.vertices.size() + vertices.size() >= kMost || mesh.triangles.size() + triangles.size() >= kMost)
     throw InputError(fmt::format("object '{}' makes the mesh larger than {} triangles", name, kMost));
-  }
   std::unordered_map<std::uint32_t, std::uint32_t> places;
   const auto first = static_cast<std::uint32_t>(mesh.triangles.size());
   std::size_t dropped = 0;

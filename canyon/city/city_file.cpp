@@ -55,25 +55,22 @@ constexpr auto kLastMix = static_cast<std::uint8_t>(FacadeMix::ByBuilding);
 template <typename Number>
 void put(std::string& out, Number value) {
   std::uint64_t bits = 0;
-  if constexpr (std::is_floating_point_v<Number>) {
+  if constexpr (std::is_floating_point_v<Number>)
     bits = same_bytes<std::uint64_t>(value);
-  } else {
+  else
     bits = static_cast<std::uint64_t>(value);
-  }
   for (std::size_t byte = 0; byte < sizeof value; ++byte) out += static_cast<char>(bits >> (8 * byte) & 0xFF);
 }
 
 template <typename Number>
 Number get(std::string_view in) {
   std::uint64_t bits = 0;
-  for (std::size_t byte = 0; byte < sizeof(Number); ++byte) {
+  for (std::size_t byte = 0; byte < sizeof(Number); ++byte)
     bits |= static_cast<std::uint64_t>(static_cast<unsigned char>(in[byte])) << (8 * byte);
-  }
-  if constexpr (std::is_floating_point_v<Number>) {
+  if constexpr (std::is_floating_point_v<Number>)
     return same_bytes<Number>(bits);
-  } else {
+  else
     return static_cast<Number>(bits);
-  }
 }
 
 void put_text(std::string& out, const std::string& text) {
@@ -110,9 +107,8 @@ void write_block(OutputFile& file, std::string_view tag, const std::string& raw)
   uLongf size = compressBound(static_cast<uLong>(raw.size()));
   std::string packed(size, '\0');
   if (compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(raw.data()),
-                static_cast<uLong>(raw.size()), Z_DEFAULT_COMPRESSION) != Z_OK) {
+                static_cast<uLong>(raw.size()), Z_DEFAULT_COMPRESSION) != Z_OK)
     throw InputError(file.path(), 0, "not enough memory to pack the city", "split it");
-  }
   packed.resize(size);
   std::string header(tag);
   put(header, static_cast<std::uint64_t>(raw.size()));
@@ -151,9 +147,8 @@ std::string info_block(const City& city, std::uint32_t version) {
     put(info, static_cast<std::uint8_t>(object.surface));
     put(info, object.triangle_count);
   }
-  if (version > 1) {
+  if (version > 1)
     for (const Object& object : city.mesh.objects) put(info, static_cast<std::uint8_t>(object.facades));
-  }
   return info;
 }
 
@@ -168,9 +163,8 @@ class CityFileReader {
     read_vertices(city.mesh, block("VERT", "vertices"));
     read_triangles(city.mesh, block("TRIS", "triangles"));
     read_materials(city.mesh, block("MATS", "materials"));
-    if (!rest_.empty()) {
+    if (!rest_.empty())
       throw InputError(path_, 0, fmt::format("has {} bytes after its last block", rest_.size()), kCopyAgain);
-    }
     try {
       check_mesh(city.mesh, city.name);
     } catch (const InputError& error) {
@@ -192,9 +186,8 @@ class CityFileReader {
     if (error || !in) throw InputError(path_, 0, "cannot be read");
     bytes_.resize(static_cast<std::size_t>(size));
     in.read(bytes_.data(), static_cast<std::streamsize>(bytes_.size()));
-    if (in.gcount() != static_cast<std::streamsize>(bytes_.size())) {
+    if (in.gcount() != static_cast<std::streamsize>(bytes_.size()))
       throw InputError(path_, 0, "cannot be read to its end");
-    }
     rest_ = bytes_;
   }
 
@@ -216,9 +209,8 @@ class CityFileReader {
   }
 
   std::string block(std::string_view tag, std::string_view name) {
-    if (rest_.size() < kBlockHeader) {
+    if (rest_.size() < kBlockHeader)
       throw InputError(path_, 0, fmt::format("is cut short before its block '{}'", name), kCopyAgain);
-    }
     if (rest_.substr(0, 4) != tag) damaged(name, "another block is in its place");
     const auto unpacked = get<std::uint64_t>(rest_.substr(4));
     const auto packed = get<std::uint64_t>(rest_.substr(12));
@@ -241,9 +233,8 @@ class CityFileReader {
     Bytef* to = raw.empty() ? nothing.data() : reinterpret_cast<Bytef*>(raw.data());
     if (uncompress(to, &size, reinterpret_cast<const Bytef*>(body.data()), static_cast<uLong>(body.size())) !=
             Z_OK ||
-        size != raw.size()) {
+        size != raw.size())
       damaged(name, "it does not unpack");
-    }
     return raw;
   }
 
@@ -330,20 +321,17 @@ class CityFileReader {
 
   void check_size(std::string_view name, const std::string& raw, std::uint64_t count,
                   std::size_t bytes_each) const {
-    if (raw.size() / bytes_each != count || raw.size() % bytes_each != 0) {
+    if (raw.size() / bytes_each != count || raw.size() % bytes_each != 0)
       damaged(name, fmt::format("{} bytes for {} {}", raw.size(), count, name));
-    }
   }
 
   void read_vertices(Mesh& mesh, const std::string& raw) const {
     check_size("vertices", raw, vertices_, 24);
     const std::size_t numbers = 3 * static_cast<std::size_t>(vertices_);
     mesh.vertices.resize(static_cast<std::size_t>(vertices_));
-    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+      for (std::size_t axis = 0; axis < 3; ++axis)
         mesh.vertices[i][static_cast<Eigen::Index>(axis)] = from_planes<double>(raw, numbers, 3 * i + axis);
-      }
-    }
   }
 
   void read_triangles(Mesh& mesh, const std::string& raw) const {
@@ -408,9 +396,8 @@ std::size_t keep_within(Mesh& mesh, const Eigen::AlignedBox2d& plan) {
   constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
   const auto is_near = [&](std::uint32_t first, std::uint32_t count) {
     Eigen::AlignedBox2d box;
-    for (std::uint32_t t = first; t < first + count; ++t) {
+    for (std::uint32_t t = first; t < first + count; ++t)
       for (const std::uint32_t index : mesh.triangles[t]) box.extend(mesh.vertices[index].head<2>().eval());
-    }
     return plan.intersects(box);
   };
   Mesh kept;

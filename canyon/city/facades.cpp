@@ -64,9 +64,8 @@ std::vector<Unit> units_of_parts(const Mesh& mesh, const Object& object) {
 
 std::vector<Unit> buildings_of(const Mesh& mesh) {
   std::vector<const Object*> objects;
-  for (const Object& object : mesh.objects) {
+  for (const Object& object : mesh.objects)
     if (object.surface == Surface::Building) objects.push_back(&object);
-  }
   if (objects.size() == 1) return units_of_parts(mesh, *objects.front());
   std::vector<Unit> units;
   std::unordered_map<std::string, int> seen;
@@ -74,9 +73,8 @@ std::vector<Unit> buildings_of(const Mesh& mesh) {
     Unit unit{object->name, object->facades, {}};
     const int number = ++seen[object->name];
     if (number > 1) unit.key += fmt::format("#{}", number);
-    for (std::uint32_t t = 0; t < object->triangle_count; ++t) {
+    for (std::uint32_t t = 0; t < object->triangle_count; ++t)
       unit.triangles.push_back(object->first_triangle + t);
-    }
     units.push_back(std::move(unit));
   }
   return units;
@@ -106,9 +104,8 @@ FacadeMix mix_of(FacadeMix mix, double height_m, FacadeMix named) {
 
 double height_of(const Mesh& mesh, const Unit& unit) {
   Box box;
-  for (const std::uint32_t triangle : unit.triangles) {
+  for (const std::uint32_t triangle : unit.triangles)
     for (const std::uint32_t vertex : mesh.triangles[triangle]) extend(box, mesh.vertices[vertex]);
-  }
   return box.max.z() - box.min.z();
 }
 
@@ -197,16 +194,14 @@ std::string dress_facades(City& city, const FacadeOptions& options, bool keep_na
     }
     if (walls == 0) continue;
     ++buildings;
-    if (dressed > 0) {
+    if (dressed > 0)
       ++counts.at(static_cast<std::size_t>(&type - kTypes.data()));
-    } else {
+    else
       ++kept;
-    }
   }
   std::vector<std::string> said;
-  for (std::size_t i = 0; i < kTypes.size(); ++i) {
+  for (std::size_t i = 0; i < kTypes.size(); ++i)
     if (counts.at(i) > 0) said.push_back(fmt::format("{} {}", counts.at(i), kTypes.at(i).name));
-  }
   std::string text =
       fmt::format("facades drawn: {}", said.empty() ? "none" : fmt::to_string(fmt::join(said, ", ")));
   if (kept > 0) text += fmt::format("; {} of {} buildings keep theirs", kept, buildings);

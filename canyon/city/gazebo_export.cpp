@@ -35,8 +35,9 @@ struct Link {
 };
 
 std::size_t triangles_of(const std::vector<Object>& objects) {
-  return std::accumulate(objects.begin(), objects.end(), std::size_t{0},
-                         [](std::size_t sum, const Object& object) { return sum + object.triangle_count; });
+  return std::accumulate(
+      objects.begin(), objects.end(), std::size_t{0},
+      [](std::size_t sum, const Object& object) { return sum + object.triangle_count; });
 }
 
 /// Halves the objects across their longer side until each group is small enough.
@@ -62,9 +63,8 @@ void split_by_place(const Mesh& mesh, std::vector<Object> objects, std::size_t m
                    [axis](const auto& a, const auto& b) { return a.first[axis] < b.first[axis]; });
   std::vector<Object> low;
   std::vector<Object> high;
-  for (auto it = placed.begin(); it != placed.end(); ++it) {
+  for (auto it = placed.begin(); it != placed.end(); ++it)
     (it < half ? low : high).push_back(std::move(it->second));
-  }
   split_by_place(mesh, std::move(low), most, groups);
   split_by_place(mesh, std::move(high), most, groups);
 }
@@ -72,16 +72,14 @@ void split_by_place(const Mesh& mesh, std::vector<Object> objects, std::size_t m
 std::vector<Link> links_of(const Mesh& mesh, std::size_t triangles_per_mesh) {
   std::vector<Object> terrain;
   std::vector<Object> others;
-  for (Object& object : objects_with_triangles(mesh)) {
+  for (Object& object : objects_with_triangles(mesh))
     (object.surface == Surface::Terrain ? terrain : others).push_back(std::move(object));
-  }
   std::vector<std::vector<Object>> groups;
   split_by_place(mesh, std::move(others), triangles_per_mesh, groups);
   std::vector<Link> links;
   links.reserve(groups.size() + 1);
-  for (auto& group : groups) {
+  for (auto& group : groups)
     links.push_back({fmt::format("buildings_{:03}", links.size() + 1), std::move(group), {}});
-  }
   if (!terrain.empty()) links.push_back({"terrain", std::move(terrain), {}});
   for (Link& link : links) {
     Box box;
@@ -252,9 +250,8 @@ void GazeboOptions::validate() const {
   }
   options::check(*this);
   const bool time = gps_time.find_first_not_of("0123456789T:.Z+- ") == std::string::npos;
-  if (!time || gps_time.find("--") != std::string::npos || gps_time.size() > 40) {
+  if (!time || gps_time.find("--") != std::string::npos || gps_time.size() > 40)
     throw InputError(fmt::format("GPS time '{}'", gps_time), "give ISO 8601, like 2019-04-28T12:45:00");
-  }
 }
 
 void visit(options::Visitor& v, GazeboOptions& o) {

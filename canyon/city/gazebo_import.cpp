@@ -82,9 +82,8 @@ class GazeboImport {
     note_absent();
     const Eigen::Matrix3d enu_from_world =
         Eigen::AngleAxisd(heading_rad_, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    if (heading_rad_ != 0) {
+    if (heading_rad_ != 0)
       for (Eigen::Vector3d& v : city_.mesh.vertices) v = enu_from_world * v;
-    }
     note_degenerate(notes_, degenerate_);
     if (moved_ > 0)
       city_.notes.say(Level::Remark, fmt::format("{} models stand where the world's <state> says", moved_));
@@ -108,11 +107,10 @@ class GazeboImport {
     for (const Element* e = state->FirstChildElement("model"); e != nullptr;
          e = e->NextSiblingElement("model"))
       read_model_state(source, *e);
-    if (const Element* const gone = state->FirstChildElement("deletions")) {
+    if (const Element* const gone = state->FirstChildElement("deletions"))
       for (const Element* e = gone->FirstChildElement("name"); e != nullptr;
            e = e->NextSiblingElement("name"))
         deleted_.insert(text_of(*e));
-    }
     if (const Element* const added = state->FirstChildElement("insertions"))
       read_models(source, *added, Eigen::Affine3d::Identity(), "", 0, true);
   }
@@ -212,10 +210,9 @@ class GazeboImport {
     }
     const auto word = [&](const char* name, std::string_view only) {
       const std::string text = child_text(*coordinates, name);
-      if (!text.empty() && text != only) {
+      if (!text.empty() && text != only)
         throw source.error(*coordinates->FirstChildElement(name), fmt::format("<{}> '{}'", name, text),
                            fmt::format("Canyon reads {}", only));
-      }
     };
     word("surface_model", "EARTH_WGS84");
     word("world_frame_orientation", "ENU");
@@ -401,9 +398,8 @@ class GazeboImport {
     if (fresh) found->second = part_of(*path);
     const PartFile& part = found->second;
     Mesh mesh = part.mesh;
-    for (Object& object : mesh.objects) {
+    for (Object& object : mesh.objects)
       if (!part.marked) object.name = fmt::format("{}::{}", name, object.name);
-    }
     if (!part.marked && split_surface(name).surface == Surface::Terrain) {
       for (Object& object : mesh.objects) object.surface = Surface::Terrain;
       mesh.materials.assign(mesh.materials.size(), Material::Ground);
@@ -439,9 +435,8 @@ class GazeboImport {
   /// Appends the objects of a mesh.
   void append(Mesh mesh, const Eigen::Affine3d& world_from_mesh) {
     for (Eigen::Vector3d& vertex : mesh.vertices) vertex = world_from_mesh * vertex;
-    if (world_from_mesh.linear().determinant() < 0) {
+    if (world_from_mesh.linear().determinant() < 0)
       for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
-    }
     for (const Object& object : mesh.objects) {
       const auto of_object = [&object](const auto& all) {
         const auto first = all.begin() + object.first_triangle;

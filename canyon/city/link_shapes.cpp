@@ -78,9 +78,8 @@ Vector3d middle_of(const std::vector<Vector3d>& vertices) {
 int stride_of(int columns, int rows) {
   int stride = 1;
   for (int n = 2; n < std::min(columns, rows) && (std::max(columns, rows) - 1) / stride >= kFinestHeightmap;
-       ++n) {
+       ++n)
     if ((columns - 1) % n == 0 && (rows - 1) % n == 0) stride = n;
-  }
   return stride;
 }
 
@@ -96,9 +95,8 @@ struct LinkShapes::Soup {
            const Vector3d& origin = Vector3d::Zero()) {
     const auto first = static_cast<std::uint32_t>(vertices.size());
     for (const Vector3d& point : points) vertices.emplace_back(point - origin);
-    for (const auto& [a, b, c] : corners) {
+    for (const auto& [a, b, c] : corners)
       if (std::max({a, b, c}) < points.size()) triangles.push_back({first + a, first + b, first + c});
-    }
     materials.resize(triangles.size(), material);
   }
 };
@@ -115,9 +113,8 @@ void LinkShapes::leave_out(const Place& place, std::string_view why) const {
 void LinkShapes::append(const Place& place, const std::string& object, Surface surface, Soup soup,
                         const Affine3d& link_from_soup, bool orient_it) {
   for (Vector3d& v : soup.vertices) v = link_from_soup * v;
-  if (link_from_soup.linear().determinant() < 0) {
+  if (link_from_soup.linear().determinant() < 0)
     for (auto& triangle : soup.triangles) std::swap(triangle[1], triangle[2]);
-  }
   std::size_t kept = 0;
   for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
     const auto& [a, b, c] = soup.triangles[t];
@@ -152,9 +149,8 @@ void LinkShapes::solid(const Place& place, std::string_view what, const Triangle
 }
 
 void LinkShapes::plane(const Place& place, const Vector3d& normal, Eigen::Vector2d size) {
-  if (!normal.allFinite() || !(normal.norm() > 1e-6)) {
+  if (!normal.allFinite() || !(normal.norm() > 1e-6))
     return leave_out(place, "a plane with a normal of length 0");
-  }
   if (!(size.minCoeff() > 0)) return leave_out(place, "a plane without extent");
   if (size.maxCoeff() > kLargestPlane_m) {
     size = size.cwiseMin(kLargestPlane_m);
@@ -164,9 +160,8 @@ void LinkShapes::plane(const Place& place, const Vector3d& normal, Eigen::Vector
 }
 
 void LinkShapes::mesh(const Place& place, const MeshFile& file, const MeshUse& use) {
-  if (!use.scale.allFinite() || !(use.scale.cwiseAbs().minCoeff() > 0)) {
+  if (!use.scale.allFinite() || !(use.scale.cwiseAbs().minCoeff() > 0))
     return leave_out(place, "a mesh with a scale of 0");
-  }
   const bool chosen =
       !use.submesh.empty() && std::any_of(file.nodes.begin(), file.nodes.end(),
                                           [&](const MeshNode& node) { return node.name == use.submesh; });
@@ -195,9 +190,8 @@ void LinkShapes::mesh(const Place& place, const MeshFile& file, const MeshUse& u
     ++taken;
     const NodeName node = read_node_name(name);
     const Surface surface = terrain ? Surface::Terrain : node.surface;
-    if (!file.marked && surface == Surface::Terrain) {
+    if (!file.marked && surface == Surface::Terrain)
       soup.materials.assign(soup.materials.size(), Material::Ground);
-    }
     append(place, file.marked ? node.name : fmt::format("{}::{}", place.name, node.name), surface,
            std::move(soup), place.link_from_shape * Eigen::Scaling(use.scale), !file.marked);
   }
@@ -224,9 +218,8 @@ void LinkShapes::polylines(const Place& place, const std::vector<Polyline>& poly
 }
 
 void LinkShapes::heights(const Place& place, const HeightGrid& grid) {
-  if (grid.columns < 2 || grid.rows < 2 || !is_extent({grid.size.x(), grid.size.y(), 1})) {
+  if (grid.columns < 2 || grid.rows < 2 || !is_extent({grid.size.x(), grid.size.y(), 1}))
     return leave_out(place, "a heightmap without extent");
-  }
   const int stride = stride_of(grid.columns, grid.rows);
   if (stride > 1) {
     note(place, fmt::format("is a heightmap of {} x {} heights, of which each {}th is taken", grid.columns,
@@ -252,9 +245,8 @@ void LinkShapes::heights(const Place& place, const HeightGrid& grid) {
       soup.triangles.push_back({below + 1, here + 1, below});
     }
   }
-  if (first_row_y < 0) {
+  if (first_row_y < 0)
     for (auto& triangle : soup.triangles) std::swap(triangle[1], triangle[2]);
-  }
   soup.materials.assign(soup.triangles.size(), Material::Ground);
   append(place, place.name, Surface::Terrain, std::move(soup),
          place.link_from_shape * Eigen::Translation3d(grid.position), false);
@@ -265,9 +257,8 @@ Material material_by_colour(const std::array<double, 3>& colour) {
     const auto [r, g, b] = material_colour(static_cast<Material>(m));
     constexpr double kTolerance = 2e-3;
     if (std::abs(colour[0] - r) < kTolerance && std::abs(colour[1] - g) < kTolerance &&
-        std::abs(colour[2] - b) < kTolerance) {
+        std::abs(colour[2] - b) < kTolerance)
       return static_cast<Material>(m);
-    }
   }
   return Material::Unknown;
 }
@@ -328,9 +319,8 @@ TriangleSet plane_mesh(const Eigen::Vector3d& normal, const Eigen::Vector2d& siz
   const Eigen::Matrix3d turn =
       Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal).toRotationMatrix();
   TriangleSet set;
-  for (const auto& [x, y] : {std::pair{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}) {
+  for (const auto& [x, y] : {std::pair{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}})
     set.vertices.emplace_back(turn * Eigen::Vector3d(x * size.x(), y * size.y(), 0));
-  }
   set.triangles = {{0, 1, 2}, {0, 2, 3}};
   return set;
 }

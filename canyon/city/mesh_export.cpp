@@ -66,9 +66,8 @@ void write_obj(OutputFile& file, const City& city, const std::string& library) {
     }
     for (const MaterialGroup& group : part.groups) {
       fmt::format_to(to(), "usemtl {}\n", material_name(group.material));
-      for (const auto& [a, b, c] : group.triangles) {
+      for (const auto& [a, b, c] : group.triangles)
         fmt::format_to(to(), "f {} {} {}\n", first + a, first + b, first + c);
-      }
     }
     first += part.vertices.size();
     if (out.size() > kFlushBytes) {
@@ -177,10 +176,9 @@ class ColladaWriter {
   void geometry(std::size_t number, const ColladaNode& node) {
     const MeshPart part = mesh_part(mesh_, node.objects, origin_);
     std::vector<Eigen::Vector3d> normals;
-    for (const MaterialGroup& group : part.groups) {
+    for (const MaterialGroup& group : part.groups)
       for (const auto& triangle : group.triangles)
         normals.push_back(normal_of(part.vertices, triangle).normalized());
-    }
     line("    <geometry id=\"g{}\" name=\"{}\"><mesh>\n", number, node.name);
     source(number, "positions", part.vertices);
     source(number, "normals", normals);
@@ -212,9 +210,8 @@ class ColladaWriter {
         "      <node id=\"n{0}\" name=\"{1}\" type=\"NODE\"><instance_geometry url=\"#g{0}\"><bind_material>"
         "<technique_common>",
         number, name);
-    for (const Material material : used_[number]) {
+    for (const Material material : used_[number])
       line("<instance_material symbol=\"{0}\" target=\"#{0}\"/>", material_name(material));
-    }
     text("</technique_common></bind_material></instance_geometry></node>\n");
     if (out_.size() > kFlushBytes) flush();
   }
@@ -347,9 +344,8 @@ class GltfBuilder {
                            {"componentType", kUnsignedInt},
                            {"count", 3 * group.triangles.size()},
                            {"type", "SCALAR"}});
-      for (const auto& triangle : group.triangles) {
+      for (const auto& triangle : group.triangles)
         for (const std::uint32_t v : triangle) indices_.u4(v);
-      }
     }
     json_["nodes"].push_back({{"name", name},
                               {"mesh", json_["meshes"].size()},
@@ -367,9 +363,8 @@ class GltfBuilder {
 
 void write_mesh(const std::filesystem::path& path, const City& city) {
   const std::string extension = lower_case(path.extension().string());
-  if (extension != ".glb" && extension != ".obj" && extension != ".dae") {
+  if (extension != ".glb" && extension != ".obj" && extension != ".dae")
     throw InputError(path, 0, fmt::format("unknown mesh format '{}'", extension), "use .glb, .obj or .dae");
-  }
   check_mesh(city.mesh, city.name);
   if (city.mesh.triangles.empty()) throw InputError(path, 0, "the city has no triangle to write");
   std::error_code error;
@@ -433,9 +428,8 @@ std::vector<Material> materials_of(const Mesh& mesh) {
   std::array<bool, 256> seen{};
   for (const Material material : mesh.materials) seen[static_cast<std::uint8_t>(material)] = true;
   std::vector<Material> materials;
-  for (std::size_t i = 0; i < seen.size(); ++i) {
+  for (std::size_t i = 0; i < seen.size(); ++i)
     if (seen[i]) materials.push_back(static_cast<Material>(i));
-  }
   return materials;
 }
 

@@ -48,17 +48,18 @@ struct Node {
 
 /// Whether no face looks sideways, and there is one.
 bool is_sheet(const Node& node, const std::vector<std::uint32_t>& triangles) {
-  return std::all_of(triangles.begin(), triangles.end(), [&node](std::uint32_t t) {
-    const Eigen::Vector3d normal = normal_of(node.vertices, node.triangles[t]);
-    return std::abs(normal.z()) >= kSheetNormalZ * normal.norm();
-  });
+  return std::all_of(
+      triangles.begin(), triangles.end(),
+      [&node](std::uint32_t t) {
+        const Eigen::Vector3d normal = normal_of(node.vertices, node.triangles[t]);
+        return std::abs(normal.z()) >= kSheetNormalZ * normal.norm();
+      });
 }
 
 Box bounds_of(const Node& node, const std::vector<std::uint32_t>& triangles) {
   Box box;
-  for (const std::uint32_t t : triangles) {
+  for (const std::uint32_t t : triangles)
     for (const std::uint32_t v : node.triangles[t]) extend(box, node.vertices[v]);
-  }
   return box;
 }
 
@@ -89,11 +90,10 @@ class MeshImport {
                      scene.metres_per_unit * options_.scale, scene.up));
     note_degenerate(scene.notes, degenerate_);
     notes_.append(scene.notes, path_);
-    if (marked_) {
+    if (marked_)
       build_as_written(city.mesh);
-    } else {
+    else
       build(city.mesh);
-    }
     check_mesh(city.mesh, city.name);
     if (whole_city_ && !options_.up_axis && !marked_) check_up_axis(city.mesh, scene.up);
     city.notes = std::move(notes_);
@@ -112,8 +112,9 @@ class MeshImport {
   }
 
   [[nodiscard]] bool names_terrain(const std::string& name) const {
-    return std::any_of(options_.terrain_names.begin(), options_.terrain_names.end(),
-                       [&name](const std::string& word) { return has_word(name, word); });
+    return std::any_of(
+        options_.terrain_names.begin(), options_.terrain_names.end(),
+        [&name](const std::string& word) { return has_word(name, word); });
   }
 
   /// Guesses that a city lies on its side: its terrain stands upright, no roof is above the ground, or its
@@ -198,9 +199,8 @@ class MeshImport {
 
   void check_size(const ReadReport& notes) {
     for (Node& node : nodes_) {
-      for (const auto& triangle : node.triangles) {
+      for (const auto& triangle : node.triangles)
         for (const std::uint32_t v : triangle) extend(bounds_, node.vertices[v]);
-      }
     }
     if (nodes_.empty()) {
       if (degenerate_ == 0) {
@@ -315,9 +315,8 @@ class MeshImport {
               const std::vector<std::uint32_t>& component, const TriangleIndices& triangles) const {
     const bool terrain = surface == Surface::Terrain;
     std::vector<Material> materials(component.size(), Material::Ground);
-    for (std::size_t t = 0; t < component.size() && (marked_ || !terrain); ++t) {
+    for (std::size_t t = 0; t < component.size() && (marked_ || !terrain); ++t)
       materials[t] = node.materials[component[t]];
-    }
     append_object(mesh, std::move(name), surface, materials, node.vertices, triangles);
   }
 

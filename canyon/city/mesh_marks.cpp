@@ -49,13 +49,12 @@ std::optional<unsigned> escape_at(std::string_view text, std::size_t at) {
   unsigned value = 0;
   for (std::size_t i = at + 2; i < at + 6; ++i) {
     const char c = text[i];
-    if (c >= '0' && c <= '9') {
+    if (c >= '0' && c <= '9')
       value = value * 16 + static_cast<unsigned>(c - '0');
-    } else if (c >= 'A' && c <= 'F') {
+    else if (c >= 'A' && c <= 'F')
       value = value * 16 + static_cast<unsigned>(c - 'A' + 10);
-    } else {
+    else
       return std::nullopt;
-    }
   }
   return value;
 }
@@ -83,11 +82,10 @@ std::string escaped(std::string_view text, NameCharacters characters) {
       at += length;
       continue;
     }
-    if (length == 0 || !holds(characters, c, at == 0) || escape_at(text, at)) {
+    if (length == 0 || !holds(characters, c, at == 0) || escape_at(text, at))
       result += fmt::format("_x{:04X}_", c);
-    } else {
+    else
       result += static_cast<char>(c);
-    }
     ++at;
   }
   return result;
@@ -141,9 +139,8 @@ std::vector<std::string> node_names(const std::vector<Object>& objects, NameChar
     std::string name = cut(object.name);
     const NodeName plain = split_surface(name);
     // An unnamed node gets the name of its file.
-    if (name.empty() || plain.surface != object.surface || plain.name != name) {
+    if (name.empty() || plain.surface != object.surface || plain.name != name)
       name = std::string(kSurfaceWords.at(static_cast<std::size_t>(object.surface))) + ':' + name;
-    }
     name = escaped(name, characters);
     if (characters != NameCharacters::Utf8) {
       const std::size_t number = ++seen[name];
@@ -174,9 +171,8 @@ std::string_view material_name(Material material) {
 }
 
 Material material_by_name(std::string_view name) {
-  for (std::size_t i = 0; i < kMaterials.size(); ++i) {
+  for (std::size_t i = 0; i < kMaterials.size(); ++i)
     if (kMaterials[i].name == name) return static_cast<Material>(i);
-  }
   return Material::Unknown;
 }
 
@@ -207,9 +203,8 @@ Material material_from_name(std::string_view name) {
       {"plaster|stucco", Material::Plaster},     {"foliage", Material::Foliage}};
   const std::string text = lower_case(name);
   for (const auto& [words, material] : kWords) {
-    for (const std::string_view word : split(words, '|')) {
+    for (const std::string_view word : split(words, '|'))
       if (text.find(word) != std::string::npos) return material;
-    }
   }
   return Material::Unknown;
 }

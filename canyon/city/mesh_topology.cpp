@@ -34,9 +34,8 @@ class Surroundings {
  public:
   Surroundings(const std::vector<Eigen::Vector3d>& vertices, const TriangleIndices& triangles)
       : vertices_(vertices), lowest_z_(vertices[triangles.front()[0]].z()) {
-    for (const auto& triangle : triangles) {
+    for (const auto& triangle : triangles)
       for (const std::uint32_t v : triangle) lowest_z_ = std::min(lowest_z_, vertices[v].z());
-    }
   }
   [[nodiscard]] double lowest_z() const { return lowest_z_; }
   [[nodiscard]] bool at_base(std::uint64_t edge) const { return low(edge >> 32) && low(edge & 0xFFFFFFFFU); }
@@ -185,9 +184,8 @@ void weld(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangl
     const std::array<double, 3> key{vertices[i].x() + 0.0, vertices[i].y() + 0.0, vertices[i].z() + 0.0};
     first[i] = first_at.emplace(key, static_cast<std::uint32_t>(i)).first->second;
   }
-  for (auto& triangle : triangles) {
+  for (auto& triangle : triangles)
     for (std::uint32_t& index : triangle) index = first[index];
-  }
 }
 
 std::vector<std::array<std::uint32_t, 3>> neighbours(const TriangleIndices& triangles) {

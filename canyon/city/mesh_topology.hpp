@@ -93,9 +93,8 @@ inline void extend(Box& box, const Eigen::Vector3d& point) {
 
 /// Extends a box by an object of a mesh.
 inline void extend(Box& box, const Mesh& mesh, const Object& object) {
-  for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
+  for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t)
     for (const std::uint32_t v : mesh.triangles[t]) extend(box, mesh.vertices[v]);
-  }
 }
 
 [[nodiscard]] inline Eigen::Vector3d middle_of(const Box& box) {

@@ -73,19 +73,17 @@ class TerraceMesher {
       // A wall that goes up from `below` looks outwards; where it goes down, the same quads look inwards.
       const std::uint32_t high = add_outline(terraces.outlines[k], above);
       join(low, high);
-      if (k + 1 < rings) {
+      if (k + 1 < rings)
         join(high, add_outline(terraces.outlines[k + 1], above));
-      } else if (!yard) {
+      else if (!yard)
         quad(high, high + 1, high + 2, high + 3);
-      }
       below = above;
     }
     const std::uint32_t floor = add_outline(terraces.outlines.front(), 0);
-    if (terraces.courtyard) {
+    if (terraces.courtyard)
       join(add_outline(terraces.outlines.back(), 0), floor);
-    } else {
+    else
       quad(floor + 3, floor + 2, floor + 1, floor);
-    }
     weld();
     append_object(mesh, std::move(name), Surface::Building, material, vertices_, triangles_);
   }
@@ -126,9 +124,8 @@ class TerraceMesher {
       place.push_back(static_cast<std::uint32_t>(found - unique.begin()));
       if (found == unique.end()) unique.push_back(v);
     }
-    for (auto& triangle : triangles_) {
+    for (auto& triangle : triangles_)
       for (std::uint32_t& index : triangle) index = place[index];
-    }
     vertices_ = std::move(unique);
   }
 
@@ -156,9 +153,8 @@ class Downtown {
                    {ground.max.x(), ground.max.y(), 0},
                    {ground.min.x(), ground.max.y(), 0}},
                   {{0, 1, 2}, {0, 2, 3}});
-    for (int j = 0; j < options_.blocks_north; ++j) {
+    for (int j = 0; j < options_.blocks_north; ++j)
       for (int i = 0; i < options_.blocks_east; ++i) add_block(i, j);
-    }
     return std::move(mesh_);
   }
 
@@ -169,9 +165,8 @@ class Downtown {
     const Rectangle block{corner, corner + Eigen::Vector2d::Constant(options_.block_size_m)};
     std::vector<Rectangle> lots;
     split(block.inset(std::min(kPavement_m, 0.05 * options_.block_size_m)), 2, lots);
-    for (std::size_t b = 0; b < lots.size(); ++b) {
+    for (std::size_t b = 0; b < lots.size(); ++b)
       add_building(fmt::format("block_{}_{}_b{}", i, j, b + 1), lots[b]);
-    }
   }
 
   /// Cuts a lot across its longer side, up to `depth` times.

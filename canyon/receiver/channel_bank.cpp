@@ -18,9 +18,8 @@ bool in_line_of_sight(Visibility visibility) {
 
 ChannelBank::ChannelBank(const ReceiverOptions& options, std::uint64_t seed, std::string draws)
     : options_(options), seed_(seed), draws_(std::move(draws)) {
-  for (const gnss::System system : gnss::kAllSystems) {
+  for (const gnss::System system : gnss::kAllSystems)
     tracks_[static_cast<std::size_t>(system)] = receiver::tracked_signals(options.tracks, system);
-  }
   if (options.signal.enabled) signals_.emplace(options.signal, seed, options.name, draws_);
 }
 
@@ -128,9 +127,8 @@ Followed ChannelBank::follow(const tracking::AntennaMotion& motion, const propag
         view.shown_elevation_rad.value_or(view.line.elevation_rad) >= options_.fix.elevation_mask_rad;
     if (free) seen.map_visibility = view.paths.visibility;
     const bool received = seen.map_visibility != Visibility::Blocked;
-    if (in_line_of_sight(seen.map_visibility)) {
+    if (in_line_of_sight(seen.map_visibility))
       seen.obstacles_db = -20 * std::log10(view.paths.paths.front().amplitude_factor);
-    }
     followed.satellites.push_back({&view, followed.channels.size()});
     seen.signal = wanted_.front();
     for (std::size_t k = 1; k < wanted_.size(); ++k) seen.more.emplace_back().signal = wanted_[k];

@@ -26,9 +26,7 @@ std::shared_ptr<const Corrections> corrections_of(const ReceiverEpoch& station,
   const auto add = [&](const SignalObservation& seen) {
     if (seen.measurement) corrections.observations.push_back({seen.signal, *seen.measurement});
   };
-  for (const SatelliteObservation& satellite : station.satellites) {
-    satellite.for_each_signal(add);
-  }
+  for (const SatelliteObservation& satellite : station.satellites) satellite.for_each_signal(add);
   if (corrections.observations.empty()) return nullptr;
   return std::make_shared<const Corrections>(std::move(corrections));
 }

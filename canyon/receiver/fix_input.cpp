@@ -100,9 +100,8 @@ void FixInput::choose(const gnss::Signal& first) {
 
 /// Change of a carrier's range since the epoch before, where its phase is continuous.
 std::optional<double> FixInput::step_m(const Carrier& carrier, const Measurement& m) const {
-  if (!carrier.phase_m || !m.carrier_phase_cycles || !m.phase_since || *m.phase_since > carrier.time) {
+  if (!carrier.phase_m || !m.carrier_phase_cycles || !m.phase_since || *m.phase_since > carrier.time)
     return std::nullopt;
-  }
   return *m.carrier_phase_cycles * kSpeedOfLight / m.carrier_frequency_hz - *carrier.phase_m;
 }
 
@@ -135,17 +134,15 @@ void FixInput::smooth(gnss::SatelliteId id, geodesy::GpsTime time) {
     m.sigma_m = smoothed.sigma_m;
     carrier.time = time;
     carrier.phase_m.reset();
-    if (m.carrier_phase_cycles) {
+    if (m.carrier_phase_cycles)
       carrier.phase_m = *m.carrier_phase_cycles * kSpeedOfLight / m.carrier_frequency_hz;
-    }
   }
 }
 
 void FixInput::refer_to_l1(const orbit::SatelliteState& state) {
   const double l1_m = positioning::satellite_range(state, nullptr).code;
-  for (Code& code : codes_) {
+  for (Code& code : codes_)
     code.measurement.pseudorange_m -= positioning::satellite_range(state, code.signal).code - l1_m;
-  }
 }
 
 void FixInput::correct(gnss::SatelliteId id, geodesy::GpsTime time, const CodeCorrections& corrections) {

@@ -37,9 +37,8 @@ double MeasurementModel::bias_m(gnss::SatelliteId id, const gnss::Signal& signal
   const double bias_m = fixed_bias_m(options_.biases, id, signal, carrier_hz, now);
   if (options_.biases.drift_sigma_m == 0) return bias_m;
   auto found = drifts_.find(&signal);
-  if (found == drifts_.end()) {
+  if (found == drifts_.end())
     found = drifts_.emplace(&signal, Drift{bias_drift(options_, seed_, signal), now}).first;
-  }
   const double drift_m = found->second.process.advance(now - found->second.last);
   found->second.last = now;
   return bias_m + drift_m;

@@ -28,9 +28,8 @@ void signals_to_track(const ReceiverOptions& options, gnss::SatelliteId id, geod
 double fixed_bias_m(const BiasOptions& options, gnss::SatelliteId id, const gnss::Signal& signal,
                     double carrier_hz, geodesy::GpsTime time) {
   double bias_m = gnss::sum_of(options.code_m, id, signal, time);
-  if (signal.channel_hz > 0) {
+  if (signal.channel_hz > 0)
     bias_m += options.glonass_channel_m * std::round((carrier_hz - signal.carrier_hz) / signal.channel_hz);
-  }
   return bias_m;
 }
 

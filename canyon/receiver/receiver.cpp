@@ -32,9 +32,8 @@ struct Receiver::State {
         solver(options, models) {
     const std::string around = disturbance_draws_of(options);
     const disturbance::ShadowingOptions& shadowing = options.signal.shadowing;
-    if (options.signal.enabled && shadowing.active()) {
+    if (options.signal.enabled && shadowing.active())
       disturbances.push_back(std::make_unique<disturbance::DirectShadowing>(shadowing, seed, around));
-    }
     for (const disturbance::DisturbanceSource& source : sources) {
       disturbances.push_back(source.make(seed, around));
       if (!disturbances.back()) {
@@ -97,12 +96,10 @@ struct Receiver::State {
   /// Moves antenna and clock on to the epoch.
   [[nodiscard]] tracking::AntennaMotion go_to(const propagation::Antenna& antenna) {
     const geodesy::GpsTime time = antenna.time;
-    if (!antenna.position_ecef.allFinite()) {
+    if (!antenna.position_ecef.allFinite())
       throw error(time, "the antenna's position is not finite", "check the trajectory");
-    }
-    if (!antenna.velocity_ecef.allFinite()) {
+    if (!antenna.velocity_ecef.allFinite())
       throw error(time, "the antenna's velocity is not finite", "check the trajectory");
-    }
     if (last) {
       if (time < *last) throw error(time, "time runs backwards", "give epochs in order of time");
       clock.advance(time - *last);
@@ -190,19 +187,17 @@ struct Receiver::State {
     std::sort(epoch.satellites.begin(), epoch.satellites.end(),
               [](const SatelliteObservation& a, const SatelliteObservation& b) { return a.id < b.id; });
     channels.miss_all_but(epoch.satellites, at.time);
-    if (context.arrival.placement == raytrace::Placement::Free) {
+    if (context.arrival.placement == raytrace::Placement::Free)
       epoch.fix = solver.solve(epoch.receiver_time, measured, sky, context.klobuchar);
-    } else {
+    else
       epoch.fix = solver.without_signal();
-    }
     if (check) epoch.spoofing = check->update(epoch);
     fuse(context, epoch);
     if (!positioning::is_sound(epoch.fix)) refuse(epoch.fix);
     if (epoch.fix.solved() && options.fix_noise.any()) add_noise(epoch.fix);
     if (epoch.events.forced) force(*epoch.events.forced, context.antenna, epoch);
-    for (SatelliteObservation& satellite : epoch.satellites) {
+    for (SatelliteObservation& satellite : epoch.satellites)
       satellite.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), satellite.id);
-    }
     return epoch;
   }
 

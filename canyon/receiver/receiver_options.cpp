@@ -68,19 +68,21 @@ namespace {
 /// A signal that is tracked in a band that the antenna does not receive.
 const gnss::Signal* unheard(const ReceiverOptions& o) {
   for (const gnss::System system : gnss::kAllSystems) {
-    for (const gnss::Signal* signal : tracked_signals(o.tracks, system)) {
+    for (const gnss::Signal* signal : tracked_signals(o.tracks, system))
       if (!o.signal.antenna.receives(signal::band_of(signal->carrier_hz))) return signal;
-    }
   }
   return nullptr;
 }
 
 bool is_tracked(const ReceiverOptions& o, std::string_view signal_name) {
-  return std::any_of(gnss::kAllSystems.begin(), gnss::kAllSystems.end(), [&](gnss::System system) {
-    const auto tracked = tracked_signals(o.tracks, system);
-    return std::any_of(tracked.begin(), tracked.end(),
-                       [&](const gnss::Signal* signal) { return signal->name == signal_name; });
-  });
+  return std::any_of(
+      gnss::kAllSystems.begin(), gnss::kAllSystems.end(),
+      [&](gnss::System system) {
+        const auto tracked = tracked_signals(o.tracks, system);
+        return std::any_of(
+            tracked.begin(), tracked.end(),
+            [&](const gnss::Signal* signal) { return signal->name == signal_name; });
+      });
 }
 
 bool is_among(const std::vector<std::string>& names, std::string_view name) {
@@ -194,9 +196,8 @@ std::vector<const gnss::Signal*> tracked_signals(const std::vector<std::string>&
   const std::span<const gnss::Signal> all = gnss::signals_of(system);
   if (tracks.empty()) return {&all.front()};
   std::vector<const gnss::Signal*> found;
-  for (const gnss::Signal& signal : all) {
+  for (const gnss::Signal& signal : all)
     if (signal.only_recorded.empty() && is_among(tracks, signal.name)) found.push_back(&signal);
-  }
   return found;
 }
 

@@ -71,14 +71,12 @@ void CorrectionLinks::make_epochs(std::span<const DueEpoch> due, bool parallel, 
       seen[due[end].receiver] = true;
       if (of.link) came[end] = of.link->take(due[end].time);
     }
-    if (end - begin == 1) {
+    if (end - begin == 1)
       make_one(begin);
-    } else {
+    else
       tbb::parallel_for(begin, end, make_one);
-    }
-    for (; begin < end; ++begin) {
+    for (; begin < end; ++begin)
       if (made[begin] != nullptr) send(due[begin].receiver, *made[begin]);
-    }
   }
 }
 

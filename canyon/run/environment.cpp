@@ -36,9 +36,7 @@ void Environment::add_errors(propagation::Arrival& arrival, geodesy::GpsTime tim
                              const Eigen::Vector3d& antenna_ecef) const {
   if (!errors_) return;
   const errors::SpaceErrors::Reception reception = errors_->reception(time, antenna_ecef);
-  for (propagation::SatelliteView& view : arrival.views) {
-    view.space = errors_->at(view.line, reception);
-  }
+  for (propagation::SatelliteView& view : arrival.views) view.space = errors_->at(view.line, reception);
 }
 
 propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu) const {
@@ -117,9 +115,8 @@ std::vector<Eigen::Vector3d> ray_directions(const propagation::Arrival& arrival)
   std::vector<Eigen::Vector3d> directions;
   if (arrival.placement != raytrace::Placement::Free) return directions;
   directions.reserve(arrival.views.size());
-  for (const propagation::SatelliteView& view : arrival.views) {
+  for (const propagation::SatelliteView& view : arrival.views)
     directions.emplace_back(arrival.ecef_from_enu.transpose() * view.line.direction_ecef);
-  }
   return directions;
 }
 

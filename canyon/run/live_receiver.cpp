@@ -80,12 +80,12 @@ struct LiveReceiver::Impl {
   }
 
   [[nodiscard]] receiver::Receiver make_receiver() const {
-    return simulation::make_receiver(
-        config.receiver(), config.seed, environment, way ? way : road,
-        {disturbance::FaultTimeline::source(faults),
-         {"put elsewhere", [at = put_elsewhere](std::uint64_t /*seed*/, const std::string&) {
-            return std::make_unique<HotRestart>(at);
-          }}});
+    return simulation::make_receiver(config.receiver(), config.seed, environment, way ? way : road,
+                                     {disturbance::FaultTimeline::source(faults),
+                                      {"put elsewhere",
+                                       [at = put_elsewhere](std::uint64_t /*seed*/, const std::string&) {
+                                         return std::make_unique<HotRestart>(at);
+                                       }}});
   }
   [[nodiscard]] std::shared_ptr<disturbance::FaultTimeline> make_faults() const {
     auto made =
@@ -146,9 +146,8 @@ struct LiveReceiver::Impl {
                           felt ? &*felt : nullptr});
     epoch.navigation = arrival.messages.get();  // disturbances may have replaced them
     epoch.faults = epoch.observed.events.faults;
-    if (epoch.observed.fix.solved()) {
+    if (epoch.observed.fix.solved())
       epoch.error_enu_m = enu_from_ecef * (epoch.observed.fix.position_ecef - epoch.truth_ecef);
-    }
     const auto warning = receiver::wrong_station_warning(epoch.observed.station_offset_m);
     if (warning && !std::exchange(warned_of_station, true)) warnings.push_back(*warning);
     return epoch;
@@ -255,9 +254,8 @@ GpsTime LiveReceiver::start() const {
   return impl_->start;
 }
 GpsTime LiveReceiver::at(double seconds) const {
-  if (!std::isfinite(seconds) || std::abs(seconds) > 1e9) {
+  if (!std::isfinite(seconds) || std::abs(seconds) > 1e9)
     throw InputError(fmt::format("the host's time {} s is out of range", seconds));
-  }
   return impl_->start + seconds;
 }
 const BuiltSky& LiveReceiver::sky() const {
@@ -341,9 +339,8 @@ LiveReceiver::Step LiveReceiver::observe(const Pose& antenna, const EpochInputs&
   if (inputs.arrival != nullptr) {
     step.arrival = std::move(*inputs.arrival);
   } else {
-    if (!impl.tracer && !impl.arrivals) {
+    if (!impl.tracer && !impl.arrivals)
       impl.arrivals.emplace(impl.environment.make_propagator(impl.config.receiver().propagation));
-    }
     step.arrival = impl.tracer ? impl.environment.arrival(t, enu, impl.tracer)
                                : impl.arrivals->arrival(impl.environment, t, enu);
     if (!impl.config.receiver().fixed) tilt_antenna(step.arrival, antenna, frame);

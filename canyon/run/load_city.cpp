@@ -105,9 +105,7 @@ using Progress = std::function<void(std::size_t, std::size_t)>;
 buildings::BuiltCity read_source(const MapCity& config, const CityConfig& city, const Progress& progress) {
   // The rasters first: a wrong one is found before minutes of reading.
   std::optional<buildings::Terrain> terrain;
-  if (!config.terrain.empty()) {
-    terrain.emplace(config.terrain, city.sea_level);
-  }
+  if (!config.terrain.empty()) terrain.emplace(config.terrain, city.sea_level);
   buildings::BuildOptions build = config.build;
   build.origin = city.origin;
   build.validate();
@@ -219,10 +217,13 @@ class PlaceBounds {
 
 /// Folders and archives of a city model.
 bool are_tiles(const std::vector<std::filesystem::path>& files) {
-  return std::all_of(files.begin(), files.end(), [](const std::filesystem::path& path) {
-    std::error_code ignored;
-    return std::filesystem::is_directory(path, ignored) || lower_case(path.extension().string()) == ".zip";
-  });
+  return std::all_of(
+      files.begin(), files.end(),
+      [](const std::filesystem::path& path) {
+        std::error_code ignored;
+        return std::filesystem::is_directory(path, ignored) ||
+               lower_case(path.extension().string()) == ".zip";
+      });
 }
 
 /// The trajectory and the fixed receivers; empty where not all of the way is known before the city.
@@ -231,17 +232,15 @@ PlaceBounds way_of(const Scenario& scenario) {
   const TrajectoryConfig& trajectory = scenario.trajectory;
   std::set<std::size_t> unknown;
   for (const auto& [index, enu] : trajectory.local_waypoints) unknown.insert(index);
-  for (std::size_t i = 0; i < trajectory.waypoints.size(); ++i) {
+  for (std::size_t i = 0; i < trajectory.waypoints.size(); ++i)
     if (unknown.count(i) == 0) bounds.add(trajectory.waypoints[i]);
-  }
   if (trajectory.file) {
     HeightReading heights;
     heights.needed = false;
     for (const RecordedPoint& point : read_path(scenario, heights).points) bounds.add(point.place);
   }
-  for (const ReceiverConfig& receiver : scenario.receivers) {
+  for (const ReceiverConfig& receiver : scenario.receivers)
     if (receiver.fixed && !receiver.fixed->local_m) bounds.add(receiver.fixed->place);
-  }
   return unknown.empty() ? bounds : PlaceBounds();
 }
 

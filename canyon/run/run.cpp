@@ -16,9 +16,8 @@ Run::Run(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
       seed_(config.seed),
       linked_(!config.bases_elsewhere || config.base() != nullptr) {
   if (!scene) throw InputError("a run needs a scene");
-  for (ReceiverConfig& receiver : configs_) {
+  for (ReceiverConfig& receiver : configs_)
     if (receiver.fixed) receiver.fixed->settle(scene->city.frame);
-  }
   if (linked_) links_ = {configs_, seed_};
   order_.resize(configs_.size());
   std::iota(order_.begin(), order_.end(), std::size_t{0});

@@ -118,11 +118,9 @@ void check_near(const RunView& run, const city::Box& bounds, const Geodetic& pla
 void check_near_field(const RunView& run, std::size_t step, std::vector<std::string>& warnings) {
   if (!run.scenario.city.is<OpenField>() || !run.scenario.city.origin) return;
   const RunPlan& plan = run.plan;
-  for (std::size_t k = 0; k < plan.epochs(); k += step) {
-    if (distance_to(*run.scenario.city.origin, plan.trajectory.at(plan.at(k)).position) <= kFarFromCity_m) {
+  for (std::size_t k = 0; k < plan.epochs(); k += step)
+    if (distance_to(*run.scenario.city.origin, plan.trajectory.at(plan.at(k)).position) <= kFarFromCity_m)
       return;
-    }
-  }
   const Geodetic place = plan.trajectory.at(plan.begin).position;
   const InputError far = far_error(run, distance_to(*run.scenario.city.origin, place), place, plan.begin);
   warnings.push_back(far.problem() + ": " + far.cure());
@@ -145,9 +143,8 @@ void check_places(const RunView& run, std::vector<std::string>& warnings) {
     check_near(run, bounds, pose.position, plan.at(k));
     lowest_m = std::min(lowest_m, run.environment.scene().height_above_ground(
                                       run.environment.city().frame.local_from_geodetic(pose.position)));
-    if (run.scenario.trajectory.height_above_terrain_m) {
+    if (run.scenario.trajectory.height_above_terrain_m)
       (void)vehicle_pose(run.scenario, plan.trajectory, run.environment, plan.at(k));
-    }
   }
   if (impossible > 1) first += fmt::format(" (the first of {})", impossible);
   if (impossible > 0) warnings.push_back(first);

@@ -52,9 +52,8 @@ std::vector<disturbance::DisturbanceSource> with_streets(const ReceiverConfig& r
                                                          const city::City& city,
                                                          std::shared_ptr<const disturbance::Road> road) {
   std::vector<disturbance::DisturbanceSource> sources = receiver.disturbances;
-  if (const auto streets = streets_of(receiver, city, std::move(road))) {
+  if (const auto streets = streets_of(receiver, city, std::move(road)))
     sources.insert(sources.begin(), disturbance::streets_source(*streets));
-  }
   return sources;
 }
 

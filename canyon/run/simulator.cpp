@@ -85,16 +85,14 @@ struct Simulation::Impl {
     say(check_run({scenario, plan, *sky, environment}));
     if (scenario.sensors.feel_motion()) say(smooth_motion(scenario, plan, environment));
     say(check_slopes({scenario, plan, *sky, environment}));
-    for (const ReceiverConfig& receiver : scenario.receivers) {
+    for (const ReceiverConfig& receiver : scenario.receivers)
       propagators.push_back(environment.make_propagator(receiver.propagation));
-    }
   }
 
   void decide_receivers() {
     try {
-      for (ReceiverConfig& receiver : scenario.receivers) {
+      for (ReceiverConfig& receiver : scenario.receivers)
         decide_options(receiver.options, environment.errors().get(), sky->sky.get());
-      }
     } catch (const InputError& e) {
       throw scenario_error(scenario, e.problem(), e.cure());
     }
@@ -118,8 +116,8 @@ struct Simulation::Impl {
   }
   /// Where a sink or a receiver needs them.
   [[nodiscard]] std::optional<SensorRun> make_sensors(const std::vector<EpochSink*>& sinks) const {
-    const bool written =
-        std::any_of(sinks.begin(), sinks.end(), [](const EpochSink* sink) { return sink->uses_sensors(); });
+    const bool written = std::any_of(
+        sinks.begin(), sinks.end(), [](const EpochSink* sink) { return sink->uses_sensors(); });
     const bool fused =
         std::any_of(scenario.receivers.begin(), scenario.receivers.end(),
                     [](const ReceiverConfig& receiver) { return receiver.options.dead_reckoning.enabled; });
@@ -201,14 +199,12 @@ Simulation::Simulation(Scenario scenario, city::City city)
 Simulation::Simulation(Scenario scenario, std::shared_ptr<CityScene> scene, const SkyBuilder& sky) {
   if (!scene || !sky) throw InputError("a simulation needs a scene");
   const city::City& city = scene->city;
-  for (const auto& [index, enu] : scenario.trajectory.local_waypoints) {
+  for (const auto& [index, enu] : scenario.trajectory.local_waypoints)
     scenario.trajectory.waypoints.at(index) = city.frame.geodetic_from_local(enu);
-  }
   scenario.trajectory.local_waypoints.clear();
   put_on_terrain(scenario, *scene);
-  for (ReceiverConfig& receiver : scenario.receivers) {
+  for (ReceiverConfig& receiver : scenario.receivers)
     if (receiver.fixed) receiver.fixed->settle(city.frame);
-  }
   RunPlan plan = make_plan(scenario, city.geoid_undulation_m);
   check_city(scenario, city);
   impl_ = std::make_unique<Impl>(std::move(scenario), std::move(scene), std::move(plan), sky);
@@ -249,9 +245,8 @@ SensorRun Simulation::sensors() const {
 }
 
 Pose Simulation::antenna_pose(std::size_t receiver, GpsTime t) const {
-  if (receiver >= impl_->scenario.receivers.size()) {
+  if (receiver >= impl_->scenario.receivers.size())
     throw InputError(fmt::format("the scenario has no receiver {}", receiver));
-  }
   return impl_->antenna_pose(receiver, t);
 }
 
@@ -289,14 +284,11 @@ class Simulation::Epochs {
   [[nodiscard]] std::size_t done() const { return done_; }
   [[nodiscard]] std::vector<std::string> warnings() {
     std::vector<std::string> warnings = placement_warnings(impl_.scenario, placements_);
-    for (std::size_t r = 0; r < run_.size(); ++r) {
-      for (const std::string& line : run_[r].take_warnings()) {
+    for (std::size_t r = 0; r < run_.size(); ++r)
+      for (const std::string& line : run_[r].take_warnings())
         warnings.push_back(fmt::format("{}: {}", impl_.scenario.receivers[r].options.name, line));
-      }
-    }
-    for (const EpochSink* sink : sinks_) {
+    for (const EpochSink* sink : sinks_)
       for (std::string& warning : sink->warnings()) warnings.push_back(std::move(warning));
-    }
     return warnings;
   }
 

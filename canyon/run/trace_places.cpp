@@ -37,9 +37,8 @@ TracedSatellite traced(const propagation::SatellitePaths& paths, double azimuth_
 
 void keep(std::vector<TracedPath>& paths, std::size_t place, std::size_t satellite,
           const propagation::SatellitePaths& from) {
-  for (const propagation::Path& path : from.paths) {
+  for (const propagation::Path& path : from.paths)
     paths.push_back({static_cast<std::uint32_t>(place), static_cast<std::uint32_t>(satellite), path});
-  }
 }
 
 /// trace(place, paths) for all places; `paths` null where nobody asks for them.
@@ -49,9 +48,8 @@ void for_each_place(std::size_t places, const TracePlacesOptions& options, const
   const std::size_t steps = (places + kStep - 1) / kStep;
   const auto make = [&](std::size_t step) {
     Found found;
-    for (std::size_t i = step * kStep; i < std::min(places, (step + 1) * kStep); ++i) {
+    for (std::size_t i = step * kStep; i < std::min(places, (step + 1) * kStep); ++i)
       trace(i, options.paths == nullptr ? nullptr : &found);
-    }
     return found;
   };
   const auto take = [&](std::size_t step, Found& found) {
@@ -175,9 +173,8 @@ Arrival RetracedAntenna::arrival(const Environment& environment, const Epoch& ep
   if (arrival.placement != raytrace::Placement::Free) return arrival;
   const std::vector<Vector3d> directions = ray_directions(arrival);
   std::vector<propagation::SatellitePaths> paths(directions.size());
-  if (!propagator_.retrace(arrival.antenna_enu, directions, epoch.paths->place, paths)) {
+  if (!propagator_.retrace(arrival.antenna_enu, directions, epoch.paths->place, paths))
     propagator_.trace(arrival.antenna_enu, directions, paths);
-  }
   set_paths(arrival, std::move(paths));
   return arrival;
 }

@@ -183,17 +183,15 @@ std::vector<std::string_view> names() {
 
 std::vector<std::string> priors_of(const Scenario& scenario, const std::vector<Unknown>& known) {
   std::vector<std::string> texts;
-  for (const Drawn& each : all_of(scenario, known)) {
+  for (const Drawn& each : all_of(scenario, known))
     texts.push_back(fmt::format("{}: {}", each.name, each.distribution.text));
-  }
   return texts;
 }
 
 Draws::Draws(std::uint64_t seed, std::size_t count, std::vector<Unknown> known)
     : count_(count), known_(std::move(known)) {
-  for (const std::string_view name : kNames) {
+  for (const std::string_view name : kNames)
     shares_.push_back(draw_sample(RandomStream(seed, "unknown " + std::string(name)), count, true));
-  }
 }
 
 std::map<std::string, double> Draws::apply(std::size_t draw, Scenario& scenario) const {

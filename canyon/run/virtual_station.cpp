@@ -17,9 +17,8 @@ std::optional<propagation::SatelliteView> view_from(const Environment& environme
   const auto line = orbit::line_of_sight(environment.sky(), id, time, place);
   if (!line) return std::nullopt;
   propagation::SatelliteView view{*line, {}};
-  if (const auto& errors = environment.errors()) {
+  if (const auto& errors = environment.errors())
     view.space = errors->at(view.line, errors->reception(time, place));
-  }
   return view;
 }
 
@@ -56,10 +55,9 @@ std::optional<Epoch> VirtualStation::move(const Epoch& base,
       const receiver::CodeAndCarrier from = range(*here, base.truth.position),
                                      to = range(*there, moved.truth.position);
       m.pseudorange_m += to.code - from.code;
-      if (m.carrier_phase_cycles) {
+      if (m.carrier_phase_cycles)
         *m.carrier_phase_cycles +=
             (to.carrier - from.carrier) * m.carrier_frequency_hz / geodesy::kSpeedOfLight;
-      }
       if (m.phase_since && *m.phase_since < since_) m.phase_since = since_;
     };
     move_signal(satellite);

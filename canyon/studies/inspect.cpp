@@ -116,9 +116,8 @@ FileReport inspect_raster(const std::filesystem::path& path) {
   options.geoid_undulation_m = 0;  // what is above the ellipsoid is a matter of the scenario
   const buildings::Raster raster(path, options);
   const buildings::RasterSummary summary = raster.summary();
-  if (!summary.lowest_m) {
+  if (!summary.lowest_m)
     throw InputError(path, 0, "has no height within -500 to 9,000 m", "is it a raster of heights?");
-  }
   FileReport report{"height raster", {}, raster.notes(), {"city: {osm: MAP, terrain: FILE} in a scenario"}};
   report.contents.emplace_back(
       "posts", fmt::format("{} x {}, {:.3g} m apart", summary.columns, summary.rows, summary.spacing_m));
@@ -263,10 +262,9 @@ FileReport inspect_rtcm(const std::filesystem::path& path) {
   std::set<gnss::SatelliteId> satellites = file.status.without_milliseconds;
   if (satellites.empty()) rtcm::require_epochs(path, file);
   FileReport report{"RTCM 3", {}, {}, {"canyon rtk ROVER FILE --nav NAVIGATION"}};
-  for (const auto& epoch : file.epochs) {
+  for (const auto& epoch : file.epochs)
     for (const relative::SignalMeasurement& seen : epoch->observations)
       satellites.insert(seen.measurement.id);
-  }
   std::vector<std::string> messages;
   for (const auto& [number, count] : file.status.messages)
     messages.push_back(fmt::format("{} ({})", number, count));

@@ -22,9 +22,8 @@ py::array placements(const CityScene& self, const py::object& places) {
   std::vector<std::uint8_t> result(points.size());
   {
     const py::gil_scoped_release release;
-    for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t i = 0; i < points.size(); ++i)
       result[i] = static_cast<std::uint8_t>(self.scene.placement(points.span()[i]));
-    }
   }
   return owning_array(std::move(result));
 }
@@ -60,9 +59,8 @@ py::dict cast(const CityScene& self, const py::object& from, const py::object& t
 py::array terrain(const CityScene& self, const py::object& places) {
   const Points points(places, "places");
   std::vector<double> result;
-  for (const Eigen::Vector3d& p : points.span()) {
+  for (const Eigen::Vector3d& p : points.span())
     result.push_back(self.scene.terrain_height(p.x(), p.y()).value_or(kNan));
-  }
   return owning_array(std::move(result));
 }
 
@@ -111,9 +109,8 @@ py::list objects(const CityScene& self) {
 py::object object_of_triangle(const CityScene& self, std::int64_t triangle) {
   for (const city::Object& object : self.city.mesh.objects) {
     const auto first = static_cast<std::int64_t>(object.first_triangle);
-    if (triangle >= first && triangle < first + static_cast<std::int64_t>(object.triangle_count)) {
+    if (triangle >= first && triangle < first + static_cast<std::int64_t>(object.triangle_count))
       return named_object(object);
-    }
   }
   throw py::index_error(fmt::format("triangle {} of {}", triangle, self.city.mesh.triangles.size()));
 }
@@ -195,7 +192,8 @@ files : path or list of paths
             return std::make_shared<WithInputs<CityScene>>(std::move(city));
           },
           "path"_a, "seed"_a)
-      .def_property_readonly("_seed", [](const CityScene& self) { return self.city.seed; })
+      .def_property_readonly(
+          "_seed", [](const CityScene& self) { return self.city.seed; })
       .def(
           "save",
           [](CityScene& self, const std::filesystem::path& path) {
@@ -267,28 +265,34 @@ dict
       .def(
           "enu_of",
           [](const CityScene& self, const py::object& places) {
-            return converted(places, "places", [&](const Eigen::Vector3d& p) {
-              const auto place = geodesy::Geodetic::from_degrees(p.x(), p.y(), p.z());
-              geodesy::check_geodetic(place, "a place");
-              return self.city.frame.local_from_geodetic(place);
-            });
+            return converted(
+                places, "places",
+                [&](const Eigen::Vector3d& p) {
+                  const auto place = geodesy::Geodetic::from_degrees(p.x(), p.y(), p.z());
+                  geodesy::check_geodetic(place, "a place");
+                  return self.city.frame.local_from_geodetic(place);
+                });
           },
           "places"_a, "East, north, up [m] of (latitude_deg, longitude_deg, height_m), (3,) or (n, 3).")
       .def(
           "geodetic_of",
           [](const CityScene& self, const py::object& enu) {
-            return converted(enu, "places", [&](const Eigen::Vector3d& p) {
-              const geodesy::Geodetic place = self.city.frame.geodetic_from_local(p);
-              return Eigen::Vector3d(geodesy::degrees(place.latitude_rad),
-                                     geodesy::degrees(place.longitude_rad), place.height_m);
-            });
+            return converted(
+                enu, "places",
+                [&](const Eigen::Vector3d& p) {
+                  const geodesy::Geodetic place = self.city.frame.geodetic_from_local(p);
+                  return Eigen::Vector3d(geodesy::degrees(place.latitude_rad),
+                                         geodesy::degrees(place.longitude_rad), place.height_m);
+                });
           },
           "enu"_a, "(latitude_deg, longitude_deg, height_m) of east, north, up [m], (3,) or (n, 3).")
-      .def("__repr__", [](const CityScene& self) {
-        return fmt::format("<canyon.City {}: {} triangles>",
-                           py::repr(py::str(self.city.name)).cast<std::string>(),
-                           self.city.mesh.triangles.size());
-      });
+      .def(
+          "__repr__",
+          [](const CityScene& self) {
+            return fmt::format("<canyon.City {}: {} triangles>",
+                               py::repr(py::str(self.city.name)).cast<std::string>(),
+                               self.city.mesh.triangles.size());
+          });
   m.def("material_names", [] {
     std::vector<std::string> names;
     for (int i = 0; i <= static_cast<int>(city::Material::Foliage); ++i) {

@@ -220,10 +220,12 @@ py::dict table_of(const std::vector<EpochPtr>& epochs, const std::string& name) 
   for (const Column& column : table.columns) values.emplace_back(column);
   output::TableRows rows(table.kind, epochs.empty() ? tracking::SignalOptions{} : *epochs.front()->signal);
   for (const EpochPtr& epoch : epochs) {
-    rows.each(epoch->epoch, [&](const Row& row) {
-      times.push_back(unix_ns(row.epoch.observed.time));
-      for (Values& column : values) column.add(row);
-    });
+    rows.each(
+        epoch->epoch,
+        [&](const Row& row) {
+          times.push_back(unix_ns(row.epoch.observed.time));
+          for (Values& column : values) column.add(row);
+        });
   }
   py::dict columns;
   columns["time"] = datetimes(std::move(times));
@@ -235,9 +237,8 @@ py::dict table_of(const std::vector<EpochPtr>& epochs, const std::string& name) 
 py::dict columns_of(const std::string& name) {
   py::dict about;
   about["time"] = py::make_tuple("", "time", "instant of reception, UTC");
-  for (const Column& column : table_named(name).columns) {
+  for (const Column& column : table_named(name).columns)
     about[column.name] = py::make_tuple(column.cf_unit(), column.standard_name, column.help);
-  }
   return about;
 }
 

@@ -71,11 +71,10 @@ class Map {
     }
     inputs_.add(inputs_of(*city_));
     const py::gil_scoped_release release;
-    if (area) {
+    if (area)
       heatmap::check_box(*area, city_->city);
-    } else {
+    else
       area = heatmap::built_box(city_->city);
-    }
     request_.grid =
         heatmap::Grid::covering(area->min.x(), area->min.y(), area->max.x(), area->max.y(), spacing_m);
     // Receivers that run take milliseconds for a cell: Ctrl-C must not wait for 65,536 of them. Others have
@@ -192,15 +191,14 @@ class Map {
     heatmap::MapSource source = heatmap::map_source(*heatmap_, *store_, *environment_, receiver_, scenario_);
     source.history = "import canyon";
     source.source = "Canyon " CANYON_VERSION;
-    if (format == "netcdf") {
+    if (format == "netcdf")
       heatmap::write_netcdf(path, source);
-    } else if (format == "geotiff") {
+    else if (format == "geotiff")
       (void)heatmap::write_geotiffs(path, source);
-    } else if (format == "png") {
+    else if (format == "png")
       (void)heatmap::write_map_pictures(path, source, city_->city);
-    } else {
+    else
       throw InputError(fmt::format("the format '{}' is not known", format), "give netcdf, geotiff or png");
-    }
   }
 
  private:

@@ -84,9 +84,8 @@ class Live {
   EpochPtr make(const std::optional<simulation::Pose>& antenna, double seconds, bool paths) {
     const geodesy::GpsTime now = receiver().at(seconds);
     std::vector<simulation::Run::Due> due;
-    for (const std::size_t r : run_->order()) {
+    for (const std::size_t r : run_->order())
       due.push_back({r, now, r == 0 ? antenna : run_->fixed_pose(r, now)});
-    }
     return kept(std::move(run_->make(due, false).back()), paths);
   }
   EpochPtr kept(LiveReceiver::Step step, bool paths) {

@@ -25,9 +25,8 @@ struct BorrowedArrival {
   std::shared_ptr<Borrowed> borrowed;
 
   [[nodiscard]] propagation::Arrival& arrival() const {
-    if (borrowed->arrival == nullptr) {
+    if (borrowed->arrival == nullptr)
       throw InputError("an arrival is valid only during the call of apply()", "keep copies of its numbers");
-    }
     return *borrowed->arrival;
   }
   [[nodiscard]] const propagation::Antenna& antenna() const {
@@ -40,9 +39,8 @@ struct LentView {
   gnss::SatelliteId id;
 
   [[nodiscard]] SatelliteView& view() const {
-    for (SatelliteView& each : of.arrival().views) {
+    for (SatelliteView& each : of.arrival().views)
       if (each.line.id == id) return each;
-    }
     throw InputError(fmt::format("{} was removed from the arrival", gnss::to_string(id)));
   }
 };
@@ -145,9 +143,8 @@ positioning::Fix solve(const Held& solver, geodesy::GpsTime time,
     for (const auto& s : satellites) start += s.state.position_m.normalized();
     start = start.norm() > 0 ? start.normalized() * 6.371e6 : Eigen::Vector3d(6.371e6, 0, 0);
   }
-  for (positioning::RangedSatellite& s : satellites) {
+  for (positioning::RangedSatellite& s : satellites)
     for (int i = 0; i < 3; ++i) positioning::place_satellite(s, start);
-  }
   if (own.solved()) positioning::look_up(satellites, start, time, options, klobuchar);
   std::erase_if(satellites, [](const auto& s) { return !s.above_mask; });
 
@@ -161,9 +158,12 @@ positioning::Fix solve(const Held& solver, geodesy::GpsTime time,
   }
   const auto n = static_cast<py::ssize_t>(satellites.size());
   problem.position_ecef_m = owning_array(std::move(places), {n, 3});
-  problem.range_m = numbers(satellites, [](const auto& s) { return s.pseudorange_m - s.space_m; });
-  problem.sigma_m = numbers(satellites, [](const auto& s) { return s.sigma_m; });
-  problem.cn0_dbhz = numbers(satellites, [](const auto& s) { return s.measured->cn0_dbhz.value_or(kNan); });
+  problem.range_m = numbers(
+      satellites, [](const auto& s) { return s.pseudorange_m - s.space_m; });
+  problem.sigma_m = numbers(
+      satellites, [](const auto& s) { return s.sigma_m; });
+  problem.cn0_dbhz = numbers(
+      satellites, [](const auto& s) { return s.measured->cn0_dbhz.value_or(kNan); });
   problem.doppler_hz =
       numbers(satellites, [](const auto& s) { return s.measured->doppler_hz.value_or(kNan); });
   problem.start_ecef_m = own.solved() ? py::object(array_of(own.position_ecef).attr("copy")()) : py::none();
@@ -185,13 +185,12 @@ receiver::ModelSource models_of(const py::object& weighting, const py::object& s
   return [weigh, solves](std::uint64_t seed, const std::string& name) {
     const py::gil_scoped_acquire gil;
     receiver::OwnModels models;
-    if (!weigh.get().is_none()) {
+    if (!weigh.get().is_none())
       models.sigma_m = [weigh](const positioning::Measurement& m, double elevation_rad) {
         const py::gil_scoped_acquire lock;
         return weigh.get()(gnss::to_string(m.id), elevation_rad, m.cn0_dbhz.value_or(kNan), m.sigma_m)
             .cast<double>();
       };
-    }
     if (!solves.get().is_none()) {
       const Held solver_of_this(begun(solves.get(), "solve", seed, name));
       models.solve = [solver_of_this](geodesy::GpsTime time, const auto& measurements, const orbit::Sky& sky,
@@ -207,10 +206,9 @@ receiver::ModelSource models_of(const py::object& weighting, const py::object& s
 
 void put_models(const py::object& models, simulation::ReceiverConfig& receiver) {
   if (models.is_none()) return;
-  for (const char* part : {"disturbances", "antenna", "weighting", "solver"}) {
+  for (const char* part : {"disturbances", "antenna", "weighting", "solver"})
     if (!py::hasattr(models, part))
       throw InputError("the models are not a canyon.Models", "give a canyon.Models");
-  }
   for (const py::handle each : models.attr("disturbances")) {
     const py::object object = py::reinterpret_borrow<py::object>(each);
     if (!py::hasattr(object, "apply") && PyCallable_Check(object.ptr()) == 0) {
@@ -221,11 +219,9 @@ void put_models(const py::object& models, simulation::ReceiverConfig& receiver) 
   }
   const py::object antenna = models.attr("antenna"), weighting = models.attr("weighting"),
                    solver = models.attr("solver");
-  for (const auto& [what, object] : {std::pair("antenna", antenna), std::pair("weighting", weighting)}) {
-    if (!object.is_none() && PyCallable_Check(object.ptr()) == 0) {
+  for (const auto& [what, object] : {std::pair("antenna", antenna), std::pair("weighting", weighting)})
+    if (!object.is_none() && PyCallable_Check(object.ptr()) == 0)
       throw InputError(fmt::format("the {} is not a function", what), "docs/python.md shows one");
-    }
-  }
   if (!solver.is_none() && !py::hasattr(solver, "solve") && PyCallable_Check(solver.ptr()) == 0) {
     throw InputError("the solver has no method solve()",
                      "it has solve(problem), or makes one as make(seed, receiver)");
@@ -243,9 +239,8 @@ void put_models(const py::object& models, std::vector<simulation::ReceiverConfig
     const std::string name = py::str(key).cast<std::string>();
     const auto found = std::find_if(receivers.begin(), receivers.end(),
                                     [&](const auto& receiver) { return receiver.options.name == name; });
-    if (found == receivers.end()) {
+    if (found == receivers.end())
       throw InputError(fmt::format("models are given for '{}', and there is no such receiver", name));
-    }
     put_models(py::reinterpret_borrow<py::object>(value), *found);
   }
 }
@@ -255,8 +250,10 @@ void bind_models(py::module_& m) {
   using V = LentView;
   using A = BorrowedArrival;
   py::class_<P>(m, "ArrivingPath", "A path of a satellite that arrives.")
-      .def_property_readonly("kind", [](const P& p) { return std::string(propagation::name(p.path().kind)); })
-      .def_property_readonly("order", [](const P& p) { return p.path().order; })
+      .def_property_readonly(
+          "kind", [](const P& p) { return std::string(propagation::name(p.path().kind)); })
+      .def_property_readonly(
+          "order", [](const P& p) { return p.path().order; })
       .def_property_readonly(
           "arrival", [](const P& p) { return array_of(p.path().arrival); },
           "Unit vector, east, north, up, towards where it comes from.")
@@ -269,18 +266,21 @@ void bind_models(py::module_& m) {
           [](const P& p, double v) { p.path().amplitude_factor = finite(v, 0, "an amplitude factor"); },
           "Multiplies the path's amplitude, at least 0.");
   py::class_<V>(m, "ArrivingSatellite", "A satellite above the horizon of an antenna.")
-      .def_property_readonly("name", [](const V& v) { return gnss::to_string(v.id); })
-      .def_property_readonly("azimuth_rad", [](const V& v) { return v.view().line.azimuth_rad; })
-      .def_property_readonly("elevation_rad", [](const V& v) { return v.view().line.elevation_rad; })
+      .def_property_readonly(
+          "name", [](const V& v) { return gnss::to_string(v.id); })
+      .def_property_readonly(
+          "azimuth_rad", [](const V& v) { return v.view().line.azimuth_rad; })
+      .def_property_readonly(
+          "elevation_rad", [](const V& v) { return v.view().line.elevation_rad; })
       .def_property_readonly(
           "visibility", [](const V& v) { return std::string(propagation::name(v.view().paths.visibility)); })
-      .def_property_readonly("paths",
-                             [](const V& v) {
-                               std::vector<LentPath> paths;
-                               for (std::size_t i = 0; i < v.view().paths.paths.size(); ++i)
-                                 paths.push_back({v, i});
-                               return paths;
-                             })
+      .def_property_readonly(
+          "paths",
+          [](const V& v) {
+            std::vector<LentPath> paths;
+            for (std::size_t i = 0; i < v.view().paths.paths.size(); ++i) paths.push_back({v, i});
+            return paths;
+          })
       .def(
           "keep_paths",
           [](const V& v, const std::vector<std::size_t>& indices) {
@@ -291,25 +291,30 @@ void bind_models(py::module_& m) {
           },
           "indices"_a, "These of its paths stay, in this order; the others go.");
   py::class_<A>(m, "Arrival", "The signals that arrive at an antenna at one instant, valid during one call.")
-      .def_property_readonly("time", [](const A& a) { return datetime(a.antenna().time); })
-      .def_property_readonly("gps_ns", [](const A& a) { return a.antenna().time.nanoseconds(); })
-      .def_property_readonly("antenna_enu_m", [](const A& a) { return array_of(a.arrival().antenna_enu); })
-      .def_property_readonly("velocity_ecef_mps",
-                             [](const A& a) { return array_of(a.antenna().velocity_ecef); })
+      .def_property_readonly(
+          "time", [](const A& a) { return datetime(a.antenna().time); })
+      .def_property_readonly(
+          "gps_ns", [](const A& a) { return a.antenna().time.nanoseconds(); })
+      .def_property_readonly(
+          "antenna_enu_m", [](const A& a) { return array_of(a.arrival().antenna_enu); })
+      .def_property_readonly(
+          "velocity_ecef_mps", [](const A& a) { return array_of(a.antenna().velocity_ecef); })
       .def_property_readonly(
           "placement", [](const A& a) { return std::string(output::placement_word(a.arrival().placement)); })
-      .def_property_readonly("satellites",
-                             [](const A& a) {
-                               std::vector<LentView> views;
-                               for (const SatelliteView& view : a.arrival().views)
-                                 views.push_back({a, view.line.id});
-                               return views;
-                             })
+      .def_property_readonly(
+          "satellites",
+          [](const A& a) {
+            std::vector<LentView> views;
+            for (const SatelliteView& view : a.arrival().views) views.push_back({a, view.line.id});
+            return views;
+          })
       .def(
           "remove",
           [](const A& a, const std::string& name) {
             const auto id = gnss::parse_satellite(name);
-            if (id) std::erase_if(a.arrival().views, [&](const auto& view) { return view.line.id == *id; });
+            if (id)
+              std::erase_if(
+                  a.arrival().views, [&](const auto& view) { return view.line.id == *id; });
           },
           "satellite"_a)
       .def(

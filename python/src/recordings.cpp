@@ -163,9 +163,8 @@ py::dict calibrate(const std::vector<Recorded*>& recordings, double from, double
   head.description = "calibrated in Python";
   head.notes = {"Written by canyon " CANYON_VERSION " (Python); docs/methods.md describes it."};
   py::dict city;
-  if (const auto share = calibration::fitted_glass(result)) {
+  if (const auto share = calibration::fitted_glass(result))
     city["facades"] = py::dict("shares"_a = calibration::facade_shares(*share));
-  }
   std::vector<calibration::Estimate> of_city;
   if (result.coated_glass) of_city.push_back(*result.coated_glass);
   return py::dict("estimates"_a = from_json(calibration::to_json(result.estimates)),

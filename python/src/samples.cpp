@@ -99,11 +99,10 @@ void bind_samples(py::module_& m) {
              samples.real = real.value_or(samples.real);
              samples.bandwidth_hz = bandwidth_hz.value_or(samples.bandwidth_hz);
              samples.noise = noise.value_or(samples.noise);
-             if (samples.bands.size() != 1) {
+             if (samples.bands.size() != 1)
                throw InputError(
                    fmt::format("the scenario's samples have the bands {}", fmt::join(samples.bands, ", ")),
                    "choose one with band");
-             }
              return std::make_unique<SampleStream>(simulation, samples.bands.front(), receiver, samples, size,
                                                    threads);
            }),

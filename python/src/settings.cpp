@@ -33,9 +33,8 @@ bool is_a(py::handle object, const char* module, const char* name) {
 
 /// ISO 8601 with its zone; a datetime without one is UTC, as everywhere in scenarios.
 std::string time_text(py::handle object) {
-  if (is_a(object, "numpy", "datetime64")) {
+  if (is_a(object, "numpy", "datetime64"))
     return py::str(py::module_::import("numpy").attr("datetime_as_string")(object)).cast<std::string>() + "Z";
-  }
   const std::string text = py::str(object.attr("isoformat")()).cast<std::string>();
   return object.attr("tzinfo").is_none() ? text + "Z" : text;
 }
@@ -68,15 +67,13 @@ Node tree(py::handle object, const std::string& path, int depth) {
   if (py::isinstance<py::list>(object) || py::isinstance<py::tuple>(object)) {
     Node node;
     node.kind = Node::Kind::List;
-    for (const py::handle item : py::reinterpret_borrow<py::sequence>(object)) {
+    for (const py::handle item : py::reinterpret_borrow<py::sequence>(object))
       node.items.push_back(tree(item, fmt::format("{}[{}]", path, node.items.size()), depth + 1));
-    }
     return node;
   }
   if (py::isinstance<ScenarioTree>(object)) return object.cast<ScenarioTree&>().tree;
-  if (is_a(object, "numpy", "datetime64") || is_a(object, "datetime", "datetime")) {
+  if (is_a(object, "numpy", "datetime64") || is_a(object, "datetime", "datetime"))
     return options::scalar_node(time_text(object));
-  }
   if (py::hasattr(object, "__fspath__"))
     return options::scalar_node(object.attr("__fspath__")().cast<std::string>());
   if (py::hasattr(object, "tolist")) return tree(object.attr("tolist")(), path, depth + 1);
@@ -265,9 +262,8 @@ geodesy::GpsTime time_of(py::handle object) {
   if (py::isinstance<py::str>(object)) return geodesy::parse_simulated_time(object.cast<std::string>());
   if (py::isinstance<py::int_>(object))
     return geodesy::GpsTime::from_nanoseconds(object.cast<std::int64_t>());
-  if (is_a(object, "numpy", "datetime64") || is_a(object, "datetime", "datetime")) {
+  if (is_a(object, "numpy", "datetime64") || is_a(object, "datetime", "datetime"))
     return geodesy::parse_simulated_time(time_text(object));
-  }
   throw InputError(fmt::format("{} is not a time", py::repr(object).cast<std::string>()),
                    "give text like '2026-06-01T08:00:00Z', a datetime or a numpy.datetime64");
 }
@@ -301,10 +297,8 @@ geodesy::Geodetic place_of(const py::object& object, const char* what) {
 ScenarioPtr scenario_of(const py::object& object) {
   if (py::isinstance<ScenarioTree>(object)) return object.cast<ScenarioPtr>();
   const bool is_text = py::isinstance<py::str>(object);
-  if (py::hasattr(object, "keys") ||
-      (is_text && object.cast<std::string>().find('\n') != std::string::npos)) {
+  if (py::hasattr(object, "keys") || (is_text && object.cast<std::string>().find('\n') != std::string::npos))
     return made_scenario(object, {});
-  }
   return loaded_scenario(object.cast<std::filesystem::path>());
 }
 

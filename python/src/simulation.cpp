@@ -209,10 +209,9 @@ void bind_simulation(py::module_& m) {
       "The engine's part of :class:`canyon.Simulation`: methods with an underscore serve its functions.")
       .def(py::init([](const ScenarioTree& tree, const std::shared_ptr<simulation::CityScene>& city,
                        const py::object& models) {
-             if (!tree.scenario.trajectory.file && tree.scenario.trajectory.waypoints.empty()) {
+             if (!tree.scenario.trajectory.file && tree.scenario.trajectory.waypoints.empty())
                throw InputError(tree.file, 0, "'trajectory' is missing",
                                 "add trajectory: {file: ...}, waypoints or position");
-             }
              simulation::Scenario scenario = tree.scenario;
              put_models(models, scenario.receivers);
              InputFiles read;

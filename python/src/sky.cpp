@@ -26,9 +26,8 @@ py::dict look(const SkyHandle& self, const py::object& when, const py::object& w
           azimuth[i] = line->azimuth_rad;
           elevation[i] = line->elevation_rad;
           range[i] = line->range_m;
-          for (std::size_t k = 0; k < 3; ++k) {
+          for (std::size_t k = 0; k < 3; ++k)
             position[3 * i + k] = line->position_at_reception_m[static_cast<Eigen::Index>(k)];
-          }
         }
         ++i;
       }

@@ -32,9 +32,8 @@ class Tracer {
   /// Satellites of a sky at times, or those that stand in the directions.
   py::object at(const py::object& where, const SkyPtr& sky, const py::object& when, const py::object& whom,
                 const py::object& directions, int threads, bool with_paths) const {
-    if ((sky == nullptr) == directions.is_none() || (sky != nullptr && when.is_none())) {
+    if ((sky == nullptr) == directions.is_none() || (sky != nullptr && when.is_none()))
       throw py::type_error("give a sky with times, or directions");
-    }
     if (sky == nullptr) return towards(where, directions, threads, with_paths);
     const Points places(where, "places");
     const std::vector<geodesy::GpsTime> times = times_of(when);

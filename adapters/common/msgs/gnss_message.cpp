@@ -67,9 +67,8 @@ void fill_enu(const Eigen::Vector3d& enu, msgs::GnssEnu& message) {
 
 template <typename Field>
 void fill_rows(const Eigen::Matrix3d& matrix, Field& field) {
-  for (int row = 0; row < 3; ++row) {
+  for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column) field.Add(matrix(row, column));
-  }
 }
 
 void fill_path(const propagation::Path& path, const Eigen::Matrix3d& world_from_enu,
@@ -138,9 +137,8 @@ void fill_fix(const simulation::Epoch& epoch, msgs::GnssFix& message) {
   message.set_kind(kind_of(fix.kind()));
   if (corrected(fix.kind())) {
     if (fix.correction_age_s) message.set_correction_age_s(*fix.correction_age_s);
-    if (fix.correction_station) {
+    if (fix.correction_station)
       message.set_correction_station(static_cast<std::uint32_t>(*fix.correction_station));
-    }
   }
   message.set_available(static_cast<std::uint32_t>(fix.available));
   for (const auto id : fix.excluded) message.add_excluded(gnss::to_string(id));
@@ -149,9 +147,8 @@ void fill_fix(const simulation::Epoch& epoch, msgs::GnssFix& message) {
   fill_geodetic(fix.position, *message.mutable_position());
   fill_rows(fix.covariance_enu, *message.mutable_covariance_enu_m2());
   if (fix.velocity_enu_mps) fill_enu(*fix.velocity_enu_mps, *message.mutable_velocity_enu_mps());
-  if (fix.velocity_covariance_enu) {
+  if (fix.velocity_covariance_enu)
     fill_rows(*fix.velocity_covariance_enu, *message.mutable_velocity_covariance_enu_m2ps2());
-  }
   if (fix.dop) {
     msgs::GnssDop& dop = *message.mutable_dop();
     dop.set_gdop(fix.dop->gdop);
@@ -232,9 +229,8 @@ void fill_gnss_message(const ReceiverIdentity& identity, const live::ReceiverRep
     fill_satellite(satellite, seen, satellite_message);
     while (view != views_end && view->line.id < satellite.id) ++view;
     if (view == views_end || view->line.id != satellite.id) continue;
-    for (const auto& path : view->paths.paths) {
+    for (const auto& path : view->paths.paths)
       fill_path(path, world_from_enu, *satellite_message.add_paths());
-    }
   }
 
   if (report.scan_ranges_m.empty()) return;

@@ -52,15 +52,13 @@ void check_kind(const Visitor& v) {
                   "give a <trajectory> file, or one <waypoint>x y z</waypoint> or more");
   }
   const auto belongs = [&](std::initializer_list<const char*> keys, const char* problem, const char* cure) {
-    for (const char* key : keys) {
+    for (const char* key : keys)
       if (v.has(key)) throw v.fault(key, problem, cure);
-    }
   };
-  if (file) {
+  if (file)
     belongs({"speed_mps", "hold_s"}, "it belongs to waypoints", "remove it: the file has the times");
-  } else {
+  else
     belongs({"format", "start"}, "it belongs to a <trajectory>", "remove it: waypoints begin at time 0");
-  }
 }
 
 void visit(Visitor& v, DriveElements& o) {

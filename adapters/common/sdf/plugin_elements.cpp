@@ -52,9 +52,8 @@ PluginElements::PluginElements(const sdf::ElementPtr& plugin, std::string plugin
 InputError PluginElements::error(const std::string& tag, std::string_view problem,
                                  std::string_view cure) const {
   std::string text;
-  for (const std::string& part : {plugin_name_, tag}) {
+  for (const std::string& part : {plugin_name_, tag})
     if (!part.empty()) text += part + ": ";
-  }
   return InputError(text.append(problem), cure);
 }
 
@@ -76,18 +75,16 @@ void PluginElements::convert(const sdf::ElementPtr& parent, const std::string& p
       continue;
     }
     const bool section = !inside.empty() && (has_children || (!leaf && text.empty()));
-    if (section && !text.empty()) {
+    if (section && !text.empty())
       throw error(tag, fmt::format("the text '{}' is beside elements", text), "remove it");
-    }
     // A word in place of a section switches it: options::Reader.
     const bool has_switch = std::find(inside.begin(), inside.end(), "enabled") != inside.end();
     if (!section && !leaf && !has_switch) {
       throw error(tag, fmt::format("the text '{}' is where elements belong", text),
                   fmt::format("put one of these inside: <{}>", fmt::join(inside, ">, <")));
     }
-    if (!section && has_children) {
+    if (!section && has_children)
       throw error(tag, "has elements inside where one value belongs", "write the value alone");
-    }
     if (!section && text.empty()) {
       if (may_be_empty(child_path)) continue;
       throw error(tag, "has no value", "write one between its tags, or remove it");
@@ -96,9 +93,7 @@ void PluginElements::convert(const sdf::ElementPtr& parent, const std::string& p
     const auto earlier = std::find_if(to.entries.begin(), to.entries.end(),
                                       [&](const Node::Entry& entry) { return entry.key == name; });
     if (earlier != to.entries.end()) {
-      if (!list) {
-        throw error(tag, "is given twice", section ? "put what is in both into one" : "keep one");
-      }
+      if (!list) throw error(tag, "is given twice", section ? "put what is in both into one" : "keep one");
       earlier->value.items.push_back(options::scalar_node(text));
       continue;
     }
@@ -140,9 +135,8 @@ void PluginElements::warn_unknown(const std::string& name, const std::string& pa
   }
   if (meant.empty()) {
     const std::string section = path.substr(0, path.empty() ? 0 : path.size() - 1);
-    if (const auto similar = options::closest_key(name, document_.keys_of(section))) {
+    if (const auto similar = options::closest_key(name, document_.keys_of(section)))
       meant = fmt::format("{}<{}>", tags, *similar);
-    }
   }
   warnings_.push_back(fmt::format("{}<{}> is unknown and has no effect{}", tags, name,
                                   meant.empty() ? "" : fmt::format("; did you mean {}?", meant)));
@@ -154,19 +148,18 @@ void PluginElements::warn_replaced() {
     const std::string& cure = document_.replaced.at(path);
     const auto same =
         std::find_if(lines.begin(), lines.end(), [&](const auto& line) { return line.second == cure; });
-    if (same == lines.end()) {
+    if (same == lines.end())
       lines.emplace_back(tag, cure);
-    } else {
+    else
       same->first += ", " + tag;
-    }
   }
   for (const auto& [tags, cure] : lines)
     warnings_.push_back(fmt::format("{} without effect: {}", tags, cure));
 }
 
 bool PluginElements::has_replaced(std::string_view path) const {
-  return std::any_of(replaced_.begin(), replaced_.end(),
-                     [&](const auto& each) { return each.first == path; });
+  return std::any_of(
+      replaced_.begin(), replaced_.end(), [&](const auto& each) { return each.first == path; });
 }
 
 std::optional<std::string> PluginElements::take(const std::string& name) {

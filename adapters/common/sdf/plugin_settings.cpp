@@ -91,8 +91,9 @@ const options::Description& plugin_description() {
 
 bool is_for_px4(const PluginElements& elements) {
   return elements.has("gpsNoise") ||
-         std::any_of(std::begin(kPx4), std::end(kPx4),
-                     [&](const Foreign& foreign) { return elements.has_replaced(foreign.name); });
+         std::any_of(
+             std::begin(kPx4), std::end(kPx4),
+             [&](const Foreign& foreign) { return elements.has_replaced(foreign.name); });
 }
 
 // Other texts are left for the reader to refuse.
@@ -117,20 +118,17 @@ void put_noise(const sdf::ElementPtr& sensor, PluginElements& elements, std::vec
       const sdf::ElementPtr deviation = child_of(noise, "stddev");
       if (!deviation || noise->Get<std::string>("type") == "none") continue;
       any = true;
-      for (const char* name : {"mean", "bias_mean", "bias_stddev", "precision"}) {
+      for (const char* name : {"mean", "bias_mean", "bias_stddev", "precision"})
         more = more || (noise->HasElement(name) && noise->Get<double>(name) != 0);
-      }
       elements.put_default(fmt::format("fix_noise.{}_{}", axis, unit),
                            options::show(deviation->Get<double>()), "<noise>");
     }
   }
   if (!any) return;
-  for (const char* path : {"ionosphere", "troposphere", "orbit_errors", "signal.loop_noise"}) {
+  for (const char* path : {"ionosphere", "troposphere", "orbit_errors", "signal.loop_noise"})
     elements.put_default(path, "false", "<noise>");
-  }
-  if (!elements.has("gpsNoise") && !elements.has("disableNoise")) {
+  if (!elements.has("gpsNoise") && !elements.has("disableNoise"))
     elements.put_default("noise.enabled", "false", "<noise>");
-  }
   if (more) warnings.emplace_back("of the sensor's own <noise> only <stddev> is used: errors have no mean");
 }
 
@@ -139,18 +137,15 @@ void put_noise(const sdf::ElementPtr& sensor, PluginElements& elements, std::vec
 void check_sensor(const sdf::ElementPtr& sensor, const std::string& name) {
   if (!sensor->HasElement("canyon")) return;
   const sdf::ElementPtr own = sensor->GetElement("canyon");
-  if (own->GetNextElement("canyon")) {
+  if (own->GetNextElement("canyon"))
     throw InputError(name + ": <canyon> is given twice in <sensor>", "put what is in both into one");
-  }
-  if (own->HasElement("serve")) {
+  if (own->HasElement("serve"))
     throw InputError(name + ": <serve> is inside <canyon>", "it belongs in the system's <plugin>");
-  }
 }
 
 std::string frame_of(const sdf::ElementPtr& sensor, const std::string& otherwise) {
-  for (const char* name : {"gz_frame_id", "ignition_frame_id"}) {
+  for (const char* name : {"gz_frame_id", "ignition_frame_id"})
     if (sensor->HasElement(name)) return sensor->Get<std::string>(name);
-  }
   return otherwise;
 }
 
@@ -180,9 +175,8 @@ HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPl
   settings.live.bases_elsewhere = true;           // live::HostBases
   const bool paper = elements.has("satAzimuth");  // the paper's satellites imply its receiver
   if (paper && !elements.has("profile")) elements.put("profile", "paper", "<satAzimuth>");
-  if (const auto disabled = elements.take("disableNoise")) {
+  if (const auto disabled = elements.take("disableNoise"))
     elements.put("disableNoise", turned_round(*disabled), "<disableNoise>");
-  }
   if (!elements.has("profile")) put_noise(place.sensor, elements, settings.warnings);
   std::vector<std::filesystem::path> folders;
   if (!place.folder.empty()) folders.push_back(place.folder);
@@ -194,9 +188,8 @@ HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPl
   }
   elements.read(settings, folders, place.resources);
   const bool mirror = settings.live.receiver().propagation.model == propagation::Model::Mirror;
-  if (place.on_ray_sensor && paper && mirror && !elements.has("ray_engine")) {
+  if (place.on_ray_sensor && paper && mirror && !elements.has("ray_engine"))
     settings.ray_engine = RayEngine::Physics;
-  }
   return settings;
 }
 

@@ -108,9 +108,8 @@ struct Adder {
 #endif
   void operator()(const sdf::Mesh& mesh) const {
     const auto file = files == nullptr ? std::nullopt : files->mesh(mesh.Uri(), mesh.FilePath());
-    if (!file) {
+    if (!file)
       return link.leave_out(place, fmt::format("its mesh '{}' is not found or cannot be read", mesh.Uri()));
-    }
     link.mesh(place, *file, {eigen(mesh.Scale()), mesh.Submesh(), mesh.CenterSubmesh()});
   }
   void operator()(const sdf::Heightmap& map) const {
@@ -173,9 +172,8 @@ void add_shape(LinkShapes& link, const LinkShapes::Place& place, const sdf::Geom
                ShapeFiles* files) {
   if (geometry.Type() == sdf::GeometryType::EMPTY) return;
   try {
-    if (!visit_shape(geometry, Adder{link, place, files})) {
+    if (!visit_shape(geometry, Adder{link, place, files}))
       link.leave_out(place, "rays do not meet its geometry");
-    }
   } catch (const InputError& e) {
     link.leave_out(place, e.what());
   }

@@ -19,10 +19,9 @@ Geodetic Geodetic::from_degrees(double latitude_deg, double longitude_deg, doubl
 void check_geodetic(const Geodetic& point, const char* what) {
   const auto check = [what](const char* field, double value, double low, double high, const char* unit) {
     // The condition is negated, so that NaN is refused; a little rounding is allowed at the poles.
-    if (!(value >= low - 1e-9 && value <= high + 1e-9)) {
+    if (!(value >= low - 1e-9 && value <= high + 1e-9))
       throw InputError(fmt::format("{}: {} {} {} is out of range", what, field, value, unit),
                        fmt::format("it runs from {} to {} {}", low, high, unit));
-    }
   };
   check("latitude", degrees(point.latitude_rad), -90, 90, "deg");
   check("longitude", degrees(point.longitude_rad), -180, 180, "deg");
@@ -112,9 +111,8 @@ UtmPosition utm_from_geodetic(const Geodetic& point, int zone) {
 }
 
 Geodetic geodetic_from_utm(const Utm& utm, double height_m) {
-  if (utm.zone < 1 || utm.zone > 60) {
+  if (utm.zone < 1 || utm.zone > 60)
     throw InputError(fmt::format("UTM zone {} does not exist", utm.zone), "zones run from 1 to 60");
-  }
   // GeographicLib passes NaN through.
   if (!std::isfinite(utm.easting_m) || !std::isfinite(utm.northing_m)) {
     throw InputError(fmt::format("UTM {} {} is not a place", utm.easting_m, utm.northing_m),

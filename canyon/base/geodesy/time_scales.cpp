@@ -80,9 +80,8 @@ constexpr std::int64_t floor_seconds(GpsTime t) {
 /// True during the second 60 that ends in front of a table entry.
 bool in_leap_second(GpsTime t) {
   const std::int64_t s = floor_seconds(t);
-  for (const LeapEntry& entry : kLeapTable) {
+  for (const LeapEntry& entry : kLeapTable)
     if (s == gps_second_of(entry) - 1) return true;
-  }
   return false;
 }
 
@@ -128,9 +127,8 @@ CalendarTime shifted(const CalendarTime& c, std::chrono::minutes offset) {
 std::string format(const CalendarTime& c, int decimals, std::string_view mark) {
   std::string text =
       fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}", c.year, c.month, c.day, c.hour, c.minute, c.second);
-  if (decimals > 0) {
+  if (decimals > 0)
     text += "." + fmt::format("{:09}", c.nanosecond).substr(0, static_cast<std::size_t>(decimals));
-  }
   text += mark;
   return text;
 }
@@ -158,18 +156,16 @@ bool take(std::string_view& text, std::string_view prefix) {
 int leap_seconds(GpsTime t) {
   const std::int64_t s = floor_seconds(t);
   int offset = 0;
-  for (const LeapEntry& entry : kLeapTable) {
+  for (const LeapEntry& entry : kLeapTable)
     if (s >= gps_second_of(entry)) offset = entry.gpst_minus_utc;
-  }
   return offset;
 }
 
 GpsTime last_leap_second(GpsTime t) {
   const std::int64_t s = floor_seconds(t);
   std::int64_t last = 0;
-  for (const LeapEntry& entry : kLeapTable) {
+  for (const LeapEntry& entry : kLeapTable)
     if (s >= gps_second_of(entry)) last = gps_second_of(entry);
-  }
   return GpsTime{} + seconds(last);
 }
 

@@ -71,13 +71,11 @@ double value_of(const WireField& field, std::uint64_t bits) {
 void write(std::string& to, const WireField& field) {
   std::visit(
       [&](const auto* member) {
-        for (std::size_t i = 0; i < field.count; ++i) {
-          if constexpr (std::is_same_v<decltype(member), const double*>) {
+        for (std::size_t i = 0; i < field.count; ++i)
+          if constexpr (std::is_same_v<decltype(member), const double*>)
             put_bytes(to, bits_of(field, member[i]), size_of(field.type));
-          } else {
+          else
             put_bytes(to, static_cast<std::uint64_t>(member[i]), size_of(field.type));
-          }
-        }
       },
       field.member);
 }
@@ -88,11 +86,10 @@ void read(std::string_view from, std::size_t at, const WireField& field) {
         using Member = std::remove_pointer_t<decltype(member)>;
         for (std::size_t i = 0; i < field.count; ++i) {
           const std::uint64_t bits = bytes_at(from, at + i * size_of(field.type), size_of(field.type));
-          if constexpr (std::is_same_v<Member, double>) {
+          if constexpr (std::is_same_v<Member, double>)
             member[i] = value_of(field, bits);
-          } else {
+          else
             member[i] = static_cast<Member>(bits);
-          }
         }
       },
       field.member);
@@ -225,9 +222,8 @@ std::string encode(const Message& message, std::uint8_t sequence, Sender sender,
   const bool second = version == Version::V2;
   std::string payload;
   Message copy = message;
-  for (const WireField& field : in_wire_order(copy)) {
+  for (const WireField& field : in_wire_order(copy))
     if (second || !field.extension) write(payload, field);
-  }
   if (second) payload.erase(std::max<std::size_t>(payload.find_last_not_of('\0') + 1, 1));
   std::string frame(1, second ? kMagic2 : kMagic1);
   put_bytes(frame, payload.size(), 1);

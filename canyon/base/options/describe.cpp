@@ -34,9 +34,8 @@ Json value_schema(const Key& key) {
     case Type::Number: {
       Json any = Json::array({number});
       if (key.range && key.range->none) any.push_back({{"const", "none"}});
-      if (key.range && key.range->fraction) {
+      if (key.range && key.range->fraction)
         any.push_back({{"type", "string"}, {"pattern", "^ *[0-9.]+ */ *[0-9.]+ *$"}});
-      }
       return any.size() == 1 ? number : Json{{"anyOf", any}};
     }
     case Type::Integer:
@@ -83,9 +82,8 @@ Json& section_at(Json& root, const std::string& path) {
     // A key may be a value or a section: `start`, `outputs`.
     Json* whole = &property;
     if (property.contains("anyOf")) {
-      if (!list && !property["anyOf"].back().contains("properties")) {
+      if (!list && !property["anyOf"].back().contains("properties"))
         property["anyOf"].push_back(section_schema());
-      }
       whole = &property["anyOf"].back();
     } else if (!property.is_null() && !property.contains("properties") && !property.contains("items")) {
       const Json value = property;
@@ -148,20 +146,18 @@ void Describer::field(const Field& field, Value& value) {
   key.unit = field.unit;
   const std::vector<std::string>& required = description_.required_sections[path_];
   key.required = std::find(required.begin(), required.end(), field.name) != required.end();
-  if (!field.absent.empty()) {
+  if (!field.absent.empty())
     key.default_value = field.absent;
-  } else if (value.given() && !key.required) {
+  else if (value.given() && !key.required)
     key.default_value = value.text();
-  }
   key.meaning = field.help;
   key.type = value.type();
   key.range = value.range();
   key.words = value.words();
   if (value.given()) key.value = value.exact();
   const auto same = [&](const Key& each) { return each.path == key.path; };
-  if (std::none_of(description_.keys.begin(), description_.keys.end(), same)) {
+  if (std::none_of(description_.keys.begin(), description_.keys.end(), same))
     description_.keys.push_back(std::move(key));
-  }
 }
 
 bool Describer::begin(std::string_view name) {
@@ -231,9 +227,8 @@ std::string json_schema(const Description& description, std::string_view title) 
     // Reader takes a word in its place.
     if (name == "enabled") section["type"] = Json::array({"object", "boolean", "null"});
   }
-  for (const auto& [section, keys] : description.required_sections) {
+  for (const auto& [section, keys] : description.required_sections)
     if (!keys.empty()) section_at(root, section)["required"] = keys;
-  }
   for (const Description::Alternatives& each : description.alternatives) {
     Json& section = section_at(root, each.section);
     Json choices = Json::array();

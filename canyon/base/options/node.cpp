@@ -74,11 +74,9 @@ std::string without_unit(const std::string& key) {
   static const std::vector<std::string> units{"_deg", "_rad", "_m",   "_km",      "_cm",  "_mm",  "_ft",
                                               "_s",   "_ms",  "_min", "_h",       "_hz",  "_khz", "_mps",
                                               "_kmh", "_kph", "_ns",  "_degrees", "_mhz", "_us"};
-  for (const std::string& unit : units) {
-    if (key.size() > unit.size() && key.compare(key.size() - unit.size(), unit.size(), unit) == 0) {
+  for (const std::string& unit : units)
+    if (key.size() > unit.size() && key.compare(key.size() - unit.size(), unit.size(), unit) == 0)
       return key.substr(0, key.size() - unit.size());
-    }
-  }
   return key;
 }
 
@@ -140,20 +138,17 @@ Step parse_step(std::string_view text, std::string_view key) {
   const std::size_t open = text.find('[');
   Step step{std::string(text.substr(0, open)), open != std::string_view::npos, {}};
   if (step.item && text.back() == ']') step.which = text.substr(open + 1, text.size() - open - 2);
-  if (step.name.empty() || (step.item && text.back() != ']')) {
+  if (step.name.empty() || (step.item && text.back() != ']'))
     throw InputError(fmt::format("'{}' is not a key", key), "write section.key, list[0].key or list[].key");
-  }
   return step;
 }
 
 Node& entry_of(Node& mapping, const std::string& name, std::string_view key, int line) {
   if (mapping.kind == Node::Kind::Empty) mapping.kind = Node::Kind::Mapping;
-  if (mapping.kind != Node::Kind::Mapping) {
+  if (mapping.kind != Node::Kind::Mapping)
     throw InputError(fmt::format("'{}': the value before '{}' is not a section", key, name));
-  }
-  for (Node::Entry& entry : mapping.entries) {
+  for (Node::Entry& entry : mapping.entries)
     if (entry.key == name) return entry.value;
-  }
   mapping.entries.push_back({name, line > 0 ? line : mapping.line, {}});
   return mapping.entries.back().value;
 }
@@ -169,9 +164,8 @@ std::vector<Node*> items_of(Node& list, const Step& step, std::string_view key) 
   for (std::size_t i = 0; i < list.items.size(); ++i) {
     const Node::Entry* name = list.items[i].find("name");
     if (step.which.empty() || (index && *index == static_cast<long long>(i)) ||
-        (!index && name != nullptr && name->value.text == step.which)) {
+        (!index && name != nullptr && name->value.text == step.which))
       chosen.push_back(&list.items[i]);
-    }
   }
   if (chosen.empty() && !step.which.empty()) {
     throw InputError(fmt::format("'{}': {} has no item {}", key, step.name, step.which),
@@ -186,13 +180,11 @@ void set_from(Node& node, const std::vector<std::string_view>& steps, std::size_
   Node& below = entry_of(node, step.name, key, value.line);
   std::vector<Node*> targets{&below};
   if (step.item) targets = items_of(below, step, key);
-  for (Node* target : targets) {
-    if (i + 1 == steps.size()) {
+  for (Node* target : targets)
+    if (i + 1 == steps.size())
       *target = value;
-    } else {
+    else
       set_from(*target, steps, i + 1, key, value);
-    }
-  }
 }
 
 /// set_at(), whose error is one of the document.
@@ -208,16 +200,14 @@ void put_without_dots(Node& root, const std::string& path, const Node::Entry& fr
                       const Document& document) {
   const Node::Entry* there = root.find_path(path);
   const bool section = from.value.kind == Node::Kind::Mapping;
-  if (there != nullptr && (there->value.kind == Node::Kind::Mapping) != section) {
+  if (there != nullptr && (there->value.kind == Node::Kind::Mapping) != section)
     throw document.error("", path, from.line, "is both a value and a section", "keep one of them");
-  }
   if (there != nullptr && !section) {
     throw document.error("", path, from.line, fmt::format("comes twice, first in line {}", there->line),
                          "remove one of them");
   }
-  for (const Node::Entry& entry : from.value.entries) {
+  for (const Node::Entry& entry : from.value.entries)
     put_without_dots(root, fmt::format("{}.{}", path, entry.key), entry, document);
-  }
   Node value = from.value;
   value.line = from.line;
   if (!section || (there == nullptr && value.entries.empty())) set_key(root, path, value, document);
@@ -249,19 +239,17 @@ std::string scalar_text(const std::string& text) {
            c == '_' || c == '.' || c == '/' || c == '+' || c == '-' || c == ' ';
   };
   if (!text.empty() && text.front() != ' ' && text.back() != ' ' && text != "-" &&
-      text.compare(0, 2, "- ") != 0 && std::all_of(text.begin(), text.end(), plain)) {
+      text.compare(0, 2, "- ") != 0 && std::all_of(text.begin(), text.end(), plain))
     return text;
-  }
   std::string quoted = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') quoted += '\\';
-    if (c == '\n') {
+    if (c == '\n')
       quoted += "\\n";
-    } else if (c == '\t') {
+    else if (c == '\t')
       quoted += "\\t";
-    } else {
+    else
       quoted += c;
-    }
   }
   return quoted + '"';
 }
@@ -300,9 +288,8 @@ std::vector<std::string> Document::keys_of(const std::string& path) const {
 }
 
 std::optional<std::string> closest_key(const std::string& key, const std::vector<std::string>& known) {
-  for (const std::string& candidate : known) {
+  for (const std::string& candidate : known)
     if (without_unit(candidate) == without_unit(key)) return candidate;
-  }
   return closest(key, known);
 }
 
@@ -400,9 +387,8 @@ double to_number(const std::string& text, const Range& range, const Place& place
         has_unit ? fmt::format("give the number alone, the unit is in the {}'s name", place.document.word)
                  : fmt::format("it is {}", range.words()));
   }
-  if (!range.holds(*value)) {
+  if (!range.holds(*value))
     throw place.error(fmt::format("{} is out of range", text), fmt::format("it is {}", range.words()));
-  }
   return *value;
 }
 
@@ -413,9 +399,8 @@ std::vector<double> read_numbers(const Node& node, const Range& range, const Pla
     return values;
   }
   const std::string line = read_scalar(node, place);
-  for (const std::string_view item : split_blanks(line)) {
+  for (const std::string_view item : split_blanks(line))
     values.push_back(to_number(std::string(item), range, place));
-  }
   if (values.empty()) throw place.error("the list is empty", "give at least one number, or remove the key");
   return values;
 }
@@ -426,9 +411,8 @@ std::vector<std::vector<double>> read_rows(const Node& node, std::size_t columns
   if (node.kind == Node::Kind::List && !node.items.empty() && node.items[0].kind == Node::Kind::List) {
     for (const Node& row : node.items) {
       std::vector<double> values;
-      for (const Node& item : row.items) {
+      for (const Node& item : row.items)
         values.push_back(to_number(item.kind == Node::Kind::Scalar ? item.text : "?", range, place));
-      }
       if (values.size() != columns) {
         Place at = place;
         if (row.line > 0) at.line = row.line;
@@ -439,9 +423,8 @@ std::vector<std::vector<double>> read_rows(const Node& node, std::size_t columns
     return rows;
   }
   const std::vector<double> flat = read_numbers(node, range, place);
-  if (flat.size() % columns != 0) {
+  if (flat.size() % columns != 0)
     throw place.error(fmt::format("{} numbers do not make rows of {}", flat.size(), columns));
-  }
   for (std::size_t i = 0; i < flat.size(); i += columns) {
     const auto begin = flat.begin() + static_cast<std::ptrdiff_t>(i);
     rows.emplace_back(begin, begin + static_cast<std::ptrdiff_t>(columns));
@@ -548,9 +531,8 @@ std::string flow_text(const Node& node) {
       for (const Node& item : node.items) parts.push_back(flow_text(item));
       return fmt::format("[{}]", fmt::join(parts, ", "));
     case Node::Kind::Mapping:
-      for (const Node::Entry& entry : node.entries) {
+      for (const Node::Entry& entry : node.entries)
         parts.push_back(fmt::format("{}: {}", scalar_text(entry.key), flow_text(entry.value)));
-      }
       return fmt::format("{{{}}}", fmt::join(parts, ", "));
   }
   return {};

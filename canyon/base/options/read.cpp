@@ -122,9 +122,8 @@ std::optional<std::size_t> Reader::begin_list(std::string_view name, std::size_t
   const Node::Entry* entry = take(name);
   if (entry == nullptr) return std::nullopt;
   if (entry->value.kind != Node::Kind::List) throw fault(name, "is not a list", "begin each item with '- '");
-  if (entry->value.items.empty()) {
+  if (entry->value.items.empty())
     throw fault(name, "the list is empty", "give at least one item, or remove the key");
-  }
   sections_.push_back({&entry->value, path_of(name) + "[]", entry->line});
   return entry->value.items.size();
 }

@@ -71,11 +71,10 @@ void Writer::write_line(const std::string& line) {
   };
   for (Level& level : path_) {
     if (!level.written) {
-      if (level.name.empty()) {
+      if (level.name.empty())
         dash = true;
-      } else {
+      else
         write(level.name + ":");
-      }
       level.written = true;
     }
     indent += "  ";

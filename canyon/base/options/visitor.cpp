@@ -147,10 +147,9 @@ FieldValue integer_value(Integer& value, std::int64_t low, std::int64_t high) {
     const std::string text = read_scalar(node, place);
     const auto number = parse_integer(text);
     if (!number) throw place.error(fmt::format("'{}' is not a whole number", text), "write digits alone");
-    if (!holds(*number)) {
+    if (!holds(*number))
       throw place.error(fmt::format("{} is out of range", text),
                         fmt::format("it runs from {} to {}", low, high));
-    }
     return static_cast<Integer>(*number);
   };
   const auto text = [&value] { return fmt::format("{}", value); };
@@ -170,9 +169,8 @@ std::vector<std::string> read_words(const Node& node, Words words, const Place& 
     if (const auto cure = replaced.find(path + "." + *text); cure != replaced.end())
       throw place.error(fmt::format("'{}' is unknown", *text), cure->second);
     require_word(*text, strings(words), place);
-    if (std::find(texts.begin(), text, *text) != text) {
+    if (std::find(texts.begin(), text, *text) != text)
       throw place.error(fmt::format("'{}' is given twice", *text), "name each once");
-    }
   }
   return texts;
 }
@@ -194,9 +192,8 @@ void read_named_numbers(const Node& node, const Range& range, std::string_view f
                         fmt::format("the number is {}", range.words()));
     }
     const std::string name = text.substr(0, equals);
-    if (!given.emplace(name, *number).second) {
+    if (!given.emplace(name, *number).second)
       throw place.error(fmt::format("'{}' is given twice", name), "name each once");
-    }
     value[name] = *number;
   }
 }
@@ -212,9 +209,8 @@ bool Range::holds(double value) const {
 std::string Range::words() const {
   std::string text;
   if (std::isfinite(low)) text += fmt::format("{} {}", low_open ? "above" : "at least", low);
-  if (std::isfinite(high)) {
+  if (std::isfinite(high))
     text += fmt::format("{}{} {}", text.empty() ? "" : " and ", high_open ? "below" : "at most", high);
-  }
   if (text.empty()) text = "any number";
   return none ? text + ", or none" : text;
 }
@@ -294,9 +290,9 @@ void Visitor::numbers(const Field& f, std::vector<double>& value, const Range& r
   visit_value(f, std::move(of));
 }
 void Visitor::named_numbers(const Field& f, NamedNumbers& value, const Range& range, std::string_view form) {
-  const auto wrong = std::find_if(value.begin(), value.end(), [&](const auto& item) {
-    return item.first.empty() || !range.holds(item.second);
-  });
+  const auto wrong = std::find_if(
+      value.begin(), value.end(),
+      [&](const auto& item) { return item.first.empty() || !range.holds(item.second); });
   const auto read = [&](const Node& node, const Place& place) {
     read_named_numbers(node, range, form, place, value);
   };

@@ -131,9 +131,8 @@ class ZmqPublisher final : public ByteSink {
     while (take_subscription(ZMQ_DONTWAIT)) {
     }
     if (readers_ == 0) throw reader_gone(address_, "");
-    while (zmq_send(socket_, bytes.data(), bytes.size(), 0) < 0) {
+    while (zmq_send(socket_, bytes.data(), bytes.size(), 0) < 0)
       if (zmq_errno() != EINTR) throw reader_stalls(address_, patience_);
-    }
   }
   void finish() override { close(); }
 

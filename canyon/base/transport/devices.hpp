@@ -40,9 +40,8 @@ template <class Device>
 bool flush(Device& device, std::string& backlog) {
   error_code error;
   std::size_t sent = 0;
-  while (!error && sent < backlog.size()) {
+  while (!error && sent < backlog.size())
     sent += device.write_some(asio::buffer(backlog.data() + sent, backlog.size() - sent), error);
-  }
   backlog.erase(0, sent);
   return !error || would_block(error);
 }
@@ -53,11 +52,10 @@ class Inbox {
   void add(std::uint64_t reader, std::string_view bytes) {
     if (size_ + bytes.size() > kMostReceived) return;
     size_ += bytes.size();
-    if (!whole_ && !received_.empty() && received_.back().reader == reader) {
+    if (!whole_ && !received_.empty() && received_.back().reader == reader)
       received_.back().bytes += bytes;
-    } else {
+    else
       received_.push_back({reader, std::string(bytes), whole_});
-    }
   }
   /// Every piece stays by itself.
   void keep_datagrams() { whole_ = true; }

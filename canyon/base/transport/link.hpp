@@ -38,9 +38,8 @@ class Link {
   void serve() {
     if (std::exchange(serving_, true)) return;
     transport_->serve();
-    for (const Received& received : transport_->take_received()) {
+    for (const Received& received : transport_->take_received())
       for (const auto& [number, listener] : listeners_) listener(received);
-    }
     serving_ = false;
   }
   /// Forgets a listener, and with the last one ends the transport.
@@ -132,11 +131,10 @@ class LineCutter {
  private:
   void add(std::string_view bytes) {
     too_long_ = too_long_ || line_.size() + bytes.size() > longest_;
-    if (too_long_) {
+    if (too_long_)
       line_.clear();
-    } else {
+    else
       line_ += bytes;
-    }
   }
 
   std::size_t longest_;

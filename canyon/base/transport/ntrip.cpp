@@ -26,9 +26,7 @@ NtripAddress ntrip_address(std::string_view address) {
   NtripAddress parts;
   const bool secret = at != std::string_view::npos && slash < at;  // a password may have one
   if (slash >= begin && !secret) parts.mount = address.substr(slash + 1);
-  if (parts.mount.empty()) {
-    throw InputError(fmt::format("'{}' has no mount point", address), form);
-  }
+  if (parts.mount.empty()) throw InputError(fmt::format("'{}' has no mount point", address), form);
   constexpr std::size_t kLongest = 100;
   if (parts.mount.size() > kLongest || !std::all_of(parts.mount.begin(), parts.mount.end(), [](char c) {
         return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
@@ -81,12 +79,10 @@ struct NtripClient::Impl {
         secret.empty() ? "" : fmt::format("Authorization: Basic {}\r\n", secret);
     constexpr const char* kAgent = "NTRIP Canyon";
     const std::string mount = asks_table ? "" : to.mount;
-    if (revision == 1 && source) {
+    if (revision == 1 && source)
       return fmt::format("SOURCE {} /{}\r\nSource-Agent: {}\r\n\r\n", to.password, mount, kAgent);
-    }
-    if (revision == 1) {
+    if (revision == 1)
       return fmt::format("GET /{} HTTP/1.0\r\nUser-Agent: {}\r\n{}\r\n", mount, kAgent, authorization);
-    }
     const std::string_view more = source ? "Content-Type: gnss/data\r\nTransfer-Encoding: chunked\r\n" : "";
     const std::string position =
         gga.empty() ? "" : fmt::format("Ntrip-GGA: {}\r\n", trim(gga.substr(0, gga.find('\n'))));
@@ -206,11 +202,10 @@ struct NtripClient::Impl {
         if (!is_table) begin_stream(Phase::Http);
       }
       const std::string_view bytes(room.data(), room.size() - body.size);
-      if (is_table) {
+      if (is_table)
         take_table(bytes);
-      } else {
+      else
         stream(bytes);
-      }
       if (phase != Phase::Http) return;
       if (error && error != http::error::need_buffer && error != http::error::need_more) {
         misunderstood(fmt::format("the caster's HTTP is broken: {}", error.message()));
@@ -225,9 +220,8 @@ struct NtripClient::Impl {
 
   void begin_stream(Phase next) {
     phase = next;
-    if (status.state != State::Streaming && status.state != State::Connecting) {
+    if (status.state != State::Streaming && status.state != State::Connecting)
       notes.push_back("the caster streams");
-    }
     status = {State::Streaming, {}, {}};
     asks_table = false;
     if (source) tcp.reset_pause();
@@ -259,11 +253,10 @@ struct NtripClient::Impl {
   void end_table() {
     status.mounts = std::exchange(table, {});
     asks_table = false;
-    if (std::exchange(has_mount, false)) {
+    if (std::exchange(has_mount, false))
       end(State::Refused, fmt::format("the mount point {} has no stream now", to.mount));
-    } else {
+    else
       end(State::Refused, no_such_mount());
-    }
   }
 
   /// With the caster's mount points, as many as a line holds.
@@ -282,13 +275,12 @@ struct NtripClient::Impl {
 
   /// The connection has ended, or the stream in it.
   void lose() {
-    if (phase == Phase::Table || is_table) {
+    if (phase == Phase::Table || is_table)
       end_table();
-    } else if (status.state == State::Streaming && phase != Phase::Head) {
+    else if (status.state == State::Streaming && phase != Phase::Head)
       end(State::Closed, "the caster has ended the stream");
-    } else {
+    else
       misunderstood("the caster ends the connection without an answer", State::Closed);
-    }
   }
 
   /// The other revision may be what it understands.
@@ -311,10 +303,9 @@ struct NtripClient::Impl {
   /// A caster's words, for messages: without this side's secrets, which it may say back.
   [[nodiscard]] std::string printable(std::string_view text) const {
     std::string shown(text);
-    for (const std::string& secret : {to.credentials(), to.password}) {
+    for (const std::string& secret : {to.credentials(), to.password})
       for (std::size_t at = 0; !secret.empty() && (at = shown.find(secret, at)) != std::string::npos; at += 3)
         shown.replace(at, secret.size(), "...");
-    }
     shown.resize(std::min<std::size_t>(shown.size(), 100));
     std::replace_if(
         shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');

@@ -51,9 +51,8 @@ class NtripCaster {
     const std::lock_guard lock(mutex_);
     const auto known = mounts_.find(mount.address.mount);
     if (known == mounts_.end() || known->second != &mount) return;
-    for (auto& [reader, visitor] : visitors_) {
+    for (auto& [reader, visitor] : visitors_)
       if (visitor.mount == &mount) dismiss(reader, visitor, visitor.chunked ? http_chunk({}) : "");
-    }
     mounts_.erase(known);
     if (mounts_.empty()) server_.finish({});
   }
@@ -68,9 +67,8 @@ class NtripCaster {
   void send(const Mount& mount, std::string_view bytes, std::optional<std::uint64_t> reader) {
     if (bytes.empty()) return;
     const std::lock_guard lock(mutex_);
-    for (const auto& [number, visitor] : visitors_) {
+    for (const auto& [number, visitor] : visitors_)
       if (visitor.mount == &mount && reader.value_or(number) == number) give(number, visitor, bytes);
-    }
   }
 
   void serve() {
@@ -85,19 +83,16 @@ class NtripCaster {
       const auto visitor = visitors_.find(received.reader);
       if (visitor != visitors_.end()) take(received.reader, visitor->second, received.bytes);
     }
-    for (auto& [reader, visitor] : visitors_) {
-      if (visitor.mount == nullptr && !visitor.over && Clock::now() - visitor.since > kLongestRequest) {
+    for (auto& [reader, visitor] : visitors_)
+      if (visitor.mount == nullptr && !visitor.over && Clock::now() - visitor.since > kLongestRequest)
         dismiss(reader, visitor, "");
-      }
-    }
   }
 
   [[nodiscard]] std::vector<std::uint64_t> readers(const Mount& mount) {
     const std::lock_guard lock(mutex_);
     std::vector<std::uint64_t> numbers;
-    for (const auto& [reader, visitor] : visitors_) {
+    for (const auto& [reader, visitor] : visitors_)
       if (visitor.mount == &mount) numbers.push_back(reader);
-    }
     return numbers;
   }
   [[nodiscard]] std::vector<Received> take_received(Mount& mount) {
@@ -204,9 +199,8 @@ class NtripCaster {
     visitor.mount = &mount;
     visitor.chunked = second;
     give(reader, visitor, mount.first);
-    if (const auto position = text_of(request["Ntrip-GGA"]); !position.empty()) {
+    if (const auto position = text_of(request["Ntrip-GGA"]); !position.empty())
       mount.received.add(reader, fmt::format("{}\r\n", position));
-    }
   }
 
   /// RTCM 10410.1, section 7.3; unknown fields are empty.

@@ -41,9 +41,8 @@ tcp::endpoint tcp_endpoint(const HostPort& to) {
 }
 
 tcp::acceptor listen_on(asio::io_context& io, const HostPort& at) {
-  if (at.port < 1 || at.port > 65535) {
+  if (at.port < 1 || at.port > 65535)
     throw InputError(fmt::format("port {} does not exist", at.port), "take one of 1024 to 65535");
-  }
   tcp::acceptor acceptor(io, tcp::v4());
   error_code error;
   // A world that is loaded again finds its port although the last one's connections still end.
@@ -76,9 +75,8 @@ std::optional<bool> is_http(std::string_view first) {
 
 TcpServer::TcpServer(int port, const std::string& host, std::size_t most, bool http)
     : acceptor_(listen_on(io_, {host, port})), most_(most), http_(http) {
-  if (!listening_address({host, port}).is_loopback()) {
+  if (!listening_address({host, port}).is_loopback())
     notes_.push_back(fmt::format("port {} is open to other machines", port));
-  }
 }
 
 // Puts bytes behind a client's others; false where it has to go.
@@ -100,9 +98,8 @@ Line TcpServer::hear(Client& client) {
   for (const Received& piece : begin.take()) *client.first += piece.bytes;
   const std::optional<bool> is = is_http(*client.first);
   if (is.value_or(false)) {
-    if (!std::exchange(said_http_, true)) {
+    if (!std::exchange(said_http_, true))
       notes_.emplace_back("warning: a client that speaks HTTP, such as a page of a browser, is dropped");
-    }
     return Line::Broken;
   }
   if (!is && line == Line::Open) return line;
@@ -151,9 +148,8 @@ void TcpServer::accept_clients() {
 
 std::vector<std::uint64_t> TcpServer::readers() const {
   std::vector<std::uint64_t> numbers;
-  for (const Client& client : clients_) {
+  for (const Client& client : clients_)
     if (!client.leaving) numbers.push_back(client.number);
-  }
   return numbers;
 }
 
@@ -176,30 +172,31 @@ void TcpServer::serve() {
 }
 
 void TcpServer::send(std::string_view bytes) {
-  std::erase_if(clients_, [&](Client& client) { return !push(client, bytes); });
+  std::erase_if(
+      clients_, [&](Client& client) { return !push(client, bytes); });
 }
 
 void TcpServer::answer(std::uint64_t reader, std::string_view bytes) {
-  std::erase_if(clients_, [&](Client& client) {
-    if (client.number != reader) return false;
-    client.answered = std::chrono::steady_clock::now();
-    return !push(client, bytes);
-  });
+  std::erase_if(
+      clients_,
+      [&](Client& client) {
+        if (client.number != reader) return false;
+        client.answered = std::chrono::steady_clock::now();
+        return !push(client, bytes);
+      });
 }
 
 void TcpServer::add_handles(std::vector<int>& handles) const {
   auto& self = const_cast<TcpServer&>(*this);
   handles.push_back(self.acceptor_.native_handle());
-  for (Client& client : self.clients_) {
+  for (Client& client : self.clients_)
     if (!client.silent) handles.push_back(client.socket.native_handle());
-  }
 }
 
 void TcpServer::finish(const std::optional<Correction>&) {
   serve();
-  for (Client& client : clients_) {
+  for (Client& client : clients_)
     asio::async_write(client.socket, asio::buffer(client.backlog), [](const error_code&, std::size_t) {});
-  }
   io_.run_for(kPatience);
   clients_.clear();
 }
@@ -249,11 +246,10 @@ void TcpClient::connect() {
   set_up(socket_);
   // Asio's own call waits for non-blocking sockets too.
   if (::connect(socket_.native_handle(), server_.data(), static_cast<socklen_t>(server_.size())) == 0 ||
-      errno == EINPROGRESS) {
+      errno == EINPROGRESS)
     state_ = State::Connecting;
-  } else {
+  else
     fail();
-  }
 }
 
 void TcpClient::see_whether_connected() {
@@ -278,9 +274,8 @@ void TcpClient::see_whether_connected() {
 }
 
 void TcpClient::fail() {
-  if (!std::exchange(said_away_, true)) {
+  if (!std::exchange(said_away_, true))
     notes_.push_back(fmt::format("{} does not answer: tried again every second", name_));
-  }
   ++failures_;
   leave();
 }

@@ -27,9 +27,8 @@ class Terminal : public BufferedTransport {
   void send(std::string_view bytes) override {
     if (!device_.is_open()) return;
     if (line_ && backlog_.size() + bytes.size() > line_->buffer()) {
-      if (!std::exchange(behind_, true)) {
+      if (!std::exchange(behind_, true))
         notes_.push_back(fmt::format("{} baud are too few: messages are left out", line_->baud));
-      }
       return serve();
     }
     if (backlog_.size() + bytes.size() > kMaxBacklog) {
@@ -48,9 +47,8 @@ class Terminal : public BufferedTransport {
     if (backlog_.empty()) behind_ = false;
   }
   void add_handles(std::vector<int>& handles) const override {
-    if (device_.is_open()) {
+    if (device_.is_open())
       handles.push_back(const_cast<asio::posix::stream_descriptor&>(device_).native_handle());
-    }
   }
   void finish(const std::optional<Correction>&) override {
     if (!device_.is_open()) return;

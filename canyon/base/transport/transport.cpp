@@ -96,11 +96,10 @@ class Log final : public BufferedTransport {
       if (killed && entry.file_size(error) == 0) fs::remove(entry.path(), error);
       for (int i = 1; killed && fs::exists(entry.path(), error); ++i) {
         const std::string kept = path_.string() + (i == 1 ? ".killed" : fmt::format(".killed-{}", i));
-        if (::renameat2(AT_FDCWD, entry.path().c_str(), AT_FDCWD, kept.c_str(), RENAME_NOREPLACE) == 0) {
+        if (::renameat2(AT_FDCWD, entry.path().c_str(), AT_FDCWD, kept.c_str(), RENAME_NOREPLACE) == 0)
           notes_.push_back(fmt::format("what a killed run wrote is kept as {}", kept));
-        } else if (errno != EEXIST) {
+        else if (errno != EEXIST)
           break;
-        }
       }
       ::close(left);
     }
@@ -153,21 +152,17 @@ std::unique_ptr<Transport> open_result(const std::filesystem::path& path) {
 }
 
 std::unique_ptr<Transport> open_transport(std::string_view address) {
-  if (const auto path = behind(address, "file:"); path && !path->empty()) {
-    return std::make_unique<Log>(*path);
-  }
+  if (const auto path = behind(address, "file:"); path && !path->empty()) return std::make_unique<Log>(*path);
   using Maker = std::unique_ptr<Transport> (*)(const HostPort&);
   static constexpr std::pair<std::string_view, Maker> kHosts[]{{"tcp://", make_tcp_server},
                                                                {"tcp-connect://", make_tcp_client},
                                                                {"udp://", make_udp},
                                                                {"udp-listen://", make_udp_listener}};
-  for (const auto& [start, make] : kHosts) {
+  for (const auto& [start, make] : kHosts)
     if (const auto rest = behind(address, start)) return make(host_and_port(*rest, address));
-  }
   if (behind(address, "ntrip-caster://")) return make_ntrip_mount(ntrip_address(address));
-  if (behind(address, "ntrip://") || behind(address, "ntrip-source://")) {
+  if (behind(address, "ntrip://") || behind(address, "ntrip-source://"))
     return std::make_unique<NtripClient>(address);
-  }
   const auto baud_behind = [](std::string_view text, std::size_t at) -> std::optional<int> {
     const auto baud = at == std::string_view::npos ? std::nullopt : parse_integer(text.substr(at + 1));
     if (!baud || *baud < 1 || *baud > 4'000'000) return std::nullopt;

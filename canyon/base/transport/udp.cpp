@@ -50,13 +50,16 @@ class Udp final : public BufferedTransport {
   }
   /// Datagrams that the system does not take are lost.
   void send(std::string_view bytes) override {
-    cut(bytes, [this](const asio::const_buffer& datagram) {
-      error_code lost;
-      socket_.send(datagram, 0, lost);
-    });
+    cut(
+        bytes,
+        [this](const asio::const_buffer& datagram) {
+          error_code lost;
+          socket_.send(datagram, 0, lost);
+        });
   }
   void serve() override {
-    receive(socket_, [this](const udp::endpoint&, std::string_view bytes) { received_.add(0, bytes); });
+    receive(
+        socket_, [this](const udp::endpoint&, std::string_view bytes) { received_.add(0, bytes); });
   }
   void add_handles(std::vector<int>& handles) const override {
     handles.push_back(const_cast<udp::socket&>(socket_).native_handle());
@@ -86,20 +89,18 @@ class UdpListener final : public BufferedTransport {
   }
   [[nodiscard]] std::vector<std::uint64_t> readers() const override {
     std::vector<std::uint64_t> numbers;
-    for (const Peer& peer : peers_) {
+    for (const Peer& peer : peers_)
       if (Clock::now() - peer.received <= kFaithful) numbers.push_back(peer.number);
-    }
     return numbers;
   }
   void answer(std::uint64_t reader, std::string_view bytes) override {
-    for (const Peer& peer : peers_) {
+    for (const Peer& peer : peers_)
       if (peer.number == reader) send_to(peer, bytes);
-    }
   }
   void serve() override {
-    receive(socket_, [this](const udp::endpoint& from, std::string_view bytes) {
-      received_.add(number_of(from), bytes);
-    });
+    receive(
+        socket_,
+        [this](const udp::endpoint& from, std::string_view bytes) { received_.add(number_of(from), bytes); });
   }
   void add_handles(std::vector<int>& handles) const override {
     handles.push_back(const_cast<udp::socket&>(socket_).native_handle());
@@ -115,10 +116,12 @@ class UdpListener final : public BufferedTransport {
   };
 
   void send_to(const Peer& peer, std::string_view bytes) {
-    cut(bytes, [&](const asio::const_buffer& datagram) {
-      error_code lost;
-      socket_.send_to(datagram, peer.at, 0, lost);
-    });
+    cut(
+        bytes,
+        [&](const asio::const_buffer& datagram) {
+          error_code lost;
+          socket_.send_to(datagram, peer.at, 0, lost);
+        });
   }
   /// The number of the peer at an address. A new one takes the place of the one that is silent for longest
   /// where there are too many.
@@ -131,8 +134,9 @@ class UdpListener final : public BufferedTransport {
       return found->number;
     }
     if (peers_.size() == kMaxClients) {
-      peers_.erase(std::min_element(peers_.begin(), peers_.end(),
-                                    [](const Peer& a, const Peer& b) { return a.received < b.received; }));
+      peers_.erase(std::min_element(
+          peers_.begin(), peers_.end(),
+          [](const Peer& a, const Peer& b) { return a.received < b.received; }));
     }
     return peers_.emplace_back(Peer{from, ++met_, now}).number;
   }

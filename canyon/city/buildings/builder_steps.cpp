@@ -89,7 +89,8 @@ constexpr auto kUseKeys = {"building", "building:structure", "start_date"};
 constexpr auto kRoofKeys = {"roof:material", "building:roof:material"};
 
 bool has_any(const TagMap& tags, std::initializer_list<const char*> keys) {
-  return std::any_of(keys.begin(), keys.end(), [&tags](const char* key) { return tags.count(key) > 0; });
+  return std::any_of(
+      keys.begin(), keys.end(), [&tags](const char* key) { return tags.count(key) > 0; });
 }
 
 /// Takes all of these where there is none of them.
@@ -167,10 +168,12 @@ void append_ground(city::Mesh& mesh, const geodesy::LocalFrame& frame, const Ter
 }
 
 bool is_facade_known(const TagMap& tags) {
-  return std::any_of(kFacadeKeys.begin(), kFacadeKeys.end(), [&tags](const char* key) {
-    const auto found = tags.find(key);
-    return found != tags.end() && material_from_tag(found->second) != city::Material::Unknown;
-  });
+  return std::any_of(
+      kFacadeKeys.begin(), kFacadeKeys.end(),
+      [&tags](const char* key) {
+        const auto found = tags.find(key);
+        return found != tags.end() && material_from_tag(found->second) != city::Material::Unknown;
+      });
 }
 
 double length_tag_m(const TagMap& tags, const char* key, double low, double high, double otherwise) {
@@ -199,19 +202,17 @@ Shape FeatureTags::shape(std::size_t feature) const {
 
 city::FacadeMix FeatureTags::facades(std::size_t feature) const {
   TagMap tags = map_.features[feature].tags;
-  if (building_[feature]) {
+  if (building_[feature])
     for (const char* key : kUseKeys) inherit(tags, map_.features[*building_[feature]].tags, {key});
-  }
   return facades_from_tags(tags);
 }
 
 void count_surveyed(BuildReport& report, FeatureKind kind) {
   ++report.surveyed;
-  if (kind == FeatureKind::Structure) {
+  if (kind == FeatureKind::Structure)
     ++report.structures;
-  } else {
+  else
     ++(kind == FeatureKind::Part ? report.parts : report.buildings);
-  }
 }
 
 void count_guesses(BuildReport& report, const Shape& shape, bool facade_known) {
@@ -256,9 +257,8 @@ void add_guesses(ReadReport& notes, const BuildReport& report, const MapData& ma
   }
   std::set<std::string, std::less<>> types;
   for (const MapFeature& feature : map.features) {
-    for (const char* key : {"building", "building:part"}) {
+    for (const char* key : {"building", "building:part"})
       if (const auto tag = feature.tags.find(key); tag != feature.tags.end()) types.insert(tag->second);
-    }
   }
   const HeightDefaults known;
   for (const auto& [type, height_m] : known.by_type) types.insert(type);

@@ -116,10 +116,9 @@ class Builder {
     built.id = feature.id;
     built.part = feature.kind == FeatureKind::Part;
     if (!feature.surfaces.empty()) {
-      for (const MapSurface& surface : feature.surfaces) {
+      for (const MapSurface& surface : feature.surfaces)
         for (const Eigen::Vector3d& corner : surface.outer)
           bounds_.extend(Point2(map_frame_.mesh_from_map(corner.head<2>(), corner.z()).head<2>()));
-      }
       return;
     }
     if (!is_area(feature)) {
@@ -238,9 +237,8 @@ class Builder {
     built.object_count = static_cast<std::uint32_t>(mesh().objects.size()) - built.first_object;
     built.built = built.object_count > 0;
     const city::FacadeMix facades = tags_.facades(i);
-    for (std::uint32_t k = 0; k < built.object_count; ++k) {
+    for (std::uint32_t k = 0; k < built.object_count; ++k)
       mesh().objects[built.first_object + k].facades = facades;
-    }
   }
 
   [[nodiscard]] Shape read_shape(const std::map<std::string, std::string>& tags, const std::string& id) {
@@ -458,9 +456,8 @@ class Builder {
     shape.height_source = feature.tags.count("height") > 0 ? HeightSource::Tag : HeightSource::Default;
     shape.facade = shape.roof_material = city::Material::Foliage;
     const Placed& placed = placed_[i];
-    if (raise_solids(i, Surface::Foliage, placed.polygons, shape, *placed.ground, placed.ground->mean_z)) {
+    if (raise_solids(i, Surface::Foliage, placed.polygons, shape, *placed.ground, placed.ground->mean_z))
       ++report().woods;
-    }
   }
 
   // --- the end ---------------------------------------------------------------------------------------

@@ -89,9 +89,8 @@ Json properties_of(const city::Mesh& mesh, const BuiltFeature& feature) {
          {"built", feature.built},
          {"reason", feature.reason.empty() ? Json(nullptr) : Json(feature.reason)}};
   for (const char* key : {"height_m", "min_height_m", "height_source", "roof_shape", "roof_height_m",
-                          "roof_source", "ground_m", "facade", "roof"}) {
+                          "roof_source", "ground_m", "facade", "roof"})
     p[key] = nullptr;
-  }
   if (feature.footprint.empty()) {  // no tags were read: skipped early, or built from ready-made surfaces
     if (const auto height = measured_height_m(mesh, feature)) {
       p["height_m"] = rounded(*height, 3);

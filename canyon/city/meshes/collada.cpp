@@ -200,10 +200,9 @@ class ColladaReader {
       if (kind == "instance_geometry") geometry = referred(child, "url", "geometry");
       if (kind == "instance_controller") geometry = skinned(child);
       if (geometry == nullptr) return;
-      if (unread != nullptr) {
+      if (unread != nullptr)
         throw InputError(path_, unread->GetLineNum(), fmt::format("<{}> is not read", unread->Name()),
                          "export the node with a <matrix>, or with its transform applied");
-      }
       geometry_id = attribute_of(*geometry, "id");
       read_geometry(*geometry, materials_of(child), transform, builder);
     });
@@ -382,13 +381,11 @@ class ColladaReader {
   static void add_faces(std::string_view kind, const std::vector<std::uint32_t>& corners,
                         const std::vector<std::uint32_t>& sizes, NodeBuilder& builder) {
     if (kind == "tristrips" || kind == "trifans") {
-      for (std::size_t i = 0; i + 2 < corners.size(); ++i) {
-        if (kind == "trifans") {
+      for (std::size_t i = 0; i + 2 < corners.size(); ++i)
+        if (kind == "trifans")
           builder.add({corners[0], corners[i + 1], corners[i + 2]});
-        } else {
+        else
           builder.add({corners[i], corners[i + 1 + i % 2], corners[i + 2 - i % 2]});
-        }
-      }
       return;
     }
     if (kind == "polygons") {

@@ -82,9 +82,8 @@ Geometry line(const std::vector<Point2>& points) {
 
 Geometry collection(std::vector<Geometry> polygons) {
   std::vector<GEOSGeometry*> raw;
-  for (Geometry& geometry : polygons) {
+  for (Geometry& geometry : polygons)
     if (geometry) raw.push_back(geometry.release());
-  }
   return Geometry(GEOSGeom_createCollection_r(context(), GEOS_GEOMETRYCOLLECTION, raw.data(),
                                               static_cast<unsigned>(raw.size())));
 }
@@ -136,17 +135,14 @@ std::vector<Polygon2> polygons(const GEOSGeometry* geometry) {
     Polygon2 polygon;
     polygon.outer = open_ring(GEOSGetExteriorRing_r(context(), geometry), true);
     const int holes = GEOSGetNumInteriorRings_r(context(), geometry);
-    for (int i = 0; i < holes; ++i) {
+    for (int i = 0; i < holes; ++i)
       polygon.holes.push_back(open_ring(GEOSGetInteriorRingN_r(context(), geometry, i), false));
-    }
     result.push_back(std::move(polygon));
   } else if (type == GEOS_MULTIPOLYGON || type == GEOS_GEOMETRYCOLLECTION) {
     const int parts = GEOSGetNumGeometries_r(context(), geometry);
-    for (int i = 0; i < parts; ++i) {
-      for (Polygon2& part : polygons(GEOSGetGeometryN_r(context(), geometry, i))) {
+    for (int i = 0; i < parts; ++i)
+      for (Polygon2& part : polygons(GEOSGetGeometryN_r(context(), geometry, i)))
         result.push_back(std::move(part));
-      }
-    }
   }
   return result;
 }

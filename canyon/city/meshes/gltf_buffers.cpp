@@ -48,18 +48,16 @@ const Component& component_of(const Json& accessor) {
   const std::uint64_t type = count_member(accessor, "componentType");
   const auto* const found = std::find_if(kComponents.begin(), kComponents.end(),
                                          [&](const Component& each) { return each.type == type; });
-  if (found == kComponents.end()) {
+  if (found == kComponents.end())
     throw InputError(fmt::format("accessors of component type {} do not exist", type));
-  }
   return *found;
 }
 
 std::size_t width_of(const std::string& type) {
   static constexpr std::array<std::pair<std::string_view, std::size_t>, 7> kTypes{
       {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}}};
-  for (const auto& [name, width] : kTypes) {
+  for (const auto& [name, width] : kTypes)
     if (type == name) return width;
-  }
   throw InputError(fmt::format("accessors of type '{}' do not exist", type));
 }
 
@@ -73,11 +71,9 @@ void read_elements(std::string_view bytes, std::size_t stride, const Component& 
     (void)piece(bytes, (out.count - 1) * stride, element);
   }
   out.values.resize(out.count * out.width);
-  for (std::size_t i = 0; i < out.count; ++i) {
-    for (std::size_t c = 0; c < out.width; ++c) {
+  for (std::size_t i = 0; i < out.count; ++i)
+    for (std::size_t c = 0; c < out.width; ++c)
       out.values[i * out.width + c] = component.at(bytes, i * stride + c * component.size);
-    }
-  }
 }
 
 int hex_digit(char c) {
@@ -120,9 +116,8 @@ std::optional<std::string> data_of(std::string_view uri) {
 
 const Json& GltfBuffers::item(std::string_view list, std::uint64_t index) const {
   const Json* found = asset_.find(list);
-  if (found == nullptr || !found->is_array() || index >= found->size()) {
+  if (found == nullptr || !found->is_array() || index >= found->size())
     throw InputError(fmt::format("{} {} does not exist", list, index));
-  }
   return (*found)[static_cast<std::size_t>(index)];
 }
 
@@ -170,9 +165,8 @@ void GltfBuffers::fill_sparse(const Json& sparse, const Json& accessor, Accessor
                 component_of(accessor), values);
   for (std::size_t i = 0; i < places.count; ++i) {
     const double place = places.values[i];
-    if (!(place >= 0 && place < static_cast<double>(out.count))) {
+    if (!(place >= 0 && place < static_cast<double>(out.count)))
       throw InputError("a sparse accessor reaches beyond its elements");
-    }
     std::copy_n(
         values.values.begin() + static_cast<std::ptrdiff_t>(i * out.width), out.width,
         out.values.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(place) * out.width));
@@ -194,21 +188,18 @@ AccessorValues GltfBuffers::accessor(std::uint64_t index) {
     stride = static_cast<std::size_t>(count_member(item("bufferViews", number), "byteStride", 0));
     if (stride > 252) throw InputError("a buffer view has a stride above 252 bytes");
   }
-  if (count > (stored ? bytes.size() : kMostZeros / out.width)) {
+  if (count > (stored ? bytes.size() : kMostZeros / out.width))
     throw InputError(fmt::format("an accessor has {} elements, more than its bytes hold", count));
-  }
   out.count = static_cast<std::size_t>(count);
-  if (stored) {
+  if (stored)
     read_elements(bytes, stride, component, out);
-  } else {
+  else
     out.values.resize(out.count * out.width);
-  }
   const Json* sparse = of.find("sparse");
   if (sparse != nullptr && sparse->is_object()) fill_sparse(*sparse, of, out);
   const Json* normalised = of.find("normalized");
-  if (normalised != nullptr && normalised->is_boolean() && normalised->get<bool>()) {
+  if (normalised != nullptr && normalised->is_boolean() && normalised->get<bool>())
     for (double& value : out.values) value = std::max(-1.0, value / component.full_scale);
-  }
   return out;
 }
 
@@ -227,30 +218,27 @@ std::string unpack_meshopt(std::string_view packed, std::uint64_t count, std::ui
   const bool stride_fits =
       vertices ? stride > 0 && stride <= 256 && stride % 4 == 0 : stride == 2 || stride == 4;
   if (!stride_fits || count > kMostUnpacked / std::max<std::uint64_t>(stride, 1) ||
-      count * stride / 1024 > packed.size()) {
+      count * stride / 1024 > packed.size())
     throw InputError(fmt::format("meshopt data of {} elements of {} bytes are not possible", count, stride));
-  }
   std::string out(static_cast<std::size_t>(count * stride), '\0');
   const auto* in = reinterpret_cast<const unsigned char*>(packed.data());
   const auto n = static_cast<std::size_t>(count), size = static_cast<std::size_t>(stride);
   int fault = 1;
-  if (vertices) {
+  if (vertices)
     fault = meshopt_decodeVertexBuffer(out.data(), n, size, in, packed.size());
-  } else if (mode == "TRIANGLES" && n % 3 == 0) {
+  else if (mode == "TRIANGLES" && n % 3 == 0)
     fault = meshopt_decodeIndexBuffer(out.data(), n, size, in, packed.size());
-  } else if (mode == "INDICES") {
+  else if (mode == "INDICES")
     fault = meshopt_decodeIndexSequence(out.data(), n, size, in, packed.size());
-  }
   if (fault != 0) throw InputError("the meshopt data are damaged", "get the file again");
-  if (filter == "OCTAHEDRAL" && (size == 4 || size == 8)) {
+  if (filter == "OCTAHEDRAL" && (size == 4 || size == 8))
     meshopt_decodeFilterOct(out.data(), n, size);
-  } else if (filter == "QUATERNION" && size == 8) {
+  else if (filter == "QUATERNION" && size == 8)
     meshopt_decodeFilterQuat(out.data(), n, size);
-  } else if (filter == "EXPONENTIAL") {
+  else if (filter == "EXPONENTIAL")
     meshopt_decodeFilterExp(out.data(), n, size);
-  } else if (!filter.empty() && filter != "NONE") {
+  else if (!filter.empty() && filter != "NONE")
     throw InputError(fmt::format("meshopt data have the filter '{}', which does not exist", filter));
-  }
   return out;
 }
 

@@ -103,13 +103,11 @@ TriangleList triangles_of(const std::vector<std::uint32_t>& index, std::uint64_t
     for (std::size_t i = 0; i + 2 < index.size(); i += 3)
       triangles.push_back({index[i], index[i + 1], index[i + 2]});
   } else {
-    for (std::size_t i = 0; i + 2 < index.size(); ++i) {
-      if (mode == kFanMode) {
+    for (std::size_t i = 0; i + 2 < index.size(); ++i)
+      if (mode == kFanMode)
         triangles.push_back({index[0], index[i + 1], index[i + 2]});
-      } else {
+      else
         triangles.push_back({index[i], index[i + 1 + i % 2], index[i + 2 - i % 2]});
-      }
-    }
   }
   return triangles;
 }
@@ -132,11 +130,10 @@ class GltfDecoder {
       read_node(root, Eigen::Matrix4d::Identity(), {}, {}, kDeepestNode);
     };
     model_.no_scene = scenes == nullptr || scenes->size() == 0;
-    if (model_.no_scene) {
+    if (model_.no_scene)
       for (const std::uint64_t root : nodes_without_parent()) read_root(root);
-    } else if (const Json* roots = buffers_.item("scenes", count_member(asset_, "scene", 0)).find("nodes")) {
+    else if (const Json* roots = buffers_.item("scenes", count_member(asset_, "scene", 0)).find("nodes"))
       for (const Json& root : *roots) read_root(node_number(root));
-    }
     const Json* meshes = asset_.find("meshes");
     if (meshes != nullptr) model_.meshes_outside = meshes->size() - meshes_.size();
     return std::move(model_);
@@ -154,11 +151,9 @@ class GltfDecoder {
     }
     const Json* required = asset_.find("extensionsRequired");
     if (required == nullptr) return;
-    for (const Json& name : *required) {
-      if (!can_read(name.text())) {
+    for (const Json& name : *required)
+      if (!can_read(name.text()))
         throw InputError(fmt::format("requires the glTF extension '{}', which is not read", name.text()));
-      }
-    }
   }
 
   static std::string name_of(const Json& object) {
@@ -186,9 +181,8 @@ class GltfDecoder {
 
   void read_node(std::uint64_t index, const Eigen::Matrix4d& above, const std::string& name_above,
                  const std::string& names_above, int levels_left) {
-    if (levels_left == 0 || !seen_.insert(index).second) {
+    if (levels_left == 0 || !seen_.insert(index).second)
       throw InputError("nodes are nested too deeply or belong to several nodes");
-    }
     const Json& node = buffers_.item("nodes", index);
     const Eigen::Matrix4d matrix = above * node_matrix(node);
     const std::string own = name_of(node);
@@ -226,9 +220,8 @@ class GltfDecoder {
     };
     const AccessorValues move = read("TRANSLATION", 3), turn = read("ROTATION", 4), scale = read("SCALE", 3);
     const std::size_t count = std::max({move.count, turn.count, scale.count});
-    for (const AccessorValues* each : {&move, &turn, &scale}) {
+    for (const AccessorValues* each : {&move, &turn, &scale})
       if (each->count != 0 && each->count != count) throw InputError("the instances' lists differ in length");
-    }
     if ((instances_ += count) > kMostInstances)
       throw InputError(fmt::format("has more than {} instances", kMostInstances));
     std::vector<Eigen::Matrix4d> places;
@@ -250,9 +243,8 @@ class GltfDecoder {
     read_material(primitive, out);
     read_geometry(primitive, mode, out);
     for (const auto& triangle : out.triangles) {
-      for (const std::uint32_t v : triangle) {
+      for (const std::uint32_t v : triangle)
         if (v >= out.positions.size()) throw InputError("a triangle names a vertex that is not there");
-      }
     }
     triangles_ += out.triangles.size() * places.size();
     vertices_ += out.positions.size() * places.size();
@@ -263,9 +255,8 @@ class GltfDecoder {
       for (Eigen::Vector3d& v : placed.positions)
         v = place.topLeftCorner<3, 3>() * v + place.topRightCorner<3, 1>();
       // A mirroring transform swaps the sides (glTF 2.0, 3.7.4).
-      if (place.topLeftCorner<3, 3>().determinant() < 0) {
+      if (place.topLeftCorner<3, 3>().determinant() < 0)
         for (auto& triangle : placed.triangles) std::swap(triangle[1], triangle[2]);
-      }
       model_.primitives.push_back(std::move(placed));
     }
   }
@@ -341,9 +332,8 @@ class GltfDecoder {
         return fmt::format("_FEATURE_ID_{}", count_member(set, "attribute"));
       }
     }
-    for (const char* name : {"_BATCHID", "BATCHID"}) {
+    for (const char* name : {"_BATCHID", "BATCHID"})
       if (attributes.contains(name)) return name;
-    }
     return {};
   }
 

@@ -38,9 +38,8 @@ namespace canyon::meshes {
 /// Bytes [offset, offset + length) of `bytes`. Throws InputError where they are not all there.
 [[nodiscard]] inline std::string_view piece(std::string_view bytes, std::uint64_t offset,
                                             std::uint64_t length) {
-  if (offset > bytes.size() || length > bytes.size() - offset) {
+  if (offset > bytes.size() || length > bytes.size() - offset)
     throw InputError("the data end early", "get the file again");
-  }
   return bytes.substr(static_cast<std::size_t>(offset), static_cast<std::size_t>(length));
 }
 

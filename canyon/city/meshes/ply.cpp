@@ -64,9 +64,8 @@ class PlyReader {
   MeshScene read() {
     read_header();
     node_.faces.emplace_back();
-    for (const PlyElement& element : elements_) {
+    for (const PlyElement& element : elements_)
       for (std::uint64_t i = 0; i < element.count; ++i) read_record(element, i);
-    }
     MeshScene scene;
     note_crossed(crossed_, scene.notes);
     if (rest_.find_first_not_of(std::string_view(" \t\r\n\0", 5)) != std::string_view::npos) {
@@ -138,9 +137,8 @@ class PlyReader {
     property.name = words[list ? 4 : 2];
     const bool counted =
         property.count != nullptr && property.count->name != "float" && property.count->name != "double";
-    if (property.type == nullptr || property.name.empty() || (list && !counted)) {
+    if (property.type == nullptr || property.name.empty() || (list && !counted))
       throw fault("is not a property");
-    }
     elements_.back().properties.push_back(std::move(property));
   }
 

@@ -48,9 +48,8 @@ struct Corners {
       return less(points[a], points[b]) || (points[a] == points[b] && a < b);
     });
     first.resize(points.size());
-    for (std::size_t k = 0; k < order.size(); ++k) {
+    for (std::size_t k = 0; k < order.size(); ++k)
       first[order[k]] = k > 0 && points[order[k]] == points[order[k - 1]] ? first[order[k - 1]] : order[k];
-    }
   }
 
   static bool less(const Point2& a, const Point2& b) {
@@ -79,11 +78,9 @@ bool covers(const Corners& corners, const std::vector<Triangle>& triangles) {
     for (std::size_t k = 0; k < 3; ++k) left.push_back(sorted_edge(t[k], t[(k + 1) % 3]));
   }
   right.reserve(left.size());
-  for (const auto& [begin, end] : corners.rings) {
-    for (std::uint32_t i = begin; i < end; ++i) {
+  for (const auto& [begin, end] : corners.rings)
+    for (std::uint32_t i = begin; i < end; ++i)
       right.push_back(sorted_edge(corners.first[i], corners.first[i + 1 < end ? i + 1 : begin]));
-    }
-  }
   // Directed triangle edges must be the ring edges and, beside them, pairs of opposites.
   std::sort(left.begin(), left.end());
   std::sort(right.begin(), right.end());
@@ -264,9 +261,8 @@ std::optional<std::vector<Triangle>> triangulate_seen(const Polygon2& polygon, c
       if (!index) return std::nullopt;
       triangle[k] = *index;
     }
-    if (turn(corners.points[triangle[0]], corners.points[triangle[1]], corners.points[triangle[2]]) < 0) {
+    if (turn(corners.points[triangle[0]], corners.points[triangle[1]], corners.points[triangle[2]]) < 0)
       std::swap(triangle[1], triangle[2]);
-    }
     triangles.push_back(triangle);
   }
   if (!covers(corners, triangles)) return std::nullopt;
@@ -363,9 +359,8 @@ TriangleList triangulate(const Polygon2& polygon) {
                       [](const Point2& p) { return Point2(-p.x(), p.y()); },
                       [](const Point2& p) { return Point2(p.y(), p.x()); },
                       [](const Point2& p) { return Point2(-p.y(), -p.x()); }};
-  for (const View view : kViews) {
+  for (const View view : kViews)
     if (auto triangles = triangulate_seen(polygon, corners, view)) return std::move(*triangles);
-  }
   return {};
 }
 

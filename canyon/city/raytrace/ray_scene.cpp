@@ -77,9 +77,8 @@ struct BuiltMesh {
       rtcReleaseGeometry(geometry);
       throw embree_failure(device, "no memory for the triangles");
     }
-    for (const Vector3d& v : mesh->vertices) {
+    for (const Vector3d& v : mesh->vertices)
       for (int k = 0; k < 3; ++k) *points++ = static_cast<float>(v[k] - centre[k]);
-    }
     for (const auto& t : mesh->triangles) corners = std::copy(t.begin(), t.end(), corners);
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(scene.get(), geometry, 0);
@@ -166,9 +165,8 @@ struct RayScene::Impl {
     if (!device) throw std::runtime_error("Embree: no device");
     city = BuiltMesh(device.get(), std::move(mesh), "city", true);
     surfaces.resize(city.mesh->triangles.size());
-    for (const city::Object& object : city.mesh->objects) {
+    for (const city::Object& object : city.mesh->objects)
       std::fill_n(surfaces.begin() + object.first_triangle, object.triangle_count, object.surface);
-    }
     if (std::find(surfaces.begin(), surfaces.end(), city::Surface::Terrain) == surfaces.end())
       ground.emplace(*city.mesh);
   }
@@ -249,8 +247,9 @@ struct RayScene::Impl {
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.intersect1(city.scene.get(), &hit);
     // Embree may offer a triangle that it has split more than once.
-    std::sort(found.begin(), found.end(),
-              [](const Crossing& a, const Crossing& b) { return a.triangle < b.triangle; });
+    std::sort(
+        found.begin(), found.end(),
+        [](const Crossing& a, const Crossing& b) { return a.triangle < b.triangle; });
     found.erase(std::unique(found.begin(), found.end(),
                             [](const Crossing& a, const Crossing& b) { return a.triangle == b.triangle; }),
                 found.end());
@@ -280,9 +279,8 @@ InstanceId RayScene::add_instance(const city::Mesh& mesh) {
 void RayScene::set_pose(InstanceId id, const Isometry3d& enu_from_instance) {
   Instance& instance = impl_->instance(id);
   const Eigen::Matrix3d rotation = enu_from_instance.linear();
-  if (!enu_from_instance.matrix().allFinite()) {
+  if (!enu_from_instance.matrix().allFinite())
     throw InputError(fmt::format("the pose of movable instance {} is not finite", id), "check what moves it");
-  }
   if (!(rotation * rotation.transpose()).isIdentity(1e-6) || rotation.determinant() < 0) {
     throw InputError(fmt::format("the pose of movable instance {} is not a rotation and a translation", id),
                      "normalise its quaternion");
@@ -392,9 +390,8 @@ void RayScene::occluded(std::span<const Ray> rays, std::span<bool> result, doubl
     const std::size_t count = std::min(probes.size(), rays.size() - i);
     for (std::size_t k = 0; k < count; ++k) impl_->fill(probes[k], rays[i + k], min_range_m);
     for (std::size_t k = 0; k < count; ++k) query.occluded1(city, &probes[k]);
-    for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t k = 0; k < count; ++k)
       result[i + k] = probes[k].tfar < 0 || impl_->occluded_by_movers(rays[i + k], min_range_m, query);
-    }
   }
 }
 

@@ -77,9 +77,8 @@ class RegionGrowth {
 
   PlanarRegions find() {
     out_.of.assign(triangles_.size(), kNoRegion);
-    for (const std::uint32_t seed : seeds()) {
+    for (const std::uint32_t seed : seeds())
       if (out_.of[seed] == kNoRegion && areas_[seed] > 0) grow(seed);
-    }
     return std::move(out_);
   }
 
@@ -89,9 +88,8 @@ class RegionGrowth {
     std::vector<double> rank(triangles_.size());
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
       double flat = 1;
-      for (const std::uint32_t other : across_[t]) {
+      for (const std::uint32_t other : across_[t])
         if (other != city::kNoTriangle) flat = std::min(flat, normals_[t].dot(normals_[other]));
-      }
       rank[t] = std::floor(flat * 50) + std::min(areas_[t], 1e6) / 1e7;
     }
     std::vector<std::uint32_t> order(triangles_.size());
@@ -124,9 +122,8 @@ class RegionGrowth {
     };
     join(seed);
     for (std::size_t next = 0; next < members.size(); ++next) {
-      for (const std::uint32_t t : across_[members[next]]) {
+      for (const std::uint32_t t : across_[members[next]])
         if (t != city::kNoTriangle && out_.of[t] == kNoRegion && fits(t, normal, offset)) join(t);
-      }
       if (members.size() >= fit_at) {
         std::tie(normal, offset) = fit.plane();
         fit_at = members.size() * 2;
@@ -179,9 +176,8 @@ using Fans = std::vector<std::vector<std::uint32_t>>;
 
 Fans fans_of(std::size_t vertices, const city::TriangleIndices& triangles) {
   Fans fans(vertices);
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
+  for (std::size_t t = 0; t < triangles.size(); ++t)
     for (const std::uint32_t v : triangles[t]) fans[v].push_back(static_cast<std::uint32_t>(t));
-  }
   return fans;
 }
 

@@ -129,9 +129,8 @@ class TilesReader {
         return source_.read(source_.resolve(tile.address, uri));
       });
       for (const std::string& kind : content.left_out) ++left_out_[kind];
-      for (const PlacedModel& placed : content.models) {
+      for (const PlacedModel& placed : content.models)
         if (!placed.model.copyright.empty()) copyrights_.insert(placed.model.copyright);
-      }
       mesh_.add(content, enu_from_root_ * tile.transform, file_stem(tile.address));
       ++out_.tiles;
     } catch (const OutputError&) {
@@ -146,15 +145,14 @@ class TilesReader {
   void check_content(const TileSelection& selection) {
     if (mesh_.triangles() > 0) return;
     std::string problem = "holds no triangle";
-    if (!gaps_.empty()) {
+    if (!gaps_.empty())
       problem = fmt::format("no tile can be read; {}", gaps_.front());
-    } else if (selection.tiles.empty() && options_.bbox_deg) {
+    else if (selection.tiles.empty() && options_.bbox_deg)
       problem = "no tile touches the area";
-    } else if (selection.tiles.empty()) {
+    else if (selection.tiles.empty())
       problem = "no tile of it has content";
-    } else if (!left_out_.empty()) {
+    else if (!left_out_.empty())
       problem = fmt::format("holds no triangle, only {}", left_out_.begin()->first);
-    }
     throw InputError(
         public_address(source_.root()), 0, problem,
         options_.bbox_deg && gaps_.empty() ? "give a bbox in which the tileset has content" : "");
@@ -240,9 +238,8 @@ class TilesReader {
       remark(fmt::format("{} with {}, which {} no surface to read, left out", counted(count, "tile"), kind,
                          "have"));
     std::size_t named = 0;
-    for (const std::string& text : copyrights_) {
+    for (const std::string& text : copyrights_)
       if (++named <= kNamedGaps) remark("copyright: " + text);
-    }
     if (copyrights_.size() > kNamedGaps)
       remark(fmt::format("copyright: {} more", copyrights_.size() - kNamedGaps));
     out_.gaps = gaps_.size();

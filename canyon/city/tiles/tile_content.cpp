@@ -143,9 +143,8 @@ std::vector<double> feature_values(const TileTables& tables, const char* key, st
     if (found->size() < count) throw InputError(fmt::format("{} is too short", key));
     return found->get<std::vector<double>>();
   }
-  if (count > tables.feature_binary.size() / sizeof(Stored)) {
+  if (count > tables.feature_binary.size() / sizeof(Stored))
     throw InputError(fmt::format("{} reaches beyond the feature table", key));
-  }
   const std::string_view bytes = meshes::piece(
       tables.feature_binary, meshes::count_member(*found, "byteOffset"), count * sizeof(Stored));
   values.reserve(static_cast<std::size_t>(count));
@@ -358,9 +357,8 @@ std::optional<city::Surface> surface_by_word(std::string_view text) {
       {"road", Surface::Terrain},      {"street", Surface::Terrain},        {"railway", Surface::Terrain},
       {"water", Surface::Terrain},     {"waterbody", Surface::Terrain},     {"landuse", Surface::Terrain},
       {"vehicle", Surface::Vehicle},   {"transportation", Surface::Terrain}};
-  for (const auto& [word, surface] : kWords) {
+  for (const auto& [word, surface] : kWords)
     if (city::has_word(text, word)) return surface;
-  }
   return std::nullopt;
 }
 

@@ -50,9 +50,8 @@ constexpr double kSlope = 0.3, kLeastStep_m = 0.5, kLargestStep_m = 3;
 GroundModel::GroundModel(const std::vector<Eigen::Vector3d>& vertices,
                          const city::TriangleIndices& triangles) {
   Eigen::AlignedBox2d bounds;
-  for (const auto& triangle : triangles) {
+  for (const auto& triangle : triangles)
     for (const std::uint32_t v : triangle) bounds.extend(Eigen::Vector2d(vertices[v].head<2>()));
-  }
   min_ = bounds.min();
   const Eigen::Vector2d size = bounds.sizes();
   cell_m_ = std::max(1.0, std::sqrt(size.x() * size.y() / kMostCells));
@@ -133,9 +132,8 @@ void GroundModel::filter() {
     const auto half = static_cast<std::size_t>(std::ceil(half_m / cell_m_));
     const std::vector<double> opened = filtered(filtered(heights_, half, true), half, false);
     const double step_m = std::min(kLargestStep_m, kSlope * (half_m - before_m) + kLeastStep_m);
-    for (std::size_t i = 0; i < heights_.size(); ++i) {
+    for (std::size_t i = 0; i < heights_.size(); ++i)
       if (heights_[i] - opened[i] > step_m) heights_[i] = opened[i];
-    }
     before_m = half_m;
   }
 }
@@ -143,9 +141,8 @@ void GroundModel::filter() {
 /// Cells without a height take that of a neighbour, ring by ring.
 void GroundModel::fill() {
   std::vector<std::size_t> edge;
-  for (std::size_t i = 0; i < heights_.size(); ++i) {
+  for (std::size_t i = 0; i < heights_.size(); ++i)
     if (!std::isnan(heights_[i])) edge.push_back(i);
-  }
   while (!edge.empty()) {
     std::vector<std::size_t> next;
     for (const std::size_t i : edge) {
@@ -243,9 +240,8 @@ class SkinSplit {
   }
 
   void judge_the_rest() {
-    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    for (std::size_t t = 0; t < triangles_.size(); ++t)
       if (regions_.of[t] == kNoRegion && mean_above_ground(t) < kLow_m) classes_[t] = SkinClass::Terrain;
-    }
   }
 
   /// Triangles of which `belongs` is true, in parts that hang together by edges.
@@ -286,19 +282,17 @@ class SkinSplit {
         each_edge(t, [&](std::uint32_t other, double length) {
           const bool built = before[other] == SkinClass::Building;
           by_building += built ? length : 0;
-          if (built && regions_.regions[regions_.of[other]].area_m2 >= kLargestPlaneAmidFoliage_m2) {
+          if (built && regions_.regions[regions_.of[other]].area_m2 >= kLargestPlaneAmidFoliage_m2)
             by_large_plane += length;
-          }
           by_terrain += before[other] == SkinClass::Terrain ? length : 0;
         });
       }
       SkinClass found = SkinClass::Building;
       const bool enclosed = area < kLeastFoliageAmidWalls_m2 && 2 * by_large_plane > by_building + by_terrain;
-      if (area >= kLeastFoliage_m2 && !enclosed) {
+      if (area >= kLeastFoliage_m2 && !enclosed)
         found = SkinClass::Foliage;
-      } else if (by_terrain > by_building) {
+      else if (by_terrain > by_building)
         found = SkinClass::Terrain;
-      }
       for (const std::uint32_t t : members) classes_[t] = found;
     }
   }
@@ -387,9 +381,8 @@ std::vector<std::pair<std::optional<std::uint32_t>, city::TriangleIndices>> by_f
 }
 
 std::optional<city::Surface> surface_of_words(std::initializer_list<std::string_view> texts) {
-  for (const std::string_view text : texts) {
+  for (const std::string_view text : texts)
     if (const auto surface = surface_by_word(text)) return surface;
-  }
   return std::nullopt;
 }
 
@@ -401,10 +394,9 @@ std::vector<Eigen::Vector3d> used_vertices(const std::vector<Eigen::Vector3d>& v
   for (const auto& triangle : triangles) used.insert(used.end(), triangle.begin(), triangle.end());
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
-  for (auto& triangle : triangles) {
+  for (auto& triangle : triangles)
     for (std::uint32_t& v : triangle)
       v = static_cast<std::uint32_t>(std::lower_bound(used.begin(), used.end(), v) - used.begin());
-  }
   std::vector<Eigen::Vector3d> out;
   out.reserve(used.size());
   for (const std::uint32_t v : used) out.push_back(vertices[v]);
@@ -458,15 +450,13 @@ void TileMesh::add(const TileContent& content, const Eigen::Matrix4d& to_enu, co
           part.surface = surface_of_words({kind, own, primitive.node, primitive.material, name});
           part.material = city::material_from_name(primitive.material);
           part.pictured = primitive.pictured;
-          if (id) {
+          if (id)
             part.name = own.empty() ? fmt::format("{}#{}", name, *id) : own;
-          } else {
+          else
             part.name = primitive.node.empty() ? name : fmt::format("{}/{}", name, primitive.node);
-          }
           if (!one) part.name += fmt::format("@{}", instance);
-          if (mirrored) {
+          if (mirrored)
             for (auto& triangle : triangles) std::swap(triangle[1], triangle[2]);
-          }
           part.triangles = std::move(triangles);
           part.vertices = id ? used_vertices(places, part.triangles) : places;
           // A feature that several primitives show, one for each of its materials, is one object.
@@ -587,10 +577,9 @@ std::vector<std::string> TileMesh::notes() const {
 std::vector<std::string> append_skin(const Skin& skin, city::Mesh& mesh) {
   std::vector<Eigen::Vector3d> vertices = skin.vertices;
   LabelledTriangles left;
-  for (const auto& triangle : skin.triangles) {
+  for (const auto& triangle : skin.triangles)
     if (!city::is_degenerate(vertices[triangle[0]], vertices[triangle[1]], vertices[triangle[2]]))
       left.triangles.push_back(triangle);
-  }
   // Tiles that adjoin repeat their border, to a millimetre or so.
   std::vector<Eigen::Vector3d> rounded;
   for (const Eigen::Vector3d& v : vertices) rounded.emplace_back((v / kWeld_m).array().round());

@@ -10,9 +10,8 @@ namespace canyon::tiles {
 
 void TileOptions::validate() const {
   if (file && !url.empty()) throw InputError("tiles has both file and url", "give one of them");
-  if (!url.empty() && !is_web_address(url)) {
+  if (!url.empty() && !is_web_address(url))
     throw InputError("url of tiles does not begin with https:// or http://", "give a file as file:");
-  }
   if (bbox_deg) {
     const auto& [west, south, east, north] = *bbox_deg;
     if (!(west < east && south < north && west >= -180 && east <= 180 && south >= -90 && north <= 90)) {

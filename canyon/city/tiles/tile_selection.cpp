@@ -75,14 +75,12 @@ std::shared_ptr<const Document> parse_document(const std::string& address, const
   auto document = std::make_shared<Document>();
   document->address = address;
   document->json = Json::parse(bytes);
-  if (!document->json.is_object() || !document->json["root"].is_object()) {
+  if (!document->json.is_object() || !document->json["root"].is_object())
     throw InputError("is not a tileset: it has no root", "give a tileset.json of 3D Tiles 1.0 or 1.1");
-  }
   const Json& asset = document->json["asset"];
   const std::string version = asset.is_object() ? meshes::text_member(asset, "version") : std::string();
-  if (version != "1.0" && version != "1.1" && version != "0.0") {
+  if (version != "1.0" && version != "1.1" && version != "0.0")
     throw InputError(fmt::format("is of 3D Tiles version '{}'", version), "versions 1.0 and 1.1 are read");
-  }
   const std::string up = meshes::text_member(asset, "gltfUpAxis");
   if (up == "X" || up == "x" || up == "Z" || up == "z") document->up = static_cast<char>(up[0] & ~0x20);
   const Json* required = document->json.find("extensionsRequired");
@@ -90,9 +88,8 @@ std::shared_ptr<const Document> parse_document(const std::string& address, const
     const std::string& text = name.text();
     if (text != "3DTILES_content_gltf" && text != "3DTILES_implicit_tiling" &&
         text != "3DTILES_multiple_contents" && text != "3DTILES_bounding_volume_S2" &&
-        text != "3DTILES_metadata" && text != "3DTILES_batch_table_hierarchy") {
+        text != "3DTILES_metadata" && text != "3DTILES_batch_table_hierarchy")
       throw InputError(fmt::format("requires the extension '{}' of 3D Tiles, which is not read", text));
-    }
   }
   if (from != nullptr) document->chain = from->chain;
   document->chain.push_back(address);
@@ -112,9 +109,8 @@ std::vector<const Json*> contents_of(const Json& tile) {
   const Json& extended = meshes::extension(tile, "3DTILES_multiple_contents");
   if (several == nullptr && extended.is_object())
     several = extended.contains("contents") ? extended.find("contents") : extended.find("content");
-  if (several != nullptr && several->is_array()) {
+  if (several != nullptr && several->is_array())
     for (const Json& each : *several) contents.push_back(&each);
-  }
   return contents;
 }
 
@@ -166,9 +162,8 @@ class Selector {
       addresses.reserve(now.size());
       for (const Pending& each : now) addresses.push_back(each.address);
       source_.prefetch(addresses);
-      for (const Pending& each : now) {
+      for (const Pending& each : now)
         attempt(each.address, [&] { each.implicit ? open_subtree(each) : open_tileset(each); });
-      }
     }
     return std::move(out_);
   }
@@ -272,17 +267,14 @@ class Selector {
       if (!area_.touches(bounds, here.transform)) continue;
       attempt(document->address, [&] {
         const std::string address = source_.resolve(document->address, uri);
-        if (tileset) {
+        if (tileset)
           read_later({address, document, here, nullptr, {}});
-        } else {
+        else
           take({address, here.transform, document->up, error});
-        }
       });
     }
     if (children == nullptr || (fine && shown)) return;
-    for (const Json& child : *children) {
-      attempt(document->address, [&] { visit(document, child, here); });
-    }
+    for (const Json& child : *children) attempt(document->address, [&] { visit(document, child, here); });
   }
 
   void take(SelectedTile tile) {
@@ -311,9 +303,8 @@ class Selector {
     const std::uint64_t levels = implicit.contains("availableLevels")
                                      ? meshes::count_member(implicit, "availableLevels")
                                      : meshes::count_member(implicit, "maximumLevel") + 1;
-    if (subtree_levels < 1 || subtree_levels > kMostSubtreeLevels || levels < 1 || levels > kMostLevels) {
+    if (subtree_levels < 1 || subtree_levels > kMostSubtreeLevels || levels < 1 || levels > kMostLevels)
       throw InputError(fmt::format("implicit tiling has {} levels, {} in a subtree", levels, subtree_levels));
-    }
     root->subtree_levels = static_cast<int>(subtree_levels);
     root->levels = static_cast<int>(levels);
     root->subtree_uri = meshes::text_member(implicit.at("subtrees"), "uri");
@@ -322,10 +313,12 @@ class Selector {
   }
 
   void push_subtree(const std::shared_ptr<const ImplicitRoot>& root, const Node& node) {
-    attempt(root->document->address, [&] {
-      const std::string& base = root->document->address;
-      read_later({source_.resolve(base, with_place(root->subtree_uri, node)), nullptr, {}, root, node});
-    });
+    attempt(
+        root->document->address,
+        [&] {
+          const std::string& base = root->document->address;
+          read_later({source_.resolve(base, with_place(root->subtree_uri, node)), nullptr, {}, root, node});
+        });
   }
 
   void open_subtree(const Pending& pending) {
@@ -359,15 +352,13 @@ class Selector {
       attempt(root.document->address, [&] { take_implicit(shared, root.content_uris[i], node, error); });
     }
     if (fine && shown) return;
-    for (const Node& child : children) {
-      if (depth + 1 < root.subtree_levels) {
+    for (const Node& child : children)
+      if (depth + 1 < root.subtree_levels)
         visit_implicit(shared, subtree, top, child);
-      } else if (area_.touches(root.volume.part(child.level, child.place, root.octree), root.transform)) {
+      else if (area_.touches(root.volume.part(child.level, child.place, root.octree), root.transform))
         push_subtree(shared, child);
-      } else {
+      else
         ++out_.beyond;
-      }
-    }
   }
 
   void take_implicit(const std::shared_ptr<const ImplicitRoot>& root, const std::string& uri,
@@ -438,9 +429,8 @@ TileSelection select_tiles(TileSource& source, const TileArea& area, const TileO
 
 std::string gap_line(const std::string& address, const std::exception& error) {
   std::string said = error.what();
-  if (const auto* input = dynamic_cast<const InputError*>(&error)) {
+  if (const auto* input = dynamic_cast<const InputError*>(&error))
     said = input->problem() + (input->cure().empty() ? "" : "; " + input->cure());
-  }
   return fmt::format("{}: {}", public_address(address), said);
 }
 

@@ -64,11 +64,10 @@ class SubtreeReader {
     const Json* of_contents = json_.find("contentAvailability");
     const Json& several = meshes::extension(json_, "3DTILES_multiple_contents")["contentAvailability"];
     if (several.is_array()) of_contents = &several;
-    if (of_contents != nullptr && of_contents->is_array()) {
+    if (of_contents != nullptr && of_contents->is_array())
       for (const Json& each : *of_contents) out.contents.push_back(availability(each, nodes));
-    } else if (of_contents != nullptr) {
+    else if (of_contents != nullptr)
       out.contents.push_back(availability(*of_contents, nodes));
-    }
     return out;
   }
 
@@ -168,10 +167,9 @@ double TileVolume::radius(const Eigen::Matrix4d& transform) const {
 TileArea::TileArea(const std::array<double, 4>& bbox_deg, const geodesy::LocalFrame& frame, bool local) {
   for (std::size_t i = 0; i < 4; ++i) region_rad_[i] = geodesy::radians(bbox_deg[i]);
   const auto& [west, south, east, north] = region_rad_;
-  for (const double longitude : {west, (west + east) / 2, east}) {
+  for (const double longitude : {west, (west + east) / 2, east})
     for (const double latitude : {south, (south + north) / 2, north})
       box_.extend(frame.local_from_geodetic({latitude, longitude, frame.origin().height_m}));
-  }
   box_.min().z() -= kReach_m;
   box_.max().z() += kReach_m;
   if (local) return;

@@ -33,9 +33,8 @@ struct SurfaceDeleter {
 using Surface = std::unique_ptr<cairo_surface_t, SurfaceDeleter>;
 
 void check(cairo_status_t status) {
-  if (status != CAIRO_STATUS_SUCCESS) {
+  if (status != CAIRO_STATUS_SUCCESS)
     throw std::runtime_error(std::string("picture cannot be drawn: ") + cairo_status_to_string(status));
-  }
 }
 
 /// A cairo_write_func_t that appends to the std::string `target`. Called from C: nothing may be thrown
@@ -119,11 +118,10 @@ Canvas::Canvas(cairo_t* cairo, double width, double height) : cairo_(cairo), wid
 void Canvas::paint(const std::optional<Colour>& fill, const std::optional<Stroke>& stroke) {
   if (fill) {
     cairo_set_source_rgba(cairo_, fill->r, fill->g, fill->b, fill->a);
-    if (stroke) {
+    if (stroke)
       cairo_fill_preserve(cairo_);
-    } else {
+    else
       cairo_fill(cairo_);
-    }
   }
   if (stroke) {
     cairo_set_source_rgba(cairo_, stroke->colour.r, stroke->colour.g, stroke->colour.b, stroke->colour.a);

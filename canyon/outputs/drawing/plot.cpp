@@ -31,9 +31,8 @@ std::vector<double> log_ticks(double low, double high) {
        decade *= 10) {
     for (const double factor : {1.0, 2.0, 5.0}) {
       const double tick = decade * factor;
-      if ((every || factor == 1.0) && tick >= low * (1 - kSlack) && tick <= high * (1 + kSlack)) {
+      if ((every || factor == 1.0) && tick >= low * (1 - kSlack) && tick <= high * (1 + kSlack))
         ticks.push_back(tick);
-      }
     }
   }
   return ticks;
@@ -134,36 +133,35 @@ Rect draw_legend(Canvas& canvas, const Point& at, const std::vector<LegendEntry>
 }
 
 Picture draw_notice(const std::string& title, const std::string& subtitle, const std::string& notice) {
-  return render(900, 220, [&](Canvas& canvas) {
-    draw_title(canvas, 40, title, subtitle);
-    const Plot plot{{40, 84, 820, 96}, {}, {}, "", ""};
-    canvas.rectangle(plot.area, kGround, Stroke{kRule, 1});
-    plot.draw_note(canvas, notice);
-  });
+  return render(
+      900, 220,
+      [&](Canvas& canvas) {
+        draw_title(canvas, 40, title, subtitle);
+        const Plot plot{{40, 84, 820, 96}, {}, {}, "", ""};
+        canvas.rectangle(plot.area, kGround, Stroke{kRule, 1});
+        plot.draw_note(canvas, notice);
+      });
 }
 
 double nice_ceil(double x) {
   const double decade = std::pow(10, std::floor(std::log10(x)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
+  for (const double factor : {1.0, 2.0, 5.0})
     if (decade * factor >= x * (1 - kSlack)) return decade * factor;
-  }
   return 10 * decade;
 }
 
 double nice_floor(double x) {
   const double decade = std::pow(10, std::floor(std::log10(x)));
-  for (const double factor : {5.0, 2.0}) {
+  for (const double factor : {5.0, 2.0})
     if (decade * factor <= x * (1 + kSlack)) return decade * factor;
-  }
   return decade;
 }
 
 std::vector<double> linear_ticks(double low, double high, int count) {
   const double step = nice_ceil((high - low) / count);
   std::vector<double> ticks;
-  for (double k = std::ceil(low / step - kSlack); k * step <= high + kSlack * step; ++k) {
+  for (double k = std::ceil(low / step - kSlack); k * step <= high + kSlack * step; ++k)
     ticks.push_back(k * step + 0.0);
-  }
   return ticks;
 }
 
@@ -171,9 +169,8 @@ double nice_time_step(double at_least_s) {
   static constexpr std::array kSteps{0.1,    0.2,    0.5,    1.0,     2.0,     5.0,    10.0,
                                      15.0,   30.0,   60.0,   120.0,   300.0,   600.0,  900.0,
                                      1800.0, 3600.0, 7200.0, 10800.0, 21600.0, 43200.0};
-  for (const double step : kSteps) {
+  for (const double step : kSteps)
     if (step >= at_least_s) return step;
-  }
   return 86400 * std::max(1.0, std::ceil(at_least_s / 86400));
 }
 

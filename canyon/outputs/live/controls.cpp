@@ -131,11 +131,10 @@ std::string set(const OptionsRequest& request, const Receivers& receivers) {
   }
   if (changes.empty()) return "unchanged: every value is what it was";
   for (Change& change : changes) {
-    if (change.rate_alone) {
+    if (change.rate_alone)
       change.of->receiver->set_rate(*change.config.rate_hz);
-    } else {
+    else
       change.of->receiver->set_config(std::move(change.config));
-    }
     if (change.of->changed) change.of->changed();
   }
   return fmt::format("{}", fmt::join(said, "\n"));
@@ -169,9 +168,8 @@ std::vector<std::string> add_to_timelines(const Receivers& receivers, const std:
 std::string add_fault(const OptionsRequest& request, const Receivers& receivers) {
   const std::vector<std::string> names = add_to_timelines(receivers, request.text, request.source.string());
   std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i) {
+  for (std::size_t i = 0; i < names.size(); ++i)
     text += fmt::format("added {}: {}\n", receivers[i].name, names[i]);
-  }
   text.pop_back();
   return text;
 }
@@ -284,9 +282,8 @@ void OptionsDesk::close() {
 }
 
 ServiceReply FaultAnswerer::call(OptionsRequest::Kind kind, const std::string& text) const {
-  if (!changes && kind != OptionsRequest::Kind::Faults) {
+  if (!changes && kind != OptionsRequest::Kind::Faults)
     return {false, fmt::format("{}services may not change this simulation; {}", kRefused, allow_by)};
-  }
   std::string said = answer({kind, {}, text});
   const bool done = !said.starts_with(kRefused);
   return {done, std::move(said)};

@@ -57,9 +57,8 @@ HostedReceiver::HostedReceiver(HostSetup setup)
   try {
     start_receiver();
     std::vector<output::ReceiverDescription> descriptions;
-    for (std::size_t r = 0; r < run_->size(); ++r) {
+    for (std::size_t r = 0; r < run_->size(); ++r)
       descriptions.push_back(output::describe_receivers((*run_)[r], schedule_.interval_s()).front());
-    }
     for (const auto& [setting, stream] : setup.streams) {
       add(make_stream_publisher(setting, stream_of_model(setting, stream, setup.model), descriptions,
                                 setup.open_link, &receiver()),
@@ -90,10 +89,12 @@ void HostedReceiver::begin_sensors() {
 
 void HostedReceiver::say_warnings() {
   for (std::size_t r = 0; r < run_->size(); ++r) {
-    sky_warnings_->take((*run_)[r], [&](const std::string& line, bool of_sky) {
-      say(Tone::Warning, r == 0 ? line : fmt::format("{}: {}", options_.live.base()->options.name, line),
-          of_sky);
-    });
+    sky_warnings_->take((*run_)[r],
+                        [&](const std::string& line, bool of_sky) {
+                          say(Tone::Warning,
+                              r == 0 ? line : fmt::format("{}: {}", options_.live.base()->options.name, line),
+                              of_sky);
+                        });
   }
 }
 
@@ -247,9 +248,8 @@ void HostedReceiver::finish() {
   } else {
     report_.scan_ranges_m.clear();
   }
-  if (rtcm_) {
+  if (rtcm_)
     for (const std::string& line : rtcm_->take_warnings()) say(Tone::Warning, line);
-  }
   publish([this](EpochPublisher& publisher) { publisher.publish(report_); });
 }
 
@@ -273,9 +273,8 @@ void HostedReceiver::compute(const Motion& motion) {
   std::vector<simulation::Run::Due> due;
   for (const std::size_t r : run_->order()) {
     const std::optional<simulation::Pose> fixed = run_->fixed_pose(r, now);
-    if (r != 0 && !fixed && !antennas.base) {
+    if (r != 0 && !fixed && !antennas.base)
       throw InputError("the base has no place", "give it fixed: {east_m: ..., ...}");
-    }
     due.push_back({r, now, r == 0 ? antennas.receiver : fixed ? fixed : antennas.base});
     if (due.back().antenna) due.back().antenna->time = now;
     due.back().inputs.continuous = std::holds_alternative<Antennas>(motion);
@@ -325,9 +324,8 @@ std::vector<double> HostedReceiver::scan(const propagation::Arrival& arrival) co
 
 void visit_word(options::Visitor& v, const options::Field& field, std::string& value) {
   v.text(field, value);
-  if (v.reads() && split_blanks(value).size() > 1) {
+  if (v.reads() && split_blanks(value).size() > 1)
     throw v.fault(field.name, fmt::format("'{}' has blanks in it", value), "write one word");
-  }
 }
 
 void visit_host(options::Visitor& v, HostOptions& o, std::string& frame_id,

@@ -62,9 +62,8 @@ constexpr std::array<MavFrame, 3> kBodyFrames{{{8, true}, {12, true}, {13, false
 
 template <std::size_t N>
 std::optional<bool> is_ned(const std::array<MavFrame, N>& frames, int number) {
-  for (const MavFrame& frame : frames) {
+  for (const MavFrame& frame : frames)
     if (frame.number == number) return frame.ned;
-  }
   return std::nullopt;
 }
 
@@ -91,14 +90,17 @@ class MavlinkPoses final : public PoseDecoder {
 
   void receive(const transport::Received& received,
                const std::function<void(const PoseReport&)>& each) override {
-    parsers_.of(received.reader).receive(received.bytes, [&](const mavlink::Frame& frame) {
-      std::visit(
-          [&](const auto& message) {
-            const std::optional<PoseReport> report = report_of(frame.sender, message);
-            if (report && (report->position_m || report->place)) each(*report);
-          },
-          frame.message);
-    });
+    parsers_.of(received.reader)
+        .receive(
+            received.bytes,
+            [&](const mavlink::Frame& frame) {
+              std::visit(
+                  [&](const auto& message) {
+                    const std::optional<PoseReport> report = report_of(frame.sender, message);
+                    if (report && (report->position_m || report->place)) each(*report);
+                  },
+                  frame.message);
+            });
   }
 
   [[nodiscard]] std::string request() override {
@@ -130,13 +132,12 @@ class MavlinkPoses final : public PoseDecoder {
   void place(PoseReport& report, std::string_view name, double latitude_deg, double longitude_deg,
              double height_m) {
     // Autopilots without a fix send 0, 0 or the largest integers.
-    if (simulation::is_nowhere(latitude_deg, longitude_deg)) {
+    if (simulation::is_nowhere(latitude_deg, longitude_deg))
       complaints_.add(fmt::format("{} at latitude 0, longitude 0, as before a fix", name));
-    } else if (is_on_earth(latitude_deg, longitude_deg) && std::isfinite(height_m)) {
+    else if (is_on_earth(latitude_deg, longitude_deg) && std::isfinite(height_m))
       report.place = geodesy::Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);
-    } else {
+    else
       complaints_.add(fmt::format("{} with a latitude, longitude or height out of range", name));
-    }
   }
 
   /// Empty for messages that are not taken, and for those without a pose.
@@ -224,9 +225,8 @@ class MavlinkPoses final : public PoseDecoder {
     place(report, m.kName, m.latitude_deg, m.longitude_deg, m.altitude_m);
     report.velocity_mps = enu_from_ned() * m.velocity_ned_mps;
     add_attitude(sender, report);
-    if (!report.attitude && std::isfinite(m.heading_deg)) {
+    if (!report.attitude && std::isfinite(m.heading_deg))
       report.attitude = attitude(Vector3d(0, 0, geodesy::radians(m.heading_deg)));
-    }
     return report;
   }
   void add_attitude(mavlink::Sender sender, PoseReport& report) const {

@@ -45,11 +45,10 @@ void Complaints::add(std::string why) {
   ++count_;
   const auto at =
       std::find_if(reasons_.begin(), reasons_.end(), [&](const auto& r) { return r.first == why; });
-  if (at != reasons_.end()) {
+  if (at != reasons_.end())
     ++at->second;
-  } else if (reasons_.size() < kMost) {
+  else if (reasons_.size() < kMost)
     reasons_.emplace_back(std::move(why), 1);
-  }
 }
 
 std::string Complaints::take() {
@@ -114,9 +113,8 @@ class JsonPoses final : public PoseDecoder {
   static std::optional<double> number(const Json& object, const char* key, std::string& why) {
     const Json& found = object[key];
     if (found.is_number() && std::isfinite(found.get<double>())) return found.get<double>();
-    if (object.contains(key)) {
+    if (object.contains(key))
       why = found.is_number() || found.is_null() ? not_finite(key) : fmt::format("'{}' is not a number", key);
-    }
     return std::nullopt;
   }
   template <int N>
@@ -147,9 +145,8 @@ class JsonPoses final : public PoseDecoder {
     if (!object.is_object()) return "not a JSON object";
     std::string why;
     PoseReport report;
-    if (const Json* id = object.find("id")) {
+    if (const Json* id = object.find("id"))
       report.id = id->is_string() ? id->text() : id->dump(-1, Json::Order::ByKey);
-    }
     report.stamp_s = number(object, "time_s", why);
     if (const auto p = numbers<3>(object, "position_m", why)) report.position_m = axes_.local(*p);
     const auto latitude = number(object, "latitude_deg", why),
@@ -167,13 +164,11 @@ class JsonPoses final : public PoseDecoder {
     if (const auto v = numbers<3>(object, "velocity_mps", why)) report.velocity_mps = axes_.local(*v);
     if (const auto w = numbers<3>(object, "rates_radps", why)) report.rates_body_radps = axes_.body(*w);
     if (!why.empty()) return why;
-    for (const char* key : {"latitude_deg", "longitude_deg", "height_m"}) {
+    for (const char* key : {"latitude_deg", "longitude_deg", "height_m"})
       if (!report.position_m && !report.place && object.contains(key) && object[key].is_null())
         return not_finite(key);
-    }
-    if (!report.position_m && !report.place) {
+    if (!report.position_m && !report.place)
       return "neither 'position_m' nor 'latitude_deg', 'longitude_deg', 'height_m'";
-    }
     look_for_unused(object);
     each(report);
     return {};
@@ -189,12 +184,10 @@ class JsonPoses final : public PoseDecoder {
       leave_out(printable(member.key), [&] { return cure_of(member.key, kKnown); });
     }
     const bool geodetic = given("latitude_deg") && given("longitude_deg") && given("height_m");
-    if (geodetic && given("position_m")) {
+    if (geodetic && given("position_m"))
       leave_out("position_m", [] { return " beside 'latitude_deg', 'longitude_deg' and 'height_m'"; });
-    }
-    for (const char* key : {"latitude_deg", "longitude_deg", "height_m"}) {
+    for (const char* key : {"latitude_deg", "longitude_deg", "height_m"})
       if (!geodetic && given(key)) leave_out(key, [] { return ": it needs latitude, longitude and height"; });
-    }
     if (given("attitude") && given("yaw_deg")) leave_out("yaw_deg", [] { return " beside 'attitude'"; });
   }
 
@@ -216,9 +209,8 @@ class JsonPoses final : public PoseDecoder {
   static std::string cure_of(const std::string& key, const std::vector<std::string>& known) {
     const std::string low = lower_case(key);
     auto similar = closest(low, known);
-    for (const std::string& each : known) {
+    for (const std::string& each : known)
       if (low.size() > 2 && each.compare(0, low.size(), low) == 0) similar = each;
-    }
     return similar ? fmt::format(": did you mean '{}'?", *similar)
                    : fmt::format(": a pose has {}", fmt::join(known, ", "));
   }
@@ -282,9 +274,8 @@ class BinaryPoses final : public PoseDecoder {
   template <typename T>
   static Vector3d vector(std::string_view bytes, std::size_t offset) {
     Vector3d result;
-    for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t i = 0; i < 3; ++i)
       result[static_cast<int>(i)] = static_cast<double>(value<T>(bytes, offset + i * sizeof(T)));
-    }
     return result;
   }
   void read(std::string_view bytes, const std::function<void(const PoseReport&)>& each) {

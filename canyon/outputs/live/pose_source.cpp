@@ -60,13 +60,11 @@ std::optional<simulation::ReportedPose> PoseSource::in_city(const PoseReport& re
   }
   // A vehicle that sends no attitude looks where it goes.
   Vector3d velocity = sent.linear_velocity.value_or(Vector3d::Zero());
-  if (!sent.linear_velocity && before_ && sent.stamp_s > before_->first) {
+  if (!sent.linear_velocity && before_ && sent.stamp_s > before_->first)
     velocity = (sent.pose.position_m - before_->second) / (sent.stamp_s - before_->first);
-  }
   before_ = {sent.stamp_s, sent.pose.position_m};
-  if (velocity.head<2>().norm() >= simulation::Trajectory::kStandstill_mps) {
+  if (velocity.head<2>().norm() >= simulation::Trajectory::kStandstill_mps)
     attitude_ = Eigen::AngleAxisd(std::atan2(velocity.y(), velocity.x()), Vector3d::UnitZ());
-  }
   sent.pose.attitude = attitude_;
   sent.angular_velocity = Vector3d::Zero();
   return sent;
@@ -78,11 +76,10 @@ void PoseSource::count(const PoseReport& report, const simulation::ReportedPose&
   ++count_;
   last_stamp_s_ = report.stamp_s;
   const double distance_m = sent.pose.position_m.norm();
-  if (distance_m <= kFar_m) {
+  if (distance_m <= kFar_m)
     said_far_ = false;
-  } else if (!std::exchange(said_far_, true)) {
+  else if (!std::exchange(said_far_, true))
     far_m_ = distance_m;
-  }
 }
 
 void PoseSource::watch_pace(double stamp_s, double now_s) {
@@ -102,40 +99,44 @@ void PoseSource::watch_pace(double stamp_s, double now_s) {
 
 void PoseSource::receive(const transport::Received& received, std::int64_t now_ns,
                          const std::function<void()>& taken) {
-  decoder_->receive(received, [&](const PoseReport& report) {
-    if (!take(report, now_ns)) return;
-    if (report.stamp_s) watch_pace(*report.stamp_s, seconds(now_ns));
-    if (taken) taken();
-  });
+  decoder_->receive(
+      received,
+      [&](const PoseReport& report) {
+        if (!take(report, now_ns)) return;
+        if (report.stamp_s) watch_pace(*report.stamp_s, seconds(now_ns));
+        if (taken) taken();
+      });
 }
 
 void PoseSource::receive_log(const transport::Received& received, bool since_zero,
                              const std::function<void(std::int64_t)>& taken,
                              const std::function<bool()>& anew) {
-  decoder_->receive(received, [&](const PoseReport& report) {
-    if (!options_.id.empty() && report.id != options_.id) return;
-    constexpr double kLongest_s = 1e9;
-    const double stamp_s = report.stamp_s.value_or(std::nan(""));
-    const double step_s = stamp_s - last_stamp_s_.value_or(stamp_s);
-    if (step_s < -options_.track.timeout_s || step_s > kLongestGap_s) {
-      if (!anew()) {
-        ++of_another_clock_;
-        return;
-      }
-      track_.reset();
-      first_stamp_s_.reset();
-      last_stamp_s_.reset();
-      before_.reset();
-    }
-    const double now_s = stamp_s - (since_zero ? 0 : first_stamp_s_.value_or(stamp_s));
-    if (!(std::abs(now_s) < kLongest_s)) {
-      ++impossible_;
-      return;
-    }
-    if (!first_stamp_s_) first_stamp_s_ = stamp_s;
-    const auto now_ns = static_cast<std::int64_t>(std::llround(now_s * 1e9));
-    if (take(report, now_ns)) taken(now_ns);
-  });
+  decoder_->receive(
+      received,
+      [&](const PoseReport& report) {
+        if (!options_.id.empty() && report.id != options_.id) return;
+        constexpr double kLongest_s = 1e9;
+        const double stamp_s = report.stamp_s.value_or(std::nan(""));
+        const double step_s = stamp_s - last_stamp_s_.value_or(stamp_s);
+        if (step_s < -options_.track.timeout_s || step_s > kLongestGap_s) {
+          if (!anew()) {
+            ++of_another_clock_;
+            return;
+          }
+          track_.reset();
+          first_stamp_s_.reset();
+          last_stamp_s_.reset();
+          before_.reset();
+        }
+        const double now_s = stamp_s - (since_zero ? 0 : first_stamp_s_.value_or(stamp_s));
+        if (!(std::abs(now_s) < kLongest_s)) {
+          ++impossible_;
+          return;
+        }
+        if (!first_stamp_s_) first_stamp_s_ = stamp_s;
+        const auto now_ns = static_cast<std::int64_t>(std::llround(now_s * 1e9));
+        if (take(report, now_ns)) taken(now_ns);
+      });
 }
 
 bool PoseSource::take(const PoseReport& report, std::int64_t now_ns) {
@@ -175,9 +176,8 @@ std::vector<std::string> PoseSource::take_notes() {
                     "or faster than 1000 km/s",
                     n, n == 1 ? "pose was" : "poses were"));
   }
-  if (const auto n = std::exchange(old_, 0); n > 0) {
+  if (const auto n = std::exchange(old_, 0); n > 0)
     notes.push_back(fmt::format("{} {} twice or too late: dropped", n, n == 1 ? "pose came" : "poses came"));
-  }
   return notes;
 }
 

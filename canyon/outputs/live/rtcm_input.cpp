@@ -39,9 +39,7 @@ void RtcmInput::begin_anew() {
 }
 
 void RtcmInput::receive(std::string_view bytes, GpsTime now) {
-  if (bytes.empty()) {
-    return warn("empty", fmt::format("a message from {} has no bytes", source_));
-  }
+  if (bytes.empty()) return warn("empty", fmt::format("a message from {} has no bytes", source_));
   if (bytes.size() > kLongestMessage) {
     return warn("long", fmt::format("a message from {} has {} bytes and is not read; RTCM 3 of an "
                                     "epoch has some 1,000, and at most {} are taken",

@@ -128,9 +128,8 @@ struct Session::Impl {
         names(simulation::receiver_names(scenario.receivers)) {
     if (!scene) throw InputError("a live session needs a scene");
     options::check(options, "live.");
-    for (auto& receiver : scenario.receivers) {
+    for (auto& receiver : scenario.receivers)
       if (receiver.fixed) receiver.fixed->settle(scene->city.frame);
-    }
     if (options.poses.empty()) options.poses.emplace_back();
     set_time();
     make_receivers();
@@ -151,9 +150,8 @@ struct Session::Impl {
     }
     if (moved) {
       simulation::Scenario of_trajectory = scenario;
-      for (simulation::ReceiverConfig& receiver : of_trajectory.receivers) {
+      for (simulation::ReceiverConfig& receiver : of_trajectory.receivers)
         if (relative::is_stream(receiver.options.corrections.from)) receiver.options.corrections.from.clear();
-      }
       trajectory = std::make_unique<simulation::Simulation>(std::move(of_trajectory), scene);
       start = trajectory->begin();
       schedule = simulation::EpochSchedule(trajectory->interval_s(),
@@ -219,15 +217,13 @@ struct Session::Impl {
   void make_vehicles() {
     std::vector<const std::string*> driver(names.size(), nullptr);
     const auto take = [&](Vehicle& vehicle, std::size_t r, const std::string& from) {
-      if (scenario.receivers[r].fixed) {
+      if (scenario.receivers[r].fixed)
         throw error(fmt::format("live.poses: '{}' moves receiver '{}', which is fixed", from, names[r]),
                     "leave one of them out");
-      }
-      if (driver[r] != nullptr) {
+      if (driver[r] != nullptr)
         throw error(
             fmt::format("live.poses: '{}' and '{}' both move receiver '{}'", *driver[r], from, names[r]),
             "name each receiver in one source");
-      }
       driver[r] = &from;
       const auto n = static_cast<std::int64_t>(names.size());
       const std::int64_t offset_ns =
@@ -249,9 +245,8 @@ struct Session::Impl {
       const simulation::PoseSourceOptions& source = options.poses[i];
       Vehicle& vehicle = vehicles[i];
       if (source.receivers.empty()) {
-        for (std::size_t r = 0; r < names.size(); ++r) {
+        for (std::size_t r = 0; r < names.size(); ++r)
           if (driver[r] == nullptr && !scenario.receivers[r].fixed) take(vehicle, r, source.from);
-        }
       }
       if (source.from == kTrajectory) continue;
       vehicle.source =
@@ -321,9 +316,8 @@ struct Session::Impl {
     CommandContext context{std::filesystem::absolute(scenario.file), {}, figures, options.changes, [this] {
                              return seconds(now_ns());
                            }};
-    for (std::size_t r = 0; r < names.size(); ++r) {
+    for (std::size_t r = 0; r < names.size(); ++r)
       context.receivers.push_back({names[r], &(*receivers)[r], {}, nullptr, false});
-    }
     commands = make_commands(std::move(context), link_of(options.control));
   }
 
@@ -344,8 +338,8 @@ struct Session::Impl {
     sensed.clear();
     sensed.resize(names.size());
     if (!scenario.sensors.any()) return;
-    const bool written = std::any_of(sinks->begin(), sinks->end(),
-                                     [](const simulation::EpochSink* sink) { return sink->uses_sensors(); });
+    const bool written = std::any_of(
+        sinks->begin(), sinks->end(), [](const simulation::EpochSink* sink) { return sink->uses_sensors(); });
     const auto needs = [&](std::size_t r) {
       return written || (*receivers)[r].config().receiver().options.dead_reckoning.enabled ||
              sends_samples(r);
@@ -366,9 +360,9 @@ struct Session::Impl {
   }
 
   [[nodiscard]] bool sends_samples(std::size_t receiver) const {
-    return std::any_of(streams.begin(), streams.end(), [receiver](const auto& stream) {
-      return stream->receiver() == receiver && stream->uses_sensors();
-    });
+    return std::any_of(
+        streams.begin(), streams.end(),
+        [receiver](const auto& stream) { return stream->receiver() == receiver && stream->uses_sensors(); });
   }
 
   /// Samples that have ended at an instant go to streams at once, in real time, and wait for their epoch.
@@ -389,9 +383,8 @@ struct Session::Impl {
     const simulation::SensorBatch& batch = run->until(start + seconds(until_ns));
     add(batch, sensed[receiver]);
     if (by_stamps()) return;
-    for (const auto& stream : streams) {
+    for (const auto& stream : streams)
       if (stream->receiver() == receiver) stream->write_samples(batch);
-    }
   }
   /// Does so between epochs.
   void feel(std::int64_t now) {
@@ -419,9 +412,8 @@ struct Session::Impl {
       // The scenario's second may have passed while the city was read.
       wall_begin += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(ahead_s));
       const auto late = static_cast<std::int64_t>(std::ceil(-ahead_s / schedule.interval_s()));
-      for (Vehicle& vehicle : vehicles) {
+      for (Vehicle& vehicle : vehicles)
         for (Schedule& each : vehicle.receivers) each.epochs.go_to(late);
-      }
     }
     next_second = Clock::now() + std::chrono::seconds(1);
   }
@@ -429,9 +421,8 @@ struct Session::Impl {
   /// Makes this the run's time.
   void begin_at(std::int64_t run_ns) {
     if (!by_stamps()) wall_begin += Clock::now() - wall_of(run_ns);
-    for (Vehicle& vehicle : vehicles) {
+    for (Vehicle& vehicle : vehicles)
       for (Schedule& each : vehicle.receivers) each.epochs.begin_at(run_ns);
-    }
   }
 
   /// With LiveOptions::resume, at a vehicle's pose: moves the run's time to the stamp of the first of all.
@@ -539,8 +530,8 @@ struct Session::Impl {
 
   /// Whether all vehicles that move have ended; without any, whether all have.
   [[nodiscard]] bool ended() const {
-    const bool moving = !std::all_of(vehicles.begin(), vehicles.end(),
-                                     [this](const Vehicle& vehicle) { return stands_still(vehicle); });
+    const bool moving = !std::all_of(
+        vehicles.begin(), vehicles.end(), [this](const Vehicle& vehicle) { return stands_still(vehicle); });
     return std::all_of(vehicles.begin(), vehicles.end(), [&](const Vehicle& vehicle) {
       return (moving && stands_still(vehicle)) || ended(vehicle);
     });
@@ -575,9 +566,8 @@ struct Session::Impl {
     // Epochs that are later than this are left out.
     constexpr double kLatest_s = 1;
     if (!by_stamps() && !vehicle.log && vehicle.source &&
-        seconds(now - vehicle.needs_ns(of.epochs.next_ns())) > kLatest_s) {
+        seconds(now - vehicle.needs_ns(of.epochs.next_ns())) > kLatest_s)
       figures.missed += static_cast<std::uint64_t>(of.epochs.catch_up(now));
-    }
     if (vehicle.log)
       read_log(vehicle, vehicle.needs_ns(of.epochs.next_ns()));  // of a base, which nobody asked
     const std::int64_t at = of.epochs.take();
@@ -652,9 +642,8 @@ struct Session::Impl {
       report_place(out);
       for (simulation::EpochSink* sink : *sinks) sink->write(out);
       if (commands) commands->keep(out);
-      if (const auto& came = block[i].pose_came) {
+      if (const auto& came = block[i].pose_came)
         figures.latency.add(std::chrono::duration<double>(Clock::now() - *came).count());
-      }
       say_warnings(out.receiver);
     }
   }
@@ -687,9 +676,8 @@ struct Session::Impl {
     for (Vehicle& vehicle : vehicles) {
       if (!vehicle.source) continue;
       figures.poses += vehicle.source->count();
-      for (const std::string& line : vehicle.source->take_notes()) {
+      for (const std::string& line : vehicle.source->take_notes())
         note(fmt::format("poses from {}: {}", vehicle.source->options().from, line));
-      }
       if (const auto sparse_s = vehicle.motion ? vehicle.motion->sparse_s() : std::nullopt;
           sparse_s && !std::exchange(vehicle.said_sparse, true)) {
         note(fmt::format(
@@ -706,13 +694,11 @@ struct Session::Impl {
                                                       : fmt::format("for {} s", kLong_s)));
       }
       if (!silent) continue;
-      if (const std::string request = vehicle.source->request(); vehicle.link && !request.empty()) {
+      if (const std::string request = vehicle.source->request(); vehicle.link && !request.empty())
         vehicle.link->transport().send(request);
-      }
     }
-    for (const auto& [address, link] : links) {
+    for (const auto& [address, link] : links)
       for (const std::string& line : link->take_notes()) note(fmt::format("{}: {}", address, line));
-    }
     if (run_options->progress) run_options->progress(figures);
   }
 
@@ -743,9 +729,8 @@ struct Session::Impl {
           until = std::min(until, Clock::now() + std::chrono::milliseconds(5));  // the next sample may end
       }
     }
-    for (const auto& stream : streams) {
+    for (const auto& stream : streams)
       if (const auto next = stream->next_due()) until = std::min(until, *next);
-    }
     std::vector<int> handles;
     for (const auto& [address, link] : links) link->transport().add_handles(handles);
     std::vector<pollfd> polled;
@@ -827,9 +812,8 @@ SessionFigures Session::run(const std::vector<simulation::EpochSink*>& sinks, co
   impl.begin_sensors();
   impl.begin_clock();
   for (std::size_t r = 0; r < impl.names.size(); ++r) impl.say_warnings(r);
-  for (const auto& [address, link] : impl.links) {
+  for (const auto& [address, link] : impl.links)
     for (const std::string& line : link->take_notes()) impl.note(fmt::format("{}: {}", address, line));
-  }
   std::exception_ptr failure;
   const auto finish = [&](const auto& end) {
     try {

@@ -123,11 +123,10 @@ struct WorldScene::Impl {
 
   void show(std::optional<Id> leave_out) {
     hide(leave_out);
-    if (stale) {
+    if (stale)
       build();
-    } else if (changed) {
+    else if (changed)
       scene->scene.commit();
-    }
     changed = false;
   }
 
@@ -154,20 +153,17 @@ struct WorldScene::Impl {
   /// Makes `models` those of `ids`, in their order.
   void match() {
     if (std::equal(models.begin(), models.end(), ids.begin(), ids.end(),
-                   [](const TrackedModel& m, Id id) { return m.id == id; })) {
+                   [](const TrackedModel& m, Id id) { return m.id == id; }))
       return;
-    }
     std::unordered_map<Id, TrackedModel> before;
     for (TrackedModel& model : models) before.emplace(model.id, std::move(model));
     models.clear();
     models.reserve(ids.size());
-    for (const Id id : ids) {
-      if (auto known = before.extract(id)) {
+    for (const Id id : ids)
+      if (auto known = before.extract(id))
         models.push_back(std::move(known.mapped()));
-      } else {
+      else
         models.push_back(track(id));
-      }
-    }
     for (auto& [id, gone] : before) forget(gone);
   }
 
@@ -217,9 +213,8 @@ struct WorldScene::Impl {
       if (part.mesh.triangles.empty() || !pose) continue;
       if (tracked.vehicle) {
         // A moving model is not a building, though it reflects like one.
-        for (city::Object& object : part.mesh.objects) {
+        for (city::Object& object : part.mesh.objects)
           if (object.surface == city::Surface::Building) object.surface = city::Surface::Vehicle;
-        }
       }
       part.pose = *pose;
       tracked.links.push_back(std::move(part));

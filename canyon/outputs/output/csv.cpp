@@ -27,9 +27,8 @@ void append_quoted(std::string& line, std::string_view text) {
 class Csv final : public Encoder {
  public:
   Csv(TableKind kind, const ReceiverDescription& receiver) : rows_(kind, receiver.signal) {
-    for (const Column& column : table(kind).columns) {
+    for (const Column& column : table(kind).columns)
       if (column.csv) columns_.push_back(&column);
-    }
   }
 
   std::string begin() override {

@@ -91,9 +91,8 @@ std::size_t EpochRows::add_paths(Row row, const propagation::SatelliteView& view
     std::complex<double> amplitude;
   };
   std::vector<Kept> kept;
-  for (const propagation::Path& path : view.paths.paths) {
+  for (const propagation::Path& path : view.paths.paths)
     kept.push_back({&path, first_signal_amplitude(*row.satellite, view, path, signal_)});
-  }
   // The first stays in front: it is the direct one, or the shortest detour. Ties and what has no strength
   // stay in order of their detours.
   if (kept.size() > paths_per_satellite_) {

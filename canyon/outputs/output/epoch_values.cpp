@@ -11,9 +11,8 @@
 namespace canyon::output {
 
 std::string_view no_fix_reason(const positioning::Fix& fix, raytrace::Placement placement) {
-  if (fix.status == positioning::FixStatus::NoSignal && placement == raytrace::Placement::Unknown) {
+  if (fix.status == positioning::FixStatus::NoSignal && placement == raytrace::Placement::Unknown)
     return "no pose: the antenna's place is not known";
-  }
   return positioning::reason(fix.status);
 }
 
@@ -24,8 +23,9 @@ std::string_view placement_word(raytrace::Placement placement) {
 }
 
 bool measured(const receiver::SatelliteObservation& satellite) {
-  return satellite.measurement || std::any_of(satellite.more.begin(), satellite.more.end(),
-                                              [](const auto& s) { return s.measurement.has_value(); });
+  return satellite.measurement || std::any_of(
+                                      satellite.more.begin(), satellite.more.end(),
+                                      [](const auto& s) { return s.measurement.has_value(); });
 }
 
 std::optional<bool> wrong_fix(const simulation::Epoch& epoch) {
@@ -38,9 +38,8 @@ std::optional<bool> wrong_fix(const simulation::Epoch& epoch) {
 
 std::optional<double> heading_deg(const positioning::Fix& fix, int decimals) {
   const auto& baseline = fix.baseline;
-  if (!baseline || !baseline->moving_base || baseline->kind != positioning::FixKind::Fixed) {
+  if (!baseline || !baseline->moving_base || baseline->kind != positioning::FixKind::Fixed)
     return std::nullopt;
-  }
   return wrapped_azimuth_deg(baseline->heading_rad(), decimals);
 }
 

@@ -162,11 +162,10 @@ mavlink::GpsInput gps_input(const simulation::Epoch& epoch) {
   } else {
     m.ignore |= GpsInput::kHdop | GpsInput::kVdop;
   }
-  if (fix.velocity_covariance_enu) {
+  if (fix.velocity_covariance_enu)
     m.speed_accuracy_mps = speed_sigma_mps(fix);
-  } else {
+  else
     m.ignore |= GpsInput::kSpeedAccuracy;
-  }
   return m;
 }
 
@@ -232,9 +231,8 @@ std::optional<mavlink::GpsRtk> gps_rtk(const simulation::Epoch& epoch, geodesy::
 
 mavlink::GpsStatus gps_status(const simulation::Epoch& epoch) {
   std::vector<const receiver::SatelliteObservation*> tracked;
-  for (const auto& satellite : epoch.observed.satellites) {
+  for (const auto& satellite : epoch.observed.satellites)
     if (satellite.measurement && ubx::single_number(satellite.id) != 0) tracked.push_back(&satellite);
-  }
   std::stable_sort(tracked.begin(), tracked.end(),
                    [](const auto* a, const auto* b) { return a->used > b->used; });
   mavlink::GpsStatus m;
@@ -253,12 +251,10 @@ mavlink::GpsStatus gps_status(const simulation::Epoch& epoch) {
 mavlink::GnssIntegrity gnss_integrity(const simulation::Epoch& epoch) {
   const receiver::ReceiverEpoch& seen = epoch.observed;
   mavlink::GnssIntegrity m;
-  for (const receiver::BandState& band : seen.bands) {
+  for (const receiver::BandState& band : seen.bands)
     m.jamming_state = std::max(m.jamming_state, jamming_state(band.interference_ratio, seen.fix));
-  }
-  if (seen.spoofing != receiver::SpoofingState::Unknown) {
+  if (seen.spoofing != receiver::SpoofingState::Unknown)
     m.spoofing_state = seen.spoofing == receiver::SpoofingState::None ? 1 : 3;
-  }
   return m;
 }
 
@@ -275,9 +271,8 @@ std::vector<mavlink::HighresImu> highres_imu(const simulation::SensorBatch& batc
     const simulation::BarometerSample* barometer = nullptr;
   };
   std::map<geodesy::GpsTime, Samples> instants;
-  for (const auto& sample : batch.imu) {
+  for (const auto& sample : batch.imu)
     if (sample.sample) instants[sample.time].imu = &sample;
-  }
   for (const auto& sample : batch.magnetometer) instants[sample.time].magnetometer = &sample;
   for (const auto& sample : batch.barometer) instants[sample.time].barometer = &sample;
   std::vector<HighresImu> messages;
@@ -349,9 +344,8 @@ std::unique_ptr<Encoder> encode_gps_rtcm_data(const ReceiverDescription& receive
     const std::string bytes = rtcm->encode(epoch);
     for (std::string_view rest = bytes; !rest.empty();) {
       const std::size_t size = rtcm_bytes(rest);
-      for (const mavlink::GpsRtcmData& part : mavlink::rtcm_data(rest.substr(0, size), number++)) {
+      for (const mavlink::GpsRtcmData& part : mavlink::rtcm_data(rest.substr(0, size), number++))
         messages.emplace_back(part);
-      }
       rest.remove_prefix(size);
     }
     return messages;

@@ -53,11 +53,10 @@ System listed_with(System system) {
 /// Talker of the sentences about the solution: the system's own where there is one system, else GN.
 std::string_view solution_talker(const receiver::ReceiverEpoch& seen) {
   std::set<System> systems;
-  if (seen.fix.solved()) {
+  if (seen.fix.solved())
     for (const auto id : seen.fix.used) systems.insert(listed_with(id.system));
-  } else {
+  else
     for (const auto& satellite : seen.satellites) systems.insert(listed_with(satellite.id.system));
-  }
   return systems.size() == 1 ? codes(*systems.begin()).talker : std::string_view("GN");
 }
 
@@ -135,9 +134,7 @@ std::string gsa(const receiver::ReceiverEpoch& seen, std::string_view talker) {
                            dop_field(fix, &positioning::Dop::hdop) + ',' +
                            dop_field(fix, &positioning::Dop::vdop);
   const int mode = codes_of(fix.kind()).gsa_mode;
-  if (!fix.measured()) {
-    return nmea_sentence(fmt::format("{}GSA,A,{},,,,,,,,,,,,,{},", talker, mode, dops));
-  }
+  if (!fix.measured()) return nmea_sentence(fmt::format("{}GSA,A,{},,,,,,,,,,,,,{},", talker, mode, dops));
   std::map<System, std::vector<int>> used;
   for (const auto id : fix.used) {
     std::vector<int>& numbers = used[listed_with(id.system)];
@@ -148,9 +145,8 @@ std::string gsa(const receiver::ReceiverEpoch& seen, std::string_view talker) {
     std::size_t first = 0;
     do {
       std::string slots;
-      for (std::size_t i = first; i < first + kSlots; ++i) {
+      for (std::size_t i = first; i < first + kSlots; ++i)
         slots += i < numbers.size() ? fmt::format("{:02d},", numbers[i]) : ",";
-      }
       bodies.push_back(fmt::format("GSA,A,{},{}{},{}", mode, slots, dops, codes(system).system_id));
       first += kSlots;
     } while (first < numbers.size());

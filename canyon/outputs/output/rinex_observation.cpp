@@ -19,11 +19,9 @@ namespace {
 /// well.
 std::vector<std::string> observation_codes(const std::vector<const gnss::Signal*>& signals, bool strength) {
   std::vector<std::string> codes;
-  for (const gnss::Signal* signal : signals) {
-    for (const char kind : std::string_view(strength ? "CLDS" : "CD")) {
+  for (const gnss::Signal* signal : signals)
+    for (const char kind : std::string_view(strength ? "CLDS" : "CD"))
       codes.push_back(kind + std::string(signal->code));
-    }
-  }
   return codes;
 }
 
@@ -37,9 +35,8 @@ std::string header_line(std::string_view content, std::string_view label) {
 
 /// RINEX is ASCII: other bytes become '?'.
 std::string ascii(std::string text) {
-  for (char& c : text) {
+  for (char& c : text)
     if (c < 0x20 || c > 0x7E) c = '?';
-  }
   return text;
 }
 
@@ -81,11 +78,10 @@ class RinexObservation final : public Encoder {
       text += gnss::to_string(id);
       for (const gnss::Signal* signal : signals_of(id.system)) {
         const auto found = signals.find(signal);
-        if (found != signals.end()) {
+        if (found != signals.end())
           text += observations(*found->second);
-        } else {
+        else
           for (int i = 0; i < (receiver_.signal.enabled ? 4 : 2); ++i) text += kNoObservation;
-        }
       }
       text.erase(text.find_last_not_of(' ') + 1);
       text += '\n';
@@ -172,9 +168,8 @@ class RinexObservation final : public Encoder {
       }
       line(slots, "GLONASS SLOT / FRQ #");
       std::string biases;
-      for (const gnss::Signal* signal : signals_of(gnss::System::GLONASS)) {
+      for (const gnss::Signal* signal : signals_of(gnss::System::GLONASS))
         biases += fmt::format(" C{}    0.000", signal->code);
-      }
       if (version_ == Version::V304) line(biases, "GLONASS COD/PHS/BIS");
     }
     line(fmt::format("{:6d}", geodesy::leap_seconds(day)), "LEAP SECONDS");
@@ -190,9 +185,8 @@ class RinexObservation final : public Encoder {
       const char letter = gnss::letter(system);
       if (!receiver_.signal.enabled) text += header_line(fmt::format("{}", letter), "SYS / PHASE SHIFT");
       if (!receiver_.signal.enabled) continue;
-      for (const gnss::Signal* signal : signals_of(system)) {
+      for (const gnss::Signal* signal : signals_of(system))
         text += header_line(fmt::format("{} L{}  0.00000", letter, signal->code), "SYS / PHASE SHIFT");
-      }
     }
     return text;
   }

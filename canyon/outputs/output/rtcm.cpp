@@ -130,9 +130,8 @@ std::vector<Bits> Observations::messages(const receiver::ReceiverEpoch& seen, st
     const System system = kMsmSystems.at(static_cast<std::size_t>(number - 1070) / 10);
     std::set<int> signals;
     std::vector<Satellite> all = satellites_of(raw, system);
-    for (const Satellite& satellite : all) {
+    for (const Satellite& satellite : all)
       for (const auto& cell : satellite.cells) signals.insert(cell.signal);
-    }
     const std::size_t room = signals.empty() ? 1 : kMostCells / signals.size();
     for (std::size_t i = 0; i < all.size(); i += room) {
       const auto begin = all.begin() + static_cast<std::ptrdiff_t>(i);
@@ -463,9 +462,8 @@ class Rtcm final : public Encoder {
       station_sent_ = now;
       for (const Bits& message : station_) bytes += rtcm::frame(message);
     }
-    if (ephemerides_) {
+    if (ephemerides_)
       for (const Bits& message : ephemerides_->due(epoch)) bytes += rtcm::frame(message);
-    }
     for (const Bits& message : observations_.messages(epoch.observed)) bytes += rtcm::frame(message);
     return bytes;
   }
@@ -517,9 +515,8 @@ Bits glonass_biases(const std::vector<std::string_view>& rinex_codes) {
   Bits bits;
   bits.put(1230, 12).put(0, 12).put(1, 1).put(0, 3);  // DF421: aligned
   for (const char* code : {"1C", "1P", "2C", "2P"}) bits.put(codes.count(code), 1);
-  for (const char* code : {"1C", "1P", "2C", "2P"}) {
+  for (const char* code : {"1C", "1P", "2C", "2P"})
     if (codes.count(code) > 0) bits.put(0, 16);
-  }
   return bits;
 }
 
@@ -529,9 +526,8 @@ std::vector<Bits> station_messages(const ReceiverDescription& receiver) {
   messages.push_back(descriptors());
   if (!receiver.signal.enabled || receiver.systems.count(gnss::System::GLONASS) == 0) return messages;
   std::vector<std::string_view> codes;
-  for (const gnss::Signal* signal : receiver::tracked_signals(receiver.tracks, gnss::System::GLONASS)) {
+  for (const gnss::Signal* signal : receiver::tracked_signals(receiver.tracks, gnss::System::GLONASS))
     codes.push_back(signal->code);
-  }
   if (!codes.empty()) messages.push_back(glonass_biases(codes));
   return messages;
 }

@@ -46,13 +46,11 @@ class SbfDevice final : public Encoder {
  private:
   std::string blocks(sbf::SbfCommands& commands) {
     std::string bytes;
-    for (const broadcast::SentMessage& message : messages_) {
+    for (const broadcast::SentMessage& message : messages_)
       if (commands.sends(sbf::message_number(message.id.system)))
         bytes += sbf::message_block(message, told_->stated, told_->glonass_channels);
-    }
-    for (const std::uint16_t number : sbf::epoch_blocks()) {
+    for (const std::uint16_t number : sbf::epoch_blocks())
       if (commands.is_due(number, now_ms_)) bytes += sbf::epoch_block(number, *told_);
-    }
     return bytes;
   }
 

@@ -153,9 +153,8 @@ const std::map<std::string, std::string>& sensor_files() {
 
 std::string SensorArrays::csv_lines(std::string_view sensor) const {
   std::vector<const SensorArray*> own;
-  for (const SensorArray& array : arrays_) {
+  for (const SensorArray& array : arrays_)
     if (array.sensor == sensor) own.push_back(&array);
-  }
   std::string lines;
   for (std::size_t row = 0; row < own.at(0)->values.size(); ++row) {
     const geodesy::GpsTime time = begin_ + own[0]->values[row];

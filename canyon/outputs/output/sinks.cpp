@@ -112,9 +112,8 @@ class InertialFiles final : public simulation::EpochSink {
   void write(const simulation::Epoch& epoch) override {
     if (epoch.receiver != 0 || epoch.sensors == nullptr) return;
     if (all_) all_->add(*epoch.sensors);
-    if (imu_) {
+    if (imu_)
       for (const InertialSample& sample : epoch.sensors->imu) imu_->add(sample);
-    }
     SensorArrays batch(in_tables_, begin_);
     batch.add(*epoch.sensors);
     for (auto& [sensor, file] : tables_) file.write(batch.csv_lines(sensor));
@@ -125,9 +124,8 @@ class InertialFiles final : public simulation::EpochSink {
     if (!npz_) return;
     NpzWriter npz(*npz_);
     npz.add("begin", {static_cast<double>(begin_.week()), begin_.seconds_of_week()}, 1);
-    for (const SensorArray& array : all_->arrays()) {
+    for (const SensorArray& array : all_->arrays())
       npz.add(array.sensor + "_" + array.name, array.values, array.columns);
-    }
     npz.finish();
     npz_->commit();
   }
@@ -203,16 +201,14 @@ std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(const simula
     if (at != folder) make_output_folder(at);
     ReceiverDescription description = describe_receiver(simulation, i);
     description.sensors = simulation.scenario().sensors.any();
-    for (const Format& format : formats()) {
+    for (const Format& format : formats())
       if (wanted.has(format.name)) sinks.push_back(open_file(format.name, at / format.file, i, description));
-    }
     if (!wanted.has("samples")) continue;
     for (auto& file : samples::make_sample_files(simulation, i, at / "samples.iq"))
       sinks.push_back(std::move(file));
   }
-  if (wanted.has("rinex_navigation") && !simulation.navigation().empty()) {
+  if (wanted.has("rinex_navigation") && !simulation.navigation().empty())
     sinks.push_back(std::make_unique<NavigationFile>(folder / "sky.nav", simulation.navigation()));
-  }
   if (simulation.scenario().sensors.any())
     sinks.push_back(std::make_unique<InertialFiles>(simulation, folder));
   return sinks;

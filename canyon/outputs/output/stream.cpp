@@ -23,9 +23,8 @@ namespace {
 transport::StreamDescription stream_description(const Format& format, const ReceiverDescription& receiver) {
   transport::StreamDescription stream{
       receiver.name, format.name == "rtcm" ? "RTCM 3.3" : std::string(format.name), {}, {}, {}};
-  for (const gnss::System system : receiver.systems) {
+  for (const gnss::System system : receiver.systems)
     stream.systems += fmt::format("{}{}", stream.systems.empty() ? "" : "+", gnss::name(system));
-  }
   if (receiver.station_ecef) {
     const geodesy::Geodetic place = geodesy::geodetic_from_ecef(*receiver.station_ecef);
     stream.latitude_deg = geodesy::degrees(place.latitude_rad);
@@ -39,9 +38,8 @@ void check_virtual_station(const StreamRequest& request, const ReceiverDescripti
   const auto refuse = [](std::string_view problem, std::string_view cure) {
     throw InputError(fmt::format("virtual_station: {}", problem), cure);
   };
-  if (request.format != "rtcm") {
+  if (request.format != "rtcm")
     refuse(fmt::format("{} has no corrections for a place", request.format), "use the format rtcm");
-  }
   if (transport::is_file_address(request.address)) {
     refuse("no client can report its place to a file",
            "serve it as ntrip-caster://HOST:PORT/MOUNT or tcp://HOST:PORT");
@@ -70,11 +68,10 @@ EncodedStream::EncodedStream(std::unique_ptr<Encoder> encoder, std::shared_ptr<t
     const std::string answer = encoder_->receive(received.reader, received.bytes);
     if (!answer.empty()) link_->transport().answer(received.reader, answer);
     if (const auto baud = encoder_->take_baud()) link_->transport().set_baud(*baud);
-    if (const std::string command = encoder_->take_first_command(); !command.empty()) {
+    if (const std::string command = encoder_->take_first_command(); !command.empty())
       link_->note(received.reader == 0
                       ? fmt::format("the other end sets what it gets: {}", command)
                       : fmt::format("client {} sets what it alone gets: {}", received.reader, command));
-    }
   });
 }
 
@@ -322,9 +319,8 @@ void VirtualStations::receive(std::uint64_t reader, std::string_view bytes) {
   Rover& rover = rovers_.of(reader);
   rover.lines.receive(bytes, [&rover](std::optional<std::string_view> line) {
     if (!line) return;
-    if (const auto place = simulation::position_of_gga(*line)) {
+    if (const auto place = simulation::position_of_gga(*line))
       rover.reported_ecef = geodesy::ecef_from_geodetic(*place);
-    }
   });
 }
 

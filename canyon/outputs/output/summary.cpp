@@ -301,16 +301,14 @@ std::string format_summary_table(const std::vector<RunSummary>& summaries) {
   // A fault that two receivers meet stands in one line.
   std::vector<std::string> faults;
   for (const RunSummary& s : summaries) {
-    for (const RunSummary::Fault& fault : s.faults) {
+    for (const RunSummary::Fault& fault : s.faults)
       if (std::find(faults.begin(), faults.end(), fault.name) == faults.end()) faults.push_back(fault.name);
-    }
   }
   for (const std::string& name : faults) {
     const auto of_fault = [name](const auto& cell) {
       return [name, cell](const RunSummary& s) {
-        for (const RunSummary::Fault& fault : s.faults) {
+        for (const RunSummary::Fault& fault : s.faults)
           if (fault.name == name) return cell(fault);
-        }
         return std::string("-");
       };
     };

@@ -128,11 +128,10 @@ class Kml final : public Encoder {
     for (const std::string& name : epoch.faults) faults_.try_emplace(name, spool_);
     for (auto& [name, stretches] : faults_) {
       const bool active = std::find(epoch.faults.begin(), epoch.faults.end(), name) != epoch.faults.end();
-      if (active) {
+      if (active)
         stretches.add(epoch.truth.position);
-      } else {
+      else
         stretches.interrupt();
-      }
     }
     if (fix.solved()) {
       ++fixes_;
@@ -166,9 +165,8 @@ class Kml final : public Encoder {
                       epochs_ - fixes_));
     }
     put(style("truth", kTruthRgb, 4));
-    for (std::size_t i = 0; i < kKinds.size(); ++i) {
+    for (std::size_t i = 0; i < kKinds.size(); ++i)
       if (i == 0 || !fix_lines_[i].empty()) put(style(kKinds[i].id, kKinds[i].rgb, i == 0 ? 1.5 : 3));
-    }
     put(style("outage", kOutageRgb, 6));
     if (!faults_.empty()) put(style("fault", kFaultRgb, 8));
     for (const ErrorClass& c : error_classes()) put(style(c.id, c.rgb, 2));
@@ -178,9 +176,8 @@ class Kml final : public Encoder {
       const std::string kind = i == 0 ? "" : fmt::format(": {}", name(kKinds[i].kind));
       placemark("Fixes, connected" + kind, kKinds[i].id, fix_lines_[i]);
     }
-    for (auto& [name, stretches] : faults_) {
+    for (auto& [name, stretches] : faults_)
       placemark(fmt::format("Fault {} (true place)", xml_escaped(name)), "fault", stretches);
-    }
     put("  <Folder>\n  <name>Fixes by horizontal error</name>\n");
     for (std::size_t i = 0; i < kErrorClassCount; ++i) {
       const ErrorClass& c = error_classes()[i];
@@ -324,9 +321,8 @@ class Gpx final : public Encoder {
                         fixed(geodesy::degrees(fix.position.latitude_rad), 9),
                         fixed(geodesy::degrees(fix.position.longitude_rad), 9), fixed(epoch.altitude_m(), 3),
                         geodesy::format_utc(epoch.observed.time));
-    if (epoch.geoid_undulation_m != 0) {
+    if (epoch.geoid_undulation_m != 0)
       text += fmt::format("<geoidheight>{}</geoidheight>", fixed(epoch.geoid_undulation_m, 3));
-    }
     text += fmt::format("<fix>{}</fix><sat>{}</sat>", fix.used.empty() ? "none" : "3d", used_count(fix));
     if (fix.dop) {
       text += fmt::format("<hdop>{}</hdop><vdop>{}</vdop><pdop>{}</pdop>", fixed(fix.dop->hdop, 3),
@@ -362,9 +358,8 @@ const std::array<ErrorClass, kErrorClassCount>& error_classes() {
 }
 
 std::size_t error_class(double horizontal_m) {
-  for (std::size_t i = 0; i < kErrorClassCount; ++i) {
+  for (std::size_t i = 0; i < kErrorClassCount; ++i)
     if (horizontal_m < error_classes()[i].below_m) return i;
-  }
   return kErrorClassCount - 1;
 }
 

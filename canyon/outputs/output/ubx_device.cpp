@@ -112,9 +112,8 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     };
     const bool nmea = settings.value(ubx::kOutputNmea).value_or(0) != 0 && port.commands.running();
     if (nmea) text += sentences(turn);
-    for (const ubx::MessageInfo& info : ubx::messages()) {
+    for (const ubx::MessageInfo& info : ubx::messages())
       if (speaks && of_epochs(info) && turn(info.id)) text += ubx::frame(info.id, *output(info.id, settings));
-    }
     const bool corrects = settings.value(ubx::kOutputRtcm).value_or(0) != 0 && port.commands.running();
     return corrects ? text + corrections(port, turn) : text;
   }
@@ -142,13 +141,11 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     for (const auto& [type, count] : now.messages) {
       const auto had = before.messages.find(type);
       const auto unread = now.messages_unread.find(type);
-      for (std::uint64_t k = had == before.messages.end() ? 0 : had->second; k < count; ++k) {
+      for (std::uint64_t k = had == before.messages.end() ? 0 : had->second; k < count; ++k)
         tell({type, false, unread == now.messages_unread.end(), now.station});
-      }
     }
-    for (std::uint64_t k = before.checksum_errors; k < now.checksum_errors; ++k) {
+    for (std::uint64_t k = before.checksum_errors; k < now.checksum_errors; ++k)
       tell({0, true, false, std::nullopt});
-    }
     return text;
   }
 
@@ -231,15 +228,13 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     constexpr std::pair<std::string_view, ubx::MessageId> kSentences[]{
         {"RMC", 0xF004}, {"GGA", 0xF000}, {"GSA", 0xF002}, {"GST", 0xF007}, {"GSV", 0xF003}};
     if (std::none_of(std::begin(kSentences), std::end(kSentences),
-                     [&](const auto& s) { return turn(s.second); })) {
+                     [&](const auto& s) { return turn(s.second); }))
       return {};
-    }
     std::string text;
     const std::string epoch = nmea_epoch(*last_);  // split() only points into it
     for (const std::string_view line : split(epoch, '\n')) {
-      for (const auto& [name, id] : kSentences) {
+      for (const auto& [name, id] : kSentences)
         if (line.size() > 6 && line.substr(3, 3) == name && turn(id)) text.append(line).append("\n");
-      }
     }
     return text;
   }
@@ -249,18 +244,15 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   std::string corrections(Port& port, const Turn& turn) {
     const auto is_due = [&](int number) { return turn(static_cast<ubx::MessageId>(0xF500 + number - 1000)); };
     std::vector<int> numbers;
-    for (const int number : {1074, 1077, 1084, 1087, 1094, 1097, 1124, 1127}) {
+    for (const int number : {1074, 1077, 1084, 1087, 1094, 1097, 1124, 1127})
       if (is_due(number)) numbers.push_back(number);
-    }
     ReceiverDescription told = receiver_;
     if (const auto place = port.commands.configuration().told_place_ecef()) told.station_ecef = place;
     std::string text;
-    for (const broadcast::Bits& message : rtcm::station_messages(told)) {
+    for (const broadcast::Bits& message : rtcm::station_messages(told))
       if (is_due(static_cast<int>(message.number(0, 12)))) text += rtcm::frame(message);
-    }
-    for (const broadcast::Bits& message : port.turns.observations.messages(last_->observed, numbers)) {
+    for (const broadcast::Bits& message : port.turns.observations.messages(last_->observed, numbers))
       text += rtcm::frame(message);
-    }
     return text;
   }
 

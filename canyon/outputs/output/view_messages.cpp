@@ -77,9 +77,8 @@ std::string epoch_message(const EpochMessage& message, const EpochRows& rows) {
   for (const auto& [column, words] : rows.words().lists()) json["words"][column] = words;
   json["satellites"] = Json::array();
   for (const gnss::SatelliteId id : message.satellites) json["satellites"].push_back(gnss::to_string(id));
-  if (!message.skyline.empty()) {
+  if (!message.skyline.empty())
     json["skyline"] = std::vector<unsigned char>(message.skyline.begin(), message.skyline.end());
-  }
   json["chunk"] = base64(encode_chunk({&rows.epochs, &rows.satellites, &rows.paths, &rows.bodies}));
   return json.dump();
 }

@@ -84,9 +84,8 @@ constexpr std::array kBodyColumns{
 /// Own columns, and behind them those of a table of all outputs.
 std::vector<ViewColumn> with_columns_of(TableKind kind, std::span<const ViewColumn> own) {
   std::vector<ViewColumn> columns(own.begin(), own.end());
-  for (const Column& c : table(kind).columns) {
+  for (const Column& c : table(kind).columns)
     if (c.view) columns.push_back({c.view_name, *c.view, c.unit, c.help, &c});
-  }
   return columns;
 }
 
@@ -145,9 +144,8 @@ std::size_t ViewWords::index(std::string_view column, const std::string& text) {
 
 void ViewWords::clear() {
   for (const ViewTable& table : view_tables()) {
-    for (const ViewColumn& c : table.columns) {
+    for (const ViewColumn& c : table.columns)
       if (c.from != nullptr && c.from->kind == Column::Kind::Text) lists_[std::string(c.name)] = {""};
-    }
   }
 }
 
@@ -234,9 +232,7 @@ std::size_t write_chunk(const std::filesystem::path& folder, const std::string& 
 std::string gzip(std::string_view bytes) {
   z_stream stream{};
   // 15 bits of window, and 16 for gzip's frame instead of zlib's.
-  if (deflateInit2(&stream, 6, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK) {
-    throw std::bad_alloc();
-  }
+  if (deflateInit2(&stream, 6, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK) throw std::bad_alloc();
   std::string packed(deflateBound(&stream, static_cast<uLong>(bytes.size())), '\0');
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
   stream.avail_in = static_cast<uInt>(bytes.size());

@@ -58,9 +58,8 @@ Json codes_json(const std::vector<gnss::SatelliteId>& satellites) {
       if (!seen || !signal.only_recorded.empty()) continue;
       const tracking::Correlation correlation({signal.modulation, signal.chip_rate_hz});
       Json values = Json::array();
-      for (int i = 0; i <= kCodeSteps; ++i) {
+      for (int i = 0; i <= kCodeSteps; ++i)
         values.push_back(std::round(1e6 * correlation.value(static_cast<double>(i) / kCodeSteps)) / 1e6);
-      }
       codes.push_back({{"system", gnss::name(system)},
                        {"signal", signal.name},
                        {"chip_m", std::round(1e6 * correlation.chip_m()) / 1e6},
@@ -77,19 +76,21 @@ Json words_json(const output::ViewWords& texts) {
     Json& all = words[std::string(name)] = Json::array();
     for (std::int64_t i = 0; i <= static_cast<std::int64_t>(last); ++i) all.push_back(word(i));
   };
-  list("status", positioning::FixStatus::NoSignal, [](std::int64_t i) {
-    const auto s = static_cast<positioning::FixStatus>(i);
-    return s == positioning::FixStatus::Fix ? positioning::name(s) : positioning::reason(s);
-  });
-  list("path", propagation::PathKind::Transmitted,
-       [](std::int64_t i) { return propagation::name(static_cast<propagation::PathKind>(i)); });
+  list(
+      "status", positioning::FixStatus::NoSignal,
+      [](std::int64_t i) {
+        const auto s = static_cast<positioning::FixStatus>(i);
+        return s == positioning::FixStatus::Fix ? positioning::name(s) : positioning::reason(s);
+      });
+  list(
+      "path", propagation::PathKind::Transmitted,
+      [](std::int64_t i) { return propagation::name(static_cast<propagation::PathKind>(i)); });
   list("body", propagation::Body::Kind::Crown,
        [](std::int64_t i) { return propagation::name(static_cast<propagation::Body::Kind>(i)); });
   for (const output::ViewTable& table : output::view_tables()) {
-    for (const output::ViewColumn& column : table.columns) {
+    for (const output::ViewColumn& column : table.columns)
       if (column.from != nullptr && column.from->words > 0)
         list(column.name, column.from->words - 1, column.from->word);
-    }
   }
   for (const auto& [column, known] : texts.lists()) words[column] = known;
   return words;
@@ -122,9 +123,8 @@ Json summary_json(const output::RunSummary& summary) {
 
 Json receiver_json(const ReceiverHeader& receiver) {
   Json faults = Json::array();
-  for (const FaultStretch& f : receiver.faults) {
+  for (const FaultStretch& f : receiver.faults)
     faults.push_back({{"name", f.name}, {"from_s", f.from_s}, {"until_s", f.until_s}});
-  }
   return {{"name", receiver.name},
           {"strength", receiver.strength},
           {"elevation_mask_deg", receiver.elevation_mask_deg},
@@ -189,9 +189,8 @@ std::string header_json(const ViewHeader& header) {
   for (const ReceiverHeader& receiver : header.receivers)
     json["receivers"].push_back(receiver_json(receiver));
   json["satellites"] = Json::array();
-  for (const gnss::SatelliteId id : header.satellites) {
+  for (const gnss::SatelliteId id : header.satellites)
     json["satellites"].push_back({{"id", gnss::to_string(id)}, {"system", gnss::name(id.system)}});
-  }
   json["codes"] = codes_json(header.satellites);
   json["tables"] = tables_json();
   json["chunks"] = Json::array();
@@ -219,9 +218,8 @@ void write_header(const ViewHeader& header, const std::filesystem::path& folder)
 void extend_header(const std::filesystem::path& folder, const std::string& key, const Json& value,
                    const Json& chunks) {
   Json header = read_header(folder);
-  if (!header.contains("chunks")) {
+  if (!header.contains("chunks"))
     throw InputError(folder / kHeaderFile, 0, "is not a view of Canyon's", "write it anew");
-  }
   header[key] = value;
   Json all = Json::array();
   for (const Json& chunk : header["chunks"]) {

@@ -78,14 +78,12 @@ struct LiveRelay::Impl {
   void receive(Server& server, Host& host, std::string_view line) {
     try {
       Json message = Json::parse(line);
-      if (message.at("version") != output::kViewMessages) {
+      if (message.at("version") != output::kViewMessages)
         return complain(host, "the host speaks another version of the viewer's messages");
-      }
-      if (message.at("type") == "hello") {
+      if (message.at("type") == "hello")
         take_hello(server, host, std::move(message));
-      } else if (message.at("type") == "epoch" && !host.hello.is_null()) {
+      else if (message.at("type") == "epoch" && !host.hello.is_null())
         take_epoch(server, host, message);
-      }
     } catch (const JsonError&) {
       complain(host, "the data are not the stream 'view'");
     }
@@ -203,11 +201,9 @@ std::optional<ViewHeader> LiveRelay::take_header() {
 }
 
 std::vector<std::string> LiveRelay::take_notes() {
-  for (const Host& host : impl_->hosts) {
-    for (const std::string& note : host.transport->take_notes()) {
+  for (const Host& host : impl_->hosts)
+    for (const std::string& note : host.transport->take_notes())
       impl_->notes.push_back(hide_passwords(fmt::format("{}: {}", host.address, note)));
-    }
-  }
   return std::exchange(impl_->notes, {});
 }
 

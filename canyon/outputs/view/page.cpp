@@ -106,9 +106,8 @@ std::filesystem::path find_page() {
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
   if (!error) places.push_back(program.parent_path().parent_path() / "share/canyon/viewer.html");
   places.emplace_back(built_page);
-  for (const std::filesystem::path& place : places) {
+  for (const std::filesystem::path& place : places)
     if (std::filesystem::is_regular_file(place, error)) return place;
-  }
   throw InputError("the viewer's page is not built",
                    "run ./run view, which needs Node.js; or name a viewer.html in CANYON_VIEWER");
 }
@@ -133,9 +132,8 @@ std::vector<std::string> view_files(const std::filesystem::path& folder) {
     take(json.at("city").at("file").get<std::string>());
     for (const Json& chunk : json.at("chunks")) {
       const std::filesystem::path path = take(chunk.at("file").get<std::string>());
-      if (unpacked_bytes(path) != chunk.at("bytes").get<std::uint32_t>()) {
+      if (unpacked_bytes(path) != chunk.at("bytes").get<std::uint32_t>())
         throw InputError(path, 0, "is cut off or damaged", again);
-      }
     }
   } catch (const JsonError&) {
     throw InputError(folder / kHeaderFile, 0, "is not a view of Canyon's, or a damaged one", again);
@@ -147,9 +145,8 @@ std::size_t export_page(const std::filesystem::path& page, const std::filesystem
                         const std::filesystem::path& target) {
   const std::string html = read_bytes(page);
   const std::size_t mark = html.find(kMark);
-  if (mark == std::string::npos) {
+  if (mark == std::string::npos)
     throw InputError(page, 0, "is not a page of Canyon's viewer", "build it anew: ./run view");
-  }
   const std::vector<std::string> files = view_files(folder);
   const std::string header = read_bytes(folder / kHeaderFile);
 
@@ -174,9 +171,8 @@ std::size_t export_page(const std::filesystem::path& page, const std::filesystem
 SceneCity write_city(const city::City& city, const std::map<std::string, std::string>& height_sources,
                      const std::filesystem::path& folder) {
   SceneCity scene{city.name, city.frame.origin(), city.notes.lines(), {}, city.mesh.triangles.size()};
-  for (const city::Object& object : city::objects_with_triangles(city.mesh)) {
+  for (const city::Object& object : city::objects_with_triangles(city.mesh))
     scene.objects.push_back(describe(city.mesh, object, height_sources));
-  }
   write_file(folder / kCityChunk, output::gzip(glb_of(city, folder)));
   return scene;
 }

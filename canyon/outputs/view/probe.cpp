@@ -24,13 +24,11 @@ std::optional<std::int64_t> id_of(const Json& json) {
 }
 
 double number(const Json& json, const char* key, double low, double high) {
-  if (!json[key].is_number()) {
+  if (!json[key].is_number())
     throw InputError(fmt::format("'{}' is not a number", key), "see docs/view-format.md, Messages");
-  }
   const auto value = json[key].get<double>();
-  if (!(value >= low && value <= high)) {
+  if (!(value >= low && value <= high))
     throw InputError(fmt::format("'{}' is {}", key, value), fmt::format("it runs from {} to {}", low, high));
-  }
   return value;
 }
 
@@ -58,24 +56,21 @@ Probe::Probe(const simulation::Scenario& scenario, geodesy::GpsTime begin, doubl
 }
 
 Probe::Question Probe::read(const Json& json) const {
-  if (json["type"] != "probe") {
+  if (json["type"] != "probe")
     throw InputError("the server does not know this message", "it answers \"type\": \"probe\"");
-  }
   if (json["version"] != output::kViewMessages) {
     throw InputError(fmt::format("the message is not of version {}", output::kViewMessages),
                      "load the page anew: it is not this program's");
   }
   Question question;
   const double receiver = number(json, "receiver", 0, static_cast<double>(receivers_.size()) - 1);
-  if (receiver != std::floor(receiver)) {
+  if (receiver != std::floor(receiver))
     throw InputError(fmt::format("'receiver' is {}", receiver), "it is a whole number");
-  }
   question.receiver = static_cast<std::size_t>(receiver);
   question.time_s = number(json, "time_s", 0, last_s_);
   const Json& place = json["place"];
-  if (!place.is_object()) {
+  if (!place.is_object())
     throw InputError("'place' is missing", "give east_m, north_m and up_m in the city's frame");
-  }
   const auto axis = [&](const char* key, int i) {
     return number(place, key, std::floor(low_[i] - kReach_m), std::ceil(high_[i] + kReach_m));
   };

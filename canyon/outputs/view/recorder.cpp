@@ -16,11 +16,10 @@ void Recorder::end_epoch(const std::vector<std::string>& faults, double time_s) 
   for (const std::string& name : faults) {
     const auto open =
         std::find_if(faults_.rbegin(), faults_.rend(), [&](const FaultStretch& f) { return f.name == name; });
-    if (open != faults_.rend() && last_time_s_ && open->until_s == *last_time_s_) {
+    if (open != faults_.rend() && last_time_s_ && open->until_s == *last_time_s_)
       open->until_s = time_s;
-    } else {
+    else
       faults_.push_back({name, time_s, time_s});
-    }
   }
   last_time_s_ = time_s;
   ++epochs_;

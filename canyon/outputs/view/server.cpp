@@ -131,12 +131,14 @@ class Socket : public std::enable_shared_from_this<Socket> {
   };
 
   void read() {
-    stream_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
-      if (error) return self->leave();
-      std::string message = beast::buffers_to_string(self->buffer_.data());
-      self->buffer_.consume(self->buffer_.size());
-      self->ask(std::move(message));
-    });
+    stream_.async_read(
+        buffer_,
+        [self = shared_from_this()](error_code error, std::size_t) {
+          if (error) return self->leave();
+          std::string message = beast::buffers_to_string(self->buffer_.data());
+          self->buffer_.consume(self->buffer_.size());
+          self->ask(std::move(message));
+        });
   }
 
   /// The next message is read when the answer to this one is taken: who asks without end waits in line, and
@@ -202,9 +204,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
       if (!error) return self->handle();
       // Bad HTTP gets an error; a silent or closed connection is dropped.
       if (error == http::error::end_of_stream || error == beast::error::timeout ||
-          error.category() != make_error_code(http::error::bad_method).category()) {
+          error.category() != make_error_code(http::error::bad_method).category())
         return self->close();
-      }
       self->refuse(http::status::bad_request, "Canyon does not take this request", true);
     });
   }
@@ -222,16 +223,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void handle() {
     const Request& request = parser_->get();
     // Given twice, it is not valid.
-    if (request.count(http::field::host) != 1 || !shared_->is_here(view_of(request[http::field::host]))) {
+    if (request.count(http::field::host) != 1 || !shared_->is_here(view_of(request[http::field::host])))
       return refuse(http::status::forbidden, "ask for this server by its own address, 127.0.0.1");
-    }
     const auto origins = request.count(http::field::origin);
-    if (origins > 1 || (origins == 1 && !shared_->is_own_origin(view_of(request[http::field::origin])))) {
+    if (origins > 1 || (origins == 1 && !shared_->is_own_origin(view_of(request[http::field::origin]))))
       return refuse(http::status::forbidden, "pages of other origins are not served");
-    }
-    if (request.method() != http::verb::get && request.method() != http::verb::head) {
+    if (request.method() != http::verb::get && request.method() != http::verb::head)
       return refuse(http::status::method_not_allowed, "only GET and HEAD are answered");
-    }
     std::string_view target = view_of(request.target());
     if (websocket::is_upgrade(request)) {
       if (target != kMessages) return refuse(http::status::not_found, "there is nothing of this name");
@@ -277,9 +275,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void give_file(const std::filesystem::path& path) {
     std::error_code missing;
-    if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(path, missing))) {
+    if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(path, missing)))
       return refuse(http::status::not_found, "there is nothing of this name");
-    }
     const char* type = path.extension() == ".json" ? "application/json" : "application/octet-stream";
     auto file = response<http::file_body>(http::status::ok, type);
     error_code error;
@@ -418,21 +415,23 @@ std::string Server::address() const {
 }
 
 void Server::greet(std::vector<std::string> messages) {
-  asio::post(impl_->io, [shared = impl_->shared, messages = std::move(messages)]() mutable {
-    shared->greeting.clear();
-    for (std::string& message : messages) {
-      shared->greeting.push_back(std::make_shared<const std::string>(std::move(message)));
-    }
-  });
+  asio::post(
+      impl_->io,
+      [shared = impl_->shared, messages = std::move(messages)]() mutable {
+        shared->greeting.clear();
+        for (std::string& message : messages)
+          shared->greeting.push_back(std::make_shared<const std::string>(std::move(message)));
+      });
 }
 
 void Server::send(std::string message) {
-  asio::post(impl_->io,
-             [shared = impl_->shared, text = std::make_shared<const std::string>(std::move(message))] {
-               // One whose write fails at once leaves the set.
-               const std::vector<Socket*> sockets(shared->sockets.begin(), shared->sockets.end());
-               for (Socket* socket : sockets) socket->send(text, false);
-             });
+  asio::post(
+      impl_->io,
+      [shared = impl_->shared, text = std::make_shared<const std::string>(std::move(message))] {
+        // One whose write fails at once leaves the set.
+        const std::vector<Socket*> sockets(shared->sockets.begin(), shared->sockets.end());
+        for (Socket* socket : sockets) socket->send(text, false);
+      });
 }
 
 bool Server::flush(std::chrono::milliseconds most) {

@@ -69,9 +69,8 @@ std::optional<Cover> cover(const Sight& ray, const Outline& o, double wavelength
   // A ray that rises comes closest to the top over the near end, to the bottom below the far end.
   const bool rises = ray.sine >= 0;
   if (!span(o.grounded ? 0 : over_excess(ray, rises ? o.far : o.near, o.bottom), highest > o.bottom,
-            over_excess(ray, rises ? o.near : o.far, o.top), lowest < o.top, o.grounded, wavelength, up)) {
+            over_excess(ray, rises ? o.near : o.far, o.top), lowest < o.top, o.grounded, wavelength, up))
     return std::nullopt;
-  }
   // Slant distance to an upright edge, where the ray is as high as the body.
   const double up_to_m =
       ray.sine > 0 ? std::max(0.0, (o.grounded ? 0 : o.bottom - ray.from.z()) / ray.sine) : 0;
@@ -80,9 +79,8 @@ std::optional<Cover> cover(const Sight& ray, const Outline& o, double wavelength
     return std::hypot(r, edge.y()) - r;
   };
   if (!span(beside_excess(o.right), o.right.y() < 0, beside_excess(o.left), o.left.y() > 0, false, wavelength,
-            across)) {
+            across))
     return std::nullopt;
-  }
   return Cover{up.value * across.value, up.covers && across.covers, std::min(up.excess_m, across.excess_m)};
 }
 
@@ -201,9 +199,8 @@ std::optional<propagation::Path> side_reflection(const Body& body, int side, con
   const double clear_square = kClear_nu * kClear_nu / 2 * wavelength_m * leg;
   const auto clear = [clear_square](double w) { return w > 0 && w * w > clear_square; };
   const double level = satellite.head<2>().norm();
-  if (clear((point.z() - body.top_m) * level) || clear((body.bottom_m - point.z()) * level)) {
+  if (clear((point.z() - body.top_m) * level) || clear((body.bottom_m - point.z()) * level))
     return std::nullopt;
-  }
   const double off = std::abs(cross(normal, point.head<2>() - body.centre)) - half;
   if (clear(off * cosine / level)) return std::nullopt;
 

@@ -54,9 +54,8 @@ ShadowingParameters interpolated(std::span<const Row> rows, double elevation_deg
   for (std::size_t i = 1; i < rows.size(); ++i) {
     const double low = rows[i - 1].elevation_deg;
     const double high = rows[i].elevation_deg;
-    if (elevation_deg <= high) {
+    if (elevation_deg <= high)
       return between(of_row(rows[i - 1]), of_row(rows[i]), (elevation_deg - low) / (high - low));
-    }
   }
   return of_row(rows.back());
 }
@@ -182,9 +181,8 @@ StreetNumbers street_numbers(const StreetOptions& o) {
   n.lanes = o.lanes > 0 ? o.lanes : by_class.lanes;
   n.vehicles_per_km = o.vehicles_per_km.value_or(by_class.vehicles_per_km);
   n.speed_mps = o.speed_mps.value_or(by_class.speed_mps);
-  if (n.vehicles_per_km > 0) {
+  if (n.vehicles_per_km > 0)
     n.speed_mps = std::min(n.speed_mps, kWave_mps * (kJam_per_km / n.vehicles_per_km - 1));
-  }
   n.trees_per_km = o.trees_per_km.value_or(by_class.trees_per_km * by_region.trees);
   n.signs_per_km = o.signs_per_km.value_or(by_class.signs_per_km * by_region.signs);
   n.awnings_per_km = o.awnings_per_km.value_or(by_class.awnings_per_km * by_region.awnings);
@@ -194,11 +192,10 @@ StreetNumbers street_numbers(const StreetOptions& o) {
   double sum = 0;
   for (std::size_t i = 0; i < kVehicles.size(); ++i) {
     const auto given = o.vehicle_shares.find(std::string(kVehicles.at(i).name));
-    if (!o.vehicle_shares.empty()) {
+    if (!o.vehicle_shares.empty())
       sum += given != o.vehicle_shares.end() ? given->second : 0;
-    } else {
+    else
       sum += kVehicles.at(i).shares.at(static_cast<std::size_t>(o.region));
-    }
     n.shares.at(i) = sum;
   }
   for (double& share : n.shares) share /= sum;

@@ -84,9 +84,9 @@ struct EdgeDiffraction::Impl {
         city(mesh, o.terrain) {}
 
   const EdgeSet& edges_of(const raytrace::PlacedInstance& placed) const {
-    return instances.of(placed, [this](const city::Mesh& mesh) {
-      return std::make_unique<const EdgeSet>(mesh, options.terrain);
-    });
+    return instances.of(
+        placed,
+        [this](const city::Mesh& mesh) { return std::make_unique<const EdgeSet>(mesh, options.terrain); });
   }
 
   /// Appends the candidates of every edge of one set.
@@ -129,9 +129,8 @@ struct EdgeDiffraction::Impl {
     const Edge& edge = set.edges()[index];
     const auto at = diffraction_point(edge, here, towards);
     if (!at || at->excess_m > (blocked ? shadow_excess : lit_excess) || at->leg_m > options.max_range_m ||
-        at->bending_rad > options.max_bending_rad) {
+        at->bending_rad > options.max_bending_rad)
       return;
-    }
     const double nu = signed_knife_edge_nu(at->excess_m, kWavelength_m, true);
 
     Candidate& c = s.candidates.emplace_back();
@@ -178,9 +177,8 @@ struct EdgeDiffraction::Impl {
     const Vector3d leg = c.lifted - antenna;
     const double range = leg.norm();
     if (scene->occluded({antenna, leg / range, range}, scene->surface_offset_m(antenna)) ||
-        scene->occluded({c.lifted, direction})) {
+        scene->occluded({c.lifted, direction}))
       return false;
-    }
     const Edge& edge = *c.edge;
     if (edge.is_free()) {
       // Across the plane of the sheet, just beyond its rim.

@@ -60,9 +60,8 @@ struct PatchArrays {
 
   void fill(const std::vector<Patch>& patches) {
     for (auto* v : {&normal_x, &normal_y, &normal_z, &towards_x, &towards_y, &towards_z, &half_range_m,
-                    &detour_m, &share, &cos_lit, &excess_m, &power}) {
+                    &detour_m, &share, &cos_lit, &excess_m, &power})
       v->resize(patches.size());
-    }
     bin.resize(patches.size());
     for (std::size_t k = 0; k < patches.size(); ++k) {
       const Patch& p = patches[k];
@@ -293,9 +292,11 @@ struct DiffuseScattering::Impl {
     classify(direction, s);
     std::erase_if(s.classes, [&](const Class& of) { return of.first == of.last || of.power < min_power; });
     // Strongest first, so that rays are cast only for classes that may still be among the strongest.
-    std::sort(s.classes.begin(), s.classes.end(), [](const Class& a, const Class& b) {
-      return a.power != b.power ? a.power > b.power : a.first < b.first;
-    });
+    std::sort(
+        s.classes.begin(), s.classes.end(),
+        [](const Class& a, const Class& b) {
+          return a.power != b.power ? a.power > b.power : a.first < b.first;
+        });
     const auto stronger = [](const DiffusePath& a, const DiffusePath& b) {
       return a.power != b.power ? a.power > b.power : a.bin < b.bin;
     };

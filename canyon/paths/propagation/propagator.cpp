@@ -35,11 +35,9 @@ struct Skin {
 
 std::vector<Skin> skins_of(const city::Mesh& mesh) {
   std::vector<Skin> skins(mesh.triangles.size());
-  for (const city::Object& object : mesh.objects) {
-    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
+  for (const city::Object& object : mesh.objects)
+    for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t)
       skins[t] = {mesh.materials[t], object.surface};
-    }
-  }
   return skins;
 }
 
@@ -296,9 +294,8 @@ struct Propagator::Impl {
     scene->occluded(s.rays, blocked, scene->surface_offset_m(antenna));
     s.foliage_m.assign(directions.size(), 0);
     place(s);
-    if (options.model == Model::Specular && options.through_foliage) {
+    if (options.model == Model::Specular && options.through_foliage)
       look_through_foliage(antenna, directions, blocked, s);
-    }
     for (std::size_t i = 0; i < directions.size(); ++i) {
       result[i].paths.clear();
       if (!blocked[i]) result[i].paths.push_back(direct_path(directions[i], s.foliage_m[i]));
@@ -353,11 +350,10 @@ struct Propagator::Impl {
                        const std::span<const KnownEdge>* only, std::span<SatellitePaths> result,
                        TracedPlace* place) const {
     const auto found = lists(s.diffracted, directions.size());
-    if (only != nullptr) {
+    if (only != nullptr)
       diffraction->retrace(antenna, directions, blocked, *only, found);
-    } else {
+    else
       diffraction->trace(antenna, directions, blocked, found);
-    }
     for (std::size_t i = 0; i < directions.size(); ++i) {
       for (const DiffractedPath& around : found[i]) {
         Path& path = append(result[i], PathKind::Diffracted, around);
@@ -367,9 +363,8 @@ struct Propagator::Impl {
         path.edge_bending_rad = around.bending_rad;
         path.edge_leg_m = around.leg_m;
         add_glint(path);
-        if (place != nullptr && around.instance == 0) {
+        if (place != nullptr && around.instance == 0)
           place->edges.push_back({static_cast<std::uint32_t>(i), around.edge});
-        }
       }
     }
   }
@@ -502,9 +497,8 @@ void Propagator::trace_near(const Vector3d& antenna, std::span<const Vector3d> d
 bool Propagator::retrace(const Vector3d& antenna, std::span<const Vector3d> directions,
                          const TracedPlace& place, std::span<SatellitePaths> result) const {
   if (directions.size() != place.directions.size()) return false;
-  for (std::size_t i = 0; i < directions.size(); ++i) {
+  for (std::size_t i = 0; i < directions.size(); ++i)
     if ((directions[i] - place.directions[i]).squaredNorm() > kSameSatellite * kSameSatellite) return false;
-  }
   const auto stands = [](const raytrace::PlacedInstance& a, const raytrace::PlacedInstance& b) {
     constexpr double kMoved_m = 0.01, kTurned = 2e-3;
     const Eigen::Isometry3d &from = a.enu_from_instance, &to = b.enu_from_instance;

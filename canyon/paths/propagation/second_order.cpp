@@ -19,10 +19,9 @@ constexpr std::size_t kOccluders = 48;
 constexpr double kBoundsSlack = 1e-3;
 
 bool within_bounds(const Facet& facet, const Vector3d& point) {
-  for (int axis = 0; axis < 3; ++axis) {  // most points fail at the first one
+  for (int axis = 0; axis < 3; ++axis)  // most points fail at the first one
     if (point[axis] < facet.min[axis] - kBoundsSlack || point[axis] > facet.max[axis] + kBoundsSlack)
       return false;
-  }
   return true;
 }
 
@@ -128,9 +127,8 @@ void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<co
     near.beam.window = near.normal;
     for (Vector3d& side : near.beam.side) side = set.pose.turned(side);
     if (near_set != 0) near.beam.low_z = -1, near.beam.high_z = 1;
-    for (std::size_t i = first_set; i < sets.size(); ++i) {
+    for (std::size_t i = first_set; i < sets.size(); ++i)
       if (around_[i].in_reach) find_far(scene, near, sets, i, directions, limits);
-    }
   }
 }
 
@@ -228,9 +226,11 @@ void SecondOrderSearch::keep_clear(const raytrace::RayScene& scene, const Vector
   };
   const auto near = [](const Found& f) -> Vector3d { return f.path.point + f.lift_m * f.normal; };
   const auto far = [](const Found& f) -> Vector3d { return f.path.far_point + f.far_lift_m * f.far_normal; };
-  clear_rays_.keep(scene, found_, scene.surface_offset_m(antenna),
-                   [&](const Found& f) { return between(antenna, near(f)); });
-  clear_rays_.keep(scene, found_, 0, [&](const Found& f) { return between(near(f), far(f)); });
+  clear_rays_.keep(
+      scene, found_, scene.surface_offset_m(antenna),
+      [&](const Found& f) { return between(antenna, near(f)); });
+  clear_rays_.keep(
+      scene, found_, 0, [&](const Found& f) { return between(near(f), far(f)); });
   clear_rays_.keep(scene, found_, 0, [&](const Found& f) {
     return raytrace::Ray{far(f), directions[f.satellite]};
   });

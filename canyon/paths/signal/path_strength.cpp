@@ -179,9 +179,8 @@ Complex path_amplitude(const propagation::Path& path, double satellite_elevation
 void path_amplitudes(const propagation::SatelliteView& view, double carrier_hz, const AntennaPattern& antenna,
                      const StrengthOptions& options, std::vector<Complex>& amplitudes) {
   amplitudes.clear();
-  for (const propagation::Path& path : view.paths.paths) {
+  for (const propagation::Path& path : view.paths.paths)
     amplitudes.push_back(path_amplitude(path, view.line.elevation_rad, carrier_hz, antenna, options));
-  }
 }
 
 void visit(options::Visitor& v, StrengthOptions& o) {

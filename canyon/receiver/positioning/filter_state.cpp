@@ -138,9 +138,8 @@ void predict(FilterState& filter, double dt, const PositionFilterOptions& option
       p(kDrift, clock_of(a)) += share * walk * dt * dt / 2;
       p(clock_of(a), kDrift) += share * walk * dt * dt / 2;
       p(clock_of(a), clock_of(a)) += share * kClockWalk * kClockWalk * dt;
-      for (const System b : kConstellations) {
+      for (const System b : kConstellations)
         if (filter.knows(b)) p(clock_of(a), clock_of(b)) += share * (white * dt + walk * dt * dt * dt / 3);
-      }
     }
   }
 }
@@ -219,9 +218,8 @@ void mind_clocks(FilterState& filter, OwnClock& own, const FilterEpoch& epoch, d
     if (std::abs(step) > std::max(kClockStep_m, kClockStepSigmas * std::sqrt(variance))) {
       const double milliseconds = std::round(step / kMillisecond_m);
       const bool whole = milliseconds != 0 && std::abs(step - milliseconds * kMillisecond_m) < kClockStep_m;
-      for (const System a : kConstellations) {
+      for (const System a : kConstellations)
         if (filter.knows(a)) filter.x(clock_of(a)) += whole ? milliseconds * kMillisecond_m : step;
-      }
       if (!whole) widen_clocks(filter, kUnknown_m * kUnknown_m);
       own.of.reset();
       // The time since the last epoch is by the clock, and was wrong by its step.

@@ -93,9 +93,7 @@ class Solver {
     int looks = 0;
     while (fix.iterations < options_.max_iterations) {
       place_known = place_known || step < kPlaceKnown_m;
-      if (place_known) {
-        look_up(satellites_, position_, receiver_time_, options_, klobuchar_, looks++);
-      }
+      if (place_known) look_up(satellites_, position_, receiver_time_, options_, klobuchar_, looks++);
       if (!choose(fix)) return fix;
       ++fix.iterations;
       step = iterate(fix);
@@ -112,9 +110,8 @@ class Solver {
     }
     // A weak geometry magnifies the rounding of ranges (about 1e-8 m) above the criterion: it has converged.
     if (fix.status != FixStatus::Fix && place_known && step < 1 && fix.rank == fix.unknowns &&
-        step < 1e-8 * std::sqrt(least_squares_.cofactor().trace()) / smallest_sigma_m_) {
+        step < 1e-8 * std::sqrt(least_squares_.cofactor().trace()) / smallest_sigma_m_)
       fix.status = FixStatus::Fix;
-    }
     finish(fix);
     return fix;
   }
@@ -130,10 +127,9 @@ class Solver {
     }
     clocks_ = clocks_of(count);
     active_.clear();
-    for (RangedSatellite& satellite : satellites_) {
+    for (RangedSatellite& satellite : satellites_)
       if (satellite.above_mask && !satellite.excluded && column_of(satellite) >= 0)
         active_.push_back(&satellite);
-    }
     rows_ = static_cast<int>(active_.size());
     if (options_.weights.weighting == Weighting::Equal) weigh_equally();
     fix.unknowns = 3 + std::max(clocks_.count, 1);
@@ -146,9 +142,8 @@ class Solver {
   /// Gives all the rms of their sigmas, so that the covariance stays that of the measurements.
   void weigh_equally() {
     double sum = 0;
-    for (const RangedSatellite* satellite : active_) {
+    for (const RangedSatellite* satellite : active_)
       sum += satellite->measured->sigma_m * satellite->measured->sigma_m;
-    }
     for (RangedSatellite* satellite : active_) satellite->sigma_m = std::sqrt(sum / rows_);
   }
 
@@ -192,17 +187,15 @@ class Solver {
     }
     residual_ -= design_ * dx;
     position_ += dx.head<3>();
-    for (std::size_t system = 0; system < gnss::kSystemCount; ++system) {
+    for (std::size_t system = 0; system < gnss::kSystemCount; ++system)
       if (clocks_.column[system] >= 0) clock_m_[system] += dx(clocks_.column[system]);
-    }
     return dx.norm();
   }
 
   void finish(Fix& fix) {
     if (fix.status == FixStatus::Fix && fix.rank < fix.unknowns) fix.status = FixStatus::Singular;
-    if (fix.status == FixStatus::NotSolved) {
+    if (fix.status == FixStatus::NotSolved)
       fix.status = fix.rank < fix.unknowns ? FixStatus::Singular : FixStatus::NotConverged;
-    }
     if (!fix.solved()) return;
     const geodesy::Geodetic place = geodesy::geodetic_from_ecef(position_);
     if (!is_near_ground(place.height_m)) {
@@ -293,16 +286,14 @@ class Solver {
         again->excluded = false;
         position_ = fix.position_ecef;
         Fix next = attempt();
-        if (next.solved() && (next.consistent = consistent(next)) == true) {
+        if (next.solved() && (next.consistent = consistent(next)) == true)
           fix = std::move(next);
-        } else {
+        else
           again->excluded = true;
-        }
       }
     }
-    for (const RangedSatellite* satellite : gone) {
+    for (const RangedSatellite* satellite : gone)
       if (satellite->excluded) fix.excluded.push_back(satellite->measured->id);
-    }
     return fix;
   }
 
@@ -337,9 +328,8 @@ class Solver {
 
   [[nodiscard]] Rates rates() const {
     Rates all;
-    for (const RangedSatellite* satellite : active_) {
+    for (const RangedSatellite* satellite : active_)
       if (satellite->measured->doppler_hz) all.ids.push_back(satellite->measured->id);
-    }
     const auto rows = static_cast<Eigen::Index>(all.ids.size());
     all.design.resize(rows, 4);
     all.rate.resize(rows);
@@ -391,16 +381,14 @@ class Solver {
     if (!all.solve()) return;
     if (contradict(all)) {
       leave_out_contradictions(all, std::sqrt(chi_square_quantile(options_.raim.false_alarm, 1)));
-      for (Eigen::Index i = 0; i < all.weight.size(); ++i) {
+      for (Eigen::Index i = 0; i < all.weight.size(); ++i)
         if (all.weight(i) == 0) fix.excluded.push_back(all.ids[static_cast<std::size_t>(i)]);
-      }
     }
     fix.velocity_enu_mps = enu_from_ecef * all.x.head<3>();
     fix.velocity_covariance_enu =
         geodesy::rotated(enu_from_ecef, all.least_squares.cofactor().topLeftCorner<3, 3>());
-    if (options_.covariance_by_residuals || contradict(all)) {
+    if (options_.covariance_by_residuals || contradict(all))
       *fix.velocity_covariance_enu *= excess_variance(all.squares(), all.redundancy());
-    }
     fix.clock_drift = all.x(3) / kSpeedOfLight;
   }
 
@@ -475,9 +463,8 @@ Fix solve_fix(geodesy::GpsTime receiver_time, const std::vector<Measurement>& me
               const orbit::Sky& sky, const FixOptions& options,
               const std::map<System, gnss::Klobuchar>& klobuchar, const Eigen::Vector3d& start) {
   options.validate();
-  if (!start.allFinite()) {
+  if (!start.allFinite())
     throw InputError("the initial position of the fix is not finite", "the Earth's centre (0, 0, 0) works");
-  }
   return Solver(receiver_time, measurements, sky, options, klobuchar, start).solve();
 }
 

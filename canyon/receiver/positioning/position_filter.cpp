@@ -31,9 +31,8 @@ void look_around(FilterEpoch& epoch, const Eigen::Vector3d& position, const FixO
                  const std::map<System, gnss::Klobuchar>& klobuchar) {
   double sum = 0;
   int above = 0;
-  for (RangedSatellite& satellite : epoch.satellites) {
+  for (RangedSatellite& satellite : epoch.satellites)
     for (int i = 0; i < 3; ++i) place_satellite(satellite, position);
-  }
   look_up(epoch.satellites, position, epoch.time, fix, klobuchar);
   for (const RangedSatellite& satellite : epoch.satellites) {
     if (!satellite.above_mask) continue;
@@ -80,10 +79,9 @@ void take_motion(const FilterState& filter, const FilterEpoch& epoch, Update& up
 double excess_of_residuals(const FilterEpoch& epoch, const Fix& fix, const FixOptions& options) {
   if (!options.covariance_by_residuals || fix.residuals_m.size() != fix.used.size()) return 1;
   double squares = 0;
-  for (const RangedSatellite& satellite : epoch.satellites) {
+  for (const RangedSatellite& satellite : epoch.satellites)
     if (const auto m = residual_m(fix, satellite.measured->id))
       squares += std::pow(*m / satellite.sigma_m, 2);
-  }
   return std::sqrt(excess_variance(squares, static_cast<int>(fix.used.size()) - fix.unknowns));
 }
 
@@ -190,16 +188,14 @@ bool correct(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double dt,
     const std::size_t system = clock_index(epoch.satellites[candidate.index].measured->id.system);
     ++considered[system];
     epoch.passed[candidate.index] = update.take(candidate.row, kGateSigmas);
-    if (epoch.passed[candidate.index]) {
+    if (epoch.passed[candidate.index])
       filter.measured = epoch.time;
-    } else {
+    else
       ++failed[system];
-    }
   }
   take_motion(filter, epoch, update);
   update.finish();
-  state_accuracy(filter, update.taken(),
-                 by_residuals ? excess_of_innovations(filter, epoch) : 1, options);
+  state_accuracy(filter, update.taken(), by_residuals ? excess_of_innovations(filter, epoch) : 1, options);
   int all_considered = 0;
   int all_failed = 0;
   for (std::size_t system = 0; system < kConstellations.size(); ++system) {
@@ -267,10 +263,10 @@ Design place_and_design(const FilterState& filter, std::vector<RangedSatellite>&
 Eigen::Vector3d moved_by_ionosphere(const FilterState& filter, const FilterEpoch& epoch,
                                     const Eigen::Matrix3d& enu_from_ecef) {
   std::vector<RangedSatellite> above = epoch.satellites;
-  std::erase_if(above, [](const RangedSatellite& satellite) { return !satellite.above_mask; });
-  if (std::all_of(above.begin(), above.end(), [](const auto& each) { return each.ionosphere_m == 0; })) {
+  std::erase_if(
+      above, [](const RangedSatellite& satellite) { return !satellite.above_mask; });
+  if (std::all_of(above.begin(), above.end(), [](const auto& each) { return each.ionosphere_m == 0; }))
     return Eigen::Vector3d::Zero();
-  }
   Design design = place_and_design(filter, above, enu_from_ecef);
   Eigen::VectorXd delays(design.rows());
   for (Eigen::Index row = 0; row < design.rows(); ++row) {
@@ -288,13 +284,11 @@ void add_geometry(Fix& fix, const FilterState& filter, const FilterEpoch& epoch,
   fix.unknowns = 4;
   if (fix.used.empty()) return;
   std::vector<RangedSatellite> passed;
-  for (std::size_t i = 0; i < epoch.satellites.size(); ++i) {
+  for (std::size_t i = 0; i < epoch.satellites.size(); ++i)
     if (epoch.passed[i]) passed.push_back(epoch.satellites[i]);
-  }
   const Design design = place_and_design(filter, passed, enu_from_ecef);
-  for (const RangedSatellite& satellite : passed) {
+  for (const RangedSatellite& satellite : passed)
     fix.residuals_m.push_back(pseudorange_row(filter, satellite).innovation);
-  }
   fix.unknowns = static_cast<int>(design.cols());
   fix.rank = static_cast<int>(LeastSquares(design).rank(kRankThreshold));
   if (const std::optional<Cofactor> q = cofactor(design)) fix.dop = dop_from_cofactor(*q);
@@ -312,9 +306,8 @@ Fix describe(const FilterState& filter, const FilterEpoch& epoch, const Fix& of,
   fix.velocity_enu_mps = enu_from_ecef * filter.velocity();
   fix.velocity_covariance_enu = geodesy::rotated(enu_from_ecef, filter.p.block<3, 3>(kVelocity, kVelocity));
   fix.clock_drift = filter.x(kDrift) / kSpeedOfLight;
-  for (const System system : kConstellations) {
+  for (const System system : kConstellations)
     if (filter.knows(system)) fix.clock_bias_s[system] = filter.x(clock_of(system)) / kSpeedOfLight;
-  }
   for (std::size_t i = 0; i < epoch.satellites.size(); ++i) {
     if (!epoch.satellites[i].above_mask) continue;
     ++fix.available;

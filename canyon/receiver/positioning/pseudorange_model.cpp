@@ -69,17 +69,15 @@ receiver::CodeAndCarrier satellite_range(const orbit::SatelliteState& state, con
 Clocks clocks_of(const std::array<int, gnss::kSystemCount>& satellites) {
   const auto clock_of = [](gnss::System system) { return static_cast<std::size_t>(clock_system(system)); };
   std::array<int, gnss::kSystemCount> sharing{};
-  for (const gnss::System system : gnss::kAllSystems) {
+  for (const gnss::System system : gnss::kAllSystems)
     sharing[clock_of(system)] += satellites[static_cast<std::size_t>(system)];
-  }
   Clocks clocks;
   for (const gnss::System system : gnss::kConstellations) {
     const auto index = static_cast<std::size_t>(system);
     clocks.column[index] = sharing[index] >= 2 ? 3 + clocks.count++ : -1;
   }
-  for (const gnss::System system : gnss::kAllSystems) {
+  for (const gnss::System system : gnss::kAllSystems)
     clocks.column[static_cast<std::size_t>(system)] = clocks.column[clock_of(system)];
-  }
   return clocks;
 }
 
@@ -123,11 +121,10 @@ std::vector<RangedSatellite> ranged_satellites(geodesy::GpsTime receiver_time,
     std::optional<orbit::SatelliteState> state = sky.state(m.id, shown);
     if (!state) continue;
     const double clock_s = state->clock_bias_s - state->group_delay_s;
-    if (std::abs(clock_s) <= kCarried_s) {
+    if (std::abs(clock_s) <= kCarried_s)
       carry(*state, -clock_s);
-    } else if (!(state = sky.state(m.id, shown - clock_s))) {
+    else if (!(state = sky.state(m.id, shown - clock_s)))
       continue;
-    }
     RangedSatellite satellite;
     satellite.measured = &m;
     satellite.state = *state;

@@ -165,9 +165,8 @@ CodeAndCarrier signal_range(const RangeState& state, std::span<double> code_term
 
 CodeAndCarrier range_of(RangeTermOf of, const RangeState& state) {
   CodeAndCarrier range;
-  for (const RangeTerm& term : range_terms()) {
+  for (const RangeTerm& term : range_terms())
     if (term.of == of) range += term.truth_m(state);
-  }
   return range;
 }
 
@@ -198,9 +197,8 @@ double uncorrected_m(const RangeState& state, std::span<const double> code_terms
 
 CodeAndCarrier signal_rate(const RangeState& state) {
   CodeAndCarrier rate;
-  for (const RangeTerm& term : range_terms()) {
+  for (const RangeTerm& term : range_terms())
     if (term.rate_mps != nullptr) rate += term.rate_mps(state);
-  }
   const double clock = 1 + state.clock.drift;
   return {rate.code / clock + state.path->code_ahead_mps, rate.carrier / clock};
 }

@@ -88,15 +88,13 @@ bool BaselineFilter::go_to(geodesy::GpsTime to, const Fix& alone) {
     state_.move(dt_s_, geodesy::rotated(enu.transpose(), Eigen::Vector3d(h, h, v).asDiagonal()));
     for (std::size_t i = 0; i < state_.slots.size(); ++i) {
       const Index at = BaselineState::index(i);
-      if (state_.slots[i].signal != nullptr) {
+      if (state_.slots[i].signal != nullptr)
         state_.p(at, at) += 1e-8 * dt_s_;  // phase wind-up, delays of the hardware [cycles^2]
-      } else {
+      else
         decay(at, kIonosphereTime_s, state_.slots[i].id);
-      }
     }
-    if (state_.p(BaselineState::kZenith, BaselineState::kZenith) > 0) {
+    if (state_.p(BaselineState::kZenith, BaselineState::kZenith) > 0)
       decay(BaselineState::kZenith, kTroposphereTime_s, std::nullopt);
-    }
     apply_position_error();
     if (astray_) started_ = false;
   }
@@ -178,9 +176,8 @@ void BaselineFilter::update_delays() {
                              : options_.troposphere_gradient * baseline_m + 1e-5 * height_m;
   if (options_.ionosphere_gradient == 0) ionosphere_sigma_m_ = 0;
   constexpr Index zenith = BaselineState::kZenith;
-  if (troposphere_sigma_m_ > 0 && state_.p(zenith, zenith) == 0) {
+  if (troposphere_sigma_m_ > 0 && state_.p(zenith, zenith) == 0)
     state_.reset(zenith, 0, troposphere_sigma_m_ * troposphere_sigma_m_);
-  }
   if (ionosphere_sigma_m_ == 0) return;
   for (const Difference& d : differences_) {
     const auto slot = state_.find(d.id(), nullptr);
@@ -203,9 +200,8 @@ double BaselineFilter::factor_of(const WholeNumbers& fixed) {
 
 Eigen::Matrix3d BaselineFilter::covariance_of_echoes() const {
   std::vector<double> ages_s;
-  for (const Difference& d : differences_) {
+  for (const Difference& d : differences_)
     if (d.used) ages_s.push_back(time_ - state_.slots[*d.slot].begun);
-  }
   const double age_s = ages_s.empty() ? 0 : *median(ages_s);
   return code_squares_ * kEchoTime_s / (kEchoTime_s + age_s) * code_covariance_;
 }
@@ -215,9 +211,8 @@ std::optional<positioning::Dop> BaselineFilter::dop_of(const std::vector<gnss::S
   std::vector<Eigen::Vector3d> directions;
   for (std::size_t i = 0; i < differences_.size(); ++i) {
     const bool first = i == 0 || differences_[i - 1].id() != differences_[i].id();
-    if (first && std::binary_search(used.begin(), used.end(), differences_[i].id())) {
+    if (first && std::binary_search(used.begin(), used.end(), differences_[i].id()))
       directions.emplace_back(enu * differences_[i].rover->direction);
-    }
   }
   return positioning::dop_of_directions(directions);
 }
@@ -374,9 +369,7 @@ void BaselineFilter::take_codes() {
   code_covariance_.setZero();
   if (information.determinant() > 1e-9) code_covariance_ = information.inverse();
   const auto redundant = considered - static_cast<int>(groups_.size()) - 3;
-  if (redundant > 3) {
-    code_squares_ += kSquaresWeight * (std::max(1.0, sum / redundant) - code_squares_);
-  }
+  if (redundant > 3) code_squares_ += kSquaresWeight * (std::max(1.0, sum / redundant) - code_squares_);
   if (2 * failed > considered && considered > 4) {
     if (!astray_since_) astray_since_ = time_;
     astray_ = time_ - *astray_since_ > 3;
@@ -391,9 +384,8 @@ double BaselineFilter::code_jump_m(const std::vector<std::size_t>& group) const 
   for (const std::size_t i : group) {
     const Difference& d = differences_[i];
     if (!d.has_phase) continue;
-    if (const auto slot = state_.find(d.id(), d.rover->signal)) {
+    if (const auto slot = state_.find(d.id(), d.rover->signal))
       jumps.push_back(d.phase_m - d.code_m - d.rover->wavelength_m * state_.x(BaselineState::index(*slot)));
-    }
   }
   const double jump_m = jumps.empty() ? 0 : *median(jumps);
   return std::abs(jump_m) > kUnknownAmbiguity_m ? jump_m : 0;
@@ -523,9 +515,8 @@ std::vector<Difference> differences_of(std::span<const ObservedMinusComputed> ro
 Groups groups_of(const std::vector<Difference>& differences) {
   Groups groups;
   for (std::size_t i = 0; i < differences.size(); ++i) groups[differences[i].rover->signal].push_back(i);
-  for (auto group = groups.begin(); group != groups.end();) {
+  for (auto group = groups.begin(); group != groups.end();)
     group = group->second.size() < 2 ? groups.erase(group) : std::next(group);
-  }
   return groups;
 }
 

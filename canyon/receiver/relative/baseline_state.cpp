@@ -15,9 +15,8 @@ namespace {
 
 /// p -= gain gain^T in the lower triangle of p, n x n, column by column.
 CANYON_CLONES void subtract_square(const double* __restrict gain, std::ptrdiff_t n, double* __restrict p) {
-  for (std::ptrdiff_t j = 0; j < n; ++j, p += n) {
+  for (std::ptrdiff_t j = 0; j < n; ++j, p += n)
     for (std::ptrdiff_t i = j; i < n; ++i) p[i] -= gain[j] * gain[i];
-  }
 }
 
 }  // namespace
@@ -31,22 +30,18 @@ SparseRow BaselineState::row_of(const Difference& d, bool phase, bool ionosphere
   SparseRow row;
   for (Index i = 0; i < 3; ++i) row.add(kPosition + i, -d.rover->direction(i));
   row.add(kClock, 1);
-  if (p(kZenith, kZenith) > 0) {
-    row.add(kZenith, 1 / std::max(0.05, std::sin(d.rover->elevation_rad)));
-  }
+  if (p(kZenith, kZenith) > 0) row.add(kZenith, 1 / std::max(0.05, std::sin(d.rover->elevation_rad)));
   if (ionosphere) {
-    if (const auto slot = find(d.id(), nullptr)) {
+    if (const auto slot = find(d.id(), nullptr))
       row.add(index(*slot), (phase ? -1 : 1) * d.ionosphere_rate());
-    }
   }
   if (phase && d.slot) row.add(index(*d.slot), d.rover->wavelength_m);
   return row;
 }
 
 std::optional<std::size_t> BaselineState::find(gnss::SatelliteId id, const gnss::Signal* signal) const {
-  for (std::size_t i = 0; i < slots.size(); ++i) {
+  for (std::size_t i = 0; i < slots.size(); ++i)
     if (slots[i].id == id && slots[i].signal == signal) return i;
-  }
   return std::nullopt;
 }
 
@@ -66,9 +61,8 @@ void BaselineState::remove(std::size_t slot) {
     x(i) = x(i + 1);
     p.col(i) = p.col(i + 1);
   }
-  for (Index j = 0; j < last; ++j) {
+  for (Index j = 0; j < last; ++j)
     for (Index i = at; i < at + behind; ++i) p(i, j) = p(i + 1, j);
-  }
   x.conservativeResize(last);
   p.conservativeResize(last, last);
   slots.erase(slots.begin() + static_cast<std::ptrdiff_t>(slot));

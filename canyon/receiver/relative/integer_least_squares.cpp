@@ -74,9 +74,8 @@ struct Basis {
       // are large.
       reduce(j + 1, j);
       const Index below = l.rows() - j - 2;
-      if (below > 0 && l.col(j).tail(below).cwiseAbs().maxCoeff() > kLargeMultiple) {
+      if (below > 0 && l.col(j).tail(below).cwiseAbs().maxCoeff() > kLargeMultiple)
         for (Index i = j + 2; i < l.rows(); ++i) reduce(i, j);
-      }
       exchange(j, swapped);
       j = std::min(j + 1, l.rows() - 2);
     }
@@ -162,11 +161,10 @@ class Search {
         const bool was_close = is_close();
         keep(reached(0));
         within = radius();
-        if (was_close) {
+        if (was_close)
           k = from_top();  // what was too far for that radius may be the second best
-        } else {
+        else
           level(0).next();
-        }
       } else {
         if (++k == n_) return true;
         level(k).next();
@@ -271,8 +269,8 @@ std::optional<IntegerSolution> short_search(const VectorXd& real, const MatrixXd
   // The best known last.
   std::vector<Index> order(static_cast<std::size_t>(n));
   std::iota(order.begin(), order.end(), Index{0});
-  std::sort(order.begin(), order.end(),
-            [&](Index a, Index b) { return covariance(a, a) > covariance(b, b); });
+  std::sort(
+      order.begin(), order.end(), [&](Index a, Index b) { return covariance(a, a) > covariance(b, b); });
   const auto place = [&](Index i) { return order[static_cast<std::size_t>(i)]; };
   MatrixXd ordered(n, n);
   VectorXd z(n);
@@ -288,9 +286,8 @@ std::optional<IntegerSolution> short_search(const VectorXd& real, const MatrixXd
   search.begin();
   if (!search.run(static_cast<int>(kShortSearch * n), ratios)) return std::nullopt;
   VectorXd found[] = {origin, origin};
-  for (Index i = 0; i < n; ++i) {
+  for (Index i = 0; i < n; ++i)
     for (int k = 0; k < 2; ++k) found[k](place(i)) += search.found[k](i);
-  }
   return IntegerSolution{found[0], found[1], search.distance[0], search.distance[1], success};
 }
 
@@ -314,9 +311,8 @@ Triangular triangular(const MatrixXd& covariance) {
   for (Index i = n - 1; i >= 0; --i) {
     const double d = rest(i, i);
     // Rounding leaves this much of a variance that others explain.
-    if (!(d > 1e-14 * covariance(i, i)) || !std::isfinite(d)) {
+    if (!(d > 1e-14 * covariance(i, i)) || !std::isfinite(d))
       return {f.l.bottomRightCorner(n - 1 - i, n - 1 - i), f.d.tail(n - 1 - i)};
-    }
     f.d(i) = d;
     for (Index j = 0; j < i; ++j) f.l(i, j) = rest(j, i) / d;
     for (Index j = 0; j < i; ++j) add_multiple(-f.l(i, j), &rest(0, i), j + 1, &rest(0, j));

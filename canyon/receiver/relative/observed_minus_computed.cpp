@@ -34,9 +34,8 @@ std::vector<ObservedMinusComputed> observed_minus_computed(
     const std::map<gnss::System, gnss::Klobuchar>& klobuchar) {
   // Signals of a satellite leave it within nanoseconds: one state serves them.
   std::vector<Measurement> firsts;
-  for (const SignalMeasurement& seen : observations) {
+  for (const SignalMeasurement& seen : observations)
     if (firsts.empty() || firsts.back().id != seen.measurement.id) firsts.push_back(seen.measurement);
-  }
   std::vector<RangedSatellite> satellites = ranged_satellites(receiver_time, firsts, sky, {});
   const geodesy::Geodetic geodetic = geodesy::geodetic_from_ecef(place);
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(geodetic);

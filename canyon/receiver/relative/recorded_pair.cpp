@@ -34,9 +34,8 @@ void keep_signals(std::vector<SignalMeasurement>& measured, const std::vector<st
 /// The first signals, whose clock the sky gives.
 std::vector<positioning::Measurement> first_signals(const std::vector<SignalMeasurement>& measured) {
   std::vector<positioning::Measurement> result;
-  for (const SignalMeasurement& m : measured) {
+  for (const SignalMeasurement& m : measured)
     if (gnss::index_of(*m.signal) == 0) result.push_back(m.measurement);
-  }
   return result;
 }
 

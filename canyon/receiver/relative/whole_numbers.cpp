@@ -58,9 +58,8 @@ double WholeNumberSearch::squares_of_residuals(std::span<const std::size_t> amon
     sums.squares += weight * residual_m * residual_m;
   }
   double result = 0;
-  for (const auto& [signal, sums] : of_signals) {
+  for (const auto& [signal, sums] : of_signals)
     result += sums.squares - sums.values * sums.values / sums.weights;
-  }
   return result;
 }
 
@@ -69,9 +68,8 @@ std::vector<std::size_t> WholeNumberSearch::candidates() const {
   for (std::size_t i = 0; i < differences_.size(); ++i) {
     const Difference& d = differences_[i];
     const bool integer = d.aligned || options_.fix_glonass;
-    if (d.used && d.trusted && integer && !d.half_cycle && d.rover->elevation_rad >= kFixElevation_rad) {
+    if (d.used && d.trusted && integer && !d.half_cycle && d.rover->elevation_rad >= kFixElevation_rad)
       result.push_back(i);
-    }
   }
   std::stable_sort(result.begin(), result.end(), [this](std::size_t a, std::size_t b) {
     return differences_[a].variance < differences_[b].variance;
@@ -92,9 +90,8 @@ bool WholeNumberSearch::are_kept(std::span<const SlotPair> slots, const Eigen::V
 }
 
 void WholeNumberSearch::keep(std::span<const SlotPair> slots, const Eigen::VectorXd& whole) {
-  if (!are_kept(slots, whole)) {
+  if (!are_kept(slots, whole))
     for (BaselineSlot& slot : state_.slots) slot.whole.reset();
-  }
   for (std::size_t i = 0; i < slots.size(); ++i) {
     const auto& slot = state_.slots[slots[i].first].whole;
     auto& reference = state_.slots[slots[i].second].whole;
@@ -184,9 +181,8 @@ void WholeNumberSearch::fix_at(const Pairs& pairs, const Set& set, const Eigen::
   Eigen::VectorXd x = state_.x;
   const Eigen::Vector3d by_echoes = with_echoes * weights.row(0).transpose();
   x.segment<3>(BaselineState::kPosition) -= by_echoes;
-  for (const std::size_t i : pairs.among) {
+  for (const std::size_t i : pairs.among)
     x(BaselineState::index(*differences_[i].slot)) -= cycles_of(i).dot(by_echoes);
-  }
   fixed.covariance = state_.p.topLeftCorner<3, 3>() + echoes_;
   for (Index i = 0; i < n; ++i) {
     const auto [a, r] = states_of(slots[static_cast<std::size_t>(i)]);
@@ -240,11 +236,13 @@ std::optional<WholeNumbers> WholeNumberSearch::find_among(std::vector<std::size_
   std::vector<std::size_t> ordered, begins;
   for (const std::size_t fewer : kFewer) {
     for (std::size_t k = 0; k < fewer && !among.empty(); ++k, --remaining) {
-      std::erase_if(among, [&, worst = differences_[among.back()].id()](std::size_t i) {
-        if (differences_[i].id() != worst) return false;
-        ordered.push_back(i);
-        return true;
-      });
+      std::erase_if(
+          among,
+          [&, worst = differences_[among.back()].id()](std::size_t i) {
+            if (differences_[i].id() != worst) return false;
+            ordered.push_back(i);
+            return true;
+          });
     }
     if (remaining < kFewestSatellites) break;
     begins.push_back(ordered.size());

@@ -133,11 +133,10 @@ void CorrectionsDecoder::read(const Bits& message, GpsTime now, Epochs& complete
     return;
   }
   const bool msm = number >= 1071 && number <= 1127;
-  if (msm && number % 10 == 2) {
+  if (msm && number % 10 == 2)
     problem(fields, "it has phases alone, and a base needs pseudoranges; have it send MSM3 to MSM7");
-  } else if (msm && number % 10 >= 1 && number % 10 <= 7) {
+  else if (msm && number % 10 >= 1 && number % 10 <= 7)
     return read_msm(fields, now, complete);
-  }
   ++status_.messages_unread[number];
 }
 

@@ -30,9 +30,8 @@ RtcmCorrections decode_rtcm_file(const std::filesystem::path& path, GpsTime now,
     }
   };
   std::array<char, 4096> block{};
-  while (const std::size_t n = file.read(block.data(), block.size(), 0)) {
+  while (const std::size_t n = file.read(block.data(), block.size(), 0))
     take(decoder.feed({block.data(), n}, decoder.status().last_epoch.value_or(now)));
-  }
   take(decoder.finish());
   read.status = decoder.status();
   if (out_of_order > 0)

@@ -94,12 +94,10 @@ ChannelModel::Kind& ChannelModel::mutable_kind(const gnss::Signal& signal) {
 double ChannelModel::offset_db(gnss::SatelliteId id, const gnss::Signal& signal,
                                geodesy::GpsTime time) const {
   double offset_db = gnss::sum_of(options_.offset_db, id, signal, time) + level_db(options_);
-  if (options_.installation_sigma_db > 0) {
+  if (options_.installation_sigma_db > 0)
     offset_db += options_.installation_sigma_db * RandomStream(seed_, receiver_ + "/installation").normal();
-  }
-  if (options_.satellite_sigma_db > 0) {
+  if (options_.satellite_sigma_db > 0)
     offset_db += options_.satellite_sigma_db * RandomStream(seed_, gnss::to_string(id) + "/power").normal();
-  }
   return offset_db;
 }
 
@@ -118,11 +116,9 @@ void ChannelModel::receive(std::span<const propagation::Interference> waves,
 
 double ChannelModel::gain_beside(std::span<const ReceivedWave> waves, signal::Band band) const {
   double sum_hz = 0;
-  for (const ReceivedWave& wave : waves) {
-    if (signal::band_of(wave.spectrum.centre_hz) == band) {
+  for (const ReceivedWave& wave : waves)
+    if (signal::band_of(wave.spectrum.centre_hz) == band)
       sum_hz += wave.over_noise_hz[static_cast<std::size_t>(band)];
-    }
-  }
   return small_signal_gain(sum_hz / compression_hz_);
 }
 
@@ -227,9 +223,8 @@ void Channel::choose_path(const ChannelModel::Kind& kind, const SignalOptions& o
                                    [](const Path& path) { return path.kind == PathKind::Transmitted; });
   const double reach_mps = geodesy::kSpeedOfLight / carrier_hz / (2 * options.fll.integration_s);
   rates_mps_.resize(paths.size());
-  for (std::size_t i = 0; i < paths.size(); ++i) {
+  for (std::size_t i = 0; i < paths.size(); ++i)
     rates_mps_[i] = path_rate_mps(view.line, motion.velocity_ecef, paths[i], motion.ecef_from_enu);
-  }
 
   // The carrier takes the replica along, as long as it is there.
   if (loop_ && aid_) {
@@ -237,9 +232,8 @@ void Channel::choose_path(const ChannelModel::Kind& kind, const SignalOptions& o
       return path.kind == aid_->kind && path.reflector == aid_->reflector && path.signals == aid_->signals;
     });
     if (same != paths.end() &&
-        within_reach(static_cast<std::size_t>(same - paths.begin()), spoofed, reach_mps)) {
+        within_reach(static_cast<std::size_t>(same - paths.begin()), spoofed, reach_mps))
       loop_->delay_m += same->carrier_excess_m() - aid_->carrier_excess_m();
-    }
   }
 
   // The strongest of the paths where the replica stands. Bundles count by their mean, or the carrier would
@@ -291,9 +285,8 @@ void Channel::fade_paths(const ChannelModel::Kind& kind, const ChannelModel& mod
       paths_[i] = {path.excess_m, amplitudes_[i], fading_hz, drift_mps + path.code_ahead_mps};
       // An edge's wave keeps its phase against the direct one: together they are the field at the boundary of
       // a shadow, which a random phase would tear.
-      if (path.kind == PathKind::Reflected || path.kind == PathKind::Transmitted) {
+      if (path.kind == PathKind::Reflected || path.kind == PathKind::Transmitted)
         paths_[i].amplitude *= fades_.fixed(model.phases(), path.reflector);
-      }
       continue;
     }
     // The satellite's motion changes the detours of a bundle as much as moving the antenna by excess times
@@ -380,9 +373,8 @@ Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
   const double noise = model.noise_factor(*signal_, id_, carrier_hz, received_hz, motion.interference);
   const double clear_cn0_dbhz =
       model.clear_cn0_dbhz(*signal_, view.line.elevation_rad, offset_db_) - 10 * std::log10(noise);
-  if (view.paths.paths.front().kind == PathKind::Direct) {
+  if (view.paths.paths.front().kind == PathKind::Direct)
     result.direct_cn0_dbhz = clear_cn0_dbhz + 10 * std::log10(std::norm(amplitudes_.front()));
-  }
   const std::optional<CodeLock> code = follow_code(motion, kind, clear_cn0_dbhz);
   if (code && code->prompt_power > 0) {
     result.cn0_dbhz = clear_cn0_dbhz + 10 * std::log10(code->prompt_power / kind.peak_power);
@@ -401,11 +393,10 @@ Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
   aid_ = path;
   aid_offset_mps_ = rates_mps_[tracked_] - geometry_->rate_mps;
   if (result.lock == LockState::Tracking && result.cn0_dbhz &&
-      *result.cn0_dbhz >= options.phase_threshold_dbhz && path.kind != PathKind::Diffuse) {
+      *result.cn0_dbhz >= options.phase_threshold_dbhz && path.kind != PathKind::Diffuse)
     result.phase = follow_phase(motion, path, code->prompt, geodesy::kSpeedOfLight / carrier_hz);
-  } else {
+  else
     phase_.reset();
-  }
   return result;
 }
 
@@ -433,9 +424,8 @@ LoopErrors Channel::sample(ChannelModel& model, geodesy::GpsTime time, double cn
   }
   sampled_ = time;
   if (options.cn0_sigma_db > 0) errors.stated_cn0_dbhz += options.cn0_sigma_db * cn0_noise_.normal();
-  if (options.cn0_step_db > 0) {
+  if (options.cn0_step_db > 0)
     errors.stated_cn0_dbhz = options.cn0_step_db * std::round(errors.stated_cn0_dbhz / options.cn0_step_db);
-  }
   return errors;
 }
 

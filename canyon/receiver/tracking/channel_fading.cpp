@@ -52,9 +52,8 @@ void PathFades::clear() {
 }
 
 const PathFades::Fade* PathFades::before(std::uint64_t reflector, bool diffuse) const {
-  for (const Fade& fade : before_) {
+  for (const Fade& fade : before_)
     if (fade.reflector == reflector && fade.diffuse == diffuse) return &fade;
-  }
   return nullptr;
 }
 
@@ -76,13 +75,12 @@ std::complex<double> PathFades::rayleigh(std::uint64_t reflector, double decay) 
   assert(decay >= 0);
   const Fade* known = before(reflector, true);
   std::complex<double> value;
-  if (known == nullptr) {
+  if (known == nullptr)
     value = draw();
-  } else if (decay == 0) {
+  else if (decay == 0)
     value = known->value;
-  } else {
+  else
     value = std::exp(-decay) * known->value + std::sqrt(-std::expm1(-2 * decay)) * draw();
-  }
   now_.push_back({reflector, true, value});
   return value;
 }

@@ -182,9 +182,8 @@ CodeLock CodeTracker::prompt(double delay_chips, std::span<const Averaged> paths
 }
 
 double CodeTracker::discriminator(double delay_m, std::span<const SignalPath> paths) const {
-  if (!std::isfinite(delay_m)) {
+  if (!std::isfinite(delay_m))
     throw InputError(fmt::format("a code delay is {} m", delay_m), "it must be finite");
-  }
   std::vector<Averaged> averaged;
   averaged.reserve(paths.size());
   for (const SignalPath& path : paths) averaged.push_back(average(path));
@@ -221,9 +220,8 @@ struct CodeTracker::Search {
   }
   [[nodiscard]] std::optional<CodeLock> finish(ZeroSearch<double>& search) const {
     using State = ZeroSearch<double>::State;
-    while (search.state == State::Refining || (search.state == State::Scanning && inside(search.at))) {
+    while (search.state == State::Refining || (search.state == State::Scanning && inside(search.at)))
       search.take(look(search.at));
-    }
     if (search.state != State::Found) return std::nullopt;
     return accepted(search.at);
   }
@@ -292,9 +290,8 @@ std::optional<CodeLock> CodeTracker::lock(std::span<const SignalPath> paths,
 
 std::optional<CodeLock> CodeTracker::lock_averaged(std::span<const Averaged> paths,
                                                    std::optional<double> prior_m) const {
-  if (prior_m && !std::isfinite(*prior_m)) {
+  if (prior_m && !std::isfinite(*prior_m))
     throw InputError(fmt::format("the code delay before is {} m", *prior_m), "it must be finite");
-  }
   const Power power(paths);
   if (!power.any()) return std::nullopt;
   const Search search(*this, paths, power.strongest);
@@ -447,9 +444,8 @@ std::shared_ptr<const CodeTracker> shared_code_tracker(const CorrelationOptions&
   static std::vector<std::shared_ptr<const CodeTracker>> made;
   constexpr std::size_t kMost = 64;  // of receivers whose options never repeat: calibration
   const std::lock_guard lock(mutex);
-  for (const auto& each : made) {
+  for (const auto& each : made)
     if (each->correlation().options() == signal && each->options() == loop) return each;
-  }
   if (made.size() >= kMost) made.erase(made.begin());
   return made.emplace_back(std::make_shared<const CodeTracker>(signal, loop));
 }

@@ -138,9 +138,8 @@ Correlation::Correlation(const CorrelationOptions& options) : options_(options) 
   const auto knot = [&](int k) {
     return std::abs(k) <= last ? knot_values_[static_cast<std::size_t>(std::abs(k))] : 0.0;
   };
-  for (int k = -last; k <= last; ++k) {
+  for (int k = -last; k <= last; ++k)
     jumps_.push_back((knot(k + 1) - 2 * knot(k) + knot(k - 1)) / knot_spacing_);
-  }
   step_ = 1 / (kStepsPerCycle * std::max(bandwidth_, 1.0));
   const int steps = static_cast<int>(std::ceil(kTableChips / step_));
   steps_per_chip_ = 1 / step_;
@@ -156,9 +155,8 @@ double Correlation::density(double frequency) const {
   const double x = kPi * frequency * knot_spacing_;
   const double sinc = std::abs(x) < 1e-8 ? 1 : std::sin(x) / x;
   double sum = knot_values_.front();
-  for (std::size_t k = 1; k < knot_values_.size(); ++k) {
+  for (std::size_t k = 1; k < knot_values_.size(); ++k)
     sum += 2 * knot_values_[k] * std::cos(2 * x * static_cast<double>(k));
-  }
   return knot_spacing_ * sinc * sinc * sum;
 }
 

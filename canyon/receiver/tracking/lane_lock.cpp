@@ -188,9 +188,8 @@ std::size_t LaneCodeLock::Paths::add(double at_chips) {
 
 LaneCodeLock::LaneCodeLock(std::shared_ptr<const CodeTracker> tracker) : tracker_(std::move(tracker)) {
   const Correlation& r = tracker_->correlation();
-  for (int i = 0; i <= kSteps + 1; ++i) {
+  for (int i = 0; i <= kSteps + 1; ++i)
     table_.push_back(static_cast<float>(r.value(static_cast<double>(std::min(i, kSteps)) / kStepsPerChip)));
-  }
   const DllOptions& loop = tracker_->options();
   half_spacing_ = static_cast<float>(loop.spacing_chips / 2);
   step_ = static_cast<float>(tracker_->step_chips());
@@ -223,11 +222,10 @@ void LaneCodeLock::lock_group(const Paths& paths, std::size_t first, std::array<
   pull();
   for (std::size_t i = 0; i < Width; ++i) {
     if (!(strongest[i] > 0)) continue;
-    if (d[i] == 0) {  // on the peak
+    if (d[i] == 0)  // on the peak
       searches[i].state = Search::State::Found;
-    } else {
+    else
       searches[i].run(tau[i], d[i], gain_ * d[i] / total[i], step_);
-    }
   }
   for (bool looking = true; looking;) {
     looking = false;
@@ -251,13 +249,11 @@ void LaneCodeLock::lock_group(const Paths& paths, std::size_t first, std::array<
   }
   delay = tau;
   prompt(group, tau, power);
-  for (std::size_t i = 0; i < Width; ++i) {
-    if (!(strongest[i] > 0)) {
+  for (std::size_t i = 0; i < Width; ++i)
+    if (!(strongest[i] > 0))
       power[i] = 0;
-    } else if (searches[i].state == Search::State::Lost || power[i] < least_ * strongest[i]) {
+    else if (searches[i].state == Search::State::Lost || power[i] < least_ * strongest[i])
       power[i] = -1;
-    }
-  }
 }
 
 void LaneCodeLock::lock_alone(const Paths& paths, std::size_t lane, float& delay_m,
@@ -294,9 +290,8 @@ void LaneCodeLock::lock(const Paths& paths, std::span<float> delay_m, std::span<
       }
     }
   };
-  for (std::size_t first = 0; first < paths.lanes; first += kWidth) {
+  for (std::size_t first = 0; first < paths.lanes; first += kWidth)
     first + 1 == paths.lanes ? lock_lanes(first, One()) : lock_lanes(first, Eight());
-  }
 }
 
 }  // namespace canyon::tracking

@@ -29,9 +29,8 @@ OuOptions unit_process(double loop_bandwidth_hz) {
 }  // namespace
 
 double cn0_hz(double cn0_dbhz) {
-  if (!std::isfinite(cn0_dbhz)) {
+  if (!std::isfinite(cn0_dbhz))
     throw InputError(fmt::format("a C/N0 is {} dB-Hz", cn0_dbhz), "it must be finite");
-  }
   return std::pow(10, cn0_dbhz / 10);
 }
 
@@ -45,9 +44,8 @@ CodeLoopNoise::CodeLoopNoise(const CodeTracker& tracker)
   double slope = 0;
   for (std::size_t i = 0; i < count; ++i) {
     slope += bank.weight[i] * r.slope(bank.offset_chips[i]);
-    for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t k = 0; k < count; ++k)
       variance += bank.weight[i] * bank.weight[k] * r.value(bank.offset_chips[i] - bank.offset_chips[k]);
-    }
   }
   const double metres = r.chip_m() / slope;
   first_ = variance * metres * metres;

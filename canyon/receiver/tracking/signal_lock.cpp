@@ -19,9 +19,8 @@ SignalLock::SignalLock(const SignalLockOptions& options) : options_(options) {
 }
 
 LockState SignalLock::update(geodesy::GpsTime time, std::optional<double> cn0_dbhz) {
-  if (cn0_dbhz && !std::isfinite(*cn0_dbhz)) {
+  if (cn0_dbhz && !std::isfinite(*cn0_dbhz))
     throw InputError(fmt::format("the C/N0 of a signal is {}", *cn0_dbhz), "leave it empty without a signal");
-  }
   if (now_ && time < *now_) {
     throw InputError(fmt::format("a signal lock cannot step by {} s", time - *now_),
                      "give epochs in order of time");

@@ -26,9 +26,8 @@ class AntennaRows final : public options::NamedRows {
   }
   [[nodiscard]] std::vector<std::vector<double>> rows() const override {
     std::vector<std::vector<double>> rows;
-    for (const PatternPoint& p : pattern_.points(band_)) {
+    for (const PatternPoint& p : pattern_.points(band_))
       rows.push_back({p.elevation_deg, p.rhcp_dbic, p.lhcp_dbic});
-    }
     return rows;
   }
   void set_name(const std::string& name) override { pattern_ = signal::antenna_by_name(name); }

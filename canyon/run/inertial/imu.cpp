@@ -140,9 +140,8 @@ Vibrations::Vibrations(const std::vector<VibrationOptions>& lines, RandomStream&
                                           kPi * options.bandwidth_hz,
                                           {options.acceleration_mps2, geodesy::radians(options.rate_deg_s)},
                                           {}});
-    for (std::complex<double>& phasor : line.phasors) {
+    for (std::complex<double>& phasor : line.phasors)
       phasor = line.decay_per_s > 0 ? complex_normal(random) : std::polar(1.0, 2 * kPi * random.uniform());
-    }
   }
 }
 
@@ -209,10 +208,9 @@ Triad::Triad(const TriadNumbers& numbers, RandomStream& random)
       bias_(numbers.turn_on * three_normals(random)),
       per_force_(numbers.per_force * three_normals(random)),
       flicker_(numbers.flicker, random) {
-  for (Eigen::Index i = 0; i < 3; ++i) {
+  for (Eigen::Index i = 0; i < 3; ++i)
     for (Eigen::Index k = 0; k < 3; ++k)
       matrix_(i, k) += (i == k ? numbers.scale : numbers.misalignment) * random.normal();
-  }
 }
 
 Vector3d Triad::measure(const Vector3d& mean, const Vector3d& force, double dt_s, RandomStream& random,

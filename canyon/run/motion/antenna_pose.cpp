@@ -54,11 +54,9 @@ void tilt_antenna(propagation::Arrival& arrival, const Pose& pose, const geodesy
   if (pose.roll_rad == 0 && pose.pitch_rad == 0) return;
   const Eigen::Vector3d up = frame.ecef_from_local_rotation().transpose() *
                              (geodesy::enu_from_ecef_rotation(pose.position).transpose() * pose.up_enu());
-  for (propagation::SatelliteView& view : arrival.views) {
-    for (propagation::Path& path : view.paths.paths) {
+  for (propagation::SatelliteView& view : arrival.views)
+    for (propagation::Path& path : view.paths.paths)
       path.arrival_elevation_rad = std::asin(std::clamp(path.arrival.dot(up), -1.0, 1.0));
-    }
-  }
 }
 
 }  // namespace canyon::simulation

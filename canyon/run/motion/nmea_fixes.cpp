@@ -74,11 +74,10 @@ std::size_t each_sentence(std::string_view line, const std::function<void(const 
       each(Sentence{split(*body, ','), true});
     } else if (is_text(text)) {
       const bool ended = next != std::string_view::npos || text.find('*') != std::string_view::npos;
-      if (ended) {
+      if (ended)
         ++damaged;
-      } else {
+      else
         each(Sentence{split(trim(text), ','), false});
-      }
     }
     at = next;
   }
@@ -131,9 +130,8 @@ std::int64_t time_of_day_ns(const RecordAt& at, std::string_view text) {
   const auto second = parse_double(column(text, 4, text.size()));
   const bool digits =
       std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) || c == '.'; });
-  if (!digits || !hour || !minute || !second || *hour > 23 || *minute > 59 || *second >= 61) {
+  if (!digits || !hour || !minute || !second || *hour > 23 || *minute > 59 || *second >= 61)
     throw at.error(fmt::format("the time '{}' is not hhmmss.ss", text));
-  }
   return (*hour * 3600 + *minute * 60) * GpsTime::kNanosecondsPerSecond + std::llround(*second * 1e9);
 }
 
@@ -243,10 +241,12 @@ class NmeaLog {
     const auto is_checked = [](const Report& r) { return r.checked; };
     // Where sentences have checksums, one without is cut short: its last number may be.
     if (std::any_of(reports.begin(), reports.end(), is_checked)) {
-      std::erase_if(reports, [&](const Report& r) {
-        if (!r.checked) report.guess(r.line, kDamaged, "left out");
-        return !r.checked;
-      });
+      std::erase_if(
+          reports,
+          [&](const Report& r) {
+            if (!r.checked) report.guess(r.line, kDamaged, "left out");
+            return !r.checked;
+          });
     }
     choose_kind();
   }

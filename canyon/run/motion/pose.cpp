@@ -73,9 +73,8 @@ RigidPose moved_on(const RigidPose& body, double seconds) {
   RigidPose moved = body;
   moved.position_m += body.linear_velocity * seconds;
   const double turn_rad = body.angular_velocity.norm() * seconds;
-  if (turn_rad != 0) {
+  if (turn_rad != 0)
     moved.attitude = Eigen::AngleAxisd(turn_rad, body.angular_velocity.normalized()) * body.attitude;
-  }
   return moved;
 }
 

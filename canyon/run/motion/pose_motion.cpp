@@ -29,9 +29,8 @@ PoseTrack::Taken PoseTrack::add(const ReportedPose& sent, std::int64_t now_ns) {
   const std::optional<RigidPose> pose = proper_pose(sent.pose);
   const auto finite = [](const std::optional<Vector3d>& v) { return !v || v->allFinite(); };
   if (!pose || !finite(sent.linear_velocity) || !finite(sent.angular_velocity) ||
-      !std::isfinite(sent.stamp_s)) {
+      !std::isfinite(sent.stamp_s))
     return Taken::NoPose;
-  }
   const std::lock_guard lock(mutex_);
   if (!samples_.empty()) {
     const Sample& last = samples_.back();
@@ -130,9 +129,8 @@ PoseTrack::Sample PoseTrack::after_last(const ReportedPose& sent, const RigidPos
       if (since(*earlier) > options_.timeout_s) break;
       // Not across a jump.
       if (earlier != samples_.rbegin() && (from->motion.position_m - earlier->motion.position_m).norm() >
-                                              kTeleport_mps * (since(*earlier) - since(*from))) {
+                                              kTeleport_mps * (since(*earlier) - since(*from)))
         break;
-      }
       from = &*earlier;
       if (since(*from) >= options_.smoothing_s) break;
     }
@@ -148,10 +146,8 @@ PoseTrack::Sample PoseTrack::after_last(const ReportedPose& sent, const RigidPos
 }
 
 std::string PoseInbox::take(const RigidPose& pose, double stamp_s) {
-  if (track_.add({pose, stamp_s, {}, {}}, now_ns_) != PoseTrack::Taken::NoPose ||
-      complained_.exchange(true)) {
+  if (track_.add({pose, stamp_s, {}, {}}, now_ns_) != PoseTrack::Taken::NoPose || complained_.exchange(true))
     return {};
-  }
   return fmt::format(
       "poses on {} are dropped where they are not finite or their quaternion is zero; this is "
       "the first",
@@ -178,11 +174,10 @@ std::optional<RigidPose> EngineMotion::at(std::int64_t now_ns, const RigidPose& 
   if (last_ && now_ns < last_->time_ns) last_.reset();
   if (last_ && sample.at_rest && last_->at_rest) {
     const double seconds = static_cast<double>(now_ns - last_->time_ns) * 1e-9;
-    if (seconds > 0) {
+    if (seconds > 0)
       sample.motion = motion_between(last_->motion, *pose, seconds);
-    } else if (same_pose(*pose, last_->motion)) {
+    else if (same_pose(*pose, last_->motion))
       sample.motion = last_->motion;  // asked twice at one time
-    }
   }
   last_ = sample;
   return sample.motion;

@@ -162,12 +162,10 @@ GpsTime set_time(const RecordAt& at, GpsTime time) {
 }
 
 GpsTime time_of_week(const RecordAt& at, double week, double tow_s) {
-  if (week != std::floor(week) || !(week >= 0 && week < 10'000)) {
+  if (week != std::floor(week) || !(week >= 0 && week < 10'000))
     throw at.error(fmt::format("the GPS week '{}' is not a whole number of weeks since 1980", week));
-  }
-  if (!(tow_s >= 0 && tow_s < static_cast<double>(GpsTime::kSecondsPerWeek))) {
+  if (!(tow_s >= 0 && tow_s < static_cast<double>(GpsTime::kSecondsPerWeek)))
     throw at.error(fmt::format("the time of week {} s is out of range", tow_s), "it runs from 0 to 604800 s");
-  }
   return set_time(at, GpsTime::from_week(static_cast<int>(week), tow_s));
 }
 
@@ -233,9 +231,8 @@ TrajectoryFile read_trajectory_file(const std::filesystem::path& path, const std
                                     GpsTime start, const HeightReading& heights,
                                     const TrajectoryColumns& columns) {
   RecordedPath recorded = read_recorded_path(path, format, start, heights, columns);
-  if (!recorded.timed) {
+  if (!recorded.timed)
     throw InputError(path, 0, "the path has no times", "name it in a scenario, with trajectory.speed_mps");
-  }
   return recorded_trajectory(std::move(recorded));
 }
 

@@ -206,11 +206,10 @@ std::vector<Stop> join(const std::vector<Waypoint>& waypoints, const FlatFrame& 
   std::vector<Stop> stops;
   for (const Waypoint& waypoint : waypoints) {
     const Vector3d at = frame.flat(waypoint.place);
-    if (!stops.empty() && (at - stops.back().at).norm() < 1e-6) {
+    if (!stops.empty() && (at - stops.back().at).norm() < 1e-6)
       stops.back().hold_s += waypoint.hold_s;
-    } else {
+    else
       stops.push_back({at, waypoint.speed_mps, waypoint.hold_s});
-    }
   }
   return stops;
 }

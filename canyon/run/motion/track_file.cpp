@@ -90,11 +90,13 @@ class TrackReader {
   /// Calls `read` for a value of a point; the point is bad where it throws InputError.
   template <typename Read>
   void guard(TrackPoint& point, const Read& read) {
-    guard_record(report_, [&] {
-      if (std::exchange(point.bad, true)) return;
-      read();
-      point.bad = false;
-    });
+    guard_record(
+        report_,
+        [&] {
+          if (std::exchange(point.bad, true)) return;
+          read();
+          point.bad = false;
+        });
   }
   [[nodiscard]] NoValue no_fix(const XmlTags& tags) const {
     return {file_.path(), tags.line(), "point without a fix"};
@@ -122,7 +124,8 @@ class TrackReader {
       } else if (tags.name.starts_with('/') && tags.name.substr(1) == name) {
         inside = false;
       } else if (inside && !extension) {
-        guard(points_.back(), [&] { read_gpx_value(tags, points_.back()); });
+        guard(
+            points_.back(), [&] { read_gpx_value(tags, points_.back()); });
       }
     }
     // The file ends within it.
@@ -297,10 +300,9 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kProvider
     {{"GPS", " gps "}, {"fused", " flp fused "}, {"network", " nlp network "}}};
 
 std::optional<std::size_t> provider_of(std::string_view text) {
-  for (std::size_t i = 0; i < kProviders.size(); ++i) {
+  for (std::size_t i = 0; i < kProviders.size(); ++i)
     if (!text.empty() && kProviders[i].second.find(" " + lower_case(text) + " ") != std::string_view::npos)
       return i;
-  }
   return std::nullopt;
 }
 

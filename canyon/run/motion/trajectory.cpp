@@ -311,9 +311,8 @@ Trajectory Trajectory::from_waypoints(GpsTime start, const std::vector<Waypoint>
       throw InputError(fmt::format("speed_mps: {} m/s is out of range", w.speed_mps),
                        "it is above 0 and at most 100000 m/s");
     }
-    if (!(w.hold_s >= 0) || !(w.hold_s <= 1e8)) {
+    if (!(w.hold_s >= 0) || !(w.hold_s <= 1e8))
       throw InputError(fmt::format("hold_s: {} s is out of range", w.hold_s), "it runs from 0 to 1e8 s");
-    }
   }
   Trajectory trajectory(Samples{{start, waypoints.front().place}});
   if (acceleration_mps2 && waypoints.size() > 1) {
@@ -369,9 +368,8 @@ Trajectory Trajectory::smoothed(const std::function<Pose(GpsTime)>& pose) const 
 }
 
 Trajectory Trajectory::fixed(GpsTime start, const Geodetic& place, double duration_s) {
-  if (!(duration_s >= 0) || !(duration_s <= 1e9)) {
+  if (!(duration_s >= 0) || !(duration_s <= 1e9))
     throw InputError(fmt::format("duration_s: {} s is out of range", duration_s), "it runs from 0 to 1e9 s");
-  }
   std::vector<std::pair<GpsTime, Geodetic>> samples{{start, place}};
   if (start + duration_s > start) samples.emplace_back(start + duration_s, place);
   Trajectory trajectory(std::vector<std::pair<GpsTime, Geodetic>>{samples.front()});

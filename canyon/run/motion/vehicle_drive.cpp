@@ -27,9 +27,8 @@ void check_waypoints(const std::vector<Vector3d>& waypoints, const VehicleDrive:
     throw InputError(fmt::format("speed_mps: {} m/s is out of range", options.speed_mps),
                      "it is above 0 and at most 100000 m/s");
   }
-  if (!(options.hold_s >= 0) || !(options.hold_s <= 1e8)) {
+  if (!(options.hold_s >= 0) || !(options.hold_s <= 1e8))
     throw InputError(fmt::format("hold_s: {} s is out of range", options.hold_s), "it runs from 0 to 1e8 s");
-  }
 }
 
 }  // namespace

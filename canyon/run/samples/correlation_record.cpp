@@ -41,9 +41,8 @@ CorrelationRecord::CorrelationRecord(const simulation::Simulation& simulation, O
       signal_(&signal_of(options_)),
       correlation_(shape_of(*signal_, options_.bandwidth_hz)) {
   const auto& receivers = simulation.scenario().receivers;
-  if (options_.receiver >= receivers.size()) {
+  if (options_.receiver >= receivers.size())
     throw InputError(fmt::format("the scenario has no receiver {}", options_.receiver));
-  }
   const auto satellites = simulation.environment().sky().satellites();
   if (std::find(satellites.begin(), satellites.end(), options_.satellite) == satellites.end()) {
     throw InputError(fmt::format("the sky has no satellite {}", gnss::to_string(options_.satellite)),

@@ -48,9 +48,8 @@ class BandNoise {
     // The values that lie within the filter's length.
     std::int64_t tap = at % kPhases;
     Complex sum;
-    for (std::int64_t k = at / kPhases; tap < static_cast<std::int64_t>(taps.size()); --k, tap += kPhases) {
+    for (std::int64_t k = at / kPhases; tap < static_cast<std::int64_t>(taps.size()); --k, tap += kPhases)
       sum += values_[static_cast<std::size_t>(k)] * static_cast<double>(taps[static_cast<std::size_t>(tap)]);
-    }
     // The values have a variance of 2, and the taps the energy of all phases.
     return sum * std::sqrt(kPhases / 2.0);
   }
@@ -116,9 +115,8 @@ struct Generator::State {
       double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
       for (const InterpolatedPath& from : signal.paths) {
         Complex amplitude = from.from + middle * (from.to - from.from);
-        if (!from.fading.empty()) {
+        if (!from.fading.empty())
           amplitude *= Complex(from.fading[std::min(in_segment, from.fading.size() - 1)]);
-        }
         if (std::abs(amplitude) < least) continue;
         PathBlock path;
         path.slot = slot_at(from, begin_s, begin);
@@ -143,9 +141,8 @@ struct Generator::State {
       }
     }
     interfere(segment, begin_s, out);
-    if (made.real) {
+    if (made.real)
       for (float& value : out.re) value *= kSqrt2;
-    }
     if (front_end.noise) add_noise(interpolator->noise_key() ^ mix64(first + kGolden64), out);
   }
 
@@ -168,9 +165,8 @@ struct Generator::State {
       };
       switch (spectrum.shape) {
         case propagation::Spectrum::Shape::Tone:
-          if (centre_hz > lowest_hz && centre_hz < highest_hz) {
+          if (centre_hz > lowest_hz && centre_hz < highest_hz)
             add_tone(centre_hz * begin_s, centre_hz / made.rate_hz, amplitude, out);
-          }
           break;
         case propagation::Spectrum::Shape::Chirp: {
           // An oscillator that runs free begins each sweep at another phase: with one phase the sweeps would

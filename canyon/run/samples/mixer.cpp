@@ -104,12 +104,10 @@ CANYON_CLONES void decimate_by(const float* __restrict in, const float* __restri
   for (std::size_t n = 0; n < samples; ++n) {
     const float* from = in + step * n;
     alignas(64) std::array<float, kLanes> sums{};
-    for (std::size_t k = 0; k < count; k += kLanes) {
+    for (std::size_t k = 0; k < count; k += kLanes)
       for (std::size_t l = 0; l < kLanes; ++l) sums[l] += taps[k + l] * from[k + l];
-    }
-    for (std::size_t width = kLanes / 2; width > 0; width /= 2) {
+    for (std::size_t width = kLanes / 2; width > 0; width /= 2)
       for (std::size_t l = 0; l < width; ++l) sums[l] += sums[l + width];
-    }
     out[n] = sums[0];
   }
 }
@@ -242,9 +240,8 @@ double bessel_i0(double x) {
 }  // namespace
 
 void FrontEnd::validate() const {
-  if (!(rate_hz >= 1e6 && rate_hz <= 200e6)) {
+  if (!(rate_hz >= 1e6 && rate_hz <= 200e6))
     throw InputError(fmt::format("{} samples per second are out of range", rate_hz), "give 1e6 to 200e6");
-  }
   if (!(centre_hz >= 1e9 && centre_hz <= 2e9)) {
     throw InputError(fmt::format("a centre of {} Hz is out of range", centre_hz),
                      "give 1e9 to 2e9 Hz, e.g. 1575.42e6");
@@ -278,9 +275,8 @@ bool carries(const FrontEnd& front_end, const gnss::Signal& signal, double carri
   spectrum.modulation = signal.modulation;
   spectrum.chip_rate_hz = signal.chip_rate_hz;
   double width_hz = 2 * std::min(carrier_hz - front_end.lowest_hz(), front_end.highest_hz() - carrier_hz);
-  if (front_end.bandwidth_hz > 0) {
+  if (front_end.bandwidth_hz > 0)
     width_hz = std::min(width_hz, front_end.bandwidth_hz - 2 * std::abs(carrier_hz - front_end.centre_hz));
-  }
   return width_hz > 0 && tracking::share_within(spectrum, carrier_hz, width_hz) >= kLeastShare;
 }
 

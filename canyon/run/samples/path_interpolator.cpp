@@ -85,13 +85,12 @@ InterpolatedPath interpolate(const PathAtEpoch* from, const PathAtEpoch* to,
   InterpolatedPath path;
   const auto cubic = [&](double receiver::CodeAndCarrier::*part) {
     Cubic c;
-    if (from != nullptr && to != nullptr) {
+    if (from != nullptr && to != nullptr)
       c = hermite(from->range.*part, from->rate.*part * length_s, to->range.*part, to->rate.*part * length_s);
-    } else if (from != nullptr) {
+    else if (from != nullptr)
       c = {from->range.*part, from->rate.*part * length_s, 0, 0};
-    } else {
+    else
       c = {to->range.*part - to->rate.*part * length_s, to->rate.*part * length_s, 0, 0};
-    }
     c.a += air[0].*part;
     c.b += air[1].*part - air[0].*part;
     return c;
@@ -131,9 +130,8 @@ class Interpolator final : public PathInterpolator {
     std::optional<SignalSegment> segment;
     if (last) {
       segment = segment_to(now);
-      if (!(segment->length_s > 0)) {
+      if (!(segment->length_s > 0))
         throw InputError("samples: time runs backwards", "give epochs in order of time");
-      }
       if (epoch.navigation != nullptr) read_symbols(*epoch.navigation, now);
     }
     last = std::move(now);
@@ -157,11 +155,9 @@ class Interpolator final : public PathInterpolator {
     now.reading_s = (time - *whole_second) + epoch.observed.clock_bias_s - epoch.observed.events.clock_bias_s;
     model.receive(epoch.arrival->interference, now.waves);
     if (epoch.arrival->placement == raytrace::Placement::Free) {
-      for (const propagation::SatelliteView& view : epoch.arrival->views) {
-        for (const gnss::Signal& signal : gnss::signals_of(view.line.id.system)) {
+      for (const propagation::SatelliteView& view : epoch.arrival->views)
+        for (const gnss::Signal& signal : gnss::signals_of(view.line.id.system))
           add_signal(epoch, view, signal, now);
-        }
-      }
     }
     count(now);
     return now;
@@ -194,9 +190,8 @@ class Interpolator final : public PathInterpolator {
     const orbit::LineOfSight& line = view.line;
     const double carrier_hz = gnss::carrier_hz(signal, line.state.carrier_frequency_hz);
     if (!options.signal.antenna.receives(signal::band_of(carrier_hz)) ||
-        !gnss::transmits(line.id, signal, epoch.truth.time) || !carries(front_end, signal, carrier_hz)) {
+        !gnss::transmits(line.id, signal, epoch.truth.time) || !carries(front_end, signal, carrier_hz))
       return;
-    }
     Source* source = source_of(view, signal, epoch.truth.time);
     if (source == nullptr) return;
 
@@ -229,9 +224,8 @@ class Interpolator final : public PathInterpolator {
       at.reflector = path.reflector;
       at.signals = path.signals;
       for (const auto of : {receiver::RangeTermOf::Satellite, receiver::RangeTermOf::Receiver,
-                            receiver::RangeTermOf::Channel}) {
+                            receiver::RangeTermOf::Channel})
         at.range += receiver::range_of(of, state);
-      }
       at.rate = receiver::signal_rate(state);
       return at;
     };
@@ -268,9 +262,8 @@ class Interpolator final : public PathInterpolator {
       PathAtEpoch& at = sent.paths.emplace_back(path_of(path, path.carrier_excess_m(), path.code_ahead_m));
       at.amplitude = amplitudes[i] * unit *
                      std::polar(1.0, kTurn * std::remainder(path.carrier_excess_m() / wavelength, 1));
-      if (path.kind == PathKind::Reflected || path.kind == PathKind::Transmitted) {
+      if (path.kind == PathKind::Reflected || path.kind == PathKind::Transmitted)
         at.amplitude *= source->fades.fixed(model.phases(), path.reflector);
-      }
     }
     const Path direct;
     for (const auto& [bin, merged] : diffuse) {
@@ -297,9 +290,8 @@ class Interpolator final : public PathInterpolator {
       ++satellites[fmt::format("{} {}", gnss::name(system), gnss::signals_of(system)[key.second].name)];
       paths += sent.paths.size();
     }
-    for (const auto& [name, count] : satellites) {
+    for (const auto& [name, count] : satellites)
       counted.satellites[name] = std::max(counted.satellites[name], count);
-    }
     counted.most_paths = std::max(counted.most_paths, paths);
   }
 
@@ -334,9 +326,8 @@ class Interpolator final : public PathInterpolator {
         if (k < to.paths.size()) met[k] = true;
         add(&path, k < to.paths.size() ? &to.paths[k] : nullptr);
       }
-      for (std::size_t k = 0; k < to.paths.size(); ++k) {
+      for (std::size_t k = 0; k < to.paths.size(); ++k)
         if (!met[k]) add(nullptr, &to.paths[k]);
-      }
       std::erase_if(any.source->bundles, [&](const auto& bundle) {
         return std::none_of(to.paths.begin(), to.paths.end(), [&](const PathAtEpoch& path) {
           return path.kind == PathKind::Diffuse && path.reflector == bundle.first;

@@ -37,19 +37,17 @@ BandPlan plan_band(const FrontEnd& front_end, std::span<const gnss::SatelliteId>
       for (int channel = many ? kLowestChannel : 0; channel <= (many ? kHighestChannel : 0); ++channel) {
         const double carrier_hz = signal.carrier_hz + channel * signal.channel_hz;
         ++channels;
-        if (carries(front_end, signal, carrier_hz)) {
+        if (carries(front_end, signal, carrier_hz))
           ++carried;
-        } else if (carrier_hz > front_end.lowest_hz() && carrier_hz < front_end.highest_hz()) {
+        else if (carrier_hz > front_end.lowest_hz() && carrier_hz < front_end.highest_hz())
           ++within;
-        }
       }
-      if (carried == channels) {
+      if (carried == channels)
         plan.carried.push_back(name);
-      } else if (carried > 0) {
+      else if (carried > 0)
         plan.carried.push_back(fmt::format("{} ({} of {} channels)", name, carried, channels));
-      } else if (within > 0) {
+      else if (within > 0)
         plan.left_out.push_back(name);
-      }
     }
   }
   return plan;
@@ -58,9 +56,8 @@ BandPlan plan_band(const FrontEnd& front_end, std::span<const gnss::SatelliteId>
 Generator make_generator(const simulation::Simulation& simulation, std::size_t receiver,
                          const FrontEnd& front_end, int threads) {
   const std::vector<simulation::ReceiverConfig>& receivers = simulation.scenario().receivers;
-  if (receiver >= receivers.size()) {
+  if (receiver >= receivers.size())
     throw InputError(fmt::format("the scenario has no receiver {}", receiver));
-  }
   return {receivers[receiver].options, simulation.scenario().seed, simulation.environment().klobuchar(),
           front_end, threads};
 }
@@ -145,9 +142,8 @@ void SampleFile::write(const simulation::Epoch& epoch) {
   if (!place_) place_ = epoch.truth.position;
   clipped_ = of_epoch_ = 0;
   generator_.next(epoch, [this](const SampleBlock& block, std::size_t samples) { put(block, samples); });
-  if (of_epoch_ > 0) {
+  if (of_epoch_ > 0)
     most_clipped_ = std::max(most_clipped_, static_cast<double>(clipped_) / static_cast<double>(of_epoch_));
-  }
 }
 
 void SampleFile::put(const SampleBlock& block, std::size_t samples) {
@@ -165,14 +161,13 @@ void SampleFile::put(const SampleBlock& block, std::size_t samples) {
 }
 
 void SampleFile::put_bytes(std::string_view bytes) {
-  if (file_) {
+  if (file_)
     file_->write(bytes);
-  } else if (options_.to) {
+  else if (options_.to)
     options_.to->write(bytes);
-  } else if (std::fwrite(bytes.data(), 1, bytes.size(), pipe_) != bytes.size() ||
-             (bytes.empty() && std::fflush(pipe_) != 0)) {
+  else if (std::fwrite(bytes.data(), 1, bytes.size(), pipe_) != bytes.size() ||
+           (bytes.empty() && std::fflush(pipe_) != 0))
     throw OutputError(options_.path.string(), 0, "the reader is gone", "start it again");
-  }
 }
 
 std::string SampleFile::metadata() const {
@@ -184,9 +179,8 @@ std::string SampleFile::metadata() const {
   global["core:num_channels"] = 1;
   std::string description = fmt::format("Simulated; no signal was received. Receiver '{}': {}", receiver,
                                         fmt::join(plan_.carried, ", "));
-  if (front_end_.bandwidth_hz > 0) {
+  if (front_end_.bandwidth_hz > 0)
     description += fmt::format(". Filtered: {} MHz", front_end_.bandwidth_hz * 1e-6);
-  }
   if (packed(options_.samples.format)) {
     // A reader that does not know these fields takes bytes for samples: the extension is not optional.
     Json extension = Json::object();
@@ -211,9 +205,7 @@ std::string SampleFile::metadata() const {
   Json capture = Json::object();
   capture["core:sample_start"] = 0;
   capture["core:frequency"] = front_end_.zero_hz();
-  if (samples_ > 0) {
-    capture["core:datetime"] = geodesy::format_utc(generator_.begin(), 9);
-  }
+  if (samples_ > 0) capture["core:datetime"] = geodesy::format_utc(generator_.begin(), 9);
   if (place_) {
     Json point = Json::object();
     point["type"] = "Point";
@@ -278,9 +270,8 @@ std::vector<std::unique_ptr<SampleFile>> make_sample_files(const simulation::Sim
   }
   std::vector<std::unique_ptr<SampleFile>> files;
   for (const std::string& band : bands) {
-    if (bands.size() > 1) {
+    if (bands.size() > 1)
       options.path = path.parent_path() / (path.stem().string() + "." + band + path.extension().string());
-    }
     options.band = band;
     files.push_back(std::make_unique<SampleFile>(simulation, options));
   }
@@ -328,11 +319,10 @@ void SampleEncoder::encode(const SampleBlock& block, std::size_t samples, float 
     using Value = decltype(of);
     bytes.resize((real_ ? 1 : 2) * samples * sizeof(Value));
     auto* out = reinterpret_cast<Value*>(bytes.data());
-    if (real_) {
+    if (real_)
       quantise(block.re.data(), samples, gain, out);
-    } else {
+    else
       quantise(block, samples, gain, out);
-    }
   };
   const auto pack = [&](auto code, unsigned size) {
     bytes.clear();

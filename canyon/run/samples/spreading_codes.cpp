@@ -74,9 +74,8 @@ constexpr std::uint32_t powers(std::initializer_list<int> exponents) {
 
 /// Sum modulo 2, b shifted: element i of the result is a[i] + b[(i + advance) mod size of b].
 Chips sum(Chips a, const Chips& b, std::size_t advance = 0) {
-  for (std::size_t i = 0; i < a.size(); ++i) {
+  for (std::size_t i = 0; i < a.size(); ++i)
     a[i] = static_cast<std::int8_t>(a[i] * b[(i + advance) % b.size()]);
-  }
   return a;
 }
 
@@ -266,9 +265,8 @@ std::vector<Component> beidou_components(gnss::SatelliteId id, std::string_view 
                           b2b3(powers({1, 5, 11, 13}), powers({3, 5, 9, 11, 12, 13}), codes.b2a_data),
                           from_bits("00010"), -kPi / 2);
   }
-  if (signal == "B2b") {
+  if (signal == "B2b")
     return {data_alone(b2b3(powers({1, 9, 10, 13}), powers({3, 4, 6, 9, 12, 13}), codes.b2b), 10.23e6)};
-  }
   return {};
 }
 

@@ -49,9 +49,8 @@ Waveform::Waveform(gnss::SatelliteId id, const gnss::Signal& signal, geodesy::Gp
 }
 
 bool Waveform::read_symbols(const gnss::NavigationData& navigation, double from_s, double to_s) {
-  if (std::none_of(parts_.begin(), parts_.end(), [](const Part& part) { return part.component.data; })) {
+  if (std::none_of(parts_.begin(), parts_.end(), [](const Part& part) { return part.component.data; }))
     return true;
-  }
   symbols_.erase(
       std::remove_if(symbols_.begin(), symbols_.end(), [&](const Symbols& s) { return s.end_s() <= from_s; }),
       symbols_.end());
@@ -96,9 +95,7 @@ void Waveform::send(const Part& part, std::int64_t first, std::size_t count, flo
     const std::int64_t begin = period * length - before;  // of the period
     const std::int64_t end = std::min(end_chip, begin + length);
     float value = amplitude;
-    if (c.data) {
-      value *= static_cast<float>(symbol_at((static_cast<double>(begin) + 0.5) / c.chip_rate_hz));
-    }
+    if (c.data) value *= static_cast<float>(symbol_at((static_cast<double>(begin) + 0.5) / c.chip_rate_hz));
     value *= static_cast<float>(
         c.secondary[static_cast<std::size_t>(period % static_cast<std::int64_t>(c.secondary.size()))]);
     const std::int8_t* chips = c.chips.data() + (chip - begin);

@@ -21,11 +21,10 @@ using buildings::has_ending;
 
 tiles::TileOptions tileset(const std::filesystem::path& path) {
   tiles::TileOptions options;
-  if (tiles::is_web_address(path.string())) {
+  if (tiles::is_web_address(path.string()))
     options.url = path.string();
-  } else {
+  else
     options.file = path;
-  }
   return options;
 }
 

@@ -83,7 +83,8 @@ void visit(options::Visitor& v, PoseSourceOptions& o) {
 
 void visit(options::Visitor& v, LiveOptions& o) {
   static constexpr std::string_view kClocks[]{"wall", "stamps"};
-  v.list("poses", o.poses, [&](PoseSourceOptions& source) { visit(v, source); });
+  v.list(
+      "poses", o.poses, [&](PoseSourceOptions& source) { visit(v, source); });
   v.list("streams", o.streams, [&](StreamRequest& stream) { visit(v, stream); });
   v.choice({"clock", "", "clock of the run: wall (real time) or stamps (those of the poses)"}, o.clock,
            kClocks);
@@ -104,9 +105,8 @@ void visit(options::Visitor& v, LiveOptions& o) {
 namespace {
 
 void warn_of_idle_noise(const options::Visitor& v, LiveConfig& config) {
-  if (v.reads() && v.has("noise") && has_idle_noise(config.sky, config.receiver())) {
+  if (v.reads() && v.has("noise") && has_idle_noise(config.sky, config.receiver()))
     config.warnings.push_back(idle_noise_warning({}));
-  }
 }
 
 /// The fields that may change while a receiver runs.
@@ -158,10 +158,9 @@ void visit_base(options::Visitor& v, LiveConfig& config) {
     base.options.own_draws = true;
     config.receivers.resize(1);
     config.receivers.push_back(base);
-    if (base.options.name == config.receiver().options.name) {
+    if (base.options.name == config.receiver().options.name)
       throw v.fault("name", fmt::format("'{}' is the name of the receiver", base.options.name),
                     "give the base another name");
-    }
   });
 }
 
@@ -169,10 +168,9 @@ void check_base(options::Visitor& v, const LiveConfig& config) {
   if (!v.reads()) return;
   const std::string& from = config.receiver().options.corrections.from;
   v.section("corrections", [&] {
-    if (relative::is_stream(from)) {
+    if (relative::is_stream(from))
       throw v.fault("from", fmt::format("'{}' is a stream, which hosts do not read", from),
                     "run it by canyon live, or give a base: {fixed: ...} and name that");
-    }
     if (config.bases_elsewhere && config.base() == nullptr) return;
     try {
       check_corrections(config.receivers, 0);

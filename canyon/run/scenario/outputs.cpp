@@ -48,9 +48,8 @@ void visit_generation(options::Visitor& v, UbxGeneration& generation) {
 }
 
 OutputConfig::OutputConfig() {
-  for (const Output& output : outputs()) {
+  for (const Output& output : outputs())
     if (output.wanted) names.emplace(output.name);
-  }
 }
 
 void OutputConfig::validate() const {
@@ -61,11 +60,13 @@ void visit(options::Visitor& v, OutputConfig& o) {
   for (const Output& output : outputs()) {
     bool wanted = o.has(output.name);
     if (output.name == kWithGeneration) {
-      v.section(output.name, [&] {
-        if (v.reads()) wanted = true;
-        v.boolean({"enabled", "", output.help}, wanted);
-        visit_generation(v, o.ubx_generation);
-      });
+      v.section(
+          output.name,
+          [&] {
+            if (v.reads()) wanted = true;
+            v.boolean({"enabled", "", output.help}, wanted);
+            visit_generation(v, o.ubx_generation);
+          });
     } else {
       v.boolean({output.name, "", output.help}, wanted);
     }

@@ -112,10 +112,9 @@ void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers, const C
     std::vector<std::string> names;
     v.list("receivers", receivers, [&](ReceiverConfig& config) {
       visit_name_and_profile(v, config, receivers.size() > 1);
-      if (std::find(names.begin(), names.end(), config.options.name) != names.end()) {
+      if (std::find(names.begin(), names.end(), config.options.name) != names.end())
         throw v.fault("name", fmt::format("'{}' names two receivers", config.options.name),
                       "give each its own name");
-      }
       names.push_back(config.options.name);
     });
     if (names.empty()) receivers.front().options.name = "rover";

@@ -24,13 +24,11 @@ std::string_view name(SampleFormat format) {
 double band_centre_hz(std::string_view band) {
   constexpr std::pair<std::string_view, double> kBands[]{
       {"L1", gnss::kL1_hz}, {"L2", 1227.6e6}, {"L5", 1176.45e6}, {"E5", 1191.795e6}};
-  for (const auto& [name, centre_hz] : kBands) {
+  for (const auto& [name, centre_hz] : kBands)
     if (name == band) return centre_hz;
-  }
   for (const gnss::System system : gnss::kAllSystems) {
-    for (const gnss::Signal& signal : gnss::signals_of(system)) {
+    for (const gnss::Signal& signal : gnss::signals_of(system))
       if (signal.name == band) return signal.carrier_hz;
-    }
   }
   throw InputError(fmt::format("'{}' is not a band", band),
                    fmt::format("give L1, L2, L5, E5 or a signal: {}", fmt::join(gnss::signal_names(), ", ")));
@@ -40,9 +38,8 @@ void SampleOptions::validate() const {
   options::check(*this, "samples");
   if (bands.empty()) throw InputError("the samples have no band", "give bands: [L1]");
   for (const std::string& band : bands) (void)band_centre_hz(band);
-  if (format == SampleFormat::OneBit && noise_level) {
+  if (format == SampleFormat::OneBit && noise_level)
     throw InputError("1 bit is the sign alone and has no level", "leave the noise level out");
-  }
   if (real && intermediate_hz == 0) {
     throw InputError("real samples need an intermediate frequency",
                      fmt::format("give a quarter of the rate: {} Hz", rate_hz / 4));

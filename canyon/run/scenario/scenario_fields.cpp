@@ -36,9 +36,8 @@ using options::Visitor;
 // --- sky
 
 void visit_frozen(Visitor& v, SkyConfig& sky) {
-  if (v.reads() && !(v.has("satAzimuth") && v.has("satElevation"))) {
+  if (v.reads() && !(v.has("satAzimuth") && v.has("satElevation")))
     throw v.fault({}, "frozen needs satAzimuth and satElevation", "give lists of radians");
-  }
   int count = static_cast<int>(sky.frozen_azimuth_rad.size());
   std::vector<double>& azimuths = sky.frozen_azimuth_rad;
   std::vector<double>& elevations = sky.frozen_elevation_rad;
@@ -265,26 +264,25 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
             "turns); multirotor (tilted by its acceleration); car (nose along the way, level across)"},
            config.attitude, kAttitudes);
   std::vector<WaypointKeys> places;
-  for (std::size_t i = 0; i < config.waypoints.size() && !v.reads(); ++i) {
+  for (std::size_t i = 0; i < config.waypoints.size() && !v.reads(); ++i)
     places.push_back({keys_of(config, i), i < config.legs.size() ? config.legs[i] : TrajectoryConfig::Leg{}});
-  }
-  v.list("waypoints", places, [&](WaypointKeys& keys) {
-    visit_place(v, keys.place, "corner of a drive with straight legs", kHeightNote);
-    visit_leg(v, keys.leg);
-    if (!v.reads()) return;
-    if (keys.leg.height_above_terrain_m && config.height_above_terrain_m) {
-      throw v.fault(
-          "height_above_terrain_m", "is given at the waypoint and at the trajectory",
-          "keep one: the trajectory's follows the terrain, waypoints' are joined by straight lines");
-    }
-    add_place(v, keys.place, frame, config, keys.leg.height_above_terrain_m.has_value());
-    config.legs.push_back(keys.leg);
-  });
+  v.list(
+      "waypoints", places,
+      [&](WaypointKeys& keys) {
+        visit_place(v, keys.place, "corner of a drive with straight legs", kHeightNote);
+        visit_leg(v, keys.leg);
+        if (!v.reads()) return;
+        if (keys.leg.height_above_terrain_m && config.height_above_terrain_m)
+          throw v.fault(
+              "height_above_terrain_m", "is given at the waypoint and at the trajectory",
+              "keep one: the trajectory's follows the terrain, waypoints' are joined by straight lines");
+        add_place(v, keys.place, frame, config, keys.leg.height_above_terrain_m.has_value());
+        config.legs.push_back(keys.leg);
+      });
   if (v.reads() && std::all_of(config.legs.begin(), config.legs.end(), [](const TrajectoryConfig::Leg& leg) {
         return leg == TrajectoryConfig::Leg{};
-      })) {
+      }))
     config.legs.clear();
-  }
   const bool track =
       config.file && (config.format == "gpx" || config.format == "kml" || config.format == "csv");
   if (v.wants(track || (v.reads() ? v.has("waypoints") : !places.empty()))) {
@@ -406,17 +404,15 @@ void visit_scenario(Visitor& v, Scenario& scenario, bool trajectory_needed) {
   visit_start(v, scenario.start, &scenario.warnings);
   visit_duration(v, scenario.duration_s);
   visit_rate(v, scenario.rate_hz);
-  if (v.reads() && trajectory_needed) {
+  if (v.reads() && trajectory_needed)
     v.require("trajectory", "add trajectory: {file: ...}, waypoints or position");
-  }
   v.section("trajectory", [&] { visit_trajectory(v, scenario.trajectory, scenario.city); });
   visit_receivers(v, scenario.receivers, scenario.city);
   v.part("sensors", scenario.sensors);
   visit_streets(v, scenario);
   if (v.reads() && std::any_of(scenario.receivers.begin(), scenario.receivers.end(),
-                               [](const ReceiverConfig& receiver) { return has_base(receiver.options); })) {
+                               [](const ReceiverConfig& receiver) { return has_base(receiver.options); }))
     scenario.sky.errors.enabled.set_default(true);
-  }
   warn_of_idle_noises(v, scenario);
   disturbance::visit_faults(v, scenario.faults, receiver_names(scenario.receivers));
   visit_seed(v, scenario.seed);

@@ -111,9 +111,8 @@ void put_ionosphere(Bits& bits) {
 
 std::uint32_t bch_15_11(std::uint32_t information) {
   std::uint32_t remainder = information << 4;
-  for (int i = 14; i >= 4; --i) {
+  for (int i = 14; i >= 4; --i)
     if ((remainder >> i & 1) != 0) remainder ^= 0b10011u << (i - 4);
-  }
   return remainder;
 }
 
@@ -198,11 +197,10 @@ Bits bcnav2_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage&
   const gnss::KeplerEphemeris e = in_bdt(ephemeris);
   Bits bits;
   bits.count(e.id.number, 6).count(type, 6).count(second_of_week(start) / 3, 18);
-  if (type == 10) {
+  if (type == 10)
     bits.count(bdt_week(start), 13);
-  } else {
+  else
     bits.count(e.health != 0, 2);
-  }
   bits.put(0, kIntegrityBits).put(0, 3);  // of B2a, of B1C
   switch (type) {
     case 10:

@@ -40,9 +40,8 @@ std::uint64_t Bits::number(std::size_t first, std::size_t width) const {
 
 std::vector<std::uint32_t> Bits::words32() const {
   std::vector<std::uint32_t> words((bits_.size() + 31) / 32);
-  for (std::size_t i = 0; i < bits_.size(); ++i) {
+  for (std::size_t i = 0; i < bits_.size(); ++i)
     words[i / 32] |= static_cast<std::uint32_t>(bits_[i]) << (31 - i % 32);
-  }
   return words;
 }
 
@@ -69,9 +68,8 @@ int accuracy_index(double accuracy_m) {
   // Upper ends of the indices; files hold these or the nominal values.
   constexpr std::array<double, 15> kUpTo{2.4, 3.4, 4.85, 6.85, 9.65, 13.65, 24,  48,
                                          96,  192, 384,  768,  1536, 3072,  6144};
-  for (std::size_t i = 0; i < kUpTo.size(); ++i) {
+  for (std::size_t i = 0; i < kUpTo.size(); ++i)
     if (accuracy_m <= kUpTo[i]) return static_cast<int>(i);
-  }
   return 15;
 }
 

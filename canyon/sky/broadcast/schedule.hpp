@@ -25,9 +25,8 @@ template <typename Record>
       if (gnss::is_galileo_fnav(record)) continue;  // is sent on E5a
     }
     if (best == nullptr || to_come(record) < to_come(*best) ||
-        (to_come(record) == to_come(*best) && std::abs(t - record.toe) <= std::abs(t - best->toe))) {
+        (to_come(record) == to_come(*best) && std::abs(t - record.toe) <= std::abs(t - best->toe)))
       best = &record;
-    }
   }
   return best;
 }

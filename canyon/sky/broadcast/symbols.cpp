@@ -29,9 +29,8 @@ Symbols lnav_symbols(const std::vector<std::uint32_t>& words) {
   Symbols symbols;
   std::uint32_t before = 0;
   for (const std::uint32_t word : words) {
-    for (int bit = 29; bit >= 0; --bit) {
+    for (int bit = 29; bit >= 0; --bit)
       symbols.push_back(symbol_of((word >> bit & 1U) ^ (bit >= kParity ? before : 0)));
-    }
     before = word & 1U;
   }
   return symbols;
@@ -58,9 +57,8 @@ void put_galileo_page(std::string_view synchronisation, const Bits& bits, Symbol
   constexpr std::size_t kRows = 8;
   for (const char c : synchronisation) symbols.push_back(symbol_of(c == '1' ? 1 : 0));
   const Symbols coded = convolved(bits, true);
-  for (std::size_t row = 0; row < kRows; ++row) {
+  for (std::size_t row = 0; row < kRows; ++row)
     for (std::size_t i = row; i < coded.size(); i += kRows) symbols.push_back(coded[i]);
-  }
 }
 
 Symbols inav_symbols(const std::vector<std::uint32_t>& page) {
@@ -95,9 +93,8 @@ double signal_delay_s(const gnss::NavigationData& navigation, const gnss::Kepler
 /// A.4.2.2).
 Symbols convolved_after(const Bits& before, const Bits& bits) {
   std::uint32_t state = 0;
-  for (std::size_t i = before.size() - 6; i < before.size(); ++i) {
+  for (std::size_t i = before.size() - 6; i < before.size(); ++i)
     state = state >> 1U | (before[i] ? 1U << 6U : 0U);
-  }
   return convolved(bits, false, state);
 }
 
@@ -114,9 +111,8 @@ Bits cyclic(std::uint64_t information, int width, std::uint32_t polynomial, std:
   word.put(information, width);
   for (std::size_t first = 0; word.size() < size; ++first) {
     std::uint32_t sum = 0;
-    for (std::size_t i = 0; first + i < word.size(); ++i) {
+    for (std::size_t i = 0; first + i < word.size(); ++i)
       sum ^= (polynomial >> i & 1U) & (word[first + i] ? 1U : 0U);
-    }
     word.put(sum, 1);
   }
   return word;
@@ -129,9 +125,8 @@ Bits bch_51_8(std::uint64_t information) {
 /// Bits that were written row by row, column by column.
 Bits interleaved(const Bits& bits, std::size_t columns) {
   Bits result;
-  for (std::size_t column = 0; column < columns; ++column) {
+  for (std::size_t column = 0; column < columns; ++column)
     for (std::size_t i = column; i < bits.size(); i += columns) result.put(bits[i] ? 1 : 0, 1);
-  }
   return result;
 }
 
@@ -274,9 +269,8 @@ std::vector<Row> generator(LdpcCode code) {
   const std::vector<std::vector<LdpcTerm>> checks = parity_checks(code);
   const std::size_t n = checks.size();
   std::vector<Row> rows(n, Row(2 * n));  // (B | A), until B is the unit matrix
-  for (std::size_t i = 0; i < n; ++i) {
+  for (std::size_t i = 0; i < n; ++i)
     for (const LdpcTerm& term : checks[i]) rows[i][(term.symbol + n) % (2 * n)] = term.factor;
-  }
   for (std::size_t column = 0; column < n; ++column) {
     const auto pivot = std::find_if(rows.begin() + static_cast<std::ptrdiff_t>(column), rows.end(),
                                     [&](const Row& row) { return row[column] != 0; });
@@ -361,9 +355,8 @@ std::vector<std::vector<LdpcTerm>> parity_checks(LdpcCode code) {
   const bool binary = table.symbol_bits == 1;
   const auto number = [&](std::size_t first, std::size_t digits) {
     std::size_t value = 0;
-    for (const char c : table.terms.substr(first, digits)) {
+    for (const char c : table.terms.substr(first, digits))
       value = 16 * value + static_cast<std::size_t>(c <= '9' ? c - '0' : c - 'A' + 10);
-    }
     return value;
   };
   std::vector<std::vector<LdpcTerm>> checks;
@@ -388,9 +381,8 @@ Bits ldpc_encoded(LdpcCode code, const Bits& information) {
   Bits word = information;
   for (const Row& row : made[index].generator) {
     std::uint8_t parity = 0;
-    for (std::size_t i = 0; i < row.size(); ++i) {
+    for (std::size_t i = 0; i < row.size(); ++i)
       parity ^= kProducts[row[i]][information.number(width * i, width)];
-    }
     word.put(parity, kTables[index].symbol_bits);
   }
   return word;

@@ -22,9 +22,8 @@ std::string_view name(System system) {
 
 std::optional<System> system_from_letter(char c) {
   if (c == 'Q') return System::QZSS;  // as some programs name its satellites
-  for (const System system : kAllSystems) {
+  for (const System system : kAllSystems)
     if (letter(system) == c) return system;
-  }
   return std::nullopt;
 }
 

@@ -10,9 +10,8 @@ namespace canyon::gnss {
 namespace {
 
 const Signal& signal_of(System system, std::string_view name) {
-  for (const Signal& signal : signals_of(system)) {
+  for (const Signal& signal : signals_of(system))
     if (signal.name == name) return signal;
-  }
   throw std::logic_error("no such signal");
 }
 

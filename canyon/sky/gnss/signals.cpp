@@ -217,9 +217,8 @@ bool transmits(SatelliteId id, const Signal& signal, geodesy::GpsTime time) {
 
 std::string_view block_of(SatelliteId id, geodesy::GpsTime time) {
   const SatelliteBlock block = block_at(id, time);
-  for (const BlockName& known : kBlockNames) {
+  for (const BlockName& known : kBlockNames)
     if (overlap(known.block, block)) return known.name;
-  }
   return "";
 }
 

@@ -51,9 +51,8 @@ struct Series {
       return std::tie(a.toe, a.transmission) < std::tie(b.toe, b.transmission);
     });
     std::size_t kept = 0;
-    for (std::size_t i = 0; i < entries.size(); ++i) {
+    for (std::size_t i = 0; i < entries.size(); ++i)
       if (i + 1 == entries.size() || entries[i + 1].toe != entries[i].toe) entries[kept++] = entries[i];
-    }
     entries.resize(kept);
   }
 
@@ -192,9 +191,8 @@ struct BroadcastSky::Index {
 
   // A valid one, I/NAV before F/NAV; else, if allowed, the closest of all.
   [[nodiscard]] static Choice choose(const Satellite& satellite, GpsTime t, bool allow_stale) {
-    for (const Series* series : {&satellite.main, &satellite.fallback}) {
+    for (const Series* series : {&satellite.main, &satellite.fallback})
       if (const Entry* entry = series->closest_valid(t)) return {entry, false};
-    }
     if (!allow_stale) return {};
     return {closest(satellite, t), true};
   }
@@ -306,9 +304,8 @@ std::string BroadcastSky::source(gnss::SatelliteId id, GpsTime t) const {
   const std::string limit =
       fmt::format("{} {} toe, {} allows {}", hours(age), age < 0 ? "before" : "after", name(id.system),
                   hours(age < 0 ? entry.validity.before_s : entry.validity.after_s));
-  if (choice.entry == nullptr) {
+  if (choice.entry == nullptr)
     return fmt::format("none: the closest ephemeris is {}; allow_stale: true takes it ({})", limit, text);
-  }
   if (choice.stale) text += ", stale: " + limit;
   if (!entry.healthy) {
     const int health = of_record(data_, id, entry, [](const auto& e) { return e.health; });
@@ -320,10 +317,12 @@ std::string BroadcastSky::source(gnss::SatelliteId id, GpsTime t) const {
 }
 
 bool BroadcastSky::covers(GpsTime t) const {
-  return std::any_of(index_->satellites.begin(), index_->satellites.end(), [&](const Index::Satellite& s) {
-    const Entry* entry = Index::choose(s, t, options_.allow_stale).entry;
-    return entry != nullptr && (entry->healthy || options_.allow_unhealthy);
-  });
+  return std::any_of(
+      index_->satellites.begin(), index_->satellites.end(),
+      [&](const Index::Satellite& s) {
+        const Entry* entry = Index::choose(s, t, options_.allow_stale).entry;
+        return entry != nullptr && (entry->healthy || options_.allow_unhealthy);
+      });
 }
 
 std::pair<GpsTime, GpsTime> BroadcastSky::span() const {

@@ -389,9 +389,7 @@ std::vector<OrbitSlot> beidou_slots() {
   }
   // The broadcast algorithm takes C01 to C05 and C59 upwards for geostationary.
   constexpr std::array<double, 3> kGeo_deg{140, 80, 110.5};
-  for (std::size_t k = 0; k < 3; ++k) {
-    add(59 + k, 35'786e3, kGeo_deg[k]).geostationary = true;
-  }
+  for (std::size_t k = 0; k < 3; ++k) add(59 + k, 35'786e3, kGeo_deg[k]).geostationary = true;
   std::sort(slots.begin(), slots.end(), [](const OrbitSlot& a, const OrbitSlot& b) { return a.id < b.id; });
   return slots;
 }
@@ -413,13 +411,11 @@ gnss::NavigationData nominal_constellation(GpsTime begin, GpsTime end,
   data.sources = {"nominal constellation"};
   data.leap_seconds = geodesy::leap_seconds(begin);
   data.klobuchar[gnss::System::GPS] = standard_ionosphere();
-  for (const gnss::System system : systems) {
-    if (system == gnss::System::GLONASS) {
+  for (const gnss::System system : systems)
+    if (system == gnss::System::GLONASS)
       add_glonass(begin, end, data);
-    } else {
+    else
       add_kepler(system, begin, end, data);
-    }
-  }
   if (data.empty()) {
     throw InputError("nominal constellation: no system with published slots is chosen",
                      "choose among GPS, GLONASS, Galileo and BeiDou");

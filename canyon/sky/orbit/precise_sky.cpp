@@ -67,9 +67,8 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> interpolate(const TabulatedOrbit& se
 
 double carrier_frequency(gnss::SatelliteId id) {
   int channel = 0;
-  for (const OrbitSlot& slot : nominal_slots(id.system)) {
+  for (const OrbitSlot& slot : nominal_slots(id.system))
     if (slot.id == id) channel = slot.glonass_channel;
-  }
   return l1_frequency_hz(id.system, channel);
 }
 
@@ -88,10 +87,12 @@ Sp3File joined_files(std::vector<Sp3File> files) {
   std::sort(joined.epochs.begin(), joined.epochs.end());
   joined.epochs.erase(std::unique(joined.epochs.begin(), joined.epochs.end()), joined.epochs.end());
   for (auto& [id, records] : joined.records) {
-    std::stable_sort(records.begin(), records.end(), [](const Sp3Record& a, const Sp3Record& b) {
-      const auto bad = [](const Sp3Record& r) { return !r.good_position || !r.good_clock; };
-      return a.t < b.t || (a.t == b.t && bad(a) < bad(b));
-    });
+    std::stable_sort(
+        records.begin(), records.end(),
+        [](const Sp3Record& a, const Sp3Record& b) {
+          const auto bad = [](const Sp3Record& r) { return !r.good_position || !r.good_clock; };
+          return a.t < b.t || (a.t == b.t && bad(a) < bad(b));
+        });
     records.erase(std::unique(records.begin(), records.end(),
                               [](const Sp3Record& a, const Sp3Record& b) { return a.t == b.t; }),
                   records.end());
@@ -146,12 +147,10 @@ class Reader {
  private:
   void read_first_line() {
     const std::string_view line = file_.next_line().value_or("");
-    if (line.size() < 3 || line[0] != '#' || (line[2] != 'P' && line[2] != 'V')) {
+    if (line.size() < 3 || line[0] != '#' || (line[2] != 'P' && line[2] != 'V'))
       throw file_.error("is not an SP3 file", "its first line begins with #cP, #cV, #dP or #dV");
-    }
-    if (line[1] != 'c' && line[1] != 'd') {
+    if (line[1] != 'c' && line[1] != 'd')
       throw file_.error(fmt::format("SP3-{} is not read", line[1]), "give SP3-c or SP3-d");
-    }
     // Columns 47 to 51: "IGS20", "ITR05", "WGS84".
     const std::string_view axes = trim(column(line, 46, 5));
     for (const std::string_view inertial : {"ECI", "J2000", "GCRF", "ICRF", "EME"})
@@ -201,9 +200,8 @@ class Reader {
     const auto t = time_of(line);
     if (!t || !trim(column(line, 31, line.size())).empty())
       throw file_.error(fmt::format("'{}' is not an epoch", trim(line)));
-    if (!result_.epochs.empty() && *t <= result_.epochs.back()) {
+    if (!result_.epochs.empty() && *t <= result_.epochs.back())
       throw file_.error(fmt::format("epoch {} does not follow the one before", geodesy::format_gpst(*t, 0)));
-    }
     result_.epochs.push_back(*t);
     in_epoch_ = true;
   }
@@ -225,9 +223,8 @@ class Reader {
     Sp3Record record;
     record.t = result_.epochs.back();
     record.line = file_.line();
-    for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t i = 0; i < 3; ++i)
       record.position_m[static_cast<Eigen::Index>(i)] = number(line, 4 + 14 * i, "coordinate") * 1e3;
-    }
     require_columns(line);
     record.good_position = record.position_m != Eigen::Vector3d::Zero();
     // Blank or asterisks: a clock that the writer did not have.
@@ -279,7 +276,8 @@ class Reader {
           fmt::format("the header announces {} epochs, and {} are read", announced_, result_.epochs.size()),
           "the file may be cut short");
     }
-    note_without("position", [](const Sp3Record& r) { return r.good_position; });
+    note_without(
+        "position", [](const Sp3Record& r) { return r.good_position; });
     note_without("clock", [](const Sp3Record& r) { return r.good_clock; });
     result_.step_s = most_frequent_step();
     return std::move(result_);
@@ -387,9 +385,8 @@ struct PreciseSky::Table {
         const double v2 = at.velocity_mps.squaredNorm();
         return v2 > 0 ? (at.position_m - r.position_m).dot(at.velocity_mps) / v2 : 0;
       };
-      for (int i = 0; i < 3 && begin->t < end->t; ++i) {
+      for (int i = 0; i < 3 && begin->t < end->t; ++i)
         s.reference.scale_mean_motion(1 - (lag_s(*end) - lag_s(*begin)) / (end->t - begin->t));
-      }
       make_nodes(s);
     }
   }
@@ -423,9 +420,8 @@ struct PreciseSky::Table {
       if (!records[i].good_clock) b.missing = "has a clock marked as bad next to that time";
     }
     if (b.low != b.high && records[b.high].clock_event) b.missing = "has a jump of its clock at that time";
-    if (b.missing.empty() && !joined(records[b.low], records[b.high])) {
+    if (b.missing.empty() && !joined(records[b.low], records[b.high]))
       b.missing = "has a gap or a maneuver at that time";
-    }
     if (b.missing.empty()) b.series = &found->second;
     return b;
   }
@@ -441,14 +437,12 @@ struct PreciseSky::Table {
     // The unbroken run around the bracket, as far as a window reaches.
     std::size_t begin = b.low;
     while (begin > 0 && b.low - begin < kPoints && records[begin - 1].good_position &&
-           joined(records[begin - 1], records[begin])) {
+           joined(records[begin - 1], records[begin]))
       --begin;
-    }
     std::size_t end = b.high + 1;
     while (end < records.size() && end - b.high <= kPoints && records[end].good_position &&
-           joined(records[end - 1], records[end])) {
+           joined(records[end - 1], records[end]))
       ++end;
-    }
     if (end - begin < kPoints) return std::nullopt;
     const std::size_t nearest = t - records[b.low].t <= records[b.high].t - t ? b.low : b.high;
     const std::size_t first = nearest - std::min(nearest - begin, kPoints / 2);
@@ -501,12 +495,10 @@ std::optional<SatelliteState> PreciseSky::state(gnss::SatelliteId id, GpsTime t)
   const Sp3Record* to = &high;
   if (b.low == b.high) {
     const auto usable = [&](std::size_t i) { return i < records.size() && records[i].good_clock; };
-    if (usable(b.high + 1) && !records[b.high + 1].clock_event && table_->joined(high, records[b.high + 1])) {
+    if (usable(b.high + 1) && !records[b.high + 1].clock_event && table_->joined(high, records[b.high + 1]))
       to = &records[b.high + 1];
-    } else if (b.low > 0 && usable(b.low - 1) && !low.clock_event &&
-               table_->joined(records[b.low - 1], low)) {
+    else if (b.low > 0 && usable(b.low - 1) && !low.clock_event && table_->joined(records[b.low - 1], low))
       from = &records[b.low - 1];
-    }
   }
   const double interval = to->t - from->t;
   const double slope = interval > 0 ? (to->clock_bias_s - from->clock_bias_s) / interval : 0;

@@ -148,9 +148,8 @@ bool FrozenSky::has(gnss::SatelliteId id) const {
 
 std::vector<gnss::SatelliteId> FrozenSky::satellites() const {
   std::vector<gnss::SatelliteId> ids;
-  for (std::size_t i = 1; i <= positions_.size(); ++i) {
+  for (std::size_t i = 1; i <= positions_.size(); ++i)
     ids.push_back({gnss::System::GPS, static_cast<std::uint8_t>(i)});
-  }
   return ids;
 }
 

@@ -178,9 +178,8 @@ class AndroidReader {
 
   /// Takes a line into the epoch; says what is wrong with one that is damaged.
   [[nodiscard]] std::string take() {
-    for (const Column column : {TimeNanos, Svid, Constellation, State, ReceivedSvTimeNanos}) {
+    for (const Column column : {TimeNanos, Svid, Constellation, State, ReceivedSvTimeNanos})
       if (!log_.integer(column)) return no_number(column);
-    }
     if (log_.text(FullBiasNanos).empty()) {
       skip("line of a phone that does not know the time (no FullBiasNanos)");
       return {};
@@ -190,9 +189,8 @@ class AndroidReader {
       skip("line of a phone that knows its clock no better than to 10 ms (BiasUncertaintyNanos)");
       return {};
     }
-    for (const Column column : {BiasNanos, TimeOffsetNanos, Cn0, Rate, DeltaRange, CarrierFrequency}) {
+    for (const Column column : {BiasNanos, TimeOffsetNanos, Cn0, Rate, DeltaRange, CarrierFrequency})
       if (!log_.text(column).empty() && !log_.number(column)) return no_number(column);
-    }
     if (std::string problem = begin_epoch(); !problem.empty()) return problem;
 
     const long long constellation = *log_.integer(Constellation);
@@ -218,9 +216,8 @@ class AndroidReader {
     const double bias_ns = log_.number(BiasNanos).value_or(0);
     const long long full_ns = *log_.integer(FullBiasNanos);
     if (std::max(std::abs(static_cast<double>(time_ns)), std::abs(static_cast<double>(full_ns))) > 4e18 ||
-        std::abs(bias_ns) > 1e9 || time_ns - full_ns < kEarliest_ns) {
+        std::abs(bias_ns) > 1e9 || time_ns - full_ns < kEarliest_ns)
       return fmt::format("TimeNanos {} and FullBiasNanos {} give an impossible time", time_ns, full_ns);
-    }
     const std::int64_t whole_ns = full_ns + std::llround(bias_ns);
     if (epoch_ && time_ns == time_ns_) return {};
     end_epoch();
@@ -248,9 +245,11 @@ class AndroidReader {
   }
 
   static void sort(std::vector<ObservedSignal>& signals) {
-    std::stable_sort(signals.begin(), signals.end(), [](const ObservedSignal& a, const ObservedSignal& b) {
-      return std::pair(a.id, gnss::index_of(*a.signal)) < std::pair(b.id, gnss::index_of(*b.signal));
-    });
+    std::stable_sort(
+        signals.begin(), signals.end(),
+        [](const ObservedSignal& a, const ObservedSignal& b) {
+          return std::pair(a.id, gnss::index_of(*a.signal)) < std::pair(b.id, gnss::index_of(*b.signal));
+        });
   }
 
   // --- signals
@@ -262,9 +261,8 @@ class AndroidReader {
       skip("observation of a GLONASS satellite whose slot is not known");
       return {};
     }
-    if (number < 1 || number > (system == System::BeiDou ? 63 : 40)) {
+    if (number < 1 || number > (system == System::BeiDou ? 63 : 40))
       return fmt::format("Svid {} is not a satellite of {}", log_.text(Svid), gnss::name(system));
-    }
     const auto state = static_cast<std::uint32_t>(*log_.integer(State));
     if ((state & (android::kCodeLock | android::kE1CodeLock)) == 0) {
       skip("line without code lock");
@@ -327,12 +325,10 @@ class AndroidReader {
       signal.cn0_dbhz = cn0;
     }
     const auto rate_mps = log_.number(Rate);
-    if (rate_mps && std::abs(*rate_mps) > kGreatestRate_mps) {
+    if (rate_mps && std::abs(*rate_mps) > kGreatestRate_mps)
       return fmt::format("PseudorangeRateMetersPerSecond {} is impossible", *rate_mps);
-    }
-    if (std::abs(log_.number(TimeOffsetNanos).value_or(0)) > 1e9) {
+    if (std::abs(log_.number(TimeOffsetNanos).value_or(0)) > 1e9)
       return fmt::format("TimeOffsetNanos {} is impossible", log_.text(TimeOffsetNanos));
-    }
     const double offset_s = 1e-9 * log_.number(TimeOffsetNanos).value_or(0);
     const double moved_m = rate_mps.value_or(0) * offset_s;  // since the tag
     if (std::string problem = measure_range(state, offset_s, moved_m, signal); !problem.empty())
@@ -341,11 +337,10 @@ class AndroidReader {
     const bool scaled = signal.id.system != System::GLONASS || !log_.text(CarrierFrequency).empty();
     const double wavelength_m = geodesy::kSpeedOfLight / carrier_hz;
     if (rate_mps && scaled) {
-      if (log_.number(RateUncertainty).value_or(0) <= kMaxRate_mps) {
+      if (log_.number(RateUncertainty).value_or(0) <= kMaxRate_mps)
         signal.doppler_hz = -*rate_mps / wavelength_m;
-      } else {
+      else
         skip(fmt::format("Doppler value with an uncertainty above {:g} m/s", kMaxRate_mps));
-      }
     }
     const auto phase = static_cast<std::uint32_t>(log_.integer(DeltaRangeState).value_or(0));
     const auto range_m = log_.number(DeltaRange);
@@ -353,9 +348,8 @@ class AndroidReader {
     if ((phase & android::kHalfCycleReported) != 0 && (phase & android::kHalfCycleResolved) == 0)
       signal.loss_of_lock |= kHalfCycle;
     if ((phase & android::kValid) != 0 && range_m && scaled &&
-        log_.number(DeltaRangeUncertainty).value_or(0) <= kMaxDeltaRange_m) {
+        log_.number(DeltaRangeUncertainty).value_or(0) <= kMaxDeltaRange_m)
       signal.carrier_phase_cycles = (*range_m - moved_m) / wavelength_m;
-    }
     const auto multipath = log_.integer(Multipath).value_or(0);
     if (multipath == 1 || multipath == 2) signal.multipath = multipath == 1;
     return {};
@@ -376,9 +370,8 @@ class AndroidReader {
       return {};
     }
     const std::int64_t sent_ns = *log_.integer(ReceivedSvTimeNanos);
-    if (sent_ns < 0 || sent_ns > GpsTime::kNanosecondsPerWeek) {
+    if (sent_ns < 0 || sent_ns > GpsTime::kNanosecondsPerWeek)
       return fmt::format("ReceivedSvTimeNanos {} of {} is impossible", sent_ns, gnss::to_string(signal.id));
-    }
     std::int64_t received_ns = epoch_->receiver_time.nanoseconds();
     if (system == System::BeiDou) received_ns -= geodesy::kBdtSecondsOffset * kSecond_ns;
     if (system == System::GLONASS)

@@ -18,13 +18,11 @@ constexpr std::size_t kValueWidth = 14, kFlagWidth = 2;
 /// A line from the one before: a blank keeps the character, '&' makes it blank, any other replaces it.
 void change_text(std::string& text, std::string_view difference) {
   if (difference.size() > text.size()) text.resize(difference.size(), ' ');
-  for (std::size_t i = 0; i < difference.size(); ++i) {
-    if (difference[i] == '&') {
+  for (std::size_t i = 0; i < difference.size(); ++i)
+    if (difference[i] == '&')
       text[i] = ' ';
-    } else if (difference[i] != ' ') {
+    else if (difference[i] != ' ')
       text[i] = difference[i];
-    }
-  }
 }
 
 /// A number of so many decimals that is kept as an integer.
@@ -86,13 +84,11 @@ std::optional<std::string_view> CompactLines::next_line() {
   if (next_ == ready_.size()) {
     ready_.clear();
     next_ = 0;
-    while (ready_.empty() && file_.peek_line()) {
-      if (in_header_) {
+    while (ready_.empty() && file_.peek_line())
+      if (in_header_)
         expand_header();
-      } else {
+      else
         expand_epoch();
-      }
-    }
     if (ready_.empty()) return std::nullopt;
   }
   line_ = ready_[next_].line;
@@ -113,11 +109,10 @@ void CompactLines::expand_header() {
   const std::string_view line = *file_.next_line();
   if (column(line, 60, 6) == "CRINEX") return;
   put(std::string(line));
-  if (header_.header().version == 0) {
+  if (header_.header().version == 0)
     (void)header_.begin(line);
-  } else if (header_.apply(line).outcome == HeaderRecords::Outcome::End) {
+  else if (header_.apply(line).outcome == HeaderRecords::Outcome::End)
     in_header_ = false;
-  }
 }
 
 bool CompactLines::begins_epoch(std::string_view line) const {

@@ -88,15 +88,14 @@ class Reader {
     while (const auto line = file_.next_line()) {
       const std::string_view label = trim(column(*line, 60, 20));
       if (label == "END OF HEADER") return;
-      if (label == "IONOSPHERIC CORR") {
+      if (label == "IONOSPHERIC CORR")
         read_ionosphere(*line);
-      } else if (label == "ION ALPHA") {
+      else if (label == "ION ALPHA")
         read_coefficients(gnss::System::GPS, true, *line, 2);
-      } else if (label == "ION BETA") {
+      else if (label == "ION BETA")
         read_coefficients(gnss::System::GPS, false, *line, 2);
-      } else if (label == "LEAP SECONDS") {
+      else if (label == "LEAP SECONDS")
         read_leap_seconds(*line);
-      }
     }
     throw InputError(file_.path(), 0, "RINEX header has no END OF HEADER",
                      "the file is cut short: fetch it again");
@@ -155,9 +154,8 @@ class Reader {
     int leap = static_cast<int>(*value);
     // BeiDou files count from 2006 (BDT minus UTC): RINEX 3.04 marks them BDS, older ones only by being
     // BeiDou's.
-    if (trim(column(line, 24, 3)) == "BDS" || (beidou_only_ && leap < geodesy::kBdtSecondsOffset)) {
+    if (trim(column(line, 24, 3)) == "BDS" || (beidou_only_ && leap < geodesy::kBdtSecondsOffset))
       leap += geodesy::kBdtSecondsOffset;
-    }
     data_.leap_seconds = leap;
   }
 
@@ -210,11 +208,10 @@ class Reader {
       }
       while (!record.lines.empty() && trim(record.lines.back()).empty()) record.lines.pop_back();
       try {
-        if (version_ == 4) {
+        if (version_ == 4)
           take_version4(record, tagged);
-        } else {
+        else
           take_version2_or_3(record);
-        }
       } catch (const DamagedRecord& reason) {
         if (is_wanted(record))
           report_.loss(record.line, reason.reason, kCure);
@@ -235,9 +232,8 @@ class Reader {
     const std::string_view first = record.lines.front();
     if (layout_ == RecordLayout::kVersion2) {
       const auto number = parse_integer(column(first, 0, 2));
-      if (!number || *number < 1) {
+      if (!number || *number < 1)
         throw DamagedRecord{fmt::format("'{}' is not a satellite number", trim(column(first, 0, 2)))};
-      }
       take(gnss::SatelliteId{version2_system_, static_cast<std::uint8_t>(*number)}, record,
            MessageName::kUnnamed);
       return;
@@ -250,9 +246,8 @@ class Reader {
     if (!tagged) throw DamagedRecord{"record without its '>' line"};
     const auto words = split_blanks(record.tag);
     const std::string_view kind = words.empty() ? std::string_view() : words[0];
-    if (words.size() < 3 || (kind != "EPH" && kind != "ION" && kind != "STO" && kind != "EOP")) {
+    if (words.size() < 3 || (kind != "EPH" && kind != "ION" && kind != "STO" && kind != "EOP"))
       throw DamagedRecord{fmt::format("'> {}' is not a record type", record.tag)};
-    }
     const std::string_view type = words[2];
     const char system = words[1].front();
     const auto pass_over = [&] {
@@ -443,9 +438,9 @@ gnss::NavigationData read_rinex_navigation(const std::vector<std::filesystem::pa
   if (paths.empty()) throw InputError("no navigation file given");
   gnss::NavigationData all;
   for (const std::filesystem::path& path : paths) {
-    all.merge(read_as(FileKind::RinexNavigation, path, [&] {
-      return Reader(TextFile(path, std::size_t{1} << 31, CutGzip::ReadToCut), wanted).read();
-    }));
+    all.merge(read_as(
+        FileKind::RinexNavigation, path,
+        [&] { return Reader(TextFile(path, std::size_t{1} << 31, CutGzip::ReadToCut), wanted).read(); }));
   }
   tell_mixed(all);
   return all;

@@ -53,9 +53,8 @@ class CheckedFields : public RecordFields {
 
  private:
   static double in_range(double value, const char* what, double low, double high) {
-    if (value < low || value > high) {
+    if (value < low || value > high)
       throw DamagedRecord{fmt::format("{} {:g} is outside {:g} to {:g}", what, value, low, high)};
-    }
     return value;
   }
 };
@@ -129,9 +128,8 @@ std::optional<double> RecordFields::at(std::size_t i) const {
   const std::string_view field = column(lines_[line], indent + place * kFieldWidth, kFieldWidth);
   if (trim(field).empty()) return std::nullopt;
   const auto value = parse_fortran(field);
-  if (!value) {
+  if (!value)
     throw DamagedRecord{fmt::format("'{}' in line {} of the record is not a number", trim(field), line + 1)};
-  }
   return value;
 }
 
@@ -183,9 +181,8 @@ gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id, const std::vector<std:
   e.inclination_rate = f.required(19, "IDOT", 1e-6);
   e.data_sources =
       f.integer(20, id.system == gnss::System::Galileo ? "data sources" : "codes on L2", 0, 65535);
-  if (id.system != gnss::System::Galileo && id.system != gnss::System::BeiDou) {
+  if (id.system != gnss::System::Galileo && id.system != gnss::System::BeiDou)
     e.l2p_flag = f.integer(22, "L2 P flag", 0, 9);
-  }
   e.accuracy_m = f.optional(23, "accuracy", 1e5);
   e.health = f.integer(24, "health", 0, 65535);
   e.group_delay[0] = f.optional(25, "group delay", 1e-6);
@@ -200,14 +197,12 @@ gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id, const std::vector<std:
 
   const GpsTime toe = closest_in_cycle(toc, toes, GpsTime::kSecondsPerWeek);
   constexpr double kLongestFit_s = 4 * 3600;
-  if (std::abs(toe - toc) > kLongestFit_s) {
+  if (std::abs(toe - toc) > kLongestFit_s)
     throw DamagedRecord{fmt::format("clock epoch and toe are {:.1f} h apart", std::abs(toe - toc) / 3600)};
-  }
   // Before 0 and beyond a week where the message was sent in the week beside that of toe.
   GpsTime sent = toe;
-  if (std::abs(transmission) < 2 * kWeek) {
+  if (std::abs(transmission) < 2 * kWeek)
     sent = closest_in_cycle(toe, transmission, GpsTime::kSecondsPerWeek);
-  }
 
   if (message == MessageName::kInav && (e.data_sources & 0x300) == 0) e.data_sources |= 1 << 9;
   if (message == MessageName::kFnav && (e.data_sources & 0x300) == 0) e.data_sources |= 1 << 8;
@@ -272,9 +267,8 @@ gnss::GlonassEphemeris decode_glonass(gnss::SatelliteId id, const std::vector<st
   e.health = f.integer(6, "health", 0, 255);
   e.channel = f.integer(10, "frequency number", -7, 255);
   if (e.channel > 128) e.channel -= 256;  // some receivers write the byte unsigned
-  if (e.channel < -7 || e.channel > 13) {
+  if (e.channel < -7 || e.channel > 13)
     throw DamagedRecord{fmt::format("frequency number {} is outside -7 to 13", e.channel)};
-  }
   e.age_days = f.optional(14, "age of operation", 1000);
   // RINEX 3.05 and later, a fifth line: status, L2 minus L1 delay, accuracy index, health flags.
   if (std::abs(f.optional(16)) < kUnknown) e.group_delay_difference_s = f.optional(16, "group delay", 1e-6);
@@ -284,9 +278,8 @@ gnss::GlonassEphemeris decode_glonass(gnss::SatelliteId id, const std::vector<st
   // message is sent within hours of its tb.
   GpsTime sent = utc;
   const double frame_time = f.optional(2, kUnknown);
-  if (std::abs(frame_time) < 2 * kWeek) {
+  if (std::abs(frame_time) < 2 * kWeek)
     sent = closest_in_cycle(utc, frame_time, static_cast<std::int64_t>(kDay));
-  }
   // Leap seconds by Canyon's own table: a header may lack them, hold BeiDou's count, or be years newer.
   e.toe = geodesy::gps_from_utc(geodesy::calendar_from_gps(utc));
   e.transmission = e.toe + std::chrono::nanoseconds(sent.nanoseconds() - utc.nanoseconds());
@@ -307,9 +300,7 @@ gnss::SbasEphemeris decode_sbas(gnss::SatelliteId id, const std::vector<std::str
   e.accuracy_m = f.optional(10, "accuracy", 1e5);
   e.iodn = f.integer(14, "issue of data", 0, 255);
   const double sent = f.optional(2, kUnknown);
-  if (std::abs(sent) < 2 * kWeek) {
-    e.transmission = closest_in_cycle(e.toe, sent, GpsTime::kSecondsPerWeek);
-  }
+  if (std::abs(sent) < 2 * kWeek) e.transmission = closest_in_cycle(e.toe, sent, GpsTime::kSecondsPerWeek);
   return e;
 }
 

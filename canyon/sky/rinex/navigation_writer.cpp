@@ -18,9 +18,8 @@ using geodesy::GpsTime;
 
 /// D19.12.
 std::string field(double value, gnss::SatelliteId id) {
-  if (!std::isfinite(value) || std::abs(value) > 9e98) {
+  if (!std::isfinite(value) || std::abs(value) > 9e98)
     throw InputError(fmt::format("an ephemeris of {} holds {}, which RINEX cannot", to_string(id), value));
-  }
   if (std::abs(value) < 1e-99) value = std::copysign(0.0, value);  // no room for a third exponent digit
   return fmt::format("{:19.12E}", value);
 }
@@ -71,11 +70,10 @@ std::string format_record(const gnss::KeplerEphemeris& e) {
         static_cast<double>(e.l2p_flag)});
   next({e.accuracy_m, static_cast<double>(e.health), e.group_delay[0],
         beidou || galileo ? e.group_delay[1] : static_cast<double>(e.iodc)});
-  if (galileo) {
+  if (galileo)
     next({sent});
-  } else {
+  else
     next({sent, beidou ? static_cast<double>(e.iodc) : e.fit_interval_h});
-  }
   return text;
 }
 
@@ -90,9 +88,8 @@ std::string format_state(const Ephemeris& e, const geodesy::CalendarTime& refere
   for (std::size_t i = 0; i < 3; ++i) {
     text += "    ";
     for (const double value :
-         {e.position_m[i] / 1e3, e.velocity_mps[i] / 1e3, e.acceleration_mps2[i] / 1e3, last[i]}) {
+         {e.position_m[i] / 1e3, e.velocity_mps[i] / 1e3, e.acceleration_mps2[i] / 1e3, last[i]})
       text += field(value, e.id);
-    }
     text += "\n";
   }
   return text;
@@ -137,15 +134,12 @@ std::string format_rinex_navigation(const gnss::NavigationData& data) {
   text += header_line("", "END OF HEADER");
 
   std::vector<std::pair<std::tuple<gnss::SatelliteId, GpsTime, GpsTime>, std::string>> records;
-  for (const gnss::KeplerEphemeris& e : data.kepler) {
+  for (const gnss::KeplerEphemeris& e : data.kepler)
     records.emplace_back(std::make_tuple(e.id, e.toe, e.transmission), format_record(e));
-  }
-  for (const gnss::GlonassEphemeris& e : data.glonass) {
+  for (const gnss::GlonassEphemeris& e : data.glonass)
     records.emplace_back(std::make_tuple(e.id, e.toe, e.transmission), format_record(e));
-  }
-  for (const gnss::SbasEphemeris& e : data.sbas) {
+  for (const gnss::SbasEphemeris& e : data.sbas)
     records.emplace_back(std::make_tuple(e.id, e.toe, e.transmission), format_record(e));
-  }
   std::stable_sort(records.begin(), records.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   for (const auto& record : records) text += record.second;

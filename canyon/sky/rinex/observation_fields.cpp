@@ -32,10 +32,8 @@ std::optional<EpochLine> epoch_fields(std::string_view line, const EpochColumns&
   result.time = time_in(line, at.time, time_system);
   if (!result.time) return std::nullopt;
   double offset = 0;
-  if (!event &&
-      parse_field(column(line, at.clock.begin, at.clock.width), offset) == ObservationField::Number) {
+  if (!event && parse_field(column(line, at.clock.begin, at.clock.width), offset) == ObservationField::Number)
     result.clock_offset_s = offset;
-  }
   return result;
 }
 
@@ -128,9 +126,8 @@ ObservationField parse_field(std::string_view text, double& value) {
 std::optional<EpochLine> epoch_line2(std::string_view line, std::string_view time_system) {
   // Blanks stand where a satellite's observations have digits.
   if (line.size() < 29 || line[0] != ' ' || line[3] != ' ' || line[6] != ' ' || line[9] != ' ' ||
-      line[12] != ' ' || !is_blank(line.substr(26, 2))) {
+      line[12] != ' ' || !is_blank(line.substr(26, 2)))
     return std::nullopt;
-  }
   constexpr TimeColumns kTime{{{1, 2}, {3, 3}, {6, 3}, {9, 3}, {12, 3}, {15, 11}}};
   return epoch_fields(line, {kTime, 28, {68, 12}}, time_system);
 }
@@ -149,9 +146,8 @@ std::vector<std::string> default_codes(System system, double version) {
 std::vector<std::string> signal_codes(const gnss::Signal& signal, double version) {
   std::vector<std::string> codes = listed(signal, version);
   if (gnss::index_of(signal) > 0) return codes;
-  for (const gnss::Signal& other : gnss::signals_of(signal.system).subspan(1)) {
+  for (const gnss::Signal& other : gnss::signals_of(signal.system).subspan(1))
     for (const std::string& taken : listed(other, version)) std::erase(codes, taken);
-  }
   return codes;
 }
 
@@ -327,9 +323,8 @@ HeaderRecords::Result HeaderRecords::glonass_slots(std::string_view line) {
     if (trim(slot).empty()) break;
     const auto id = gnss::parse_satellite(column(slot, 0, 3));
     const auto channel = parse_integer(column(slot, 3, 3));
-    if (!id || id->system != gnss::System::GLONASS || !channel || std::abs(*channel) > 13) {
+    if (!id || id->system != gnss::System::GLONASS || !channel || std::abs(*channel) > 13)
       return damaged("GLONASS SLOT / FRQ # is damaged");
-    }
     header_.glonass_channels[*id] = static_cast<int>(*channel);
   }
   return {};

@@ -121,20 +121,17 @@ struct RinexObservationReader::Impl {
   }
 
   void note(const HeaderRecords::Result& result) {
-    if (result.outcome == HeaderRecords::Outcome::Fatal) {
+    if (result.outcome == HeaderRecords::Outcome::Fatal)
       throw lines.error(result.reason, "the file is damaged: fetch it again");
-    }
     if (result.outcome == HeaderRecords::Outcome::Damaged) damaged(lines.line(), result.reason);
   }
 
   void choose_columns() {
     bool any = false;
     std::string listed;
-    for (const auto& [letter, types] : records.header().types) {
-      for (const std::string& type : types) {
+    for (const auto& [letter, types] : records.header().types)
+      for (const std::string& type : types)
         listed += (listed.empty() ? "" : " ") + (letter == ' ' ? type : letter + (":" + type));
-      }
-    }
     for (const System system : gnss::kAllSystems) {
       const auto index = static_cast<std::size_t>(system);
       columns[index].clear();
@@ -165,12 +162,10 @@ struct RinexObservationReader::Impl {
   template <typename Visit>
   void each_version2(System system, Visit visit) const {
     const double version = records.header().version;
-    for (const Version2Types& types : version2_types()) {
+    for (const Version2Types& types : version2_types())
       if (version >= types.from && version < types.before &&
-          types.systems.find(gnss::letter(system)) != std::string_view::npos) {
+          types.systems.find(gnss::letter(system)) != std::string_view::npos)
         visit(types);
-      }
-    }
   }
 
   [[nodiscard]] Columns columns_of(System system, const std::string& code) const {
@@ -219,9 +214,8 @@ struct RinexObservationReader::Impl {
             known = is_known_code(system, std::string_view(type).substr(1), records.header().version);
           }
         }
-        if (any_wanted && !known) {
+        if (any_wanted && !known)
           report.unknown_codes[letter].insert(printable(letter == ' ' ? type : type.substr(1)));
-        }
       }
     }
   }
@@ -240,9 +234,8 @@ struct RinexObservationReader::Impl {
       const std::optional<EpochLine> parsed =
           version2() ? epoch_line2(*line, time_system()) : epoch_line3(*line, time_system());
       if (!parsed) {
-        if (!lost || (!version2() && line->front() == '>')) {
+        if (!lost || (!version2() && line->front() == '>'))
           damaged(lines.line(), "no epoch line, with all that follows to the next one");
-        }
         lost = true;
         continue;
       }
@@ -397,9 +390,8 @@ struct RinexObservationReader::Impl {
       return damaged(line, fmt::format("'{}' is not a satellite", printable(name)));
     const auto system = static_cast<std::size_t>(id->system);
     if (!wanted[system]) return skip(fmt::format("observation of {}", gnss::name(id->system)));
-    if (std::exchange(seen[system][id->number], true)) {
+    if (std::exchange(seen[system][id->number], true))
       return damaged(line, fmt::format("{} twice in one epoch", gnss::to_string(*id)));
-    }
     const std::size_t before = epoch.signals.size();
     for (const SignalColumns& of_signal : columns[system]) {
       std::optional<ObservedSignal> best;
@@ -442,11 +434,10 @@ struct RinexObservationReader::Impl {
       if (field != ObservationField::Number || value == 0) continue;
       value /= c.factor[kind];
       const Plausible& range = kPlausibleValues[kind];
-      if (value >= range.least && value <= range.most) {
+      if (value >= range.least && value <= range.most)
         values[kind] = value;
-      } else {
+      else
         note_impossible(kind, line, signal.id, value);
-      }
     }
     signal.code = c.code;
     signal.pseudorange_m = values[0];
@@ -520,9 +511,8 @@ void ObservationOptions::validate() const {
       throw InputError(fmt::format("codes: '{}' of {} is not an observation code", code, gnss::name(system)),
                        "a code is a band's digit and a capital letter, such as 1C");
     }
-    if (list.empty()) {
+    if (list.empty())
       throw InputError(fmt::format("codes: none is given for {}", gnss::name(system)), "name at least one");
-    }
   }
 }
 

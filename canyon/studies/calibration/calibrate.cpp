@@ -145,10 +145,9 @@ struct Line {
 std::vector<Line> lines_of(const simulation::ReceiverConfig& receiver) {
   std::vector<Line> lines;
   const std::string text = options::dotted(receiver, true);
-  for (const std::string_view line : split(text, '\n')) {
+  for (const std::string_view line : split(text, '\n'))
     if (const std::size_t colon = line.find(": "); colon != std::string_view::npos)
       lines.push_back({std::string(line.substr(0, colon)), std::string(line.substr(colon + 2))});
-  }
   return lines;
 }
 
@@ -161,9 +160,8 @@ class NestedText {
     std::size_t same = 0;
     while (same + 1 < names.size() && same < open_.size() && open_[same] == names[same]) ++same;
     open_.resize(same);
-    for (; open_.size() + 1 < names.size(); open_.push_back(names[open_.size()])) {
+    for (; open_.size() + 1 < names.size(); open_.push_back(names[open_.size()]))
       text_ += std::string(2 * open_.size(), ' ') + names[open_.size()] + ":\n";
-    }
     std::string line = fmt::format("{}{}: {}", std::string(2 * open_.size(), ' '), names.back(), value);
     if (!comment.empty()) {
       constexpr std::size_t kColumn = 40;

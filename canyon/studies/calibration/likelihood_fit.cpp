@@ -97,9 +97,8 @@ std::vector<Point> points_of(const std::array<std::vector<double>, kAxes>& lists
 
 Values values_at(const Axes& axes, const Point& point) {
   Values values;
-  for (std::size_t a = 0; a < kAxes; ++a) {
+  for (std::size_t a = 0; a < kAxes; ++a)
     if (a != kFacades) values[axes.at(a).key] = options::show(point.at(a));
-  }
   return values;
 }
 
@@ -171,9 +170,8 @@ double log_density(const Histogram& recorded, const Histogram& model, double wei
   for (std::size_t i = 0; i < Histogram::kBins; ++i) {
     if (recorded.counts.at(i) == 0) continue;
     double near = 0;
-    for (std::size_t k = 0; k < kTriangle.size(); ++k) {
+    for (std::size_t k = 0; k < kTriangle.size(); ++k)
       if (i + k >= 2 && i + k - 2 < Histogram::kBins) near += kTriangle.at(k) * model.counts.at(i + k - 2);
-    }
     sum += recorded.counts.at(i) *
            std::log((weight * (1 - kEven) * near + (weight * kEven * all + 1) / Histogram::kBins) /
                     (weight * all + 1));
@@ -301,13 +299,11 @@ class NodeRun {
 
   Observations run() {
     observations_.of_nodes.resize(grid_.points().size());
-    for (std::size_t node = 0; node < grid_.points().size(); node += in_city_) {
-      if (in_city_ == grid_.points().size()) {
+    for (std::size_t node = 0; node < grid_.points().size(); node += in_city_)
+      if (in_city_ == grid_.points().size())
         run_city(node, *drive_.environment);
-      } else {
+      else
         run_city(node, *drive_.facades.at(node / in_city_).make());
-      }
-    }
     observations_.weight = std::min(1.0, validation::interval_of(epochs()) / kCorrelated_s);
     return std::move(observations_);
   }
@@ -388,11 +384,10 @@ void add_likelihood_fit(std::span<const FitDrive> drives, const CalibrateOptions
   for (std::size_t a = 0; a < kAxes; ++a) {
     const Axis& axis = grid.axes().at(a);
     Estimate e = estimate_of(axis, a, prior, known);
-    if (a != kFacades) {
+    if (a != kFacades)
       result.add(std::move(e));
-    } else if (axis.nodes.size() > 1) {
+    else if (axis.nodes.size() > 1)
       result.coated_glass = std::move(e);
-    }
   }
 }
 

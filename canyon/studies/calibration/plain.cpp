@@ -92,11 +92,10 @@ void add_leaves_out(std::span<const Observed> recorded, std::span<const std::set
   std::vector<std::string> after, basis;
   for (const std::string& group : receiver.options.leaves_out) {
     const auto of = seen.find(group);
-    if (of == seen.end() || of->second.tracked < kFewestOfSignal) {
+    if (of == seen.end() || of->second.tracked < kFewestOfSignal)
       after.push_back(group);
-    } else {
+    else
       basis.push_back(fmt::format("{} is tracked", group));
-    }
   }
   for (const auto& [group, of] : seen) {
     if (of.tracked > 0 || of.clear_s < validation::kTrackable_s) continue;
@@ -242,9 +241,8 @@ void add_step(std::span<const Observed> recorded, const simulation::ReceiverConf
   std::vector<double> stated;
   for (const Observed& e : recorded) {
     for (const Series& series : e.series) {
-      for (const Sample& s : series.samples) {
+      for (const Sample& s : series.samples)
         if (s.tracked && s.cn0_dbhz) stated.push_back(*s.cn0_dbhz);
-      }
     }
   }
   const double before = receiver.options.signal.cn0_step_db;
@@ -430,9 +428,8 @@ validation::Recording part_of(const validation::Recording& recording, std::size_
   }
   for (validation::PseudorangeResidual& o : residuals.observations) o.epoch -= first;
   for (validation::PseudorangeResidual& o : residuals.further) o.epoch -= first;
-  for (const validation::Recording::OwnFix& fix : recording.own_fixes) {
+  for (const validation::Recording::OwnFix& fix : recording.own_fixes)
     if (fix.time >= begin.reception && fix.time <= last.reception) part.own_fixes.push_back(fix);
-  }
   return part;
 }
 

@@ -54,9 +54,8 @@ Stretch summarize(const std::vector<Passed>& passes, const Resamples& resamples,
     all.insert(all.end(), passed.errors_m.begin(), passed.errors_m.end());
     known += passed.errors_m.empty() ? 0 : 1;
   }
-  if (stretch.epochs > 0) {
+  if (stretch.epochs > 0)
     stretch.available = static_cast<double>(all.size()) / static_cast<double>(stretch.epochs);
-  }
   if (all.empty()) return stretch;
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   stretch.median = MeanEstimate{*quantile(all, 0.5), kNan, kNan};
@@ -65,9 +64,8 @@ Stretch summarize(const std::vector<Passed>& passes, const Resamples& resamples,
   std::vector<double> medians, p95s;
   for (const std::vector<std::uint32_t>& drawn : resamples) {
     all.clear();
-    for (const std::uint32_t i : drawn) {
+    for (const std::uint32_t i : drawn)
       all.insert(all.end(), passes[i].errors_m.begin(), passes[i].errors_m.end());
-    }
     if (all.empty()) continue;
     std::size_t ranked = 0;
     medians.push_back(select_quantile(all, 0.5, ranked));
@@ -91,9 +89,8 @@ std::vector<std::vector<Stretch>> errors_along(const Manifest& manifest, const G
   std::unordered_map<const ReceiverRecord*, std::pair<std::size_t, std::size_t>> at;  // group, occasion
   for (std::size_t g = 0; g < comparison.groups.size(); ++g) {
     const Group& group = comparison.groups[g];
-    for (std::size_t i = 0; i < group.records.size(); ++i) {
+    for (std::size_t i = 0; i < group.records.size(); ++i)
       if (group.records[i] != nullptr) at.emplace(group.records[i], std::pair{g, i});
-    }
   }
   std::vector<Passes> passes(comparison.groups.size());
   std::size_t occasions = 0;
@@ -103,9 +100,8 @@ std::vector<std::vector<Stretch>> errors_along(const Manifest& manifest, const G
     read_epochs(folder, *record);
     for (ReceiverRecord& receiver : record->receivers) {
       const auto found = at.find(&receiver);
-      if (found != at.end()) {
+      if (found != at.end())
         add(passes[found->second.first], found->second.second, occasions, receiver, step_m);
-      }
       receiver.kept = {};
     }
   }

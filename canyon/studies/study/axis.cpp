@@ -135,9 +135,7 @@ void visit(options::Visitor& v, Axis& o) {
     v.integer({"seeds", "", "number of noise realizations: seed 1, 2, ...", "none"}, seeds, 1, kMost);
     if (v.reads()) o.kind = Axis::Kind::Seeds, o.count = seeds;
   }
-  if (v.wants(v.reads() ? v.has("unknowns") : o.kind == Axis::Kind::Unknowns)) {
-    visit_unknowns(v, o);
-  }
+  if (v.wants(v.reads() ? v.has("unknowns") : o.kind == Axis::Kind::Unknowns)) visit_unknowns(v, o);
   if (v.wants(v.reads() ? v.has("drives") : o.kind == Axis::Kind::Drives)) {
     v.section("drives", [&] { visit(v, o.drives); });
     if (v.reads()) o.kind = Axis::Kind::Drives;
@@ -153,9 +151,8 @@ void visit(options::Visitor& v, Axis& o) {
   if (!v.reads()) return;
 
   const bool own_key = o.kind != Axis::Kind::Values && o.kind != Axis::Kind::Range;
-  if (own_key && !o.key.empty()) {
+  if (own_key && !o.key.empty())
     throw v.fault("key", "times, seeds, drives and unknowns have their own", "leave it out");
-  }
   if (o.kind == Axis::Kind::Times) o.key = "start";
   if (o.kind == Axis::Kind::Seeds) o.key = "seed";
   if (o.kind == Axis::Kind::Unknowns) o.key = Axis::kUnknowns;
@@ -176,9 +173,8 @@ void visit(options::Visitor& v, Axis& o) {
   }
   options::check_folder_name(v, "name", o.name);
   static constexpr std::array kTaken{"run", "receiver", "error_bin", "hour", "seed_of_run", "epoch"};
-  if (std::find(kTaken.begin(), kTaken.end(), o.name) != kTaken.end()) {
+  if (std::find(kTaken.begin(), kTaken.end(), o.name) != kTaken.end())
     throw v.fault("name", fmt::format("the results already have the name '{}'", o.name), "give another name");
-  }
 }
 
 std::size_t Axis::size() const {
@@ -247,12 +243,11 @@ std::vector<std::pair<std::string, const options::Node*>> settings_of(const Axis
                                                                       const AxisValue& value) {
   std::vector<std::pair<std::string, const options::Node*>> settings;
   if (axis.kind == Axis::Kind::Drives || axis.kind == Axis::Kind::Unknowns) return settings;
-  if (!axis.key.empty()) {
+  if (!axis.key.empty())
     settings.emplace_back(axis.key, &value.tree);
-  } else {
+  else
     for (const options::Node::Entry& entry : value.tree.entries)
       settings.emplace_back(entry.key, &entry.value);
-  }
   return settings;
 }
 

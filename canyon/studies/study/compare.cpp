@@ -148,9 +148,8 @@ const std::vector<Compared>& compared_figures() {
 
 GroupComparison compare(const Manifest& manifest, const std::vector<std::optional<RunRecord>>& records) {
   GroupComparison result;
-  for (const Manifest::Coordinate& axis : manifest.axes) {
+  for (const Manifest::Coordinate& axis : manifest.axes)
     if (axis.groups) result.axes.push_back(axis.name);
-  }
   // Groups and occasions in the order of their first runs; receivers run fastest.
   std::map<std::string, std::size_t> occasions;
   std::map<std::pair<std::string, std::size_t>, std::size_t> groups;
@@ -238,9 +237,8 @@ std::string comparison_text(const Manifest& manifest, const GroupComparison& com
                            interval(group.differences[2], 2)});
   }
   std::string text = text_table(head, rows, {words, "", true});
-  if (shown < comparison.groups.size()) {
+  if (shown < comparison.groups.size())
     text += fmt::format("(and {} more groups, in table.csv)\n", comparison.groups.size() - shown);
-  }
   text += fmt::format(
       "means over runs; in brackets {:.0f} % intervals (bootstrap over {})\n", manifest.confidence * 100,
       manifest.realizations.empty() ? "runs" : fmt::format("{}", fmt::join(manifest.realizations, ", ")));

@@ -32,9 +32,8 @@ class Writer {
     count_epochs();
     define();
     write_names();
-    for (std::size_t first = 0; first < records_.size(); first += kBlock) {
+    for (std::size_t first = 0; first < records_.size(); first += kBlock)
       write_block(first, std::min(kBlock, records_.size() - first));
-    }
     for (std::size_t run = 0; manifest_.epochs && run < records_.size(); ++run) write_epochs(run);
     file_.close();
   }
@@ -43,9 +42,8 @@ class Writer {
   /// Dimensions of characters, one for each length.
   int characters(std::size_t length) {
     length = std::max<std::size_t>(1, length);
-    for (const auto& [known, id] : character_dims_) {
+    for (const auto& [known, id] : character_dims_)
       if (known == length) return id;
-    }
     character_dims_.emplace_back(length,
                                  file_.define_dimension(fmt::format("characters_{}", length), length));
     return character_dims_.back().second;
@@ -70,9 +68,8 @@ class Writer {
     file_.write(variable, {at, 0}, {1, text.size()}, text.data());
   }
   [[nodiscard]] const ReceiverRecord* receiver(std::size_t run, std::size_t r) const {
-    for (const ReceiverRecord& each : records_[run]->receivers) {
+    for (const ReceiverRecord& each : records_[run]->receivers)
       if (each.name == manifest_.receivers[r]) return &each;
-    }
     return nullptr;
   }
 
@@ -80,9 +77,8 @@ class Writer {
     lengths_.assign(manifest_.axes.size(), 1);
     for (auto& record : records_) {
       assert(record);
-      for (std::size_t i = 0; i < lengths_.size(); ++i) {
+      for (std::size_t i = 0; i < lengths_.size(); ++i)
         lengths_[i] = std::max(lengths_[i], manifest_.axes[i].label(record->at[i]).size());
-      }
       problem_length_ = std::max(problem_length_, record->problem.size());
       if (!manifest_.epochs || record->receivers.empty()) continue;
       read_epochs(folder_, *record);
@@ -183,9 +179,8 @@ class Writer {
   void write_names() {
     std::size_t length = 1;
     for (const std::string& name : manifest_.receivers) length = std::max(length, name.size());
-    for (std::size_t r = 0; r < manifest_.receivers.size(); ++r) {
+    for (std::size_t r = 0; r < manifest_.receivers.size(); ++r)
       write_text(receiver_, r, manifest_.receivers[r], length);
-    }
     std::vector<double> edges, upper;
     for (std::size_t bin = 0; bin < kErrorBins; ++bin) {
       edges.push_back(error_edge_m(bin));
@@ -251,8 +246,10 @@ class Writer {
       }
       file_.write(variable, {first, 0, 0}, {count, receivers, size}, values.data());
     };
-    counts(errors_, kErrorBins, [](const ReceiverRecord& r) { return r.errors.data(); });
-    counts(hour_epochs_, 24, [](const ReceiverRecord& r) { return r.epochs.data(); });
+    counts(
+        errors_, kErrorBins, [](const ReceiverRecord& r) { return r.errors.data(); });
+    counts(
+        hour_epochs_, 24, [](const ReceiverRecord& r) { return r.epochs.data(); });
     counts(hour_available_, 24, [](const ReceiverRecord& r) { return r.available.data(); });
   }
 

@@ -42,9 +42,8 @@ std::string name_of(const Group& group) {
 template <std::size_t N>
 std::array<double, N> pooled(const Group& group, std::array<std::uint32_t, N> ReceiverRecord::*counts) {
   std::array<double, N> sum{};
-  for (const ReceiverRecord* record : group.records) {
+  for (const ReceiverRecord* record : group.records)
     for (std::size_t i = 0; record != nullptr && i < N; ++i) sum[i] += (record->*counts)[i];
-  }
   return sum;
 }
 
@@ -80,26 +79,29 @@ class Sheet {
         drawn_(std::min(kMostDrawn, comparison.groups.size())) {}
 
   [[nodiscard]] drawing::Picture errors() const {
-    return draw("Cumulative horizontal errors", "share of epochs whose fix is not farther off",
-                [&](Canvas& canvas) {
-                  Plot plot = make_plot("Horizontal error [m]", "Share of epochs");
-                  plot.x = error_scale(comparison_, drawn_);
-                  plot.y = share_scale();
-                  draw_curves(canvas, plot, [&](const Group& group) {
-                    const auto counts = pooled(group, &ReceiverRecord::errors);
-                    const auto epochs = pooled(group, &ReceiverRecord::epochs);
-                    const double total = std::accumulate(epochs.begin(), epochs.end(), 0.0);
-                    std::vector<Point> curve;
-                    double below = 0;
-                    for (std::size_t i = 0; i < kErrorBins && total > 0; ++i) {
-                      below += counts[i];
-                      if (error_edge_m(i + 1) < plot.x.low) continue;
-                      if (error_edge_m(i) > plot.x.high) break;
-                      curve.push_back(plot.at(error_edge_m(i + 1), below / total));
-                    }
-                    return curve;
-                  });
-                });
+    return draw(
+        "Cumulative horizontal errors", "share of epochs whose fix is not farther off",
+        [&](Canvas& canvas) {
+          Plot plot = make_plot("Horizontal error [m]", "Share of epochs");
+          plot.x = error_scale(comparison_, drawn_);
+          plot.y = share_scale();
+          draw_curves(
+              canvas, plot,
+              [&](const Group& group) {
+                const auto counts = pooled(group, &ReceiverRecord::errors);
+                const auto epochs = pooled(group, &ReceiverRecord::epochs);
+                const double total = std::accumulate(epochs.begin(), epochs.end(), 0.0);
+                std::vector<Point> curve;
+                double below = 0;
+                for (std::size_t i = 0; i < kErrorBins && total > 0; ++i) {
+                  below += counts[i];
+                  if (error_edge_m(i + 1) < plot.x.low) continue;
+                  if (error_edge_m(i) > plot.x.high) break;
+                  curve.push_back(plot.at(error_edge_m(i + 1), below / total));
+                }
+                return curve;
+              });
+        });
   }
 
   [[nodiscard]] drawing::Picture availability() const {
@@ -163,9 +165,8 @@ class Sheet {
           plot.y.low = 0;
           plot.draw_ground(canvas);
           canvas.clipped(plot.area, [&] {
-            for (std::size_t g = 0; g < drawn_; ++g) {
+            for (std::size_t g = 0; g < drawn_; ++g)
               for (const bool median : {false, true}) draw_along(canvas, plot, g, stretches[g], median);
-            }
           });
           plot.draw_frame(canvas);
           legend(canvas, plot);
@@ -173,24 +174,25 @@ class Sheet {
   }
 
   [[nodiscard]] drawing::Picture boxes() const {
-    return draw("Errors of runs", "95 % of each run's horizontal error: quartiles, 5 % to 95 % of runs",
-                [&](Canvas& canvas) {
-                  Plot plot = make_plot("", "Horizontal error, 95 % [m]");
-                  std::vector<std::vector<double>> values(drawn_);
-                  std::vector<double> all;
-                  for (std::size_t g = 0; g < drawn_; ++g) {
-                    for (const ReceiverRecord* record : comparison_.groups[g].records) {
-                      const auto value = record == nullptr ? std::nullopt : compared_figures()[2].of(*record);
-                      if (value) values[g].push_back(*value), all.push_back(*value);
-                    }
-                  }
-                  plot.y = drawing::make_scale(all, 0);
-                  plot.x.high = static_cast<double>(std::max<std::size_t>(1, drawn_));
-                  plot.draw_ground(canvas);
-                  for (std::size_t g = 0; g < drawn_; ++g) draw_box(canvas, plot, g, values[g]);
-                  plot.draw_frame(canvas);
-                  legend(canvas, plot);
-                });
+    return draw(
+        "Errors of runs", "95 % of each run's horizontal error: quartiles, 5 % to 95 % of runs",
+        [&](Canvas& canvas) {
+          Plot plot = make_plot("", "Horizontal error, 95 % [m]");
+          std::vector<std::vector<double>> values(drawn_);
+          std::vector<double> all;
+          for (std::size_t g = 0; g < drawn_; ++g) {
+            for (const ReceiverRecord* record : comparison_.groups[g].records) {
+              const auto value = record == nullptr ? std::nullopt : compared_figures()[2].of(*record);
+              if (value) values[g].push_back(*value), all.push_back(*value);
+            }
+          }
+          plot.y = drawing::make_scale(all, 0);
+          plot.x.high = static_cast<double>(std::max<std::size_t>(1, drawn_));
+          plot.draw_ground(canvas);
+          for (std::size_t g = 0; g < drawn_; ++g) draw_box(canvas, plot, g, values[g]);
+          plot.draw_frame(canvas);
+          legend(canvas, plot);
+        });
   }
 
  private:
@@ -198,9 +200,8 @@ class Sheet {
                                       const std::function<void(Canvas&)>& content) const {
     const double legend_height = 30 + 19.5 * static_cast<double>(drawn_);
     std::string below = fmt::format("{}: {}", manifest_.title, subtitle);
-    if (drawn_ < comparison_.groups.size()) {
+    if (drawn_ < comparison_.groups.size())
       below += fmt::format(" (first {} of {} groups)", drawn_, comparison_.groups.size());
-    }
     return drawing::render(
         640, 510 + legend_height,
         [&](Canvas& canvas) {
@@ -218,9 +219,8 @@ class Sheet {
   }
   void legend(Canvas& canvas, const Plot& plot) const {
     std::vector<drawing::LegendEntry> entries;
-    for (std::size_t g = 0; g < drawn_; ++g) {
+    for (std::size_t g = 0; g < drawn_; ++g)
       entries.push_back({drawing::line_mark(stroke_of(g)), name_of(comparison_.groups[g])});
-    }
     if (!entries.empty()) drawing::draw_legend(canvas, {plot.area.x, plot.area.bottom() + 52}, entries);
   }
   template <typename Curve>
@@ -303,9 +303,8 @@ std::vector<std::string> write_study_pictures(const std::filesystem::path& folde
   const Sheet sheet(manifest, comparison);
   std::vector<std::string> names;
   for (const auto& [name, picture] : {std::pair{"errors", sheet.errors()}, std::pair{"boxes", sheet.boxes()},
-                                      std::pair{"availability", sheet.availability()}}) {
+                                      std::pair{"availability", sheet.availability()}})
     for (std::string& file : put(folder, name, picture)) names.push_back(std::move(file));
-  }
   return names;
 }
 

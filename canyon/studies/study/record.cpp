@@ -19,9 +19,8 @@ namespace {
 template <typename Row>
 std::vector<const Row*> kept_of(std::span<const Row> rows) {
   std::vector<const Row*> list;
-  for (const Row& row : rows) {
+  for (const Row& row : rows)
     if (*row.kept != '\0') list.push_back(&row);
-  }
   return list;
 }
 template <typename Row>
@@ -45,9 +44,8 @@ Json sparse(const std::array<std::uint32_t, N>& counts) {
 
 template <std::size_t N>
 void dense(const Json& list, std::array<std::uint32_t, N>& counts) {
-  for (std::size_t i = 0; i + 1 < list.size(); i += 2) {
+  for (std::size_t i = 0; i + 1 < list.size(); i += 2)
     counts.at(list[i].get<std::size_t>()) = list[i + 1].get<std::uint32_t>();
-  }
 }
 
 }  // namespace
@@ -167,9 +165,8 @@ void RecordSink::write(const simulation::Epoch& epoch) {
   if (!keep_) return;
   const auto columns = kept_columns();
   record.kept.columns.resize(columns.size());
-  for (std::size_t k = 0; k < columns.size(); ++k) {
+  for (std::size_t k = 0; k < columns.size(); ++k)
     record.kept.columns[k].push_back(static_cast<float>(columns[k]->value(output::Row{epoch})));
-  }
   record.kept.time_s.push_back(time - *first_);
   Way& way = ways_.at(epoch.receiver);
   if (way.last_ecef) way.gone_m += (epoch.truth_ecef - *way.last_ecef).norm();
@@ -179,9 +176,8 @@ void RecordSink::write(const simulation::Epoch& epoch) {
 
 std::vector<ReceiverRecord> RecordSink::take() {
   const std::vector<output::RunSummary> summaries = summary_.summaries();
-  for (std::size_t i = 0; i < records_.size(); ++i) {
+  for (std::size_t i = 0; i < records_.size(); ++i)
     for (const auto* figure : figures()) records_[i].figures.push_back(figure->value(summaries[i]));
-  }
   return std::move(records_);
 }
 

@@ -137,9 +137,8 @@ std::string host_name() {
   std::array<char, 256> name{};
   if (::gethostname(name.data(), name.size() - 1) != 0) return "host";
   std::string text = name.data();
-  for (char& c : text) {
+  for (char& c : text)
     if (!std::isalnum(static_cast<unsigned char>(c))) c = '-';
-  }
   return text;
 }
 
@@ -162,9 +161,8 @@ struct RunStore::Impl {
     for (int i = 0; file < 0; ++i) {
       path = folder / kRuns / fmt::format("{}-{}-{}.jsonl", host_name(), ::getpid(), i);
       file = ::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_APPEND | O_CLOEXEC, 0666);
-      if (file < 0 && errno != EEXIST) {
+      if (file < 0 && errno != EEXIST)
         throw OutputError(path, 0, fmt::format("cannot be written: {}", std::strerror(errno)));
-      }
     }
   }
 
@@ -265,9 +263,8 @@ std::vector<std::optional<RunRecord>> read_records(const fs::path& folder, std::
   std::vector<std::optional<RunRecord>> records(runs);
   std::error_code ignored;
   std::vector<fs::path> files;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder / kRuns, ignored)) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder / kRuns, ignored))
     if (entry.path().extension() == ".jsonl") files.push_back(entry.path());
-  }
   std::sort(files.begin(), files.end());
   for (const fs::path& path : files) {
     std::error_code unknown;
@@ -309,9 +306,8 @@ void read_epochs(const fs::path& folder, RunRecord& record) {
   std::uint32_t crc = 0, names = 0;
   std::uint64_t number = 0, receivers = 0;
   if (!get(bytes, crc) || crc_of(bytes) != crc || !get(bytes, number) || !get(bytes, receivers) ||
-      !get(bytes, names) || number != record.number || receivers != record.receivers.size()) {
+      !get(bytes, names) || number != record.number || receivers != record.receivers.size())
     throw damaged();
-  }
   if (names != kept_names_crc()) {
     throw InputError(path, 0, "has other columns than this version of Canyon keeps",
                      "remove the folder and run the study again");

@@ -323,9 +323,8 @@ class Driver {
     const double y = houses_.min.y() + random_.uniform() * size.y();
     const auto start = on_terrain(x, y);
     if (!start || scene_.scene.placement(*start) != raytrace::Placement::Free ||
-        !between_houses(*start, heading)) {
+        !between_houses(*start, heading))
       return {};
-    }
     std::vector<Vector3d> corners{*start}, drive;
     double left_m = options_.length_m, away_m = 0;
     while (drive.empty() || away_m < kLeavesCourt_m) {
@@ -406,9 +405,8 @@ class Driver {
         if (length_m <= best_m) break;
         const auto end = on_terrain(from.x() + length_m * std::cos(to), from.y() + length_m * std::sin(to));
         if (!end || !free(from, *end, kMargin_m) || !clears_corner(corners, *end) || !street(from, *end) ||
-            scene_.scene.placement(*end) != raytrace::Placement::Free) {
+            scene_.scene.placement(*end) != raytrace::Placement::Free)
           continue;
-        }
         best = end;
         best_m = length_m;
         break;
@@ -437,9 +435,8 @@ class Driver {
 simulation::TrajectoryConfig random_drive(const simulation::CityScene& scene, const DriveOptions& options,
                                           std::uint64_t seed, const std::string& number) {
   city::Box houses;
-  for (const city::Object& object : scene.city.mesh.objects) {
+  for (const city::Object& object : scene.city.mesh.objects)
     if (object.surface == city::Surface::Building) extend(houses, scene.city.mesh, object);
-  }
   if (houses.max.x() < houses.min.x()) {
     throw InputError("drives are drawn between buildings, and the city has none",
                      "give trajectories instead");

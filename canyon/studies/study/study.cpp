@@ -58,10 +58,8 @@ class FileHasher final : public options::Visitor {
 };
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  for (std::size_t at = 0; !from.empty() && (at = text.find(from, at)) != std::string::npos;
-       at += to.size()) {
+  for (std::size_t at = 0; !from.empty() && (at = text.find(from, at)) != std::string::npos; at += to.size())
     text.replace(at, from.size(), to);
-  }
   return text;
 }
 
@@ -130,15 +128,13 @@ void visit(options::Visitor& v, Study& o) {
   v.integer({"bootstrap", "", "number of resamples for an interval"}, o.bootstrap, 100, 1'000'000);
   if (!v.reads()) return;
   if (o.design == Design::Grid && o.runs) throw v.fault("runs", "a grid counts its own", "leave it out");
-  if (o.design != Design::Grid && !o.runs) {
+  if (o.design != Design::Grid && !o.runs)
     throw v.fault("design", "a sample needs 'runs'", "give the number of points");
-  }
   std::set<std::string> names;
   std::size_t drives = 0, unknowns = 0;
   for (const Axis& axis : o.axes) {
-    if (!names.insert(axis.name).second) {
+    if (!names.insert(axis.name).second)
       throw v.fault("axes", fmt::format("'{}' names two axes", axis.name), "give each its own name");
-    }
     if (axis.size() == 0 && (o.design == Design::Grid || axis.crossed)) {
       throw v.fault("axes", fmt::format("axis '{}' lists no values", axis.name),
                     "give step or count, or draw a sample (design: random)");
@@ -146,12 +142,9 @@ void visit(options::Visitor& v, Study& o) {
     drives += axis.kind == Axis::Kind::Drives ? 1 : 0;
     unknowns += axis.kind == Axis::Kind::Unknowns ? 1 : 0;
   }
-  if (o.along_m && o.keep != Keep::Epochs) {
-    throw v.fault("along_m", "needs every epoch", "add keep: epochs");
-  }
-  if (o.along_m && drives > 0) {
+  if (o.along_m && o.keep != Keep::Epochs) throw v.fault("along_m", "needs every epoch", "add keep: epochs");
+  if (o.along_m && drives > 0)
     throw v.fault("along_m", "needs one way for all runs, and an axis draws drives", "leave one of them out");
-  }
   if (drives > 1) throw v.fault("axes", "two axes draw drives", "keep one");
   if (unknowns > 1) throw v.fault("axes", "two axes draw unknowns", "keep one");
 }
@@ -269,9 +262,8 @@ void StudyPlan::make_points() {
   points_ = grid ? 1 : *study_.runs;
   samples_.resize(study_.axes.size());
   double runs = static_cast<double>(points_);
-  for (const Axis& axis : study_.axes) {
+  for (const Axis& axis : study_.axes)
     if (grid || axis.crossed) runs *= static_cast<double>(axis.size());
-  }
   if (runs > static_cast<double>(study_.max_runs)) {
     throw InputError(study_.file, 0,
                      fmt::format("the study has {:.0f} runs, and max_runs is {}", runs, study_.max_runs),
@@ -327,11 +319,9 @@ options::Document StudyPlan::document(const std::vector<AxisValue>& at) const {
   document.set_keys(simulation::scenario_description());
   // Key -> axis, the last one that sets it.
   std::vector<std::pair<std::string, std::string>> set;
-  for (std::size_t i = 0; i < at.size(); ++i) {
-    for (const auto& [key, tree] : settings_of(study_.axes[i], at[i])) {
+  for (std::size_t i = 0; i < at.size(); ++i)
+    for (const auto& [key, tree] : settings_of(study_.axes[i], at[i]))
       set.emplace_back(plain_key(key), fmt::format("axis {} = {}", study_.axes[i].name, at[i].label));
-    }
-  }
   const auto blame = [set](const std::string& path) -> const std::string* {
     const std::string plain = plain_key(path);
     for (auto it = set.rbegin(); it != set.rend(); ++it) {
@@ -392,9 +382,8 @@ simulation::Scenario StudyPlan::scenario(const Run& run) const {
     options::read(root, from, scenario);
   }
   draw_unknowns(run, scenario);
-  if (!run.realization.empty()) {
+  if (!run.realization.empty())
     scenario.seed = fnv1a(fmt::format("{}\n{}", scenario.seed, run.realization)) & 0x7fffffffffffffffU;
-  }
   return scenario;
 }
 
@@ -406,9 +395,8 @@ void StudyPlan::draw_unknowns(const Run& run, simulation::Scenario& scenario) co
 }
 
 const Axis* StudyPlan::drives() const {
-  for (const Axis& axis : study_.axes) {
+  for (const Axis& axis : study_.axes)
     if (axis.kind == Axis::Kind::Drives) return &axis;
-  }
   return nullptr;
 }
 
@@ -455,9 +443,8 @@ void StudyPlan::try_values() {
       (void)try_at(levels);
     }
   }
-  for (const std::string& name : files) {
+  for (const std::string& name : files)
     scenarios = replaced(scenarios, name, hash_text(TextFile(name).text()));
-  }
   if (drives() != nullptr) about += "streets\n";  // runs of before went anywhere
   key_ = hash_text(about + scenarios);
   epochs_ = estimated_epochs(plain, drives(), report_);

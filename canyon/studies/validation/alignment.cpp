@@ -65,9 +65,8 @@ std::vector<Scores> smoothed(const std::vector<Scores>& scores, int width, int h
           }
         }
       }
-      for (std::size_t r = 0; r < to.size(); ++r) {
+      for (std::size_t r = 0; r < to.size(); ++r)
         to[r] = total[r] > 0 ? to[r] / total[r] : std::numeric_limits<double>::quiet_NaN();
-      }
     }
   }
   return result;
@@ -109,9 +108,8 @@ class Aligner {
     }
     pivot_ /= static_cast<double>(part_.epochs.size());
     draws_.emplace_back(part_.epochs.size(), std::uint16_t{1});
-    for (auto& draw : draws_in_time(part_.epochs, options.block_s, options.resamples, options.seed)) {
+    for (auto& draw : draws_in_time(part_.epochs, options.block_s, options.resamples, options.seed))
       draws_.push_back(std::move(draw));
-    }
     rotation_ = environment.city().frame.ecef_from_local_rotation().transpose();
   }
 
@@ -137,9 +135,8 @@ class Aligner {
     // The drive's middle being the pivot, heading and offset hardly depend on each other: in turns.
     const auto headings = [&](const Move& about) {
       std::vector<Move> moves;
-      for (int h = -heading_steps; h <= heading_steps; ++h) {
+      for (int h = -heading_steps; h <= heading_steps; ++h)
         moves.push_back({about.east_m, about.north_m, h * kHeadingStep_rad});
-      }
       return moves;
     };
     const int heading_width = 2 * heading_steps + 1;
@@ -188,9 +185,8 @@ class Aligner {
       const std::vector<Scores> turned_scores = smoothed(try_all(turned), heading_width, 1, heading_sigma);
       best.heading_rad = turned[*best_of(turned_scores, 0)].heading_rad;
       std::vector<double> found;
-      for (std::size_t r = 1; r < draws_.size(); ++r) {
+      for (std::size_t r = 1; r < draws_.size(); ++r)
         if (const auto at = best_of(turned_scores, r)) found.push_back(turned[*at].heading_rad);
-      }
       alignment.sigma_heading_rad = std::max(deviation(found), kHeadingStep_rad / std::sqrt(12.0));
     }
 
@@ -276,11 +272,9 @@ class Aligner {
   /// A square of (2 steps + 1)^2, row by row from the south-west.
   [[nodiscard]] std::vector<Move> offsets(const Move& about, double step_m, int steps) const {
     std::vector<Move> moves;
-    for (int n = -steps; n <= steps; ++n) {
-      for (int e = -steps; e <= steps; ++e) {
+    for (int n = -steps; n <= steps; ++n)
+      for (int e = -steps; e <= steps; ++e)
         moves.push_back({about.east_m + e * step_m, about.north_m + n * step_m, about.heading_rad});
-      }
-    }
     return moves;
   }
 

@@ -73,19 +73,15 @@ class Comparer {
     for (const PseudorangeResidual& o : recording.residuals.further) observed.insert(o.signal);
     for (const gnss::System system : gnss::kAllSystems) {
       const std::size_t before = result_.recorded.size();
-      for (const gnss::Signal& signal : gnss::signals_of(system)) {
+      for (const gnss::Signal& signal : gnss::signals_of(system))
         if (observed.count(&signal) != 0) result_.recorded.push_back(&signal);
-      }
       if (result_.recorded.size() == before) continue;
-      for (const gnss::Signal* signal : receiver::tracked_signals(options_.tracks, system)) {
+      for (const gnss::Signal* signal : receiver::tracked_signals(options_.tracks, system))
         result_.tracked.push_back(signal);
-      }
     }
-    for (const gnss::SatelliteId id : environment.sky().satellites()) {
-      if (has_system(result_.recorded, id.system) && options.leave_out.count(id) == 0) {
+    for (const gnss::SatelliteId id : environment.sky().satellites())
+      if (has_system(result_.recorded, id.system) && options.leave_out.count(id) == 0)
         satellites_.push_back(id);
-      }
-    }
     result_.name = options.name;
     result_.filtered = options_.filter.enabled;
     if (result_.filtered) filter_.emplace(options_.filter, recorded_fix_options());
@@ -173,9 +169,8 @@ class Comparer {
   static receiver::ReceiverOptions long_since_on(receiver::ReceiverOptions options) {
     options.signal.lock.warm_start = true;
     // A recording states no sigmas.
-    if (options.fix.weights.weighting == positioning::Weighting::Sigma) {
+    if (options.fix.weights.weighting == positioning::Weighting::Sigma)
       options.fix.weights.weighting = positioning::Weighting::Equal;
-    }
     return options;
   }
 
@@ -189,9 +184,8 @@ class Comparer {
   /// In the map's frame, as rays are.
   [[nodiscard]] std::shared_ptr<const disturbance::Road> road() const {
     auto road = std::make_shared<disturbance::Road>();
-    for (std::size_t e = 0; e < recording_.residuals.epochs.size(); ++e) {
+    for (std::size_t e = 0; e < recording_.residuals.epochs.size(); ++e)
       road->add(recording_.residuals.epochs[e].reception, place(e).head<2>());
-    }
     return road;
   }
 
@@ -257,8 +251,9 @@ class Comparer {
   }
 
   static bool has_system(const std::vector<const gnss::Signal*>& signals, gnss::System system) {
-    return std::any_of(signals.begin(), signals.end(),
-                       [system](const gnss::Signal* signal) { return signal->system == system; });
+    return std::any_of(
+        signals.begin(), signals.end(),
+        [system](const gnss::Signal* signal) { return signal->system == system; });
   }
 
   [[nodiscard]] ComparedSatellite::Prediction predict(const propagation::SatelliteView& view,
@@ -321,9 +316,8 @@ class Comparer {
                                                            environment_.sky(), fix, environment_.klobuchar()),
                                            epoch);
     }
-    for (const gnss::SatelliteId id : fix.used) {
+    for (const gnss::SatelliteId id : fix.used)
       if (ComparedSatellite* s = satellite(id)) s->used.measured = true;
-    }
   }
 
   static void add_measured(const PseudorangeResidual& o, double error_m, ClockSource clock,
@@ -366,9 +360,8 @@ class Comparer {
         ComparedSatellite& satellite = result_.satellites[i];
         const double clock_m = clock_of(errors, k, satellite.id.system);
         if (satellite.simulated.error_m) *satellite.simulated.error_m -= clock_m;
-        for (ComparedSignal& s : satellite.more) {
+        for (ComparedSignal& s : satellite.more)
           if (s.simulated.error_m) *s.simulated.error_m -= clock_m;
-        }
       }
       ++k;
     }
@@ -395,9 +388,8 @@ class Comparer {
       std::map<const gnss::Signal*, double> bias_m;
       for (const auto& [signal, of] : values) bias_m[signal] = *median(of[1].empty() ? of[0] : of[1]);
       for (ComparedSatellite& satellite : result_.satellites) {
-        for (ComparedSignal& s : satellite.more) {
+        for (ComparedSignal& s : satellite.more)
           if (s.of(side).error_m) *s.of(side).error_m -= bias_m[s.signal];
-        }
       }
     }
   }
@@ -506,13 +498,11 @@ std::vector<Model> models_of(const simulation::ReceiverConfig& receiver,
   const std::vector<Model> ladder = model_ladder(receiver);
   std::vector<std::string> known;
   for (const Model& model : ladder) known.push_back(model.key);
-  for (const std::string& key : keys) {
+  for (const std::string& key : keys)
     if (std::find(known.begin(), known.end(), key) == known.end()) throw unknown_name("model", key, known);
-  }
   std::vector<Model> chosen;
-  for (const Model& model : ladder) {
+  for (const Model& model : ladder)
     if (std::find(keys.begin(), keys.end(), model.key) != keys.end()) chosen.push_back(model);
-  }
   return chosen;
 }
 

@@ -178,9 +178,8 @@ class ComparisonView {
   /// Length of the path between epochs of the view, [first, end).
   [[nodiscard]] double length_m(std::size_t first, std::size_t end) const {
     double length = 0;
-    for (std::size_t i = first + 1; i < end; ++i) {
+    for (std::size_t i = first + 1; i < end; ++i)
       length += (epoch(i).place_enu_m - epoch(i - 1).place_enu_m).head<2>().norm();
-    }
     return length;
   }
 

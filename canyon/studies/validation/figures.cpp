@@ -110,9 +110,8 @@ PositionFigures position_figures(std::span<const ComparedFix> fixes) {
       p.vertical_within.at(i) += vertical.back() <= deviations * f.vertical_sigma_m ? 1 : 0;
     }
   }
-  for (auto* shares : {&p.horizontal_within, &p.vertical_within}) {
+  for (auto* shares : {&p.horizontal_within, &p.vertical_within})
     for (double& share : *shares) share /= static_cast<double>(std::max<std::size_t>(p.stated, 1));
-  }
   if (p.fixes > 0) p.mean_used = used / static_cast<double>(p.fixes);
   p.horizontal_m = five_quantiles(horizontal);
   p.vertical_m = five_quantiles(vertical);
@@ -209,9 +208,8 @@ class PhaseWalk {
     // The projection takes rank as it comes: few satellites, many signals.
     Eigen::VectorXd rest = weighted;
     for (int iteration = 0; iteration < kIterations; ++iteration) {
-      for (Eigen::Index i = 0; i < n; ++i) {
+      for (Eigen::Index i = 0; i < n; ++i)
         values[static_cast<std::size_t>(i)] = std::abs(rest[i]) / std::max(room[i], kLeastRoom);
-      }
       const double limit = kHuber * kMadToSigma * *median(values);
       for (Eigen::Index i = 0; i < n; ++i) {
         const double value = values[static_cast<std::size_t>(i)];
@@ -329,9 +327,8 @@ class Collector {
       }
     }
     for (const Side side : kSides) {
-      for (const ComparedFix& fix : fixes(&ComparedEpoch::fix, side, first, count)) {
+      for (const ComparedFix& fix : fixes(&ComparedEpoch::fix, side, first, count))
         if (fix.solved) used_.of(side).push_back(fix.used);
-      }
     }
   }
 
@@ -358,9 +355,8 @@ class Collector {
     f.los = sample_.error.measured.los().size();
     f.nlos = sample_.error.measured.nlos().size();
     sample_.write(f, runs_.size());
-    for (std::size_t k = 0; k < kinds_.size(); ++k) {
+    for (std::size_t k = 0; k < kinds_.size(); ++k)
       f.explained.push_back(explained_[k].figures(kinds_[k], f.nlos));
-    }
     f.used = pair_of(used_.measured, used_.simulated);
     f.tracked_over_time = spearman(tracked_.measured, tracked_.simulated);
     f.position = positions(&ComparedEpoch::fix, first_, epochs_.size());
@@ -417,9 +413,8 @@ class Collector {
   [[nodiscard]] std::size_t band(double elevation_deg) const {
     std::size_t b = 0;
     while (b < bands_.size() && !(elevation_deg >= bands_[b].low_deg &&
-                                  (elevation_deg < bands_[b].high_deg || bands_[b].high_deg >= 90))) {
+                                  (elevation_deg < bands_[b].high_deg || bands_[b].high_deg >= 90)))
       ++b;
-    }
     return b;
   }
 
@@ -447,11 +442,9 @@ class Collector {
   [[nodiscard]] std::vector<ComparedFix> fixes(FixKind kind, Side side, std::size_t first,
                                                std::size_t count) const {
     std::vector<ComparedFix> all;
-    for (const Comparison& one : side == Side::Measured ? std::span(&comparison_, 1) : runs_) {
-      for (std::size_t e = first; e < first + count; ++e) {
+    for (const Comparison& one : side == Side::Measured ? std::span(&comparison_, 1) : runs_)
+      for (std::size_t e = first; e < first + count; ++e)
         all.insert(all.end(), times_of(e - first_), (one.epochs[e].*kind).of(side));
-      }
-    }
     return all;
   }
   [[nodiscard]] Sides<PositionFigures> positions(FixKind kind, std::size_t first, std::size_t count) const {
@@ -464,9 +457,8 @@ class Collector {
     const auto interval = [&draws](const std::vector<RankedSample::Item>& items) {
       const RankedSample sample(items);
       std::vector<double> values;
-      for (const auto& times_drawn : draws) {
+      for (const auto& times_drawn : draws)
         if (const auto auc = sample.auc(times_drawn)) values.push_back(*auc);
-      }
       return interval_of_draws(values, draws.size());
     };
     f.by_cn0_interval = interval(ranked_weakness_);
@@ -628,9 +620,8 @@ Pooled pool(std::span<const PooledPart> parts) {
         to.epochs.push_back(epoch);
       };
       append(*part.comparison, pooled.comparison);
-      for (std::size_t r = 0; r < most_runs; ++r) {
+      for (std::size_t r = 0; r < most_runs; ++r)
         append(part.runs.empty() ? *part.comparison : part.runs[r % part.runs.size()], pooled.runs[r]);
-      }
     }
   }
   return pooled;

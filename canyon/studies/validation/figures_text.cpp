@@ -293,11 +293,10 @@ Row quantiles_row(const std::string& name, const std::array<double, 5>& q) {
 }
 std::vector<Row> error_rows(const Sides<PositionFigures>& position) {
   std::vector<Row> rows;
-  for (const auto& [name, errors] : {std::pair("Horizontal", &PositionFigures::horizontal_m),
-                                     {"Vertical", &PositionFigures::vertical_m}}) {
+  for (const auto& [name, errors] :
+       {std::pair("Horizontal", &PositionFigures::horizontal_m), {"Vertical", &PositionFigures::vertical_m}})
     for (const Side side : kSides)
       rows.push_back(quantiles_row(std::string(name) + word(side), position.of(side).*errors));
-  }
   return rows;
 }
 
@@ -320,9 +319,8 @@ std::vector<FigureTable> position_tables(const ModelFigures& f) {
        {availability("Measured", f.position.measured), availability("Simulated", f.position.simulated)}}};
   FigureTable filtered{"Position, by the same filter on both", head};
   if (f.filtered.measured.epochs > 0) filtered.rows = error_rows(f.filtered);
-  if (f.own_fixes) {
+  if (f.own_fixes)
     filtered.rows.push_back(quantiles_row("Horizontal, receiver's own", f.own_fixes->horizontal_m));
-  }
   if (!filtered.rows.empty()) tables.push_back(std::move(filtered));
   FigureTable stated{
       "Errors beside the stated accuracy",
@@ -391,9 +389,8 @@ std::string to_json(const std::vector<ModelFigures>& models,
 
 std::string never_tracked_text(const ModelFigures& f) {
   std::string text;
-  for (const NeverTracked& s : f.never_tracked) {
+  for (const NeverTracked& s : f.never_tracked)
     text += fmt::format("{} {} ({:.0f} s)", text.empty() ? "" : ",", gnss::to_string(s.id), s.clear_s);
-  }
   if (text.empty()) return text;
   return fmt::format("never tracked above 15 deg in clear view{}:{}", f.left_out ? ", left out" : "", text);
 }
@@ -411,9 +408,8 @@ std::string to_text(const ModelFigures& f) {
   tables.push_back(segments_table(f));
   std::string text = fmt::format("{}\n{}\n\nLOS and NLOS by the city: {} observations, {} % NLOS\n", f.model,
                                  f.part, f.los + f.nlos, share_of(f.nlos, f.los + f.nlos));
-  for (const FigureTable& table : tables) {
+  for (const FigureTable& table : tables)
     if (!table.rows.empty() || !table.note.empty()) text += text_of(table);
-  }
   return text;
 }
 
@@ -442,9 +438,8 @@ std::string models_table(const std::vector<ModelFigures>& models) {
   for (const Column& column : kColumns) {
     const bool both = !column.also.empty();
     head.emplace_back(both ? column.title_of_both : figure_info(column.key)->title);
-    for (std::size_t i = 0; i < models.size(); ++i) {
+    for (std::size_t i = 0; i < models.size(); ++i)
       rows[i].push_back(cell(column.key, models[i]) + (both ? ", " + cell(column.also, models[i]) : ""));
-    }
   }
   return text_table(head, rows) + "\nSimulated, with measured in brackets, where both are given.\n";
 }

@@ -111,9 +111,8 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
       low = 0;
       for (const Sent& s : sent) {
         Eigen::Vector3d line = s.state.position_m - epoch.antenna_ecef;
-        for (int i = 0; i < 3; ++i) {
+        for (int i = 0; i < 3; ++i)
           line = orbit::rotate_earth(s.state.position_m, line.norm() / kSpeedOfLight) - epoch.antenna_ecef;
-        }
         const double range = line.norm();
         PseudorangeResidual o;
         o.epoch = result.epochs.size();
@@ -137,9 +136,7 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
               errors::klobuchar_delay_m(errors::klobuchar_of(klobuchar, o.id.system), recorded.receiver_time,
                                         epoch.antenna, o.azimuth_rad, o.elevation_rad, carrier_hz);
         }
-        if (options.troposphere) {
-          troposphere = errors::saastamoinen_delay_m(epoch.antenna, o.elevation_rad);
-        }
+        if (options.troposphere) troposphere = errors::saastamoinen_delay_m(epoch.antenna, o.elevation_rad);
         const double clock_m = kSpeedOfLight * s.clock_s();
         // Ranges first: they are alike, and their difference keeps its digits.
         o.residual_m = (o.pseudorange_m - range) + clock_m - (ionosphere + troposphere);

@@ -33,9 +33,8 @@ double weighted_median(std::vector<std::pair<double, double>>& value_and_weight)
   for (std::size_t i = 0; i < value_and_weight.size(); ++i) {
     sum += value_and_weight[i].second;
     if (sum > 0.5 * total * (1 + 1e-12)) return value_and_weight[i].first;
-    if (sum >= 0.5 * total * (1 - 1e-12) && i + 1 < value_and_weight.size()) {
+    if (sum >= 0.5 * total * (1 - 1e-12) && i + 1 < value_and_weight.size())
       return (value_and_weight[i].first + value_and_weight[i + 1].first) / 2;
-    }
   }
   return value_and_weight.back().first;
 }
@@ -112,9 +111,8 @@ class ClockEstimator {
       if (clear(i)) ++clear_count[s];
     }
     std::size_t best = 0;
-    for (std::size_t s = 1; s < kSystemCount; ++s) {
+    for (std::size_t s = 1; s < kSystemCount; ++s)
       if (std::pair(clear_count[s], count[s]) > std::pair(clear_count[best], count[best])) best = s;
-    }
     result_.reference = static_cast<System>(best);
     link_systems(best);
   }
@@ -134,9 +132,8 @@ class ClockEstimator {
           here[s] = true;
           any = any || linked_[s];
         });
-        for (std::size_t s = 0; any && s < kSystemCount; ++s) {
+        for (std::size_t s = 0; any && s < kSystemCount; ++s)
           if (here[s] && !linked_[s]) linked_[s] = grew = true;
-        }
       }
     }
   }
@@ -168,13 +165,11 @@ class ClockEstimator {
           if (joins(i)) values[s].emplace_back(reduced(i) + bias_[s] - clock_[e], weight_[i]);
         });
       }
-      for (std::size_t s = 0; s < kSystemCount; ++s) {
+      for (std::size_t s = 0; s < kSystemCount; ++s)
         if (!values[s].empty()) bias_[s] = weighted_median(values[s]);
-      }
       const double shift = bias_[index(result_.reference)];
-      for (std::size_t s = 0; s < kSystemCount; ++s) {
+      for (std::size_t s = 0; s < kSystemCount; ++s)
         if (linked_[s]) bias_[s] -= shift;
-      }
       for (double& c : clock_) c += shift;
     }
   }
@@ -228,9 +223,8 @@ class ClockEstimator {
           const auto row = static_cast<Eigen::Index>(s);
           right[row] += sum[e][s] - weight[e][s] * sum_all / w_all;
           normal(row, row) += weight[e][s];
-          for (std::size_t q = 0; q < kSystemCount; ++q) {
+          for (std::size_t q = 0; q < kSystemCount; ++q)
             normal(row, static_cast<Eigen::Index>(q)) -= weight[e][s] * weight[e][q] / w_all;
-          }
         }
       }
       // The reference stays at 0; what has no say stays where it is.

@@ -47,9 +47,8 @@ RecordedScene read_recorded_scene(simulation::Scenario& scenario, const ListedRe
   scene.environment = std::make_unique<simulation::Environment>(simulation::make_environment(
       std::make_shared<simulation::CityScene>(std::move(city)), scene.sky, scenario.sky, scenario.seed));
   // The systems that were recorded are those of the radio.
-  for (simulation::ReceiverConfig& receiver : scenario.receivers) {
+  for (simulation::ReceiverConfig& receiver : scenario.receivers)
     simulation::decide_options(receiver.options, scene.environment->errors().get(), nullptr);
-  }
   RecordingOptions options;
   options.ionosphere = options.troposphere = atmosphere;
   options.nmea = files.nmea;
@@ -119,9 +118,8 @@ void visit(options::Visitor& v, ListedRecording& r) {
             r.align);
   v.boolean({"align_heading", "", "also estimate its heading"}, r.align_heading);
   v.number({"split", "", "share of epochs that is the first part", "0.5"}, r.split, {0, 1, true, true});
-  if (v.reads() && r.align_heading && !r.align) {
+  if (v.reads() && r.align_heading && !r.align)
     throw v.fault("align_heading", "there is nothing to align", "add align: true");
-  }
 }
 
 void visit(options::Visitor& v, RecordingList& list) {
@@ -129,9 +127,8 @@ void visit(options::Visitor& v, RecordingList& list) {
   std::set<std::string> names;
   v.list("recordings", list.recordings, [&](ListedRecording& r) {
     visit(v, r);
-    if (v.reads() && !names.insert(r.name).second) {
+    if (v.reads() && !names.insert(r.name).second)
       throw v.fault("name", fmt::format("'{}' names two recordings", r.name), "give each its own name");
-    }
   });
   if (v.reads() && list.recordings.size() > kMostRecordings) {
     throw v.fault("recordings", fmt::format("{} recordings are too many", list.recordings.size()),

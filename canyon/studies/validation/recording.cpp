@@ -47,11 +47,10 @@ std::vector<std::string> keep_systems(const std::set<gnss::System>& wanted,
   for (const rinex::ObservationEpoch& epoch : epochs) {
     for (const rinex::ObservedSignal& s : epoch.signals) {
       if (!s.pseudorange_m || wanted.count(s.id.system) == 0) continue;
-      if (s.first()) {
+      if (s.first())
         found[s.id.system].first = true;
-      } else {
+      else
         found[s.id.system].others.insert(s.signal);
-      }
     }
   }
   std::vector<std::string> warnings;
@@ -67,10 +66,12 @@ std::vector<std::string> keep_systems(const std::set<gnss::System>& wanted,
                     gnss::name(system), fmt::join(names, ", "), gnss::signals_of(system).front().name));
   }
   for (rinex::ObservationEpoch& epoch : epochs) {
-    std::erase_if(epoch.signals, [&](const rinex::ObservedSignal& s) {
-      const auto at = found.find(s.id.system);
-      return wanted.count(s.id.system) == 0 || (any && at != found.end() && !at->second.first);
-    });
+    std::erase_if(
+        epoch.signals,
+        [&](const rinex::ObservedSignal& s) {
+          const auto at = found.find(s.id.system);
+          return wanted.count(s.id.system) == 0 || (any && at != found.end() && !at->second.first);
+        });
   }
   return warnings;
 }
@@ -326,9 +327,8 @@ Eigen::Vector3d Recording::place_in_city(const raytrace::RayScene& scene, const 
   Eigen::Vector3d place = moved.place_in_city(places[epoch].enu_m);
   if (antenna_above_terrain_m) {
     // Beyond the map's edge the height of the unmoved city stays.
-    if (const auto terrain = scene.terrain_height(place.x(), place.y())) {
+    if (const auto terrain = scene.terrain_height(place.x(), place.y()))
       place.z() = *terrain + *antenna_above_terrain_m;
-    }
   }
   return place;
 }

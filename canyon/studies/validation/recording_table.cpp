@@ -34,17 +34,15 @@ Json headlines_json(const std::vector<Headline>& headlines) {
 std::vector<Headline> headlines_of(const std::vector<RecordingRow>& rows) {
   std::vector<Headline> all;
   for (const RecordingRow& row : rows) {
-    for (const Headline& h : row.headlines) {
+    for (const Headline& h : row.headlines)
       if (headline_with(all, h.info.key) == nullptr) all.push_back(h);
-    }
   }
   return all;
 }
 
 std::string description_of(const RecordingRow& row) {
-  if (!row.pooled.empty()) {
+  if (!row.pooled.empty())
     return fmt::format("{}: observations of {} pooled", row.name, fmt::join(row.pooled, ", "));
-  }
   return fmt::format("{}{}: {}{}", row.name,
                      row.receiver_class.empty() ? "" : fmt::format(" ({})", row.receiver_class), row.part,
                      row.never_tracked.empty() ? "" : "; " + row.never_tracked);
@@ -99,9 +97,8 @@ std::string text_of(const Score& score) {
 /// The value with its interval, and whether it lies in its range.
 std::string judged_text(const Headline& h, bool within) {
   std::string text = value_text(h);
-  if (const auto& i = h.simulated_interval) {
+  if (const auto& i = h.simulated_interval)
     text += fmt::format(", {:.{}f} to {:.{}f}", i->low, h.info.decimals, i->high, h.info.decimals);
-  }
   return text + (within ? ": yes" : ": no");
 }
 
@@ -143,9 +140,8 @@ std::string seed_scores(const std::vector<SeedRows>& seeds) {
 
 std::string score_card(const std::vector<RecordingRow>& rows) {
   std::vector<const RecordingRow*> recordings;
-  for (const RecordingRow& row : rows) {
+  for (const RecordingRow& row : rows)
     if (row.pooled.empty()) recordings.push_back(&row);
-  }
   TextRow head{"figure", "range"}, sums{"within their ranges", ""};
   Score all;
   for (const RecordingRow* row : recordings) {

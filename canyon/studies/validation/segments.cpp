@@ -53,9 +53,8 @@ std::vector<StreetSegment> street_segments(std::span<const Eigen::Vector3d> plac
     if (step.norm() >= kStep_m) {
       since = places[i].head<2>();
       Piece& current = pieces.back();
-      if (current.way.norm() >= kStep_m && angle_between(current.way, step) > turn) {
+      if (current.way.norm() >= kStep_m && angle_between(current.way, step) > turn)
         pieces.push_back({i, 0, 0, Vector2d::Zero()});
-      }
       pieces.back().length_m += step.norm();
       pieces.back().way += step;
     }

@@ -72,11 +72,10 @@ CleanedRing clean(const std::vector<Point2>& raw) {
   for (const Point2& p : raw) {
     const Point2 snapped(std::round(p.x() * kGridsPerMetre) / kGridsPerMetre,
                          std::round(p.y() * kGridsPerMetre) / kGridsPerMetre);
-    if (!ring.empty() && ring.back() == snapped) {
+    if (!ring.empty() && ring.back() == snapped)
       cleaned.repeated = true;
-    } else {
+    else
       ring.push_back(snapped);
-    }
   }
   while (ring.size() > 1 && ring.front() == ring.back()) ring.pop_back();
   // A spike's removal may lay bare another one (or a repeated point) beside it: go back by one.
@@ -100,9 +99,11 @@ CleanedRing clean(const std::vector<Point2>& raw) {
 }
 
 bool is_placed(const std::vector<Point2>& ring) {
-  return std::all_of(ring.begin(), ring.end(), [](const Point2& p) {
-    return std::abs(p.x()) <= kFarthestPoint_m && std::abs(p.y()) <= kFarthestPoint_m;  // false for NaN
-  });
+  return std::all_of(
+      ring.begin(), ring.end(),
+      [](const Point2& p) {
+        return std::abs(p.x()) <= kFarthestPoint_m && std::abs(p.y()) <= kFarthestPoint_m;  // false for NaN
+      });
 }
 
 constexpr std::size_t kMostHoles = 3000;  // GEOS's triangulation takes the square of them
@@ -147,9 +148,8 @@ std::vector<Polygon2> tidy(std::vector<Polygon2> polygons, double narrowest_m) {
     for (const auto& hole : polygon.holes) {
       CleanedRing inner = clean(hole);
       changed = changed || inner.ring.size() != hole.size();
-      if (inner.ring.size() >= 3 && -twice_area(inner.ring) >= 2 * kSliver_m2) {
+      if (inner.ring.size() >= 3 && -twice_area(inner.ring) >= 2 * kSliver_m2)
         tidied.holes.push_back(std::move(inner.ring));
-      }
     }
     if (tidied.outer.size() < 3) continue;
     if (changed && !is_valid(geos::polygon(tidied.outer, tidied.holes).get())) tidied = std::move(polygon);
@@ -186,9 +186,8 @@ using Box2 = Eigen::AlignedBox2d;
 
 Box2 bounds(const std::vector<Polygon2>& polygons) {
   Box2 box;
-  for (const Polygon2& polygon : polygons) {
+  for (const Polygon2& polygon : polygons)
     for (const Point2& point : polygon.outer) box.extend(point);
-  }
   return box;
 }
 
@@ -196,7 +195,8 @@ Box2 bounds(const std::vector<Polygon2>& polygons) {
 class Grid2 {
  public:
   void add(std::uint32_t index, const Box2& box) {
-    for_cells(box, [&](std::uint64_t cell) { cells_[cell].push_back(index); });
+    for_cells(
+        box, [&](std::uint64_t cell) { cells_[cell].push_back(index); });
   }
   // Indices in ascending order, each once.
   [[nodiscard]] std::vector<std::uint32_t> near(const Box2& box) const {
@@ -217,11 +217,9 @@ class Grid2 {
   static void for_cells(const Box2& box, const Do& act) {
     if (box.isEmpty()) return;
     const auto cell = [](double x) { return static_cast<std::int32_t>(std::floor(x / kCell_m)); };
-    for (std::int32_t j = cell(box.min().y()); j <= cell(box.max().y()); ++j) {
-      for (std::int32_t i = cell(box.min().x()); i <= cell(box.max().x()); ++i) {
+    for (std::int32_t j = cell(box.min().y()); j <= cell(box.max().y()); ++j)
+      for (std::int32_t i = cell(box.min().x()); i <= cell(box.max().x()); ++i)
         act(static_cast<std::uint64_t>(static_cast<std::uint32_t>(i)) << 32U | static_cast<std::uint32_t>(j));
-      }
-    }
   }
 
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
@@ -305,16 +303,14 @@ std::vector<Polygon2> repair(const std::vector<Polygon2>& raw, std::vector<std::
       if (inner.spiked) note(notes, "spikes");
       bool inner_crossing = false;
       holes.push_back(shape_of(inner.ring, inner_crossing));
-      if (inner_crossing) {
+      if (inner_crossing)
         note(notes, "self-crossing inner ring");
-      } else {
+      else
         rings.push_back(std::move(inner.ring));
-      }
     }
     if (!holes.empty()) {
-      if (!crossing && !is_valid(geos::polygon(outer.ring, rings).get())) {
+      if (!crossing && !is_valid(geos::polygon(outer.ring, rings).get()))
         note(notes, "inner rings that meet each other or the outline");
-      }
       std::vector<geos::Geometry> shells;
       shells.push_back(std::move(shape));
       const geos::Geometry solid = union_on_grid(std::move(shells));
@@ -342,11 +338,10 @@ std::vector<Polygon2> repair(const std::vector<Polygon2>& raw, std::vector<std::
     return {};
   }
   std::vector<Polygon2> result = tidy(geos::polygons(whole.get()), 0);
-  if (result.empty()) {
+  if (result.empty())
     note(notes, "outline without area");
-  } else if (outlines > 1 && total_area(result) < area_apart - std::max(kSliver_m2, 1e-3 * area_apart)) {
+  else if (outlines > 1 && total_area(result) < area_apart - std::max(kSliver_m2, 1e-3 * area_apart))
     note(notes, "overlapping outlines");
-  }
   return result;
 }
 
@@ -385,9 +380,8 @@ std::vector<double> lowest_heights_m(const MapData& map) {
   std::vector<double> lowest;
   for (const MapFeature& feature : map.features) {
     double low = std::numeric_limits<double>::infinity();
-    for (const MapSurface& surface : feature.surfaces) {
+    for (const MapSurface& surface : feature.surfaces)
       for (const Eigen::Vector3d& corner : surface.outer) low = std::min(low, corner.z());
-    }
     if (std::isfinite(low)) lowest.push_back(low);
   }
   return lowest;
@@ -395,9 +389,8 @@ std::vector<double> lowest_heights_m(const MapData& map) {
 
 Geodetic choose_origin(const MapData& map, const Terrain* terrain, const std::optional<Geodetic>& wanted) {
   const Eigen::AlignedBox2d bounds = bounds_of(map, true);
-  if (bounds.isEmpty()) {
+  if (bounds.isEmpty())
     throw InputError(fmt::format("{}: there is nothing to build", map.source), "give a map with buildings");
-  }
   // Trees and woods do not move the origin: with and without them a city stays in place.
   const Eigen::AlignedBox2d built = bounds_of(map, false);
   const LonLat middle = (built.isEmpty() ? bounds : built).center();
@@ -440,9 +433,8 @@ std::optional<std::size_t> SameOutlines::add(std::size_t item, const std::vector
                                              double min_height_m) {
   Seen next{item, total_area(polygons), min_height_m, {}};
   const auto collect = [&next](const std::vector<Point2>& ring) {
-    for (const Point2& p : ring) {
+    for (const Point2& p : ring)
       next.corners.emplace_back(std::llround(p.x() * 1e3), std::llround(p.y() * 1e3));
-    }
   };
   for (const Polygon2& polygon : polygons) {
     collect(polygon.outer);
@@ -456,12 +448,10 @@ std::optional<std::size_t> SameOutlines::add(std::size_t item, const std::vector
         0x9E3779B97F4A7C15ULL;
   }
   std::vector<Seen>& alike = by_hash_[static_cast<std::size_t>(hash)];
-  for (const Seen& seen : alike) {
+  for (const Seen& seen : alike)
     if (seen.corners == next.corners && std::abs(seen.area_m2 - next.area_m2) < 0.1 &&
-        seen.min_height_m == min_height_m) {
+        seen.min_height_m == min_height_m)
       return seen.item;
-    }
-  }
   alike.push_back(std::move(next));
   return std::nullopt;
 }
@@ -476,9 +466,8 @@ std::vector<LonLat> tree_places(const MapFeature& feature) {
     const double length_m = (geodesy::ecef_from_geodetic(Geodetic::from_degrees(b.y(), b.x(), 0)) -
                              geodesy::ecef_from_geodetic(Geodetic::from_degrees(a.y(), a.x(), 0)))
                                 .norm();
-    for (; left_m <= length_m && places.size() < kMostTreesOfARow; left_m += kTreeSpacing_m) {
+    for (; left_m <= length_m && places.size() < kMostTreesOfARow; left_m += kTreeSpacing_m)
       places.push_back(length_m > 0 ? LonLat(a + (b - a) * (left_m / length_m)) : a);
-    }
     left_m -= length_m;
   }
   return places;

@@ -30,9 +30,8 @@ std::vector<Point2> convex_hull(std::vector<Point2> points) {
     const std::size_t begin = hull.size();
     for (const Point2& p : points) {
       while (hull.size() >= begin + 2 &&
-             cross(hull.back() - hull[hull.size() - 2], p - hull[hull.size() - 2]) <= 0) {
+             cross(hull.back() - hull[hull.size() - 2], p - hull[hull.size() - 2]) <= 0)
         hull.pop_back();
-      }
       hull.push_back(p);
     }
     hull.pop_back();  // begins the other side
@@ -107,9 +106,8 @@ class Envelope {
     for (const Point2& p : points_) heights_.push_back(first.height_m(p));
     triangles_ = plan.triangles;
     faces_.assign(triangles_.size(), 0);
-    for (std::uint32_t i = 0; i < points_.size(); ++i) {
+    for (std::uint32_t i = 0; i < points_.size(); ++i)
       rim_.emplace(edge(plan.first[i], plan.first[plan.next[i]]), i);
-    }
   }
 
   void lower(const RoofPlane& plane, std::uint32_t face) {
@@ -158,9 +156,8 @@ class Envelope {
         continue;
       }
       // Turn the corner that is alone on its side, or the one on the plane, to the front.
-      while (sign(0) != 0 && !(sign(1) != sign(0) && sign(2) != sign(0) && sign(1) != 0 && sign(2) != 0)) {
+      while (sign(0) != 0 && !(sign(1) != sign(0) && sign(2) != sign(0) && sign(1) != 0 && sign(2) != 0))
         std::rotate(triangle.begin(), triangle.begin() + 1, triangle.end());
-      }
       const auto [a, b, c] = triangle;
       if (sign(0) == 0) {
         const std::uint32_t m = cut(b, c);
@@ -173,9 +170,8 @@ class Envelope {
         add({m, c, n}, face_of(sign(1)));
       }
     }
-    for (std::size_t v = 0; v < above.size(); ++v) {
+    for (std::size_t v = 0; v < above.size(); ++v)
       if (above[v] < 0) heights_[v] += above[v];
-    }
     triangles_ = std::move(triangles);
     faces_ = std::move(faces);
   }
@@ -205,9 +201,8 @@ class Envelope {
     }
     for (std::size_t i = 0; i < inserted.size(); ++i) {
       std::sort(inserted[i].begin(), inserted[i].end());
-      for (const auto& [distance, v] : inserted[i]) {
+      for (const auto& [distance, v] : inserted[i])
         if (surface.on_edge[i].empty() || surface.on_edge[i].back() != v) surface.on_edge[i].push_back(v);
-      }
     }
     return surface;
   }
@@ -308,9 +303,8 @@ class Envelope {
       outer.insert(outer.end(), inner.begin(), inner.end());
       const auto pieces = triangulate(polygon);
       if (pieces.empty()) return;
-      for (const Triangle& piece : pieces) {
+      for (const Triangle& piece : pieces)
         triangles.push_back({outer[piece[0]], outer[piece[1]], outer[piece[2]]});
-      }
     }
     triangles_ = std::move(triangles);
   }
@@ -349,9 +343,8 @@ RoofRectangle roof_rectangle(const std::vector<Point2>& outer, const Shape& shap
   if (shape.roof_direction_rad) {
     Point2 down(std::sin(*shape.roof_direction_rad), std::cos(*shape.roof_direction_rad));
     for (const Point2& side : {smallest.along, smallest.across}) {
-      for (const Point2& towards : {side, Point2(-side)}) {
+      for (const Point2& towards : {side, Point2(-side)})
         if (towards.dot(down) >= std::cos(kHalfCompassPoint_rad)) down = towards;
-      }
     }
     return fit(hull, down);
   }
@@ -367,9 +360,8 @@ bool set_roof_by_angle(Shape& shape, const std::vector<Point2>& outer) {
   double run_m = rectangle.half_width_m;
   if (shape.roof == RoofShape::Skillion) run_m *= 2;
   if (shape.roof == RoofShape::Hipped || shape.roof == RoofShape::Mansard ||
-      shape.roof == RoofShape::Pyramidal) {
+      shape.roof == RoofShape::Pyramidal)
     run_m = std::min(run_m, rectangle.half_length_m);
-  }
   const double rise_m = run_m * std::tan(*shape.roof_angle_rad);
   const double added_m = shape.height_source == HeightSource::Levels ? rise_m - shape.roof_height_m : 0;
   if (shape.height_m + added_m - rise_m < shape.min_height_m) return false;
@@ -445,9 +437,8 @@ Plan::Plan(const Polygon2& polygon)
     const Point2 &p = corners[a], &q = corners[b];
     return p.x() != q.x() ? p.x() < q.x() : p.y() != q.y() ? p.y() < q.y() : a < b;
   });
-  for (std::size_t k = 1; k < order.size(); ++k) {
+  for (std::size_t k = 1; k < order.size(); ++k)
     if (corners[order[k]] == corners[order[k - 1]]) first[order[k]] = first[order[k - 1]];
-  }
 }
 
 RoofSurface flat_surface(const Plan& plan, double height_m) {

@@ -116,9 +116,8 @@ class Welder {
 /// Twice the vector area of a ring, to the side from which it is seen counter-clockwise (Newell's method).
 Eigen::Vector3d twice_area_vector(const IndexRing& ring, const std::vector<Eigen::Vector3d>& points) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (std::size_t i = 1; i + 1 < ring.size(); ++i) {
+  for (std::size_t i = 1; i + 1 < ring.size(); ++i)
     sum += (points[ring[i]] - points[ring[0]]).cross(points[ring[i + 1]] - points[ring[0]]);
-  }
   return sum;
 }
 
@@ -186,9 +185,8 @@ std::vector<Triangle> triangles_of(const IndexRing& outer, const std::vector<Ind
   const std::vector<Polygon2> face{flat};
   if (is_tangled({&face}, kMostCrossings)) return {};
   std::vector<Triangle> triangles = triangulate(flat);
-  for (Triangle& triangle : triangles) {
+  for (Triangle& triangle : triangles)
     for (std::uint32_t& corner : triangle) corner = index[corner];
-  }
   return triangles;
 }
 
@@ -196,9 +194,8 @@ std::vector<Triangle> triangles_of(const IndexRing& outer, const std::vector<Ind
 bool watertight(const std::vector<Triangle>& triangles) {
   std::unordered_map<std::uint64_t, int> edges;
   const auto key = [](std::uint32_t from, std::uint32_t to) { return (std::uint64_t{from} << 32) | to; };
-  for (const Triangle& t : triangles) {
+  for (const Triangle& t : triangles)
     for (std::size_t k = 0; k < 3; ++k) ++edges[key(t[k], t[(k + 1) % 3])];
-  }
   return std::all_of(edges.begin(), edges.end(), [&](const auto& edge) {
     const auto opposite = edges.find((edge.first << 32) | (edge.first >> 32));
     return edge.second == 1 && opposite != edges.end() && opposite->second == 1;
@@ -342,13 +339,12 @@ void append_solid(Mesh& mesh, const std::string& name, city::Surface surface, co
   for (std::size_t i = 0; i < high.size(); ++i) {
     const Eigen::Vector3d& v = roof->vertices[i];
     const bool is_corner = i < low.size();
-    if (is_corner && plan.first[i] != i) {
+    if (is_corner && plan.first[i] != i)
       high[i] = high[plan.first[i]];
-    } else if (is_corner && eaves + v.z() < bottom + kLowest_m) {
+    else if (is_corner && eaves + v.z() < bottom + kLowest_m)
       high[i] = low[i];
-    } else {
+    else
       high[i] = object.vertex(v.x(), v.y(), std::max(bottom, eaves + v.z()));
-    }
   }
   for (const auto& t : plan.triangles) object.triangle(low[t[2]], low[t[1]], low[t[0]], shape.facade);
   for (std::size_t i = 0; i < low.size(); ++i) {
@@ -505,9 +501,8 @@ std::vector<LocalSurface> mended(const LocalSurface& surface) {
 
 void cut_openings(std::vector<LocalSurface>& surfaces) {
   std::vector<const LocalSurface*> openings;
-  for (const LocalSurface& surface : surfaces) {
+  for (const LocalSurface& surface : surfaces)
     if (is_opening(surface) && surface.outer.size() >= 3) openings.push_back(&surface);
-  }
   if (openings.empty()) return;
   std::vector<LocalSurface> cut;
   cut.reserve(surfaces.size());

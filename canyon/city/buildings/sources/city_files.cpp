@@ -35,10 +35,9 @@ bool reaches_box(const GmlEnvelope& envelope, CityModel& model) {
   if (!model.options().box || envelope.system == nullptr) return true;
   const std::size_t system = model.system(*envelope.system, false, envelope.line);
   std::vector<Eigen::Vector3d> corners;
-  for (const double x : {envelope.lower.x(), envelope.upper.x()}) {
+  for (const double x : {envelope.lower.x(), envelope.upper.x()})
     for (const double y : {envelope.lower.y(), envelope.upper.y()})
       corners.push_back(model.east_first(system, {x, y, envelope.lower.z()}));
-  }
   model.to_wgs84(system, corners);
   constexpr double kMargin_deg = 1e-3;
   Eigen::AlignedBox2d bounds;
@@ -94,9 +93,8 @@ class References {
       if (library.size() == before) break;
       wanted.clear();
       for (const auto& [id, element] : library) {
-        for (const std::string& missing : references_of(element)) {
+        for (const std::string& missing : references_of(element))
           if (library.count(missing) == 0) wanted.insert(missing);
-        }
       }
     }
     return library;
@@ -160,9 +158,7 @@ struct Tile {
 };
 
 ByteReader open_tile(const Tile& tile) {
-  if (tile.inside.empty()) {
-    return file_bytes(tile.path);
-  }
+  if (tile.inside.empty()) return file_bytes(tile.path);
   ByteReader bytes =
       gdal::bytes_of(has_ending(tile.inside, {".gz"}) ? "/vsigzip/" + tile.inside : tile.inside);
   if (!bytes)
@@ -210,9 +206,8 @@ std::vector<Tile> tiles_of_folder(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
   std::error_code error;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(
-           folder, std::filesystem::directory_options::skip_permission_denied, error)) {
+           folder, std::filesystem::directory_options::skip_permission_denied, error))
     if (entry.is_regular_file(error)) files.push_back(entry.path());
-  }
   std::sort(files.begin(), files.end());
   std::vector<Tile> tiles;
   for (const std::filesystem::path& file : files) {

@@ -34,9 +34,8 @@ const auto kRoles = dictionary<Role>(
 
 Eigen::AlignedBox3d extent_of(const std::vector<MapSurface>& surfaces) {
   Eigen::AlignedBox3d box;
-  for (const MapSurface& surface : surfaces) {
+  for (const MapSurface& surface : surfaces)
     for (const Eigen::Vector3d& corner : surface.outer) box.extend(corner);
-  }
   return box;
 }
 
@@ -401,11 +400,10 @@ void CityModel::add_building(CityObject object, bool part) {
   feature.tags[part ? "building:part" : "building"] = building_use(feature.tags);
   feature.belongs_to = object.parent;
   if (object.has_parts) tags_of_wholes_[object.id] = feature.tags;
-  if (object.lod >= 1) {
+  if (object.lod >= 1)
     feature.surfaces = std::move(object.surfaces);
-  } else {
+  else
     feature.polygons = outlines_of(object.surfaces);
-  }
   if (feature.surfaces.empty() && feature.polygons.empty()) {
     if (!object.has_parts) {
       leave_out(
@@ -539,9 +537,8 @@ MapData CityModel::finish(const std::filesystem::path& name) {
                    [](const MapFeature& a, const MapFeature& b) { return a.id < b.id; });
   if (data_.features.empty() && !options_.box) {  // else nothing may be in the box
     std::string why;
-    for (const std::string& line : tally_.notes.lines()) {
+    for (const std::string& line : tally_.notes.lines())
       if (line.starts_with("left out ")) why += (why.empty() ? " (" : ", ") + line;
-    }
     if (!why.empty()) why += ")";
     const bool elsewhere = why.find(kElsewhere) != std::string::npos;
     throw InputError(name, 0,
@@ -573,8 +570,8 @@ MapData CityModel::finish(const std::filesystem::path& name) {
 }
 
 bool attribute_matters(std::string_view name) {
-  return std::any_of(kSameAs.begin(), kSameAs.end(),
-                     [name](const auto& pair) { return pair.first == name; }) ||
+  return std::any_of(
+             kSameAs.begin(), kSameAs.end(), [name](const auto& pair) { return pair.first == name; }) ||
          std::find(kOthers.begin(), kOthers.end(), name) != kOthers.end();
 }
 

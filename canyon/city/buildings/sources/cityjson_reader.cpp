@@ -91,16 +91,14 @@ class CityJsonReader {
   }
 
   void read_header(const Json& root) {
-    if (root["type"] == "FeatureCollection" || root["type"] == "Feature") {
+    if (root["type"] == "FeatureCollection" || root["type"] == "Feature")
       fail("is GeoJSON, which is not read as a map", "give OpenStreetMap data or CityJSON of the buildings");
-    }
     if (root["type"] == "CityJSONFeature") {
       fail("a sequence begins with a CityJSON object, and this is a CityJSONFeature",
            "give the whole sequence");
     }
-    if (root["type"] != "CityJSON") {
+    if (root["type"] != "CityJSON")
       fail("not CityJSON: no \"type\": \"CityJSON\"", "give a CityJSON file (1.0, 1.1 or 2.0)");
-    }
     const Json& version = root["version"];
     const std::string number = version.is_string() ? version.text() : "";
     if (number.rfind("1.0", 0) != 0 && number.rfind("1.1", 0) != 0 && number.rfind("2.0", 0) != 0) {
@@ -133,9 +131,8 @@ class CityJsonReader {
     };
     scale_ = vector("scale");
     translate_ = vector("translate");
-    if (!scale_.allFinite() || !translate_.allFinite() || !(scale_.array() != 0).all()) {
+    if (!scale_.allFinite() || !translate_.allFinite() || !(scale_.array() != 0).all())
       fail("transform.scale must not be zero");
-    }
   }
 
   void read_vertices(const Json& root) {
@@ -160,11 +157,10 @@ class CityJsonReader {
     model_.to_wgs84(*system_, vertices_);
     for (std::size_t i = 0; i < vertices_.size(); ++i) {
       if (!faults_[i].empty()) continue;
-      if (!vertices_[i].allFinite()) {
+      if (!vertices_[i].allFinite())
         faults_[i] = "is outside the area of its reference system";
-      } else if (!is_height_of_city(vertices_[i].z())) {
+      else if (!is_height_of_city(vertices_[i].z()))
         faults_[i] = "is beyond -500 to 10,000 m of height";
-      }
     }
   }
 
@@ -234,13 +230,12 @@ class CityJsonReader {
       if (!solid.is_array()) fail_object(key, fmt::format("a {}'s boundaries are nested too little", type));
       if (!solid.empty()) add_shell(solid[0], child(solid_values, 0));  // inner shells are cavities
     };
-    if (type == "MultiSurface" || type == "CompositeSurface") {
+    if (type == "MultiSurface" || type == "CompositeSurface")
       add_shell(boundaries, values);
-    } else if (type == "Solid") {
+    else if (type == "Solid")
       add_solid(boundaries, values);
-    } else {  // MultiSolid, CompositeSolid
+    else  // MultiSolid, CompositeSolid
       for (std::size_t i = 0; i < boundaries.size(); ++i) add_solid(boundaries[i], child(values, i));
-    }
     return surfaces;
   }
 
@@ -251,9 +246,8 @@ class CityJsonReader {
       if (!made) continue;
       if (value->is_integer()) {
         const auto number = value->get<long long>();
-        if (number < 0 || !types.is_array() || static_cast<std::size_t>(number) >= types.size()) {
+        if (number < 0 || !types.is_array() || static_cast<std::size_t>(number) >= types.size())
           fail_object(key, fmt::format("semantic number {} is out of range", number));
-        }
         const Json& type = types[static_cast<std::size_t>(number)];
         made->semantic = text_of(type["type"]);
       }
@@ -286,10 +280,8 @@ class CityJsonReader {
   void add_template(const std::string& key, const Json& instance, CityObject& object) {
     const Json& origin = instance["boundaries"];
     if (!origin.is_array() || origin.size() != 1 || !origin[0].is_integer() ||
-        origin[0].get<long long>() < 0 ||
-        static_cast<std::size_t>(origin[0].get<long long>()) >= raw_.size()) {
+        origin[0].get<long long>() < 0 || static_cast<std::size_t>(origin[0].get<long long>()) >= raw_.size())
       fail_object(key, "a GeometryInstance does not name the number of a vertex");
-    }
     const auto number = static_cast<std::size_t>(origin[0].get<long long>());
     if (vertices_[number].allFinite()) object.place = vertices_[number];
     Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
@@ -360,11 +352,10 @@ class CityJsonReader {
       }
       const std::string text = text_of(inner);
       if (text.empty()) continue;
-      if (const auto metres = value_in_metres(name, text, unit)) {
+      if (const auto metres = value_in_metres(name, text, unit))
         read[name] = *metres;
-      } else {
+      else
         model_.leave_out(kOtherUnit);
-      }
     }
   }
 
@@ -381,11 +372,10 @@ class CityJsonReader {
     const Json* geometry = choose_geometry(key, object);
     if (geometry != nullptr) {
       read.lod = lod_of(*geometry);
-      if (text_of((*geometry)["type"]) == "GeometryInstance") {
+      if (text_of((*geometry)["type"]) == "GeometryInstance")
         add_template(key, *geometry, read);
-      } else {
+      else
         add_surfaces(key, *geometry, read);
-      }
     }
     model_.add(std::move(read));
   }

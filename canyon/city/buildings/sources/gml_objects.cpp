@@ -160,9 +160,8 @@ std::map<int, GmlDetail> GmlFaces::details_of(const GmlElement& object) {
     relief_lod = static_cast<int>(std::clamp(parse_integer(lod->text).value_or(0), 0LL, 4LL));
   for (const GmlElement& property : object.children) {
     if (property.name == "boundedBy" || property.name == "boundary") {
-      for (const GmlElement& surface : property.children) {
+      for (const GmlElement& surface : property.children)
         if (!is_gml_object(surface.name) && !is_inside(surface.name)) add_thematic(surface, details, 0);
-      }
     } else if (property.name == "tin") {
       collect(property, {}, 0, details[relief_lod].own);
     } else {
@@ -237,9 +236,8 @@ void GmlFaces::collect_implicit(const GmlElement& geometry, GmlFace like, int de
   placements_.push_back(placement);
   like.placement = static_cast<int>(placements_.size()) - 1;
   if (geometry.child("libraryObject") != nullptr) ++external_;
-  for (const char* name : {"relativeGMLGeometry", "relativeGeometry"}) {
+  for (const char* name : {"relativeGMLGeometry", "relativeGeometry"})
     if (const GmlElement* relative = geometry.child(name)) collect(*relative, like, depth + 1, faces);
-  }
 }
 
 /// The faces of a level of detail, each polygon once: the thematic surfaces, and what the object's own
@@ -248,9 +246,8 @@ std::vector<GmlFace> merged_faces(const GmlDetail& detail) {
   std::vector<GmlFace> faces;
   std::set<FaceKey> seen;
   const auto add_all = [&](const std::vector<GmlFace>& more) {
-    for (const GmlFace& face : more) {
+    for (const GmlFace& face : more)
       if (seen.insert(key_of(face)).second) faces.push_back(face);
-    }
   };
   if (!detail.footprint.empty()) {
     add_all(detail.footprint);
@@ -335,11 +332,10 @@ class GmlObjectReader {
  private:
   /// @param holder has the text of the value and its unit
   void take(const std::string& name, const GmlElement& holder, CityAttributes& attributes) {
-    if (const auto value = value_in_metres(name, trim(holder.text), holder.unit)) {
+    if (const auto value = value_in_metres(name, trim(holder.text), holder.unit))
       attributes.emplace(name, *value);
-    } else {
+    else
       model_.leave_out(kOtherUnit);
-    }
   }
 
   void read_attributes(const GmlElement& element, CityAttributes& attributes) {
@@ -351,16 +347,14 @@ class GmlObjectReader {
       // <stringAttribute name="function"><value>..., and <Height><value>... of CityGML 3.0
       const std::string& name = child.key.empty() ? child.name : child.key;
       const GmlElement& holder = value != nullptr ? *value : child;
-      if (!holder.text.empty() && attribute_matters(name)) {
+      if (!holder.text.empty() && attribute_matters(name))
         take(name, holder, attributes);
-      } else if (child.name == "Height" && value != nullptr) {
+      else if (child.name == "Height" && value != nullptr)
         take("measuredHeight", *value, attributes);
-      }
       // Extensions (uro:buildingDetails) wrap their attributes.
       if (value == nullptr && child.rings.empty()) {
-        for (const GmlElement& inner : child.children) {
+        for (const GmlElement& inner : child.children)
           if (!is_gml_object(inner.name)) read_wrapped(inner, attributes);
-        }
       }
     }
   }
@@ -377,9 +371,8 @@ class GmlObjectReader {
     constexpr int kWithRooms = 4;
     const ModelOptions& wanted = model_.options().model;
     std::vector<int> lods;
-    for (auto detail = details.rbegin(); detail != details.rend(); ++detail) {
+    for (auto detail = details.rbegin(); detail != details.rend(); ++detail)
       if (detail->first >= 1 && detail->first <= wanted.highest_lod()) lods.push_back(detail->first);
-    }
     if (!wanted.lod && details.count(kWithRooms) > 0) lods.push_back(kWithRooms);
     if (details.count(0) > 0) lods.push_back(0);
     return lods;
@@ -397,9 +390,8 @@ class GmlObjectReader {
                   faces.end());
       if (faces.empty()) continue;
       object.lod = lod;
-      for (const GmlFace& face : faces) {
+      for (const GmlFace& face : faces)
         if (face.placement < 0) taken_.insert(face.polygon);
-      }
       add_surfaces(faces, object);
       if (!object.surfaces.empty()) break;
     }
@@ -487,20 +479,17 @@ class GmlObjectReader {
           model_.leave_out("rings beyond -500 to 10,000 m of height");
           ring.clear();
         }
-        if (raw.empty()) {
+        if (raw.empty())
           model_.leave_out("rings whose coordinates are not numbers or not whole points");
-        } else if (finite && !low_or_high && ring.size() < 3) {
+        else if (finite && !low_or_high && ring.size() < 3)
           model_.leave_out("rings of fewer than three points");
-        }
-        if (finite && ring.size() >= 3) {
-          if (outer) {
+        if (finite && ring.size() >= 3)
+          if (outer)
             surface.outer = std::move(ring);
-          } else {
+          else
             surface.inners.push_back(std::move(ring));
-          }
-        } else if (outer) {
+        else if (outer)
           good = false;
-        }
         outer = false;
       }
       if (good) object.surfaces.push_back(std::move(surface));
@@ -531,9 +520,8 @@ std::set<std::string> missing_references(const GmlElement& object, const GmlLibr
   const auto follow = [&](const auto& self, const GmlElement& element) -> void {
     (void)faces.details_of(element);
     for (const GmlElement& property : element.children) {
-      for (const GmlElement& child : property.children) {
+      for (const GmlElement& child : property.children)
         if (is_gml_object(child.name)) self(self, child);
-      }
     }
   };
   follow(follow, object);

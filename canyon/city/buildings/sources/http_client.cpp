@@ -47,9 +47,8 @@ std::string part_of(const std::string& url, CURLUPart part, const std::string& r
   if (!parsed || curl_url_set(parsed.get(), CURLUPART_URL, url.c_str(), 0) != CURLUE_OK ||
       (!relative.empty() &&
        curl_url_set(parsed.get(), CURLUPART_URL, relative.c_str(), CURLU_URLENCODE) != CURLUE_OK) ||
-      curl_url_get(parsed.get(), part, &text, flags) != CURLUE_OK) {
+      curl_url_get(parsed.get(), part, &text, flags) != CURLUE_OK)
     return {};
-  }
   const std::unique_ptr<char, decltype(&curl_free)> owner(text, &curl_free);
   return text;
 }
@@ -109,11 +108,10 @@ extern "C" std::size_t canyon_http_header(char* data, std::size_t size, std::siz
   }
   if (name == "location" && incoming.redirects && !incoming.redirect(value)) return 0;  // ends the transfer
   if (name == "retry-after") {
-    if (const auto seconds = parse_integer(value)) {
+    if (const auto seconds = parse_integer(value))
       answer.retry_after_s = static_cast<double>(std::max(*seconds, 0LL));
-    } else if (const std::time_t date = curl_getdate(value.c_str(), nullptr); date != -1) {
+    else if (const std::time_t date = curl_getdate(value.c_str(), nullptr); date != -1)
       answer.retry_after_s = std::max(0.0, std::difftime(date, std::time(nullptr)));
-    }
   } else if (name == "cache-control") {  // "private, max-age=60"
     const std::string directives = lower_case(value);
     for (const std::string_view word : split(directives, ',')) {
@@ -130,9 +128,7 @@ extern "C" std::size_t canyon_http_header(char* data, std::size_t size, std::siz
 void require_curl() {
   // Called once, before the first handle. Never cleaned up: other users of libcurl may live in the process.
   static const CURLcode code = curl_global_init(CURL_GLOBAL_DEFAULT);
-  if (code != CURLE_OK) {
-    throw InputError(fmt::format("libcurl cannot start: {}", curl_easy_strerror(code)));
-  }
+  if (code != CURLE_OK) throw InputError(fmt::format("libcurl cannot start: {}", curl_easy_strerror(code)));
 }
 
 /// One request. Its place in memory must not change: libcurl writes into it.

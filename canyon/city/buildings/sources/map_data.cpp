@@ -35,10 +35,9 @@ std::string_view tag(const TagMap& tags, const char* key) {
 
 void LonLatBox::validate() const {
   const auto check = [](double value, double limit, const char* bound) {
-    if (!(std::abs(value) <= limit)) {
+    if (!(std::abs(value) <= limit))
       throw InputError(fmt::format("{} bound of the box is {} deg", bound, value),
                        fmt::format("it must be within [-{0}, {0}]; a box is west,south,east,north", limit));
-    }
   };
   check(west, 180, "west");
   check(south, 90, "south");

@@ -24,9 +24,8 @@ void visit(options::Visitor& v, HeightDefaults& o) {
 
 void TerrainOptions::validate() const {
   options::check(*this, "terrain");
-  if (geoid_undulation_m && geoid != GeoidModel::ByFile) {
+  if (geoid_undulation_m && geoid != GeoidModel::ByFile)
     throw InputError("geoid conflicts with geoid_undulation_m", "keep one of them");
-  }
 }
 
 void visit(options::Visitor& v, TerrainOptions& o) {

@@ -24,15 +24,14 @@ std::string_view root_name(std::string_view text) {
   for (std::size_t at = text.find('<'); at != std::string_view::npos; at = text.find('<', at)) {
     const std::string_view rest = text.substr(at);
     std::string_view end;
-    if (rest.substr(0, 4) == "<!--") {
+    if (rest.substr(0, 4) == "<!--")
       end = "-->";
-    } else if (rest.substr(0, 2) == "<?") {
+    else if (rest.substr(0, 2) == "<?")
       end = "?>";
-    } else if (rest.substr(0, 2) == "<!") {
+    else if (rest.substr(0, 2) == "<!")
       end = ">";
-    } else {
+    else
       return rest.substr(1, rest.find_first_of(" \t\r\n/>") - 1);
-    }
     at = text.find(end, at);
     if (at == std::string_view::npos) break;
   }
@@ -89,9 +88,8 @@ ModelKind model_kind_of_text(std::string_view head) {
   if (head.substr(0, kByteOrderMark.size()) == kByteOrderMark) head.remove_prefix(kByteOrderMark.size());
   head = trim(head);
   if (head.empty()) return ModelKind::None;
-  if (head.front() == '{') {
+  if (head.front() == '{')
     return head.find("\"CityJSON") != std::string_view::npos ? ModelKind::CityJson : ModelKind::None;
-  }
   if (head.front() != '<') return ModelKind::None;
   std::string_view root = root_name(head);
   root = root.substr(root.find(':') + 1);  // all of it without a prefix

@@ -43,9 +43,8 @@ std::optional<Attribute> take_attribute(std::string_view xml, std::size_t& at) {
   const std::size_t begin = xml.find_first_not_of(kBlanks, at);
   const std::size_t equals = xml.find('=', at);
   if (begin == std::string_view::npos || equals == std::string_view::npos || xml[begin] == '>' ||
-      xml[begin] == '/') {
+      xml[begin] == '/')
     return std::nullopt;
-  }
   const std::size_t quote = xml.find_first_not_of(kBlanks, equals + 1);
   if (quote == std::string_view::npos || (xml[quote] != '"' && xml[quote] != '\'')) return std::nullopt;
   const std::size_t end = xml.find(xml[quote], quote + 1);
@@ -183,11 +182,10 @@ std::string plain_osm_xml(std::string_view xml) {
             static_cast<std::size_t>(std::count(attribute->text.begin(), attribute->text.end(), '\n')), '\n');
       }
     }
-    if (deleted) {
+    if (deleted)
       plain += " visible='false'";
-    } else {
+    else
       plain += visible;
-    }
   }
   return plain;
 }
@@ -242,15 +240,13 @@ void check_blob_types(const std::filesystem::path& path) {
     constexpr int kType = 1, kDataSize = 3;  // fileformat.proto
     bool typed = false;
     std::int32_t data_size = 0;
-    for (protozero::pbf_reader blob(header); blob.next();) {
-      if (blob.tag() == kType && blob.wire_type() == protozero::pbf_wire_type::length_delimited) {
+    for (protozero::pbf_reader blob(header); blob.next();)
+      if (blob.tag() == kType && blob.wire_type() == protozero::pbf_wire_type::length_delimited)
         typed = blob.get_view().size() > 0;
-      } else if (blob.tag() == kDataSize && blob.wire_type() == protozero::pbf_wire_type::varint) {
+      else if (blob.tag() == kDataSize && blob.wire_type() == protozero::pbf_wire_type::varint)
         data_size = blob.get_int32();
-      } else {
+      else
         blob.skip();
-      }
-    }
     if (!typed) throw osmium::pbf_error("a blob has no type");
     if (data_size < 0) return;
     in.seekg(data_size, std::ios::cur);

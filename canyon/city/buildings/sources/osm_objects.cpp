@@ -21,8 +21,8 @@ namespace {
 constexpr double kBoxMargin_deg = 0.02;
 
 bool tags_matter(const osmium::TagList& list, bool foliage) {
-  return std::any_of(list.begin(), list.end(),
-                     [&](const osmium::Tag& tag) { return key_matters(tag.key(), foliage); });
+  return std::any_of(
+      list.begin(), list.end(), [&](const osmium::Tag& tag) { return key_matters(tag.key(), foliage); });
 }
 
 void make_set(std::vector<OsmId>& ids) {
@@ -112,9 +112,8 @@ class ObjectReader {
         files_, osmium::osm_entity_bits::relation, objects_.relations,
         [&](const osmium::OSMObject& object) { add_relation(static_cast<const osmium::Relation&>(object)); });
     for (const auto& [id, relation] : objects_.relations) {
-      for (const OsmMember& member : relation.members) {
+      for (const OsmMember& member : relation.members)
         if (member.type == 'w') member_ways_.push_back(member.ref);
-      }
     }
     make_set(member_ways_);
   }
@@ -132,9 +131,8 @@ class ObjectReader {
     place->tags = std::move(tags);
     place->kind = std::move(kind);
     place->multipolygon = multipolygon;
-    for (const osmium::RelationMember& member : relation.members()) {
+    for (const osmium::RelationMember& member : relation.members())
       place->members.push_back({osmium::item_type_to_char(member.type()), member.ref(), member.role()});
-    }
   }
 
   [[nodiscard]] bool in_wide_box(const osmium::Location& location) const {
@@ -146,16 +144,16 @@ class ObjectReader {
   void read_nodes_in_box() {
     for_each_object(files_, osmium::osm_entity_bits::node, [&](const osmium::OSMObject& object) {
       const auto& node = static_cast<const osmium::Node&>(object);
-      if (node.visible() && node.location().valid() && in_wide_box(node.location())) {
+      if (node.visible() && node.location().valid() && in_wide_box(node.location()))
         nodes_in_box_.push_back(node.id());
-      }
     });
     make_set(nodes_in_box_);
   }
 
   void read_ways() {
-    read_newest(files_, osmium::osm_entity_bits::way, objects_.ways,
-                [&](const osmium::OSMObject& object) { add_way(static_cast<const osmium::Way&>(object)); });
+    read_newest(
+        files_, osmium::osm_entity_bits::way, objects_.ways,
+        [&](const osmium::OSMObject& object) { add_way(static_cast<const osmium::Way&>(object)); });
   }
 
   void add_way(const osmium::Way& way) {
@@ -200,22 +198,19 @@ class ObjectReader {
         at = objects_.relations.erase(at);
         continue;
       }
-      for (const OsmMember& member : members) {
+      for (const OsmMember& member : members)
         if (member.type == 'w') keep.push_back(member.ref);
-      }
       ++at;
     }
     make_set(keep);
-    for (auto at = objects_.ways.begin(); at != objects_.ways.end();) {
+    for (auto at = objects_.ways.begin(); at != objects_.ways.end();)
       at = contains(keep, at->first) || at->second.near_box ? std::next(at) : objects_.ways.erase(at);
-    }
     nodes_in_box_ = {};
   }
 
   void read_nodes() {
-    for (const auto& [id, way] : objects_.ways) {
+    for (const auto& [id, way] : objects_.ways)
       wanted_.insert(wanted_.end(), way.nodes.begin(), way.nodes.end());
-    }
     make_set(wanted_);
     places_.resize(wanted_.size());
     versions_.resize(wanted_.size());
@@ -228,9 +223,8 @@ class ObjectReader {
     const bool wanted = found != wanted_.end() && *found == node.id();
     const bool tagged = !node.tags().empty() && tags_matter(node.tags(), options_.foliage);
     if (is_foliage_left_out(node.tags()) && node.location().valid() &&
-        (!options_.box || in_wide_box(node.location()))) {
+        (!options_.box || in_wide_box(node.location())))
       ++objects_.foliage_left_out;
-    }
     if ((!wanted && !tagged) || node.location().is_undefined()) return;
     if (!node.location().valid())
       return tell(ReadReport::Level::Loss,
@@ -399,9 +393,9 @@ bool is_passage(const TagMap& tags) {
 
 std::string reason_to_leave_out(const TagMap& tags, std::string_view value) {
   const auto says = [&](const auto& words, const auto& of_own) {
-    return std::any_of(words.begin(), words.end(), [&](std::string_view word) {
-      return value == word || of_own(tag(tags, std::string(word).c_str()));
-    });
+    return std::any_of(
+        words.begin(), words.end(),
+        [&](std::string_view word) { return value == word || of_own(tag(tags, std::string(word).c_str())); });
   };
   if (says(kGoneValues, [](std::string_view own) { return !own.empty() && !is_no(own); }) ||
       says(kNotThereValues, [](std::string_view own) { return own == "yes"; }))
@@ -484,15 +478,12 @@ OsmClass classify(const TagMap& tags, bool foliage) {
   std::string_view building = tag(tags, "building");
   if (building.empty()) building = tag(tags, kDisused);
   const std::string_view part = tag(tags, "building:part");
-  if (!building.empty() && !is_no(building)) {
+  if (!building.empty() && !is_no(building))
     return {FeatureKind::Building, reason_to_leave_out(tags, building)};
-  }
   if (!part.empty() && !is_no(part)) return {FeatureKind::Part, reason_to_leave_out(tags, part)};
-  for (const auto& [key, value] : tags) {
-    if (!lifecycle_prefix(key).empty() && !is_no(trim(value))) {
+  for (const auto& [key, value] : tags)
+    if (!lifecycle_prefix(key).empty() && !is_no(trim(value)))
       return {FeatureKind::Building, "demolished or not built"};
-    }
-  }
   if (!building.empty()) return {FeatureKind::Building, "building=no"};
   if (std::find(kStructures.begin(), kStructures.end(), tag(tags, "man_made")) != kStructures.end())
     return {FeatureKind::Building, "man_made (silos, tanks, towers) without the key building"};

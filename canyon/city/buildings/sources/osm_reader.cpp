@@ -83,9 +83,8 @@ bool inside(const LonLat& point, const MapRing& ring) {
     const LonLat& a = ring[i];
     const LonLat& b = ring[j];
     if ((a.y() > point.y()) != (b.y() > point.y()) &&
-        point.x() < (b.x() - a.x()) * (point.y() - a.y()) / (b.y() - a.y()) + a.x()) {
+        point.x() < (b.x() - a.x()) * (point.y() - a.y()) / (b.y() - a.y()) + a.x())
       odd = !odd;
-    }
   }
   return odd;
 }
@@ -144,20 +143,18 @@ std::vector<MapPolygon> assemble(OsmId id, const RingMembers& members, std::stri
     // The assembler takes a way once; ids only need to differ as the ways do.
     const auto same = std::find_if(members.begin(), members.begin() + static_cast<std::ptrdiff_t>(i),
                                    [&](const auto& member) { return member.first == members[i].first; });
-    if (same != members.begin() + static_cast<std::ptrdiff_t>(i)) {
+    if (same != members.begin() + static_cast<std::ptrdiff_t>(i))
       offsets.push_back(offsets[static_cast<std::size_t>(same - members.begin())]);
-    } else {
+    else
       offsets.push_back(append_way(ways, static_cast<OsmId>(i + 1), *members[i].first, turn));
-    }
   }
   osmium::memory::Buffer relations(4096, osmium::memory::Buffer::auto_grow::yes);
   {
     osmium::builder::RelationBuilder builder(relations);
     builder.set_id(id);
     osmium::builder::RelationMemberListBuilder list(builder);
-    for (std::size_t i = 0; i < members.size(); ++i) {
+    for (std::size_t i = 0; i < members.size(); ++i)
       list.add_member(osmium::item_type::way, static_cast<OsmId>(i + 1), members[i].second.c_str());
-    }
   }
   relations.commit();
   std::vector<const osmium::Way*> pointers;
@@ -298,17 +295,15 @@ class FeatureMaker {
     belongs_to = osm_name("relation", membership.relation);
     const OsmRelation& relation = objects_.relations.at(membership.relation);
     if (*kind.kind == FeatureKind::Building) {
-      for (const auto& [key, value] : relation.tags) {
+      for (const auto& [key, value] : relation.tags)
         if (key != "type") tags.emplace(key, value);
-      }
     }
     if (kind.left_out.empty()) kind.left_out = relation.kind.left_out;
   }
 
   void make_multipolygons() {
-    for (const auto& [id, relation] : objects_.relations) {
+    for (const auto& [id, relation] : objects_.relations)
       if (relation.multipolygon) make_multipolygon(id, relation);
-    }
   }
 
   void make_multipolygon(OsmId id, const OsmRelation& relation) {
@@ -338,9 +333,8 @@ class FeatureMaker {
     feature.kind = *kind.kind;
     candidate.left_out = kind.left_out;
     if (feature.kind == FeatureKind::TreeRow || feature.kind == FeatureKind::Tree ||
-        feature.kind == FeatureKind::Passage) {
+        feature.kind == FeatureKind::Passage)
       return;
-    }
     if (!complete || members.empty()) {
       if (kind.left_out.empty())
         notes_.tell(Level::Loss, "{} multipolygons that the map holds in part only, left out", feature.id);
@@ -354,9 +348,8 @@ class FeatureMaker {
              !ring_of(way, ignored).empty();
     };
     if (members.size() > 1 && std::all_of(members.begin(), members.end(), stands_alone)) {
-      for (const auto& [way, member] : members) {
+      for (const auto& [way, member] : members)
         objects_.ways.at(way).tags.insert(feature.tags.begin(), feature.tags.end());
-      }
       notes_.tell(Level::Remark, "{} multipolygons of whole buildings, read as these", feature.id);
       return;
     }
@@ -386,12 +379,10 @@ class FeatureMaker {
 
   static bool is_inner(const MapRing& ring, const std::vector<MapPolygon>& polygons) {
     for (const MapPolygon& polygon : polygons) {
-      for (const MapRing& inner : polygon.inners) {
+      for (const MapRing& inner : polygon.inners)
         if (std::find(inner.begin(), inner.end(), ring.front()) != inner.end() &&
-            std::find(inner.begin(), inner.end(), ring[1]) != inner.end()) {
+            std::find(inner.begin(), inner.end(), ring[1]) != inner.end())
           return true;
-        }
-      }
     }
     return false;
   }
@@ -413,9 +404,8 @@ class FeatureMaker {
       } else if (way.places.empty()) {
         problem = "with nodes that are not in the map";
       } else if (feature.kind == FeatureKind::TreeRow || feature.kind == FeatureKind::Passage) {
-        for (const LonLat& place : way.places) {
+        for (const LonLat& place : way.places)
           if (feature.line.empty() || place != feature.line.back()) feature.line.push_back(place);
-        }
         if (feature.line.size() < 2) problem = "of one point";
       } else {
         MapRing ring = ring_of(way, problem);

@@ -115,9 +115,8 @@ void Raster::Impl::open() {
 void Raster::Impl::read_band() {
   width = GDALGetRasterXSize(dataset.get());
   height = GDALGetRasterYSize(dataset.get());
-  if (GDALGetRasterCount(dataset.get()) < 1 || width < 1 || height < 1) {
+  if (GDALGetRasterCount(dataset.get()) < 1 || width < 1 || height < 1)
     throw InputError(path, 0, "has no raster band", "give a height raster, heights in band 1");
-  }
   band = GDALGetRasterBand(dataset.get(), 1);
   const GDALColorInterp colour = GDALGetRasterColorInterpretation(band);
   if ((colour != GCI_GrayIndex && colour != GCI_Undefined) ||
@@ -156,9 +155,8 @@ void Raster::Impl::georeference(const TerrainOptions& options) {
     throw InputError(path, 0, "has no georeference (no affine transform from pixels)",
                      "warp it to a map projection first, e.g. with gdalwarp");
   }
-  if (GDALInvGeoTransform(map_from_pixel.data(), pixel_from_map.data()) == 0) {
+  if (GDALInvGeoTransform(map_from_pixel.data(), pixel_from_map.data()) == 0)
     throw InputError(path, 0, "its georeference cannot be inverted", "correct its affine transform");
-  }
   for (const double column : {0.0, static_cast<double>(width)}) {
     for (const double row : {0.0, static_cast<double>(height)}) {
       const double x = map_from_pixel[0] + column * map_from_pixel[1] + row * map_from_pixel[2];
@@ -209,9 +207,8 @@ std::optional<double> Raster::Impl::sample(double x, double y) const {
   const double row = pixel_from_map[3] + x * pixel_from_map[4] + y * pixel_from_map[5];
   // Rounding of the projection must not open a gap between tiles that meet: a millionth of a pixel.
   constexpr double kEdge = 1e-6;
-  if (!(column >= -kEdge && row >= -kEdge && column <= width + kEdge && row <= height + kEdge)) {
+  if (!(column >= -kEdge && row >= -kEdge && column <= width + kEdge && row <= height + kEdge))
     return std::nullopt;
-  }
   const double u = std::clamp(column - 0.5, 0.0, width - 1.0);
   const double v = std::clamp(row - 0.5, 0.0, height - 1.0);
   const int left = std::min(static_cast<int>(u), std::max(width - 2, 0));
@@ -359,13 +356,10 @@ std::optional<double> Raster::height_m(const LonLat& place) const {
     if (impl_->map_from_wgs84) {
       const gdal::Quiet quiet;
       int ok = 0;
-      if (OCTTransformEx(impl_->map_from_wgs84.get(), 1, &x, &y, nullptr, &ok) == 0 || ok == 0) {
+      if (OCTTransformEx(impl_->map_from_wgs84.get(), 1, &x, &y, nullptr, &ok) == 0 || ok == 0)
         return std::nullopt;  // beyond the projection's reach
-      }
     }
-    if (impl_->degrees) {
-      x = longitude_near(x, 0.5 * (impl_->first_x + impl_->last_x));
-    }
+    if (impl_->degrees) x = longitude_near(x, 0.5 * (impl_->first_x + impl_->last_x));
     height = impl_->sample(x, y);
   }
   if (height) *height += impl_->geoid->undulation_m(place);

@@ -74,9 +74,8 @@ std::string reference_name(std::string_view ogc_name) {
     const std::size_t separator = piece.find_last_of(":/");
     const std::string_view code = separator == std::string_view::npos ? piece : piece.substr(separator + 1);
     if (code.empty() || code.size() > 9) return {};
-    for (const char c : code) {
+    for (const char c : code)
       if (std::isdigit(static_cast<unsigned char>(c)) == 0) return {};
-    }
     codes += codes.empty() ? "EPSG:" : "+";
     codes += code;
     at = next;
@@ -106,9 +105,8 @@ ReferenceSystem::ReferenceSystem(const std::filesystem::path& file, const std::s
   LonLatBox area;
   const char* area_name = nullptr;
   if (OSRGetAreaOfUse(map.get(), &area.west, &area.south, &area.east, &area.north, &area_name) != 0 &&
-      area.west >= -180) {
+      area.west >= -180)
     area_of_use_ = area;
-  }
   const gdal::SpatialReference wgs84 = gdal::spatial_reference("EPSG:4326");
   if (OSRIsSame(map.get(), wgs84.get()) == 0) {
     // The horizontal part goes alone: with heights whose grid is missing, PROJ would drop the shift between
@@ -152,9 +150,8 @@ void ReferenceSystem::plane_to_wgs84(std::vector<double>& x, std::vector<double>
                      &ok[first]);
     }
   }
-  for (std::size_t i = 0; i < x.size(); ++i) {
+  for (std::size_t i = 0; i < x.size(); ++i)
     if (!(std::abs(x[i]) <= 180 && std::abs(y[i]) <= 90)) ok[i] = 0;
-  }
 }
 
 void ReferenceSystem::to_wgs84(std::vector<Eigen::Vector3d>& points) const {

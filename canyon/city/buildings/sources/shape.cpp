@@ -66,11 +66,10 @@ class Tags {
       if (value.empty()) continue;
       const std::optional<double> length = parse_length_m(value);
       if (length && *length >= lowest && *length <= kHighest_m) return length;
-      if (length) {
+      if (length)
         warn(fmt::format("{}={} is outside [{}, {}] m; left out", key, shown(value), lowest, kHighest_m));
-      } else {
+      else
         warn(fmt::format("{}={} is not a length; left out", key, shown(value)));
-      }
     }
     return {};
   }
@@ -107,9 +106,8 @@ RoofShape read_roof_shape(const Tags& tags) {
   if (text.empty()) text = tags.text("building:roof:shape");
   if (text.empty()) return RoofShape::Flat;
   const std::string word = lower_case(text);
-  for (const auto& [shape, shape_name] : kRoofNames) {
+  for (const auto& [shape, shape_name] : kRoofNames)
     if (word == shape_name) return shape;
-  }
   const auto fallback = kRoofFallbacks.find(word);
   if (fallback != kRoofFallbacks.end()) return fallback->second;
   tags.warn(fmt::format("roof:shape={} is not known; built flat", Tags::shown(text)));
@@ -166,11 +164,10 @@ class ShapeReader {
     if (!levels_) levels_ = tags.levels("building:levels:aboveground");
     min_level_ = tags.levels("building:min_level");
     roof_levels_ = tags.levels("roof:levels").value_or(0);
-    if (pitched()) {
+    if (pitched())
       roof_height_ = tags.length_m({"roof:height"}, 0);
-    } else if (!tags.text("roof:shape").empty()) {
+    else if (!tags.text("roof:shape").empty())
       roof_levels_ = 0;
-    }
   }
 
   Shape read() {
@@ -279,9 +276,8 @@ class ShapeReader {
                                                                             : HeightSource::Default;
     shape_.roof_height_m = std::min(roof_m.value_or(default_m), most_m);
     // Rounding must not push the eaves below the bottom.
-    while (shape_.height_m - shape_.roof_height_m < shape_.min_height_m) {
+    while (shape_.height_m - shape_.roof_height_m < shape_.min_height_m)
       shape_.roof_height_m = std::nextafter(shape_.roof_height_m, 0.0);
-    }
   }
 
   /// The roof's height by its own storeys, else what the building's storeys leave of the height.
@@ -310,9 +306,8 @@ class ShapeReader {
     if (direction.empty()) direction = tags_.text("roof:slope:direction");
     if (!direction.empty() && direction != "along" && direction != "across") {
       shape_.roof_direction_rad = parse_direction_rad(direction);
-      if (!shape_.roof_direction_rad) {
+      if (!shape_.roof_direction_rad)
         tags_.warn(fmt::format("roof:direction={} is not a direction; left out", Tags::shown(direction)));
-      }
     }
     const std::string_view orientation = tags_.text("roof:orientation");
     shape_.roof_across = orientation == "across" || direction == "across";
@@ -336,9 +331,8 @@ constexpr double kMetresPerFoot = 0.3048;  // international foot and inch, exact
 constexpr double kMetresPerInch = 0.0254;
 
 void replace_all(std::string& text, std::string_view from, std::string_view to) {
-  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
+  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
     text.replace(at, from.size(), to);
-  }
 }
 
 /// Takes a decimal number (point or comma, sign, no exponent) off the front of `text`.
@@ -348,13 +342,12 @@ std::optional<double> take_number(std::string_view& text) {
   std::size_t mark = std::string_view::npos;
   while (end < text.size()) {
     const char c = text[end];
-    if (c >= '0' && c <= '9') {
+    if (c >= '0' && c <= '9')
       digits = true;
-    } else if ((c == '.' || c == ',') && mark == std::string_view::npos) {
+    else if ((c == '.' || c == ',') && mark == std::string_view::npos)
       mark = end;
-    } else if (!((c == '-' || c == '+') && end == 0)) {
+    else if (!((c == '-' || c == '+') && end == 0))
       break;
-    }
     ++end;
   }
   if (!digits) return {};
@@ -371,9 +364,8 @@ std::optional<double> take_number(std::string_view& text) {
 }  // namespace
 
 std::string_view name(RoofShape shape) {
-  for (const auto& [value, text] : kRoofNames) {
+  for (const auto& [value, text] : kRoofNames)
     if (value == shape) return text;
-  }
   return "flat";
 }
 
@@ -415,9 +407,8 @@ std::optional<double> parse_length_m(std::string_view text) {
   replace_all(words, "\xE2\x80\xB3", "\"");  // double prime
   replace_all(words, "''", "\"");
   std::string_view rest = words;
-  for (const std::string_view about : {"~", "about", "approx.", "approx", "circa", "ca.", "ca "}) {
+  for (const std::string_view about : {"~", "about", "approx.", "approx", "circa", "ca.", "ca "})
     if (rest.substr(0, about.size()) == about) rest = trim(rest.substr(about.size()));
-  }
   const std::optional<double> value = take_number(rest);
   if (!value) return {};
   const std::string_view unit = rest.empty() ? "m" : rest == "'" ? "ft" : rest == "\"" ? "in" : rest;
@@ -447,9 +438,8 @@ std::optional<double> parse_direction_rad(std::string_view text) {
                                           {"south", "s"},
                                           {"west", "w"},
                                           {"-", ""},
-                                          {"_", ""}}) {
+                                          {"_", ""}})
     replace_all(wind, long_name, letter);
-  }
   const auto found = std::find(kWinds.begin(), kWinds.end(), wind);
   if (found != kWinds.end()) return static_cast<double>(found - kWinds.begin()) * geodesy::kPi / 8;
   std::string_view rest = word;

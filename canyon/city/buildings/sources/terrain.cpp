@@ -68,16 +68,14 @@ ReadReport Terrain::notes() const {
 
 std::optional<double> Terrain::height_m(const LonLat& place) const {
   if (impl_->relief) return impl_->relief->height_m(place);
-  for (const Raster& raster : impl_->rasters) {
+  for (const Raster& raster : impl_->rasters)
     if (const auto height = raster.height_m(place)) return height;
-  }
   return std::nullopt;
 }
 
 std::optional<double> Terrain::geoid_undulation_m(const LonLat& place) const {
-  for (const Raster& raster : impl_->rasters) {
+  for (const Raster& raster : impl_->rasters)
     if (raster.height_m(place)) return raster.geoid_undulation_m(place);
-  }
   return std::nullopt;
 }
 
@@ -104,9 +102,8 @@ void Terrain::append(city::Mesh& mesh, const geodesy::LocalFrame& frame, const E
     return;
   }
   const Eigen::Vector2d size = max - min;
-  if (!size.allFinite() || !(size.minCoeff() > 0)) {
+  if (!size.allFinite() || !(size.minCoeff() > 0))
     throw InputError("the terrain's box is empty", "give min below max in east and north");
-  }
   if (!(spacing_m > 0) || !((size.x() / spacing_m + 1) * (size.y() / spacing_m + 1) <= kMostPosts)) {
     throw InputError(fmt::format("terrain posts {} m apart over {:.0f} m x {:.0f} m are too many", spacing_m,
                                  size.x(), size.y()),
@@ -181,9 +178,8 @@ Tin::Tin(const std::vector<MapSurface>& surfaces) {
     Eigen::AlignedBox2d box;
     for (const std::uint32_t i : triangles_[t]) box.extend(LonLat(vertices_[i].head<2>()));
     const auto low = cell_of(box.min()), high = cell_of(box.max());
-    for (std::size_t y = low[1]; y <= high[1]; ++y) {
+    for (std::size_t y = low[1]; y <= high[1]; ++y)
       for (std::size_t x = low[0]; x <= high[0]; ++x) triangles_of_cell_[y * side + x].push_back(t);
-    }
   }
 }
 

@@ -161,9 +161,8 @@ class Pictures final : public simulation::EpochSink {
     snapshot.antenna_enu = antenna;
     snapshot.placement = epoch.placement;
     snapshot.faults = epoch.faults;
-    for (const receiver::SatelliteObservation& s : observed.satellites) {
+    for (const receiver::SatelliteObservation& s : observed.satellites)
       snapshot.satellites.push_back({s.id, {s.azimuth_rad, s.elevation_rad, s.visibility}, s.used});
-    }
     snapshots_.add(std::move(snapshot));
   }
 
@@ -190,11 +189,10 @@ class Pictures final : public simulation::EpochSink {
       if (at == faults_.end()) at = faults_.insert(at, TimelineFault{name, {}});
       const geodesy::GpsTime now = epoch.observed.time;
       const bool goes_on = !at->stretches.empty() && at->stretches.back().second == end_;
-      if (goes_on) {
+      if (goes_on)
         at->stretches.back().second = now;
-      } else {
+      else
         at->stretches.emplace_back(now, now);
-      }
     }
   }
 
@@ -242,9 +240,8 @@ class Pictures final : public simulation::EpochSink {
       drawing.subtitle += "  \u00B7  under the terrain";
     drawing.subtitle += faults_text(middle.faults);
     drawing.elevation_mask_rad = options().fix.elevation_mask_rad;
-    if (!simulation_.environment().city().mesh.triangles.empty()) {
+    if (!simulation_.environment().city().mesh.triangles.empty())
       drawing.mask = make_sky_mask(simulation_.environment().scene(), middle.antenna_enu);
-    }
     struct Trail {
       std::size_t last = 0;  // snapshot
       std::vector<std::vector<SkyPoint>> pieces;
@@ -258,9 +255,8 @@ class Pictures final : public simulation::EpochSink {
         trail.last = i;
       }
     }
-    for (const Snapshot::Satellite& s : middle.satellites) {
+    for (const Snapshot::Satellite& s : middle.satellites)
       drawing.satellites.push_back({gnss::to_string(s.id), s.point, s.used, std::move(trails[s.id].pieces)});
-    }
     return drawing;
   }
 
@@ -294,9 +290,8 @@ double magnitude(const CorrelationSeries::Instant& instant, std::size_t k) {
 
 double greatest(const CorrelationSeries& series) {
   double most = 0;
-  for (const auto& instant : series.instants) {
+  for (const auto& instant : series.instants)
     for (std::size_t k = 0; k < instant.values.size(); ++k) most = std::max(most, magnitude(instant, k));
-  }
   return most > 0 ? most : 1;
 }
 
@@ -390,17 +385,15 @@ void draw_instant(Canvas& canvas, const CorrelationSeries& series, const trackin
       for (std::size_t k = 0; k < delays.size(); ++k) points.push_back(plot.at(delays[k], value(k)));
       canvas.polyline(points, stroke);
     };
-    for (const auto& path : instant.paths) {
+    for (const auto& path : instant.paths)
       curve(
           [&](std::size_t k) {
             return std::abs(path.amplitude * shape.value((delays[k] - path.excess_m) / shape.chip_m()));
           },
           {path_colour(path.kind), path.kind == propagation::PathKind::Direct ? 1.6 : 1.0});
-    }
     curve([&](std::size_t k) { return magnitude(instant, k); }, {kInk, 2.4});
-    if (!std::isnan(instant.measured_m)) {
+    if (!std::isnan(instant.measured_m))
       canvas.segments({{plot.at(instant.measured_m, 0), plot.at(instant.measured_m, most)}}, {kBlue, 1.4});
-    }
   });
   plot.draw_frame(canvas);
   const auto stroke_of = [](const Colour& colour, double width) {

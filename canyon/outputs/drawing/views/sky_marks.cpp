@@ -169,9 +169,8 @@ void SkyLabels::draw(Canvas& canvas, const Point& at, std::size_t own, const std
   for (const Point& offset : offsets) {
     const Rect box{at.x + offset.x - 0.5 * width, at.y + offset.y - 0.5 * height, width, height};
     double overlap = 0;
-    for (std::size_t i = 0; i < taken_.size(); ++i) {
+    for (std::size_t i = 0; i < taken_.size(); ++i)
       if (i != own) overlap += overlap_of(box, taken_[i]);
-    }
     if (overlap < least) {
       least = overlap;
       best = box;

@@ -86,9 +86,8 @@ void draw_legend(Canvas& canvas, const SkyDrawing& drawing, bool fisheye) {
       if (kind != PathKind::Reflected &&
           std::none_of(drawing.satellites.begin(), drawing.satellites.end(), [&](const SkySatellite& s) {
             return std::any_of(s.reflections.begin(), s.reflections.end(), is_of_kind);
-          })) {
+          }))
         continue;
-      }
       draw_reflection_mark(canvas, {x + 10, y}, Visibility::NLOS, kind);
       canvas.text({x + 30, y}, text, {.size = 12, .level = TextLevel::Middle});
       y += 18;
@@ -164,19 +163,16 @@ void draw_sheet(Canvas& canvas, const SkyDrawing& drawing, const SkyLens& lens,
   draw_title(canvas, kCentre.x - kRadius - 30, drawing.title, drawing.subtitle);
   draw_background(canvas);
   draw_sky_grid(canvas, lens, drawing.elevation_mask_rad);
-  for (const SkySatellite& s : drawing.satellites) {
+  for (const SkySatellite& s : drawing.satellites)
     for (const auto& trail : s.trails) draw_trail(canvas, lens, trail, fisheye);
-  }
   SkyLabels labels;
-  for (const SkySatellite& s : drawing.satellites) {
+  for (const SkySatellite& s : drawing.satellites)
     labels.add_mark(lens.point(s.now.azimuth_rad, s.now.elevation_rad), 8);
-  }
   for (int azimuth_deg = 0; azimuth_deg < 360; azimuth_deg += 30)
     labels.add_mark(sky_rim_label(lens, azimuth_deg), 9);
   if (fisheye) draw_reflections(canvas, lens, drawing, labels);
-  for (const SkySatellite& s : drawing.satellites) {
+  for (const SkySatellite& s : drawing.satellites)
     draw_satellite_mark(canvas, lens.point(s.now.azimuth_rad, s.now.elevation_rad), s.now.visibility);
-  }
   for (std::size_t i = 0; i < drawing.satellites.size(); ++i) {
     const SkySatellite& s = drawing.satellites[i];
     labels.draw(canvas, lens.point(s.now.azimuth_rad, s.now.elevation_rad), i, s.name,
@@ -199,10 +195,12 @@ std::string render_sheet(const SkySheet& sheet, const std::function<void(Canvas&
 std::function<void(Canvas&)> chart(const SkyDrawing& drawing) {
   return [&drawing](Canvas& canvas) {
     const SkyLens lens = sky_sheet_lens(drawing.projection, false);
-    draw_sheet(canvas, drawing, lens, [&](Canvas& c) {
-      c.circle(kCentre, kRadius, kGround);
-      draw_sky_mask(c, lens, drawing.mask);
-    });
+    draw_sheet(
+        canvas, drawing, lens,
+        [&](Canvas& c) {
+          c.circle(kCentre, kRadius, kGround);
+          draw_sky_mask(c, lens, drawing.mask);
+        });
   };
 }
 
@@ -268,9 +266,8 @@ bool SkyMask::hidden(double azimuth_rad, double elevation_rad) const {
 double SkyMask::hidden_share() const {
   if (azimuths.empty()) return 0;
   double hidden = 0;  // a band of the sphere has the area of its height: sin(high) - sin(low)
-  for (const auto& stretches : azimuths) {
+  for (const auto& stretches : azimuths)
     for (const Stretch& s : stretches) hidden += std::sin(s.high_rad) - std::sin(s.low_rad);
-  }
   return hidden / static_cast<double>(azimuths.size());
 }
 
@@ -298,12 +295,11 @@ SkyMask make_sky_mask(const raytrace::RayScene& scene, const Eigen::Vector3d& an
     for (int e = 0; e < kElevationSteps; ++e) {
       const double elevation = (e + 0.5) * kElevationStep_rad;
       const bool now = hidden(elevation);
-      if (now && !before) {
+      if (now && !before)
         stretches.push_back(
             {e == 0 ? 0 : border(elevation - kElevationStep_rad, elevation, false), 0.5 * geodesy::kPi});
-      } else if (!now && before) {
+      else if (!now && before)
         stretches.back().high_rad = border(elevation - kElevationStep_rad, elevation, true);
-      }
       before = now;
     }
   };

@@ -72,9 +72,11 @@ constexpr std::array<std::array<double, 2>, 8> kRooks{{{0.0625, 0.4375},
 
 /// Calls work(row) for each of `rows` rows of pixels, on all cores.
 void for_rows(int rows, const std::function<void(int)>& work) {
-  tbb::parallel_for(tbb::blocked_range<int>(0, rows, 4), [&work](const tbb::blocked_range<int>& range) {
-    for (int row = range.begin(); row != range.end(); ++row) work(row);
-  });
+  tbb::parallel_for(
+      tbb::blocked_range<int>(0, rows, 4),
+      [&work](const tbb::blocked_range<int>& range) {
+        for (int row = range.begin(); row != range.end(); ++row) work(row);
+      });
 }
 
 /// The object that each triangle belongs to.
@@ -163,9 +165,8 @@ class Renderer {
 
   [[nodiscard]] city::Surface surface_of(const raytrace::Hit& hit) const {
     if (hit.instance == 0) return mesh_.objects[object_of_[hit.triangle]].surface;
-    for (const raytrace::PlacedInstance& placed : scene_.placed_instances()) {
+    for (const raytrace::PlacedInstance& placed : scene_.placed_instances())
       if (placed.id == hit.instance) return placed.mesh->surface_of(hit.triangle);
-    }
     return city::Surface::Vehicle;
   }
 
@@ -204,12 +205,10 @@ RgbImage render_sky(const raytrace::RayScene& scene, const city::Mesh& mesh, con
   const auto w = static_cast<std::size_t>(width);
   std::vector<Sample> first(w * static_cast<std::size_t>(height));
   for_rows(height, [&](int y) {
-    for (int x = 0; x < width; ++x) {
-      if (renderer.coverage(x + 0.5, y + 0.5) > 0) {
+    for (int x = 0; x < width; ++x)
+      if (renderer.coverage(x + 0.5, y + 0.5) > 0)
         first[static_cast<std::size_t>(y) * w + static_cast<std::size_t>(x)] =
             renderer.shade(x + 0.5, y + 0.5);
-      }
-    }
   });
   RgbImage image{width, height, std::vector<std::uint32_t>(first.size())};
   const std::uint32_t paper = pixel_of(renderer.palette().paper);
@@ -230,9 +229,8 @@ RgbImage render_sky(const raytrace::RayScene& scene, const city::Mesh& mesh, con
       // Neighbours beyond the rim hold nothing; the rim's own line hides that.
       if (differ(here, left) || differ(here, right) || differ(here, above) || differ(here, below)) {
         light = {};
-        for (const auto& [dx, dy] : kRooks) {
+        for (const auto& [dx, dy] : kRooks)
           light += renderer.shade(x + dx, y + dy).light * (1.0 / kRooks.size());
-        }
         // Each edge once: by the pixel above it or to its left.
         if (crease(here, right) || crease(here, below)) light = light * (1 - kSkyEdgeInk);
       } else if (here.object != kNothing) {

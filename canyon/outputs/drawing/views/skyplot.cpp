@@ -129,11 +129,10 @@ SkyDrawing make_sky_drawing(const simulation::Environment& environment,
   Listener listener(environment, receiver);
   propagation::Arrival now;
   std::map<gnss::SatelliteId, std::vector<std::vector<SkyPoint>>> tracks;
-  if (options.trail_s > 0) {
+  if (options.trail_s > 0)
     tracks = trails(listener, propagator, time, antenna_enu, options.trail_s, now);
-  } else {
+  else
     now = listener.arrival(time, antenna_enu, propagator);
-  }
   const geodesy::Geodetic place = environment.city().frame.geodetic_from_local(antenna_enu);
   SkyDrawing drawing;
   drawing.title = fmt::format("{}{} at {}", options.receiver, options.receiver.empty() ? "Sky" : ": sky",
@@ -148,15 +147,13 @@ SkyDrawing make_sky_drawing(const simulation::Environment& environment,
   drawing.elevation_mask_rad = options.elevation_mask_rad;
   drawing.has_fix = false;
   drawing.placement = now.placement;
-  if (!environment.city().mesh.triangles.empty() || !environment.scene().placed_instances().empty()) {
+  if (!environment.city().mesh.triangles.empty() || !environment.scene().placed_instances().empty())
     drawing.mask = make_sky_mask(environment.scene(), antenna_enu, kSectors);
-  }
   if (options.trail_s > 0) drawing.trail_meaning = trail_text(options.trail_s);
   for (const propagation::SatelliteView& view : now.views) {
     SkySatellite satellite{gnss::to_string(view.line.id), point_of(view), false, {}, {}};
-    if (const auto found = tracks.find(view.line.id); found != tracks.end()) {
+    if (const auto found = tracks.find(view.line.id); found != tracks.end())
       satellite.trails = std::move(found->second);
-    }
     for (const propagation::Path& path : view.paths.paths) {
       if (path.kind == propagation::PathKind::Direct || !view.paths.received()) continue;
       // The wave of an edge beside a clear path comes from the same direction as that path.

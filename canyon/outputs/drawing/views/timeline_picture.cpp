@@ -65,9 +65,11 @@ class Timeline {
   }
 
   [[nodiscard]] static bool has_strength(const TimelineDrawing& drawing) {
-    return std::any_of(drawing.points.begin(), drawing.points.end(), [](const TimelinePoint& p) {
-      return std::isfinite(p.cn0_los_dbhz) || std::isfinite(p.cn0_nlos_dbhz);
-    });
+    return std::any_of(
+        drawing.points.begin(), drawing.points.end(),
+        [](const TimelinePoint& p) {
+          return std::isfinite(p.cn0_los_dbhz) || std::isfinite(p.cn0_nlos_dbhz);
+        });
   }
 
  private:
@@ -108,9 +110,8 @@ class Timeline {
         const double to = std::min(row.right(), x_at(row, last - begin_ + 0.5 * step_s_));
         const double width = std::max(1.0, to - from);
         canvas.rectangle({from, row.y, width, row.height}, kFault);
-        for (const Rect& area : areas) {
+        for (const Rect& area : areas)
           canvas.rectangle({from, area.y, width, area.height}, kFault.with_alpha(0.07));
-        }
       }
       const bool more = i + 1 == kMostFaultRows && drawing_.faults.size() > kMostFaultRows;
       const std::string label =
@@ -144,9 +145,8 @@ class Timeline {
   [[nodiscard]] std::vector<double> values_of(const std::vector<Series>& series) const {
     std::vector<double> values;
     for (const Series& each : series) {
-      for (const TimelinePoint& p : points_) {
+      for (const TimelinePoint& p : points_)
         if (std::isfinite(p.*each.value)) values.push_back(p.*each.value);
-      }
     }
     return values;
   }
@@ -238,9 +238,8 @@ class Timeline {
     for (const TimelinePoint& p : points_) most = std::max(most, p.visible + p.blocked);
     Scale scale;
     scale.high = most + 1;
-    for (const double tick : linear_ticks(0, scale.high, 5)) {
+    for (const double tick : linear_ticks(0, scale.high, 5))
       if (tick == std::floor(tick)) scale.ticks.push_back(tick);
-    }
     const auto layer = [&](const Colour& colour, const std::function<int(const TimelinePoint&)>& top_of) {
       // Steps: each epoch's count over its interval. Many epochs: the least of each column, so that no dip is
       // lost.
@@ -278,9 +277,8 @@ class Timeline {
     const double step = nice_time_step(length_s_ / 9);
     for (double clock = std::ceil(first_s / step) * step; clock <= first_s + length_s_; clock += step) {
       const double x = x_at(below, clock - first_s);
-      for (const Rect& area : areas) {
+      for (const Rect& area : areas)
         canvas.segments({{{x, area.y}, {x, area.bottom()}}}, {kInk.with_alpha(0.1), 0.8});
-      }
       canvas.segments({{{x, below.bottom()}, {x, below.bottom() + 5}}}, {kFaintInk, 0.9});
       const geodesy::CalendarTime at = geodesy::utc_from_gps(begin_ + (clock - first_s + 1e-6));
       std::string label = fmt::format("{:02}:{:02}", at.hour, at.minute);
@@ -303,9 +301,8 @@ class Timeline {
 
   void draw_legend(Canvas& canvas, const Rect& error, const Rect& satellites) const {
     if (std::any_of(points_.begin(), points_.end(),
-                    [](const TimelinePoint& p) { return std::isnan(p.error_m); })) {
+                    [](const TimelinePoint& p) { return std::isnan(p.error_m); }))
       draw_swatch(canvas, error, 60, kShade, "no fix");
-    }
     draw_swatch(canvas, error, 12, kHorizontal, "horizontal");
     draw_swatch(canvas, error, 36, kVertical, "vertical, absolute");
     draw_swatch(canvas, satellites, 12, kHidden, "not tracked");

@@ -70,9 +70,8 @@ std::vector<Roof> roofs_of(const city::Mesh& mesh, const city::Object& object, c
       at = level;
     }
   }
-  for (const auto& [edge, use] : edges) {
+  for (const auto& [edge, use] : edges)
     if (use.first == 1) levels[use.second].outline.push_back({{edge[0], edge[1]}, {edge[3], edge[4]}});
-  }
   std::vector<Roof> roofs;
   roofs.reserve(levels.size());
   for (auto& level : levels) roofs.push_back(std::move(level.second));
@@ -133,9 +132,8 @@ class TrackMap {
  public:
   explicit TrackMap(const TrackDrawing& drawing) : drawing_(drawing), extent_(map_extent(drawing.points)) {
     std::vector<double> errors;
-    for (const TrackPoint& p : drawing.points) {
+    for (const TrackPoint& p : drawing.points)
       if (p.fix) errors.push_back(p.error_m);
-    }
     fixes_ = drawing.epochs - drawing.without_fix;
     median_ = drawing.error_m.quantile(0.5).value_or(0);
     p95_ = drawing.error_m.quantile(0.95).value_or(0);
@@ -206,9 +204,8 @@ class TrackMap {
   void draw_fixes(Canvas& canvas) {
     // Large errors lie on top, since readers look for them.
     std::vector<const TrackPoint*> dots;
-    for (const TrackPoint& p : drawing_.points) {
+    for (const TrackPoint& p : drawing_.points)
       if (p.fix) dots.push_back(&p);
-    }
     std::stable_sort(dots.begin(), dots.end(),
                      [](const TrackPoint* a, const TrackPoint* b) { return a->error_m > b->error_m; });
     if (dots.size() > kManyDots) dots = thinned(dots);
@@ -229,9 +226,8 @@ class TrackMap {
     std::vector<const TrackPoint*> kept;
     for (const TrackPoint* dot : dots) {
       const Point at = place(*dot->fix);
-      if (cells.emplace(std::make_pair(std::lround(at.x / 1.5), std::lround(at.y / 1.5)), dot).second) {
+      if (cells.emplace(std::make_pair(std::lround(at.x / 1.5), std::lround(at.y / 1.5)), dot).second)
         kept.push_back(dot);
-      }
     }
     return kept;
   }
@@ -239,21 +235,18 @@ class TrackMap {
   void draw_legend(Canvas& canvas, double highest_roof_m) {
     const double x = area_.right() + 28;
     double y = area_.y + 22;
-    if (fixes_ > 0) {
+    if (fixes_ > 0)
       y = draw_colour_bar(canvas, {x, y, 16, 170}, "Horizontal error [m]", scale_, viridis) + 34;
-    }
     const auto entry = [&](const std::function<void(Point)>& mark, const std::string& label) {
       mark({x + 8, y});
       canvas.text({x + 26, y}, label, {.size = 11.5, .level = TextLevel::Middle});
       y += 21;
     };
     entry([&](Point p) { canvas.polyline({{p.x - 9, p.y}, {p.x + 9, p.y}}, {kInk, 1.8}); }, "true track");
-    if (fixes_ > 0) {
+    if (fixes_ > 0)
       entry([&](Point p) { canvas.circle(p, kDotRadius + 0.6, viridis(0.45), Stroke{kInk, 0.6}); }, "fix");
-    }
-    if (drawing_.without_fix > 0) {
+    if (drawing_.without_fix > 0)
       entry([&](Point p) { draw_no_fix_mark(canvas, p); }, fmt::format("no fix ({})", drawing_.without_fix));
-    }
     if (off_map_ > 0) {
       entry(
           [&](Point p) {
@@ -324,9 +317,8 @@ city::Box map_extent(const std::vector<TrackPoint>& points) {
     // Wild fixes must not shrink the track to a dot.
     const double farthest = std::min(*quantile(errors, 1 - kOffMapTail),
                                      std::max(kLeastReach_m, (box.max - box.min).head<2>().norm()));
-    for (const TrackPoint& p : points) {
+    for (const TrackPoint& p : points)
       if (p.fix && p.error_m <= farthest) extend(*p.fix);
-    }
   }
   const Eigen::Vector3d centre = 0.5 * (box.min + box.max);
   Eigen::Vector3d size = (1 + 2 * kTrackMargin) * (box.max - box.min);
@@ -354,9 +346,8 @@ double draw_buildings(Canvas& canvas, const Rect& area, const city::Mesh& mesh, 
     const Colour fill = roof_colour(roof.height_m, highest);
     canvas.polygons(rings, fill);
     std::vector<std::pair<Point, Point>> outline;
-    for (const auto& [from, to] : roof.outline) {
+    for (const auto& [from, to] : roof.outline)
       outline.emplace_back(map_point(area, extent, from), map_point(area, extent, to));
-    }
     canvas.segments(outline, {mix(fill, kInk, 0.28), 0.7});
   }
   return highest;
@@ -414,9 +405,8 @@ double draw_colour_bar(Canvas& canvas, const Rect& bar, const std::string& label
                        const std::function<Colour(double)>& colour) {
   canvas.text({bar.x, bar.y - 10}, label, {.size = 12, .bold = true});
   const int steps = static_cast<int>(bar.height);
-  for (int i = 0; i < steps; ++i) {
+  for (int i = 0; i < steps; ++i)
     canvas.rectangle({bar.x, bar.bottom() - i - 1.0, bar.width, 1.3}, colour((i + 0.5) / steps));
-  }
   canvas.rectangle(bar, {}, Stroke{kFaintInk, 0.8});
   for (const double tick : scale.ticks) {
     const double y = bar.bottom() - bar.height * scale.at(tick);

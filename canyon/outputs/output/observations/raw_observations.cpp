@@ -73,10 +73,12 @@ DeviceEpoch DeviceEpochs::next(const simulation::Epoch& epoch) {
 }
 
 canyon::rtcm::CorrectionsDecoder& DeviceEpochs::decoder_of(std::uint64_t reader) {
-  return decoders_.of(reader, [this](gnss::SatelliteId id) -> std::optional<int> {
-    const auto found = channels_.find(id);
-    return found == channels_.end() ? std::nullopt : std::optional(found->second);
-  });
+  return decoders_.of(
+      reader,
+      [this](gnss::SatelliteId id) -> std::optional<int> {
+        const auto found = channels_.find(id);
+        return found == channels_.end() ? std::nullopt : std::optional(found->second);
+      });
 }
 
 void DeviceEpochs::receive(std::uint64_t reader, std::string_view bytes) {
@@ -109,9 +111,8 @@ std::vector<broadcast::SentMessage> ReceivedMessages::received(const simulation:
     tracked[s.id] = now;
     if (!goes_on || epoch.navigation == nullptr) continue;
     for (broadcast::SentMessage& message :
-         broadcast::sent_messages(*epoch.navigation, s.id, before->second.last, sent)) {
+         broadcast::sent_messages(*epoch.navigation, s.id, before->second.last, sent))
       if (message.start >= now.since) messages.push_back(std::move(message));
-    }
   }
   tracked_ = std::move(tracked);
   return messages;

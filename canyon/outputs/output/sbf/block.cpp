@@ -69,11 +69,10 @@ Payload corrections_of(const Fix& fix) {
 
 /// Twice the deviation [cm], 65535 where there is none.
 void accuracy(Payload& p, bool known, double variance_m2) {
-  if (!known) {
+  if (!known)
     p.u2(0xFFFF);
-  } else {
+  else
     p.unsigned_field(std::min(2 * std::sqrt(variance_m2), 655.34), 0.01, 2);
-  }
 }
 
 std::string pvt_geodetic(const DeviceEpoch& epoch) {
@@ -156,10 +155,9 @@ std::string dop(const DeviceEpoch& epoch) {
   Payload p;
   p.u1(known ? std::min<std::size_t>(fix.used.size(), 254) : 0).u1(0);
   for (const auto member :
-       {&positioning::Dop::pdop, &positioning::Dop::tdop, &positioning::Dop::hdop, &positioning::Dop::vdop}) {
+       {&positioning::Dop::pdop, &positioning::Dop::tdop, &positioning::Dop::hdop, &positioning::Dop::vdop})
     p.unsigned_field(known ? (*fix.dop).*member : 0, 0.01, 2);  // 0: not known
-  }
-  return p.r4(kUnknown4).r4(kUnknown4).bytes();  // protection levels
+  return p.r4(kUnknown4).r4(kUnknown4).bytes();                 // protection levels
 }
 
 std::string receiver_time(const DeviceEpoch& epoch) {
@@ -212,11 +210,10 @@ std::string base_vector_geod(const DeviceEpoch& epoch) {
   p.unsigned_field(geodesy::degrees(vector.heading_rad()), 0.01, 2);
   p.signed_field(geodesy::degrees(vector.pitch_rad()), 0.01, 2);
   p.u2(fix.correction_station.value_or(0xFFFF));
-  if (fix.correction_age_s) {
+  if (fix.correction_age_s)
     p.unsigned_field(*fix.correction_age_s, 0.01, 2);
-  } else {
+  else
     p.u2(0xFFFF);
-  }
   return p.u4(signals_used(epoch.seen)).bytes();
 }
 
@@ -257,9 +254,8 @@ std::string receiver_status(const DeviceEpoch& epoch) {
   constexpr int kStateBytes = 4;
   Payload list;
   std::size_t count = 0;
-  for (const receiver::BandState& band : epoch.seen.bands) {
+  for (const receiver::BandState& band : epoch.seen.bands)
     list.u1(count++).signed_field(kQuiet_db + 20 * std::log10(band.agc()), 1, 1).u1(100).u1(0);
-  }
   Payload p;
   p.u1(0).u1(0).unsigned_field(epoch.uptime_s, 1, 4);
   p.u4(epoch.time_known ? 0b11000U : 0U).u4(0);  // RxState: week and time of week are set
@@ -332,11 +328,10 @@ void put_first(Payload& p, const RawObservation& o, std::size_t channel, std::si
   const Carrier carrier = carrier_of(o, stated(o.pseudorange_m));
   p.u1(channel).u1(type_of(*o.signal)).u1(satellite_number(o.id).value_or(0)).u1(code >> 32 & 0xF);
   p.u4(code & 0xFFFFFFFF);
-  if (o.doppler_hz) {
+  if (o.doppler_hz)
     p.signed_field(*o.doppler_hz, kDoppler_hz, 4);
-  } else {
+  else
     p.u4(0x80000000U);
-  }
   p.u2(carrier.low()).u1(carrier.high()).u1(strength(o));
   p.u2(std::clamp(std::floor(o.locked_s + 1e-6), 0.0, 65534.0)).u1(observation_info(o, channels)).u1(further);
 }
@@ -369,9 +364,8 @@ std::string meas_epoch(const DeviceEpoch& epoch) {
   for (std::size_t i = 0; i < observations.size();) {
     std::vector<const RawObservation*> signals;
     const gnss::SatelliteId id = observations[i].id;
-    for (; i < observations.size() && observations[i].id == id; ++i) {
+    for (; i < observations.size() && observations[i].id == id; ++i)
       if (observations[i].signal->sbf >= 0) signals.push_back(&observations[i]);
-    }
     if (signals.empty() || !satellite_number(id)) continue;
     put_first(list, *signals.front(), ++satellites, signals.size() - 1, epoch.glonass_channels);
     for (std::size_t k = 1; k < signals.size(); ++k)
@@ -464,10 +458,9 @@ std::optional<std::uint8_t> satellite_number(gnss::SatelliteId id) {
       {System::GPS, 1, 37, 0},      {System::GLONASS, 1, 24, 37},  {System::GLONASS, 25, 30, 38},
       {System::Galileo, 1, 36, 70}, {System::SBAS, 20, 40, 100},   {System::SBAS, 41, 58, 157},
       {System::BeiDou, 1, 40, 140}, {System::BeiDou, 41, 63, 182}, {System::QZSS, 1, 10, 180}};
-  for (const Range& r : kRanges) {
+  for (const Range& r : kRanges)
     if (id.system == r.system && id.number >= r.first && id.number <= r.last)
       return static_cast<std::uint8_t>(id.number + r.offset);
-  }
   return std::nullopt;
 }
 

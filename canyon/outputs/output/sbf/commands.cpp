@@ -88,9 +88,8 @@ void change_blocks(std::set<std::uint16_t>& blocks, const std::string& text) {
 
 std::string names_of(const std::set<std::uint16_t>& blocks) {
   std::string text;
-  for (const BlockId& known : kBlocks) {
+  for (const BlockId& known : kBlocks)
     if (blocks.count(known.number) > 0) text += (text.empty() ? "" : "+") + std::string(known.name);
-  }
   return text.empty() ? "none" : text;
 }
 

@@ -38,9 +38,8 @@ std::string gnss_blocks(const std::set<gnss::System>& systems) {
                             {gnss::System::QZSS, 5, 0, 3},    {gnss::System::GLONASS, 6, 8, 14}};
   Payload p;
   p.u1(0).u1(32).u1(32).u1(std::size(kBlocks));
-  for (const Block& block : kBlocks) {
+  for (const Block& block : kBlocks)
     p.u1(block.id).u1(block.reserved).u1(block.most).u1(0).u4(0x00010000 | systems.count(block.system));
-  }
   return p.bytes();
 }
 
@@ -90,10 +89,9 @@ std::string navigation_engine(std::string stored, std::string_view given) {
   constexpr Part kParts[]{{0, 2, 1},  {1, 12, 1}, {2, 3, 9},  {3, 13, 1}, {4, 14, 2}, {4, 18, 2}, {5, 16, 2},
                           {5, 20, 2}, {6, 22, 1}, {6, 28, 2}, {7, 23, 1}, {8, 24, 2}, {10, 30, 1}};
   const std::uint64_t mask = number_at(given, 0, 2);
-  for (const Part& part : kParts) {
+  for (const Part& part : kParts)
     if ((mask >> part.bit & 1) != 0)
       stored.replace(part.first, part.size, given.substr(part.first, part.size));
-  }
   return stored;
 }
 
@@ -170,9 +168,8 @@ UbxCommands::Reply UbxCommands::configure(std::uint8_t id, std::string_view payl
   const bool keys = generation_ != Generation::M8;
   // CFG-RST, CFG-CFG, CFG-VALSET, CFG-VALGET, CFG-VALDEL.
   constexpr std::array<std::uint8_t, 5> kOfKeys{0x04, 0x09, 0x8A, 0x8B, 0x8C};
-  if (is_newest(generation_) && std::find(kOfKeys.begin(), kOfKeys.end(), id) == kOfKeys.end()) {
+  if (is_newest(generation_) && std::find(kOfKeys.begin(), kOfKeys.end(), id) == kOfKeys.end())
     return Reply::Refuse;
-  }
   switch (id) {
     case 0x00:
       return port(payload, answer);
@@ -186,9 +183,8 @@ UbxCommands::Reply UbxCommands::configure(std::uint8_t id, std::string_view payl
       if (payload.empty()) answer += frame(kGnss, systems_);
       if (payload.empty()) return Reply::Acknowledge;
       if (payload.size() < 4 || payload.size() != 4 + 8 * number_at(payload, 3, 1) ||
-          payload.size() > 4 + 8 * 8) {
+          payload.size() > 4 + 8 * 8)
         return Reply::Refuse;
-      }
       systems_ = payload;
       systems_[1] = 32;  // channels: read only
       return Reply::Acknowledge;
@@ -255,12 +251,10 @@ UbxCommands::Reply UbxCommands::port(std::string_view payload, std::string& answ
   }
   // Several ports may stand in one message.
   if (payload.size() % kBlock != 0) return Reply::Refuse;
-  for (; !payload.empty(); payload.remove_prefix(kBlock)) {
+  for (; !payload.empty(); payload.remove_prefix(kBlock))
     if (!set_port(static_cast<int>(number_at(payload, 0, 1)), number_at(payload, 8, 4),
-                  number_at(payload, 12, 2), number_at(payload, 14, 2))) {
+                  number_at(payload, 12, 2), number_at(payload, 14, 2)))
       return Reply::Refuse;
-    }
-  }
   return Reply::Acknowledge;
 }
 
@@ -325,9 +319,8 @@ UbxCommands::Reply UbxCommands::set_values(std::string_view payload) {
   const auto pairs = key_values(payload.substr(4));
   if (!pairs || pairs->size() > kMostKeys || (layers & 7) == 0) return Reply::Refuse;
   // All or nothing.
-  for (const KeyValue& pair : *pairs) {
+  for (const KeyValue& pair : *pairs)
     if (!settings_.current.takes(pair.key, pair.value)) return Reply::Refuse;
-  }
   for (const KeyValue& pair : *pairs) {
     if ((layers & kRam) != 0) settings_.current.set(pair.key, pair.value);
     if ((layers & (kBattery | kFlash)) != 0) settings_.saved.set(pair.key, pair.value);

@@ -95,9 +95,8 @@ constexpr std::uint32_t kOn[]{
 constexpr std::uint32_t kOwnRate = 0x80000000;
 
 const MessageInfo* info_of(MessageId id, Generation generation) {
-  for (const MessageInfo& info : kMessages) {
+  for (const MessageInfo& info : kMessages)
     if (info.id == id && info.known(generation)) return &info;
-  }
   return nullptr;
 }
 
@@ -128,9 +127,8 @@ Configuration::Configuration(Generation generation, int period_ms, bool rtk, boo
   }
   if (generation == Generation::M8) values_[*rate_key(0x0A09, kOwnPort)] = 1;  // has no MON-RF
   if (const auto key = rate_key(kRelativePosition, kOwnPort); rtk && key) values_[*key] = 1;
-  if (dead_reckoning) {
+  if (dead_reckoning)
     for (const MessageId id : {kFusionStatus, kSensorSamples}) values_[*rate_key(id, kOwnPort)] = 1;
-  }
   // Blocks with their defaults: dynModel and fixMode come from the keys.
   Payload engine;  // CFG-NAV5
   engine.u2(0xFFFF).u1(0).u1(3).u4(0).u4(10000).u1(5).u1(0).u2(250).u2(250).u2(100).u2(350).u1(0).u1(60);

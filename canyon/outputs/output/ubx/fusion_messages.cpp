@@ -70,11 +70,10 @@ std::string inertial_payload(std::uint32_t time_ms, const Eigen::Vector3d& speci
 std::string raw_inertial_payload(std::span<const RawInertialSample> samples) {
   Payload p;
   p.zeros(4);
-  for (const RawInertialSample& sample : samples) {
+  for (const RawInertialSample& sample : samples)
     for (const std::uint32_t value :
          inertial_measurements(sample.specific_force_mps2, sample.angular_rate_radps))
       p.u4(value).u4(sample.time_ms);
-  }
   return p.bytes();
 }
 
@@ -83,9 +82,8 @@ std::string wheels_payload(std::uint32_t time_ms, const std::array<std::uint32_t
                            const std::array<bool, 2>& backwards) {
   Payload p = samples_head(time_ms, 2);
   constexpr std::array kWheels{kRearLeftTicks, kRearRightTicks};
-  for (std::size_t i = 0; i < kWheels.size(); ++i) {
+  for (std::size_t i = 0; i < kWheels.size(); ++i)
     p.u4(measurement(kWheels[i], (ticks[i] & 0x7FFFFFU) | (backwards[i] ? 0x800000U : 0U)));
-  }
   return p.bytes();
 }
 
@@ -104,13 +102,11 @@ std::string esf_status(const UbxEpoch& epoch) {
   p.u1(wheels | kInitialised << 2 | state << 5).u1(state).zeros(5);
   p.u1(fused ? 1 : 0).zeros(2).u1(fusion.wheels_hz > 0 ? 8 : 6);
   for (const std::uint8_t type :
-       {kGyroscopeZ, kGyroscopeY, kGyroscopeX, kAccelerometerX, kAccelerometerY, kAccelerometerZ}) {
+       {kGyroscopeZ, kGyroscopeY, kGyroscopeX, kAccelerometerX, kAccelerometerY, kAccelerometerZ})
     put_sensor(p, type, fused, fusion.imu_calibrated, fusion.imu_hz);
-  }
-  if (fusion.wheels_hz > 0) {
+  if (fusion.wheels_hz > 0)
     for (const std::uint8_t type : {kRearLeftTicks, kRearRightTicks})
       put_sensor(p, type, fused, fusion.wheels_calibrated, fusion.wheels_hz);
-  }
   return p.bytes();
 }
 

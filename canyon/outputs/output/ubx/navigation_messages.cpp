@@ -135,9 +135,8 @@ std::string dops(const UbxEpoch& epoch) {
   Payload p;
   p.u4(itow(epoch));
   for (const auto member : {&positioning::Dop::gdop, &positioning::Dop::pdop, &positioning::Dop::tdop,
-                            &positioning::Dop::vdop, &positioning::Dop::hdop}) {
+                            &positioning::Dop::vdop, &positioning::Dop::hdop})
     p.unsigned_field(dop(fix, member), 0.01, 2);
-  }
   return p.unsigned_field(horizontal_dop(fix, 1), 0.01, 2)
       .unsigned_field(horizontal_dop(fix, 0), 0.01, 2)
       .bytes();
@@ -160,9 +159,7 @@ std::string time_utc(const UbxEpoch& epoch) {
   Payload p;
   p.u4(itow(epoch)).unsigned_field(quality_of(epoch.seen.fix).time_s, 1e-9, 4);
   p.u4(utc.nanosecond).u2(utc.year);
-  for (const int value : {utc.month, utc.day, utc.hour, utc.minute, utc.second}) {
-    p.u1(value);
-  }
+  for (const int value : {utc.month, utc.day, utc.hour, utc.minute, utc.second}) p.u1(value);
   return p.u1(epoch.time_known ? 0b111 : 0).bytes();
 }
 
@@ -213,9 +210,8 @@ std::string solution(const UbxEpoch& epoch) {
   Eigen::Vector3d ecef = Eigen::Vector3d::Zero(), speed = Eigen::Vector3d::Zero();
   if (fix.solved()) {
     ecef = fix.position_ecef;
-    if (fix.velocity_enu_mps) {
+    if (fix.velocity_enu_mps)
       speed = geodesy::enu_from_ecef_rotation(fix.position).transpose() * *fix.velocity_enu_mps;
-    }
   }
   Payload p;
   p.u4(itow(epoch)).u4(epoch.seen.stated_time().nanoseconds() - nearest.nanoseconds());
@@ -239,9 +235,8 @@ std::string covariance(const UbxEpoch& epoch) {
       p.zeros(24);
       return;
     }
-    for (const double value : {enu(1, 1), enu(1, 0), -enu(1, 2), enu(0, 0), -enu(0, 2), enu(2, 2)}) {
+    for (const double value : {enu(1, 1), enu(1, 0), -enu(1, 2), enu(0, 0), -enu(0, 2), enu(2, 2)})
       p.r4(static_cast<float>(value));
-    }
   };
   put(fix.solved(), fix.covariance_enu);
   put(moving, fix.velocity_covariance_enu.value_or(Eigen::Matrix3d::Zero()));
@@ -260,9 +255,8 @@ std::string protection_level(const UbxEpoch& epoch) {
   p.u1(fix.solved() ? 1 : 0).u1(fix.solved() ? 1 : 0).u1(moving ? 1 : 0).u1(moving ? 1 : 0);
   p.u1(clock_m ? 1 : 0).zeros(4).u4(itow(epoch));
   const auto put = [&](bool valid, const Eigen::Matrix3d& enu) {
-    for (const Eigen::Index axis : {1, 0, 2}) {
+    for (const Eigen::Index axis : {1, 0, 2})
       p.unsigned_field(valid ? kFactor * std::sqrt(std::max(0.0, enu(axis, axis))) : 0, 1e-3, 4);
-    }
   };
   put(fix.solved(), fix.covariance_enu);
   put(moving, fix.velocity_covariance_enu.value_or(Eigen::Matrix3d::Zero()));
@@ -318,9 +312,8 @@ std::string relative_position(const UbxEpoch& epoch) {
   }
   p.signed_field(heading_deg, 1e-5, 4).zeros(4);
   for (const std::int64_t value : tenths_mm) p.u1(value % 100);
-  for (const Eigen::Index axis : {1, 0, 2}) {
+  for (const Eigen::Index axis : {1, 0, 2})
     p.unsigned_field(std::sqrt(b.covariance_enu(axis, axis)), 1e-4, 4);
-  }
   p.unsigned_field(length_sigma_m, 1e-4, 4).unsigned_field(heading_sigma_deg, 1e-5, 4);
   return p.zeros(4).u4(flags).bytes();
 }
@@ -375,9 +368,8 @@ std::string payload(MessageId id, const UbxEpoch& epoch) {
       {0x2710, sec_siglog},
       {kFusionStatus, esf_status},
       {kRelativePosition, relative_position}};
-  for (const auto& [its_id, make] : kMakers) {
+  for (const auto& [its_id, make] : kMakers)
     if (id == its_id) return make(epoch);
-  }
   return Payload().u4(itow(epoch)).bytes();  // NAV-EOE, 3.15.5
 }
 

@@ -65,11 +65,9 @@ struct Range {
 };
 
 std::optional<SatelliteName> name_in(std::span<const Range> ranges, gnss::SatelliteId id) {
-  for (const Range& r : ranges) {
-    if (id.system == r.system && id.number >= r.first && id.number <= r.last) {
+  for (const Range& r : ranges)
+    if (id.system == r.system && id.number >= r.first && id.number <= r.last)
       return SatelliteName{r.gnss, static_cast<std::uint8_t>(id.number + r.offset)};
-    }
-  }
   return std::nullopt;
 }
 

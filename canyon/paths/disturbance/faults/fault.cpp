@@ -49,9 +49,8 @@ void visit(options::Visitor& v, PlaceOptions& o) {
 
 void CourseOptions::validate() const {
   options::check(*this, "course");
-  if (position.given() && !waypoints.empty()) {
+  if (position.given() && !waypoints.empty())
     throw InputError("position and waypoints are both given", "give one of them");
-  }
   if (position.given()) position.validate();
   for (const PlaceOptions& each : waypoints) each.validate();
 }
@@ -93,35 +92,31 @@ class SettingsOf final : public FaultSettings {
   static std::unique_ptr<FaultSettings> fresh() { return std::make_unique<SettingsOf>(); }
   void fields(options::Visitor& v) override { visit(v, options_); }
   void validate() const override {
-    if constexpr (requires { options_.validate(); }) {
+    if constexpr (requires { options_.validate(); })
       options_.validate();
-    } else {
+    else
       options::check(options_);
-    }
   }
   [[nodiscard]] std::unique_ptr<Disturbance> make(const FaultContext& context) const override {
     return std::make_unique<Effect>(options_, context);
   }
   [[nodiscard]] SatelliteSet satellites() const override {
-    if constexpr (requires { options_.satellites; }) {
+    if constexpr (requires { options_.satellites; })
       return options_.satellites;
-    } else {
+    else
       return {};
-    }
   }
   [[nodiscard]] std::optional<double> duration_s() const override {
-    if constexpr (requires { options_.duration_s(); }) {
+    if constexpr (requires { options_.duration_s(); })
       return options_.duration_s();
-    } else {
+    else
       return std::nullopt;
-    }
   }
   [[nodiscard]] const CourseOptions* course() const override {
-    if constexpr (requires { options_.transmitter; }) {
+    if constexpr (requires { options_.transmitter; })
       return &options_.transmitter.course;
-    } else {
+    else
       return nullptr;
-    }
   }
 
  private:
@@ -199,11 +194,10 @@ void visit_kind(options::Visitor& v, Fault& fault) {
       fault.file = here.file();
       fault.line = here.line();
     }
-    if (v.describes()) {
+    if (v.describes())
       v.part(kind.name, *kind.settings());
-    } else if (fault.kind == &kind) {
+    else if (fault.kind == &kind)
       v.part(kind.name, *fault.settings);
-    }
   }
 }
 
@@ -269,9 +263,8 @@ void visit_faults(options::Visitor& v, std::vector<Fault>& faults, std::span<con
     visit(v, fault);
     if (!v.reads()) return;
     if (fault.name.empty()) fault.name = fmt::format("{} {}", fault.kind->name, names.size() + 1);
-    if (std::find(names.begin(), names.end(), fault.name) != names.end()) {
+    if (std::find(names.begin(), names.end(), fault.name) != names.end())
       throw v.fault("name", fmt::format("'{}' names two faults", fault.name), "give each its own name");
-    }
     names.push_back(fault.name);
     for (const std::string& receiver : fault.receivers) {
       if (std::find(receivers.begin(), receivers.end(), receiver) != receivers.end()) continue;
@@ -302,18 +295,22 @@ int last_number(gnss::System system) {
 }
 
 bool is_system(std::string_view name) {
-  return std::any_of(gnss::kAllSystems.begin(), gnss::kAllSystems.end(), [&](gnss::System system) {
-    return lower_case(std::string(name)) == lower_case(std::string(gnss::name(system)));
-  });
+  return std::any_of(
+      gnss::kAllSystems.begin(), gnss::kAllSystems.end(),
+      [&](gnss::System system) {
+        return lower_case(std::string(name)) == lower_case(std::string(gnss::name(system)));
+      });
 }
 
 }  // namespace
 
 bool holds(const SatelliteSet& set, gnss::SatelliteId id) {
-  return set.empty() || std::any_of(set.begin(), set.end(), [&](const std::string& name) {
-           return is_system(name) ? gnss::system_from_name(name) == id.system
-                                  : gnss::parse_satellite(name) == id;
-         });
+  return set.empty() || std::any_of(
+                            set.begin(), set.end(),
+                            [&](const std::string& name) {
+                              return is_system(name) ? gnss::system_from_name(name) == id.system
+                                                     : gnss::parse_satellite(name) == id;
+                            });
 }
 
 void check_satellites(const SatelliteSet& set) {

@@ -82,13 +82,11 @@ void FaultTimeline::set_surroundings(Surroundings surroundings) {
 }
 
 bool FaultTimeline::add(Fault fault) {
-  if (fault.kind == nullptr || !fault.settings) {
+  if (fault.kind == nullptr || !fault.settings)
     throw InputError(fmt::format("fault '{}' has no kind", fault.name), "give the settings of its kind");
-  }
   const auto same = [&](const Entry& entry) { return entry.fault.name == fault.name; };
-  if (std::any_of(entries_.begin(), entries_.end(), same)) {
+  if (std::any_of(entries_.begin(), entries_.end(), same))
     throw InputError(fmt::format("'{}' names two faults", fault.name), "give each its own name");
-  }
   if (entries_.size() >= kMostFaults) {
     throw InputError(fmt::format("a timeline takes {} faults, ended ones included", kMostFaults),
                      "restart the run");

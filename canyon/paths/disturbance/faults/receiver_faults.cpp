@@ -28,9 +28,8 @@ void OscillatorFault::happen(const propagation::Antenna& antenna, ReceiverEvents
 
 void DateOptions::validate() const {
   options::check(*this, "date fault");
-  if (weeks == 0 && utc_s == 0) {
+  if (weeks == 0 && utc_s == 0)
     throw InputError("nothing is wrong with the date", "give weeks (-1024) or utc_s (1)");
-  }
 }
 
 void visit(options::Visitor& v, DateOptions& o) {
@@ -48,12 +47,10 @@ void DateFault::happen(const propagation::Antenna& /*antenna*/, ReceiverEvents& 
 
 void AntennaFaultOptions::validate() const {
   options::check(*this, "antenna fault");
-  if (elevation_from_rad > elevation_to_rad) {
+  if (elevation_from_rad > elevation_to_rad)
     throw InputError("elevation_from_deg is above elevation_to_deg", "exchange them");
-  }
-  if (period_s > 0 && on_s > period_s) {
+  if (period_s > 0 && on_s > period_s)
     throw InputError("on_s is longer than period_s", "give at most the period");
-  }
 }
 
 void visit(options::Visitor& v, AntennaFaultOptions& o) {
@@ -87,9 +84,8 @@ double AntennaFaultOptions::cn0_loss_db() const {
 
 bool AntennaFault::concerns(const Eigen::Vector3d& direction) const {
   const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(direction);
-  if (look.elevation_rad < options_.elevation_from_rad || look.elevation_rad > options_.elevation_to_rad) {
+  if (look.elevation_rad < options_.elevation_from_rad || look.elevation_rad > options_.elevation_to_rad)
     return false;
-  }
   constexpr double kTurn = 2 * geodesy::kPi;
   const auto clockwise = [](double from, double to) {
     const double angle = std::fmod(to - from, kTurn);
@@ -106,9 +102,8 @@ void AntennaFault::apply(const propagation::Antenna& antenna, propagation::Arriv
   const double loss_db = options_.cn0_loss_db();
   const double amplitude = std::pow(10, -loss_db / 20);
   // The receiver's own noise stays, and everything that the antenna receives weakens alike.
-  for (propagation::Interference& wave : arrival.interference) {
+  for (propagation::Interference& wave : arrival.interference)
     if (concerns(wave.arrival)) wave.power_dbw -= loss_db;
-  }
   for (propagation::SatelliteView& view : arrival.views) {
     const Eigen::Vector3d direct =
         geodesy::enu_from_azimuth_elevation(view.line.azimuth_rad, view.line.elevation_rad);
@@ -120,9 +115,8 @@ void AntennaFault::apply(const propagation::Antenna& antenna, propagation::Arriv
       std::erase_if(paths, concerned);
       continue;
     }
-    for (propagation::Path& path : paths) {
+    for (propagation::Path& path : paths)
       if (concerned(path)) path.amplitude_factor *= amplitude;
-    }
   }
 }
 

@@ -164,9 +164,8 @@ void Scintillation::apply(const propagation::Antenna& antenna, propagation::Arri
     if (!holds(options_.satellites, view.line.id)) continue;
     const Way& here = way(view.line.id, antenna.time);
     const double amplitude = std::sqrt(power(here.amplitude_normal));
-    for (propagation::Path& path : view.paths.paths) {
+    for (propagation::Path& path : view.paths.paths)
       if (from_satellite(path)) path.amplitude_factor *= amplitude;
-    }
     view.carrier_turn_rad += options_.sigma_phi_rad * here.phase.x();
     view.carrier_turn_radps += options_.sigma_phi_rad * here.phase.y();
   }

@@ -57,9 +57,8 @@ void SpoofingOptions::validate() const {
   shows.validate();
   options::check(pull_off, "pull-off");
   gnss::check_signals(signals);
-  if (kind == Kind::Meaconing && delay_s < 0) {
+  if (kind == Kind::Meaconing && delay_s < 0)
     throw InputError(fmt::format("a repeater has a delay of {} s", delay_s), "give 0 s or more");
-  }
   check_satellites(satellites);
 }
 

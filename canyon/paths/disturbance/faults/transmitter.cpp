@@ -188,9 +188,8 @@ TransmitterWay Transmitter::way(geodesy::GpsTime time, const Vector3d& antenna_e
   way.length_m = between.norm();
   const Vector3d direction = way.length_m > 0 ? Vector3d(between / way.length_m) : -Vector3d::UnitZ();
   way.arrival = -direction;
-  if (rays_ && way.length_m > wavelength_m) {
+  if (rays_ && way.length_m > wavelength_m)
     way.obstruction_db = obstruction_db(*rays_, {from, direction, way.length_m}, top_m_, wavelength_m);
-  }
   const double far_m = std::max(way.length_m, wavelength_m);
   way.gain_db = beam_gain_db(beam_, direction) - 20 * std::log10(4 * geodesy::kPi * far_m / wavelength_m) -
                 way.obstruction_db;

@@ -19,9 +19,8 @@ class BoundsBlocks {
   void append(const Eigen::Vector3d& min, const Eigen::Vector3d& max) {
     if (size_ % kBlock == 0) blocks_.emplace_back();
     if (size_ % (kBlock * kBlock) == 0) super_blocks_.emplace_back();
-    for (Eigen::AlignedBox3d* bounds : {&blocks_.back(), &super_blocks_.back()}) {
+    for (Eigen::AlignedBox3d* bounds : {&blocks_.back(), &super_blocks_.back()})
       bounds->extend(min).extend(max);
-    }
     ++size_;
   }
 

@@ -35,9 +35,8 @@ void drop_doubles(std::vector<Found>& found, double reach_m, const Same& same) {
     bool seen = false;
     for (std::size_t k = kept; k-- > 0 && !seen;) {
       if (found[k].satellite != found[i].satellite ||
-          found[i].path.excess_m - found[k].path.excess_m > reach_m) {
+          found[i].path.excess_m - found[k].path.excess_m > reach_m)
         break;
-      }
       seen = same(found[k], found[i]);
       // Rounding may decide which of the two comes first, but not the reflector's name.
       if (seen) found[k].path.reflector = std::min(found[k].path.reflector, found[i].path.reflector);

@@ -4,9 +4,8 @@ namespace canyon::propagation {
 
 void DirectionBins::build(std::span<const Eigen::Vector3d> directions) {
   groups_.resize((directions.size() + kGroup - 1) / kGroup);
-  for (Group& group : groups_) {
+  for (Group& group : groups_)
     for (auto& below : group.below) below.fill(0);
-  }
   z_.clear();
   for (const Eigen::Vector3d& direction : directions) z_.push_back(direction.z());
   std::sort(z_.begin(), z_.end());
@@ -18,9 +17,8 @@ void DirectionBins::build(std::span<const Eigen::Vector3d> directions) {
     }
   }
   for (Group& group : groups_) {
-    for (auto& below : group.below) {
+    for (auto& below : group.below)
       for (std::size_t k = 1; k < below.size(); ++k) below[k] |= below[k - 1];
-    }
   }
 }
 

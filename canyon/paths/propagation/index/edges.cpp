@@ -216,9 +216,8 @@ std::vector<Edge> merge(std::vector<Piece> pieces) {
           const double off = (stop - line.start - along * line.direction).norm();
           if (off > kLineTolerance || piece.edge.direction.dot(line.direction) < kSameDirection ||
               piece.edge.normal[0].dot(line.normal[0]) < kSameDirection ||
-              piece.edge.normal[1].dot(line.normal[1]) < kSameDirection) {
+              piece.edge.normal[1].dot(line.normal[1]) < kSameDirection)
             continue;
-          }
           next = k->second;
           used[next] = 1;
           whole.to = piece.to;
@@ -314,9 +313,8 @@ void NearEdges::clear() {
 
 void NearEdges::resize(std::size_t size) {
   for (auto* v : {&along_x, &along_y, &along_z, &foot_x, &foot_y, &foot_z, &squared_distance, &low, &high,
-                  &first_x, &first_y, &first_z, &second_x, &second_y, &second_z}) {
+                  &first_x, &first_y, &first_z, &second_x, &second_y, &second_z})
     v->resize(size);
-  }
 }
 
 void NearEdges::append(std::uint32_t index, const Edge& from, const Vector3d& antenna) {
@@ -349,9 +347,8 @@ void NearEdges::pad() {
   resize((edge.size() + kLanes - 1) / kLanes * kLanes);
   const auto behind = static_cast<std::ptrdiff_t>(edge.size());
   for (auto* v : {&along_x, &along_y, &along_z, &foot_x, &foot_y, &foot_z, &squared_distance, &first_x,
-                  &first_y, &first_z, &second_x, &second_y, &second_z}) {
+                  &first_y, &first_z, &second_x, &second_y, &second_z})
     std::fill(v->begin() + behind, v->end(), 0.0F);
-  }
   std::fill(low.begin() + behind, low.end(), 2.0F);
   std::fill(high.begin() + behind, high.end(), -2.0F);
 }
@@ -387,11 +384,9 @@ void EdgeSet::order_in_blocks() {
   const auto code = [&](const Edge& edge) {
     const Vector3d at = (middle(edge) - low) / cell;
     std::uint32_t bits = 0;
-    for (std::uint32_t bit = 0; bit < 10; ++bit) {
-      for (std::uint32_t k = 0; k < 3; ++k) {
+    for (std::uint32_t bit = 0; bit < 10; ++bit)
+      for (std::uint32_t k = 0; k < 3; ++k)
         bits |= (static_cast<std::uint32_t>(at[static_cast<int>(k)]) >> bit & 1u) << (3 * bit + k);
-      }
-    }
     return bits;
   };
   std::vector<std::pair<std::uint32_t, std::uint32_t>> order;
@@ -401,9 +396,8 @@ void EdgeSet::order_in_blocks() {
   ordered.reserve(edges_.size());
   for (const auto& [place, i] : order) ordered.push_back(edges_[i]);
   edges_ = std::move(ordered);
-  for (const Edge& edge : edges_) {
+  for (const Edge& edge : edges_)
     blocks_.append(edge.start.cwiseMin(stop(edge)), edge.start.cwiseMax(stop(edge)));
-  }
 }
 
 void EdgeSet::gather(const Vector3d& antenna, double reach_m, double clearance_m, NearEdges& out) const {

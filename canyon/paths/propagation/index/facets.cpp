@@ -33,9 +33,8 @@ struct Adjacency {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
     city::each_edge(welded, [&](std::span<const city::TriangleSide> sides) {
       for (const city::TriangleSide& from : sides) {
-        for (const city::TriangleSide& to : sides) {
+        for (const city::TriangleSide& to : sides)
           if (&from != &to) pairs.emplace_back(from.triangle, to.triangle);
-        }
       }
     });
     std::sort(pairs.begin(), pairs.end());
@@ -171,11 +170,10 @@ void FacetSet::find_facets(const city::Mesh& mesh, bool with_terrain) {
   for (std::uint32_t t = 0; t < count; ++t) {
     normal[t] = city::normal_of(mesh.vertices, mesh.triangles[t]);
     area[t] = normal[t].norm();
-    if (!(area[t] > 0)) {
+    if (!(area[t] > 0))
       free[t] = 0;
-    } else {
+    else
       normal[t] /= area[t];
-    }
   }
   // Largest first: its plane is the best known of the group.
   std::vector<std::uint32_t> seeds(count);
@@ -312,9 +310,8 @@ std::optional<std::uint32_t> FacetSet::triangle_at(const Facet& facet, const Vec
     for (std::uint32_t i = begin; i < end; ++i) {
       const auto& [a, b, c] = flat_[i].corner;
       if (side(a, b, p) < -kEdgeSlack * (b - a).norm() || side(b, c, p) < -kEdgeSlack * (c - b).norm() ||
-          side(c, a, p) < -kEdgeSlack * (a - c).norm()) {
+          side(c, a, p) < -kEdgeSlack * (a - c).norm())
         continue;
-      }
       found = std::min(found.value_or(flat_[i].triangle), flat_[i].triangle);
     }
   }
@@ -327,9 +324,8 @@ std::size_t FacetSet::convex_part(const Facet& facet, std::array<Vector3d, 4>& c
     return side(a, b, c);
   };
   std::uint32_t largest = facet.first;
-  for (std::uint32_t i = facet.first; i < facet.first + facet.count; ++i) {
+  for (std::uint32_t i = facet.first; i < facet.first + facet.count; ++i)
     if (area(i) > area(largest)) largest = i;
-  }
   const auto& corner = flat_[largest].corner;
   std::array<Vector2d, 4> outline{corner[0], corner[1], corner[2]};
   std::size_t count = 3;
@@ -360,9 +356,8 @@ std::size_t FacetSet::convex_part(const Facet& facet, std::array<Vector3d, 4>& c
         (facet.offset - facet.normal[u] * p.x() - facet.normal[v] * p.y()) / facet.normal[facet.axis];
   }
   // Seen along the axis the facet is turned over where its normal points the other way.
-  if (facet.normal[facet.axis] < 0) {
+  if (facet.normal[facet.axis] < 0)
     std::reverse(corners.begin(), corners.begin() + static_cast<std::ptrdiff_t>(count));
-  }
   return count;
 }
 

@@ -120,10 +120,9 @@ FoliageVolumes::FoliageVolumes(const city::Mesh& mesh) {
           std::count_if(sides.begin(), sides.end(), [](const auto& side) { return side.forward; });
       volume.closed = volume.closed && 2 * static_cast<std::size_t>(forward) == sides.size();
     });
-    if (volume.closed && six_volumes < 0) {
+    if (volume.closed && six_volumes < 0)
       for (std::size_t k = volume.first; k < triangles_.size(); ++k)
         std::swap(triangles_[k][1], triangles_[k][2]);
-    }
     if (volumes_.size() % kBlock == 0) volume_blocks_.emplace_back();
     volume_blocks_.back().extend(volume.bounds);
     volumes_.push_back(volume);
@@ -146,9 +145,8 @@ void FoliageVolumes::append_inside(const Vector3d& origin, const Vector3d& direc
       const std::size_t block_end = std::min(end, (i / kBlock + 1) * kBlock);
       if (meets_bounds(triangle_blocks_[i / kBlock], origin, direction)) {
         Crossing crossing;
-        for (std::size_t t = i; t < block_end; ++t) {
+        for (std::size_t t = i; t < block_end; ++t)
           if (meet(origin, direction, triangles_[t], crossing)) crossings.push_back(crossing);
-        }
       }
       i = block_end;
     }
@@ -159,9 +157,8 @@ void FoliageVolumes::append_inside(const Vector3d& origin, const Vector3d& direc
     for (std::size_t i = 0; i < crossings.size();) {
       const double range = crossings[i].range_m;
       bool front = false, back = false;
-      for (; i < crossings.size() && crossings[i].range_m - range <= kSameRange; ++i) {
+      for (; i < crossings.size() && crossings[i].range_m - range <= kSameRange; ++i)
         (crossings[i].front ? front : back) = true;
-      }
       if (front && back) continue;  // touched from outside, or two lobes that touch
       if (front && !inside) {
         inside = true;

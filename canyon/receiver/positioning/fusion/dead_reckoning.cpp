@@ -151,11 +151,10 @@ struct DeadReckoning::State {
     if (last_constraint && now - *last_constraint < kConstraint_s - 1e-6) return;
     const double since_s = last_constraint ? now - *last_constraint : kConstraint_s;
     last_constraint = now;
-    if (standing) {
+    if (standing)
       constraints.take_rest(*estimate, standstill.mean(), since_s);
-    } else if (options.non_holonomic) {
+    else if (options.non_holonomic)
       constraints.take_way(*estimate, since_s);
-    }
     stands = standing;
   }
 

@@ -118,11 +118,10 @@ void Standstill::add(const ImuReading& reading) {
 
 void Standstill::add(const WheelReading& reading) {
   last_wheel_ = reading.time;
-  if (reading.speed_mps != 0) {
+  if (reading.speed_mps != 0)
     wheels_stand_since_.reset();
-  } else if (!wheels_stand_since_) {
+  else if (!wheels_stand_since_)
     wheels_stand_since_ = reading.time + -reading.dt_s;
-  }
 }
 
 ImuReading Standstill::mean() const {
@@ -141,9 +140,8 @@ bool Standstill::quiet() const {
 
 bool Standstill::standing(std::optional<double> speed_mps) const {
   constexpr double kWheels_s = 0.5, kSlow_mps = 0.5;
-  if (has_wheels_) {
+  if (has_wheels_)
     return wheels_stand_since_ && *last_wheel_ - *wheels_stand_since_ > kWheels_s - 1e-6 && quiet();
-  }
   return speed_mps && *speed_mps < kSlow_mps && quiet();
 }
 

@@ -22,9 +22,8 @@ CellRange cell_range(std::size_t satellite, double error_m, const positioning::M
 CellFix::Answer CellFix::solve(std::span<const CellRange> ranges, bool covariance) {
   Answer answer;
   std::array<int, gnss::kSystemCount> count{};
-  for (const CellRange& range : ranges) {
+  for (const CellRange& range : ranges)
     ++count[static_cast<std::size_t>(satellites_[range.satellite].system)];
-  }
   clocks_ = positioning::clocks_of(count);
   used_.clear();
   LinearFix& fix = fix_.emplace(clocks_.count);
@@ -39,9 +38,8 @@ CellFix::Answer CellFix::solve(std::span<const CellRange> ranges, bool covarianc
   if (used_ != geometry_) {
     geometry_ = used_;
     LinearFix shape(clocks_.count);
-    for (const std::uint32_t satellite : used_) {
+    for (const std::uint32_t satellite : used_)
       shape.add(satellites_[satellite].direction, clock_of({satellite}), 1);
-    }
     dop_.reset();
     if (shape.factorise()) dop_ = shape.dop();
   }
@@ -118,9 +116,8 @@ double TileErrors::error_m(const propagation::SatelliteView& view, const gnss::S
 
 double TileErrors::sigma_factor(gnss::SatelliteId id, const gnss::Signal& signal) const {
   double product = 1;
-  for (const auto& [group, factor] : options.fix_input.sigma_factor) {
+  for (const auto& [group, factor] : options.fix_input.sigma_factor)
     if (gnss::in_group(group, id, signal, time)) product *= factor;
-  }
   return product;
 }
 
@@ -133,9 +130,8 @@ std::vector<FixSatellite> fix_satellites(const std::vector<orbit::LineOfSight>& 
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(centre);
   std::vector<FixSatellite> satellites;
   satellites.reserve(lines.size());
-  for (const orbit::LineOfSight& line : lines) {
+  for (const orbit::LineOfSight& line : lines)
     satellites.push_back({line.id.system, enu_from_ecef * line.direction_ecef});
-  }
   return satellites;
 }
 

@@ -77,11 +77,9 @@ struct Blocks {
     const std::size_t x = block % across * size, y = block / across * size;
     const std::size_t half = size / 2;
     const bool east = (quadrant & 1) != 0, north = (quadrant & 2) != 0;
-    for (std::size_t r = y + (north ? half : 0); r < std::min(rows, y + (north ? size : half)); ++r) {
-      for (std::size_t c = x + (east ? half : 0); c < std::min(columns, x + (east ? size : half)); ++c) {
+    for (std::size_t r = y + (north ? half : 0); r < std::min(rows, y + (north ? size : half)); ++r)
+      for (std::size_t c = x + (east ? half : 0); c < std::min(columns, x + (east ? size : half)); ++c)
         f(r * columns + c);
-      }
-    }
   }
   /// The computed cell next to the middle of a block; none: columns * rows.
   [[nodiscard]] std::size_t middle(const TileCells& cells, std::size_t block) const {
@@ -91,16 +89,18 @@ struct Blocks {
     std::size_t best = columns * rows;
     double nearest = 1e300;
     for (int quadrant = 0; quadrant < 4; ++quadrant) {
-      for_each(block, quadrant, [&](std::size_t i) {
-        if (cells.state[i] != CellState::Computed) return;
-        const std::size_t column = i % columns, row = i / columns;
-        const double dx = static_cast<double>(column) - x, dy = static_cast<double>(row) - y;
-        const double apart = dx * dx + dy * dy;
-        if (apart < nearest || (apart == nearest && i < best)) {
-          nearest = apart;
-          best = i;
-        }
-      });
+      for_each(
+          block, quadrant,
+          [&](std::size_t i) {
+            if (cells.state[i] != CellState::Computed) return;
+            const std::size_t column = i % columns, row = i / columns;
+            const double dx = static_cast<double>(column) - x, dy = static_cast<double>(row) - y;
+            const double apart = dx * dx + dy * dy;
+            if (apart < nearest || (apart == nearest && i < best)) {
+              nearest = apart;
+              best = i;
+            }
+          });
     }
     return best;
   }
@@ -114,9 +114,8 @@ struct Blocks {
          {std::pair(east, std::ptrdiff_t{0}), {std::ptrdiff_t{0}, north}, {east, north}}) {
       const std::ptrdiff_t u = x + dx, v = y + dy;
       if (u < 0 || v < 0 || u >= static_cast<std::ptrdiff_t>(across) ||
-          v >= static_cast<std::ptrdiff_t>(down)) {
+          v >= static_cast<std::ptrdiff_t>(down))
         continue;
-      }
       const PathNode& other = nodes[static_cast<std::size_t>(v) * across + static_cast<std::size_t>(u)];
       known.insert(known.end(), other.edges.begin(), other.edges.end());
     }
@@ -236,9 +235,8 @@ bool SteadyCells::solve(const TileCells& cells, geodesy::GpsTime time, std::span
 /// not depend on them.
 simulation::ReceiverConfig with_used_signals(simulation::ReceiverConfig receiver) {
   receiver::ReceiverOptions& options = receiver.options;
-  if (options.fix_input.combination != receiver::Combination::First || !options.fix_input.uses.empty()) {
+  if (options.fix_input.combination != receiver::Combination::First || !options.fix_input.uses.empty())
     return receiver;
-  }
   const std::vector<std::string> tracks = options.tracks;
   std::erase_if(options.tracks, [&](const std::string& name) {
     return std::all_of(gnss::kAllSystems.begin(), gnss::kAllSystems.end(), [&](gnss::System system) {
@@ -354,9 +352,8 @@ void RunCells::solve_without_noise(const ReceiverDraws::Scene& scene, CellValues
         std::find_if(scene.arrival.views.begin(), scene.arrival.views.end(),
                      [&](const propagation::SatelliteView& each) { return each.line.id == satellite.id; });
     assert(view != scene.arrival.views.end());
-    if (const auto ranged = fix_input.next(satellite, view->line.state, scene.antenna.time, 0)) {
+    if (const auto ranged = fix_input.next(satellite, view->line.state, scene.antenna.time, 0))
       measurements.push_back(ranged->measurement);
-    }
   }
   values.set_satellites(los, epoch.visible, epoch.blocked, nlos, largest_excess_m);
   const positioning::Fix fix = positioning::solve_fix(epoch.receiver_time, measurements, environment.sky(),
@@ -372,7 +369,8 @@ void RunCells::solve_without_noise(const ReceiverDraws::Scene& scene, CellValues
 void RunCells::draw(const ReceiverDraws::Scene& scene, std::span<const errors::SpaceErrors> space,
                     bool statistics, CellValues& values) const {
   DrawnFixes fixes;
-  const std::vector<disturbance::DisturbanceSource> disturbances = receivers_.disturbances_at(scene.arrival.antenna_enu);
+  const std::vector<disturbance::DisturbanceSource> disturbances =
+      receivers_.disturbances_at(scene.arrival.antenna_enu);
   for (int d = 0; d < receivers_.count(); ++d) {
     receiver::Receiver receiver(receivers_.options(), receivers_.seed(scene.antenna.time, d), disturbances);
     const receiver::ReceiverEpoch epoch =
@@ -380,9 +378,8 @@ void RunCells::draw(const ReceiverDraws::Scene& scene, std::span<const errors::S
     if (!epoch.fix.solved()) continue;
     fixes.add(error_of(epoch.fix, scene.antenna.position_ecef), epoch.fix.covariance_enu, receiver_.limits);
   }
-  if (receivers_.options().signal.enabled) {
+  if (receivers_.options().signal.enabled)
     values.set(Layer::Availability, static_cast<double>(fixes.horizontal_m.size()) / receivers_.count());
-  }
   if (statistics) fixes.describe(receiver_.limits, receivers_.count(), values);
 }
 
@@ -445,9 +442,8 @@ void RunCells::fix_by_rtk(geodesy::GpsTime time, const Vector3d& place,
   values.set(Layer::RtkFixedShare,
              static_cast<double>(fixed_m.size()) / static_cast<double>(sent.size() * rovers.size()));
   std::sort(first_s.begin(), first_s.end());
-  if (first_s[first_s.size() / 2] < std::numeric_limits<double>::infinity()) {
+  if (first_s[first_s.size() / 2] < std::numeric_limits<double>::infinity())
     values.set(Layer::RtkTimeToFix, *median(first_s));
-  }
   if (const auto p95 = quantile(fixed_m, 0.95)) values.set(Layer::RtkFixedErrorP95, *p95);
 }
 
@@ -520,14 +516,12 @@ std::vector<std::unique_ptr<const CellSolver>> cell_solvers(const simulation::En
   CellMethod method = cell_method(config);
   if (method == CellMethod::Steady && receiver.how.model == ReceiverModel::Run) method = CellMethod::Run;
   // Residuals differ between cells that receive the same satellites.
-  if (method == CellMethod::Shared && config.options.fix.covariance_by_residuals && wants(needs_protection)) {
+  if (method == CellMethod::Shared && config.options.fix.covariance_by_residuals && wants(needs_protection))
     method = CellMethod::Run;
-  }
   if (!wants(needs_signals)) method = CellMethod::Shared;  // SatellitesLos needs no receiver
   if (wants(of_solver)) solvers.push_back(cell_solver(method, environment, tracer, receiver));
-  if (wants(of_rtk)) {
+  if (wants(of_rtk))
     solvers.push_back(std::make_unique<RunCells>(environment, tracer.propagator(), receiver, true));
-  }
   return solvers;
 }
 

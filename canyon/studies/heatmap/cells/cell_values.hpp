@@ -47,9 +47,8 @@ struct CellValues {
   template <bool (*Mine)(Layer) = of_solver>
   void store(std::span<const Layer> wanted, std::span<const std::span<float>> layers,
              std::size_t cell) const {
-    for (std::size_t k = 0; k < wanted.size(); ++k) {
+    for (std::size_t k = 0; k < wanted.size(); ++k)
       if (Mine(wanted[k])) layers[k][cell] = of[static_cast<std::size_t>(wanted[k])];
-    }
   }
   /// Mean, RMS, median and 95th percentile, in this order from `mean` on. @param errors reordered
   void describe(Layer mean, std::vector<double>& errors, bool quantiles) {

@@ -22,9 +22,7 @@ std::vector<errors::SpaceErrors> space_of_draws(const errors::SpaceErrors* error
   std::vector<errors::SpaceErrors> space;
   if (errors == nullptr) return space;
   space.reserve(static_cast<std::size_t>(count));
-  for (int d = 0; d < count; ++d) {
-    space.push_back(errors->drawn_by(seed_of(draws, time, d), satellites));
-  }
+  for (int d = 0; d < count; ++d) space.push_back(errors->drawn_by(seed_of(draws, time, d), satellites));
   return space;
 }
 
@@ -45,9 +43,8 @@ std::vector<disturbance::DisturbanceSource> ReceiverDraws::disturbances_at(const
   if (streets_) {
     disturbance::StreetsOptions streets = *streets_;
     streets.above_point_m = 0;
-    if (const auto terrain = environment_->scene().terrain_height(place.x(), place.y())) {
+    if (const auto terrain = environment_->scene().terrain_height(place.x(), place.y()))
       streets.street.antenna_height_m = std::clamp(place.z() - *terrain, 0.0, 1000.0);
-    }
     disturbances.insert(disturbances.begin(), disturbance::streets_source(streets));
   }
   return disturbances;
@@ -58,9 +55,8 @@ std::vector<std::unique_ptr<receiver::Receiver>> ReceiverDraws::receivers_at(geo
   const std::vector<disturbance::DisturbanceSource> disturbances = disturbances_at(place);
   std::vector<std::unique_ptr<receiver::Receiver>> receivers;
   receivers.reserve(static_cast<std::size_t>(draws_.draws));
-  for (int d = 0; d < draws_.draws; ++d) {
+  for (int d = 0; d < draws_.draws; ++d)
     receivers.push_back(std::make_unique<receiver::Receiver>(options_, seed(time, d), disturbances));
-  }
   return receivers;
 }
 

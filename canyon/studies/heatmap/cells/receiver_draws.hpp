@@ -46,9 +46,12 @@ class ReceiverDraws {
   /// The disturbances that a receiver at a place meets. Each draw has a street of its own
   /// (ReceiverConfig::streets), as an antenna in one of its lanes sees it; its height over the road is that
   /// over the terrain.
-  [[nodiscard]] std::vector<disturbance::DisturbanceSource> disturbances_at(const Eigen::Vector3d& place) const;
+  [[nodiscard]] std::vector<disturbance::DisturbanceSource> disturbances_at(
+      const Eigen::Vector3d& place) const;
   /// The disturbances but the street.
-  [[nodiscard]] const std::vector<disturbance::DisturbanceSource>& disturbances() const { return disturbances_; }
+  [[nodiscard]] const std::vector<disturbance::DisturbanceSource>& disturbances() const {
+    return disturbances_;
+  }
   /// The receivers of all draws of a time at a place.
   [[nodiscard]] std::vector<std::unique_ptr<receiver::Receiver>> receivers_at(
       geodesy::GpsTime time, const Eigen::Vector3d& place) const;

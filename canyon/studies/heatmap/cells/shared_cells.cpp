@@ -43,11 +43,9 @@ struct SatelliteSet {
   /// Calls f(index), ascending.
   template <class F>
   void for_each(F&& f) const {
-    for (std::size_t word = 0; word < 2; ++word) {
-      for (std::uint64_t left = bits[word]; left != 0; left &= left - 1) {
+    for (std::size_t word = 0; word < 2; ++word)
+      for (std::uint64_t left = bits[word]; left != 0; left &= left - 1)
         f(word * 64 + static_cast<std::size_t>(std::countr_zero(left)));
-      }
-    }
   }
 };
 struct HashOfSet {
@@ -62,9 +60,8 @@ struct Block {
   std::array<std::array<std::uint64_t, kBlock>, 2> received, los;
 
   void gather(const TileSignals& signals, std::size_t first, std::size_t count) {
-    for (auto* words : {&received, &los}) {
+    for (auto* words : {&received, &los})
       for (auto& word : *words) word.fill(0);
-    }
     for (std::size_t i = 0; i < signals.visibility.size(); ++i) {
       const CellVisibility* visibility = signals.visibility[i].data() + first;
       std::uint64_t* any = received[i / 64].data();
@@ -127,9 +124,8 @@ class SharedTile {
     const auto space =
         space_of_draws(receiver.space.get(), receiver.draws, time, static_cast<int>(draws_), ids);
     std::vector<errors::SpaceErrors::Reception> receptions;
-    for (const errors::SpaceErrors& each : space) {
+    for (const errors::SpaceErrors& each : space)
       receptions.push_back(each.reception(time, geodesy::ecef_from_geodetic(errors_.centre)));
-    }
     for (const orbit::LineOfSight& line : signals.satellites) {
       const gnss::Signal* signal = errors_.signal_of(line.id);
       if (signal == nullptr) signal = &gnss::signals_of(line.id.system).front();
@@ -220,9 +216,8 @@ class SharedTile {
       const double* drift = code + ranges_.size() * draws_;
       for (std::size_t draw = 0; draw < draws_; ++draw) {
         const double error_m = code[draw] + (set.drifting ? drift[draw] : 0);
-        for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (std::size_t axis = 0; axis < 3; ++axis)
           solution.noise[axis * draws_ + draw] += error_m * gain[static_cast<Eigen::Index>(axis)];
-        }
       }
     }
   }

@@ -49,9 +49,8 @@ SteadyCell::SteadyCell(const SteadySky& sky, const propagation::Propagator& prop
       power_(sky.padded()),
       tracked_(sky.padded()),
       ranges_(static_cast<std::size_t>(sky.lanes())) {
-  for (const SteadySatellite& satellite : sky.satellites()) {
+  for (const SteadySatellite& satellite : sky.satellites())
     direct_factors_.emplace_back(satellite.direct_factor.begin(), satellite.direct_factor.end());
-  }
 }
 
 PathNode SteadyCell::trace(const Vector3d& place) {
@@ -95,9 +94,8 @@ std::pair<SteadyCell::Reflector&, bool> SteadyCell::reflector(std::uint64_t key,
 
 const SteadyCell::Reflector& SteadyCell::reflector(std::size_t satellite, const Path& path) {
   std::uint64_t key = path.reflector;
-  for (int i = 0; i < path.incidence_count; ++i) {
+  for (int i = 0; i < path.incidence_count; ++i)
     key = mix64(key + static_cast<std::uint64_t>(path.incidences[static_cast<std::size_t>(i)].material) + 1);
-  }
   const auto [r, made] = reflector(key, satellite, path.reflector);
   if (!made) return r;
   const SteadySatellite& s = sky_.satellites()[satellite];

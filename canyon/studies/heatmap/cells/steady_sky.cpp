@@ -23,9 +23,8 @@ constexpr double kAmplitudePerDb = 20;
 std::shared_ptr<const tracking::LaneCodeLock> lane_lock_of(
     const tracking::ChannelModel::Kind& kind,
     std::vector<std::shared_ptr<const tracking::LaneCodeLock>>& made) {
-  for (const auto& each : made) {
+  for (const auto& each : made)
     if (&each->tracker() == kind.tracker.get()) return each;
-  }
   return made.emplace_back(std::make_shared<const tracking::LaneCodeLock>(kind.tracker));
 }
 
@@ -63,9 +62,8 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
     lines.push_back(*line);
   }
   drawn.space = space_of_draws(environment.errors().get(), draws, time, lanes - 1, above);
-  for (const errors::SpaceErrors& each : drawn.space) {
+  for (const errors::SpaceErrors& each : drawn.space)
     drawn.receptions.push_back(each.reception(time, centre_ecef));
-  }
 
   std::erase_if(lines, [&](const orbit::LineOfSight& line) { return common.signal_of(line.id) == nullptr; });
   fix_satellites_ = heatmap::fix_satellites(lines, common.centre);
@@ -101,9 +99,8 @@ void SteadySky::fill_lanes(const TileErrors& common, Draws& draws, std::size_t b
   const receiver::ReceiverOptions& options = common.options;
   const orbit::LineOfSight& line = s.line;
   const Vector3d look = geodesy::enu_from_azimuth_elevation(line.azimuth_rad, line.elevation_rad);
-  for (auto* list : {&s.error_m, &s.clear_cn0_hz, &s.direct_factor, &s.code_normal, &s.cn0_noise_db}) {
+  for (auto* list : {&s.error_m, &s.clear_cn0_hz, &s.direct_factor, &s.code_normal, &s.cn0_noise_db})
     list->assign(padded_, 0);
-  }
   for (auto* list : {&s.fade_re, &s.fade_im, &s.fade_power}) list->assign(bundles * padded_, 0);
   for (int lane = 0; lane < lanes_; ++lane) {
     const auto i = static_cast<std::size_t>(lane);
@@ -124,9 +121,8 @@ void SteadySky::fill_lanes(const TileErrors& common, Draws& draws, std::size_t b
                             : receiver::pseudorange_noise(options, draws.seeds[d], line.id, *s.signal)
                                   .advance(0, options.noise.ou.mu_m);
     }
-    if (options.biases.drift_sigma_m > 0) {
+    if (options.biases.drift_sigma_m > 0)
       s.error_m[i] += receiver::bias_drift(options, draws.seeds[d], *s.signal).advance(0);
-    }
     if (!quiet) {
       s.code_normal[i] = tracking::LoopNoise(s.code->tracker().options().loop_bandwidth_hz,
                                              model.stream(line.id, *s.signal, "dll"))

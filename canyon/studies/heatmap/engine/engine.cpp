@@ -71,8 +71,9 @@ class Progress {
 
 template <class Values, class Less>
 bool is_ascending(const Values& values, const Less& less) {
-  return std::adjacent_find(values.begin(), values.end(),
-                            [&](const auto& a, const auto& b) { return !less(a, b); }) == values.end();
+  return std::adjacent_find(
+             values.begin(), values.end(), [&](const auto& a, const auto& b) { return !less(a, b); }) ==
+         values.end();
 }
 
 FirstSignal first_signal_of(const receiver::ReceiverOptions& options) {
@@ -89,33 +90,33 @@ void Request::validate() const {
   options::check(*this, "map");
   if (area) area->validate();
   if (altitudes_m.empty()) throw InputError("the map has no altitude", "give at least one");
-  if (!is_ascending(altitudes_m, std::less<>())) {
+  if (!is_ascending(altitudes_m, std::less<>()))
     throw InputError("the map's altitudes do not ascend", "give each once, the lowest first");
-  }
   if (times.empty()) throw InputError("the map has no time", "give at least one");
-  if (!is_ascending(times, std::less<>())) {
+  if (!is_ascending(times, std::less<>()))
     throw InputError("the map's times do not ascend", "give each once, the earliest first");
-  }
   limits.validate();
   if (layers.empty()) throw InputError("the map has no layer", "give at least one");
   std::set<Layer> once;
-  for (const Layer layer : layers) {
-    if (!once.insert(layer).second) {
+  for (const Layer layer : layers)
+    if (!once.insert(layer).second)
       throw InputError(fmt::format("the layer {} is given twice", info(layer).name), "give each once");
-    }
-  }
 }
 
 void visit(options::Visitor& v, Request& o) {
   static constexpr std::string_view kAltitudeKinds[]{"terrain", "ellipsoid"};
   v.part("grid", o.grid);
   if (o.area) {
-    v.list("area", o.area->rings, [&v](std::vector<Eigen::Vector2d>& ring) {
-      v.list("ring", ring, [&v](Eigen::Vector2d& corner) {
-        v.number({"east_m", "m", ""}, corner.x(), {});
-        v.number({"north_m", "m", ""}, corner.y(), {});
-      });
-    });
+    v.list(
+        "area", o.area->rings,
+        [&v](std::vector<Eigen::Vector2d>& ring) {
+          v.list(
+              "ring", ring,
+              [&v](Eigen::Vector2d& corner) {
+                v.number({"east_m", "m", ""}, corner.x(), {});
+                v.number({"north_m", "m", ""}, corner.y(), {});
+              });
+        });
   }
   v.numbers({"altitudes_m", "m", "of the antenna"}, o.altitudes_m, {-100e3, 100e3});
   v.choice({"altitude_kind", "", "above the terrain, or above the WGS 84 ellipsoid"}, o.altitude_kind,
@@ -256,17 +257,15 @@ struct Heatmap::Impl {
     if (sky_view) {
       const std::span<float> first = slice(*sky_view, 0);
       tracer.sky_view(cells, first);
-      for (std::size_t t = 1; t < unit.times; ++t) {
+      for (std::size_t t = 1; t < unit.times; ++t)
         std::copy(first.begin(), first.end(), slice(*sky_view, t).begin());
-      }
     }
     std::vector<std::span<float>> layers(request.layers.size());
     for (std::size_t t = 0; t < unit.times; ++t) {
       const geodesy::GpsTime time = request.times[unit.first_time + t];
       for (std::size_t k = 0; k < layers.size(); ++k) layers[k] = slice(k, t);
-      for (const std::unique_ptr<const CellSolver>& solver : solvers) {
+      for (const std::unique_ptr<const CellSolver>& solver : solvers)
         if (!solver->solve(cells, time, request.layers, layers, stopped)) return;
-      }
       if (!go_on()) return;
     }
   }
@@ -329,9 +328,8 @@ Heatmap::Heatmap(const simulation::Environment& environment, simulation::Receive
   // Each cell stands by itself, without an epoch before; MovingFixes joins them.
   const positioning::PositionFilterOptions filter = std::exchange(receiver.options.filter, {});
   positioning::Weighting& weighting = receiver.options.fix.weights.weighting;
-  if (weighting == positioning::Weighting::Cn0 && !receiver.options.signal.enabled) {
+  if (weighting == positioning::Weighting::Cn0 && !receiver.options.signal.enabled)
     weighting = positioning::Weighting::Equal;  // signals without C/N0 weigh alike
-  }
   choose_motion(request, receiver, filter.enabled);
   if (base) {
     base->fixed->settle(environment.city().frame);
@@ -435,9 +433,8 @@ std::string canonical_text(const Request& request, const simulation::ReceiverCon
                            const simulation::ReceiverConfig* base) {
   std::string text = options::exact_text(request) + fmt::format("receiver: {}\n", receiver.options.name);
   if (receiver.streets.enabled) text += "streets: " + options::exact_text(receiver.streets);
-  for (const disturbance::DisturbanceSource& source : receiver.disturbances) {
+  for (const disturbance::DisturbanceSource& source : receiver.disturbances)
     text += fmt::format("disturbance: {}\n", source.name);
-  }
   for (const auto& [system, coefficients] : klobuchar) {
     text += fmt::format("klobuchar of {}: {}, {}\n", gnss::name(system), fmt::join(coefficients.alpha, " "),
                         fmt::join(coefficients.beta, " "));

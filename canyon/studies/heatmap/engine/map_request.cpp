@@ -74,9 +74,8 @@ std::vector<GpsTime> time_range(GpsTime from, GpsTime end, double step_s, bool i
                      fmt::format("at most {} are computed in one map: take a longer step", kMostTimes));
   }
   std::vector<GpsTime> times;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
     times.push_back(from + step_s * static_cast<double>(i));
-  }
   return times;
 }
 

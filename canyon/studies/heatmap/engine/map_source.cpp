@@ -57,24 +57,21 @@ MapSource::Slices slices_over_runs(std::vector<MapSource::Slices> runs, std::vec
     }
     MapSource::Slice result = slices.front();
     for (std::size_t i = 0; i < result.state.size(); ++i) {
-      for (const MapSource::Slice& slice : slices) {
+      for (const MapSource::Slice& slice : slices)
         if (slice.state[i] == CellState::Computed) result.state[i] = CellState::Computed;
-      }
     }
     std::vector<double> values;
     const std::size_t plane = result.values.size() / layers.size();
     for (std::size_t i = 0; i < result.values.size(); ++i) {
       values.clear();
-      for (const MapSource::Slice& slice : slices) {
+      for (const MapSource::Slice& slice : slices)
         if (!std::isnan(slice.values[i])) values.push_back(static_cast<double>(slice.values[i]));
-      }
       if (values.empty()) continue;
       double value = 0;
-      if (what) {
+      if (what)
         value = predictive_quantile(values, more_is_better(layers[i / plane]) ? 1 - *what : *what);
-      } else {
+      else
         for (const double each : values) value += each / static_cast<double>(values.size());
-      }
       result.values[i] = static_cast<float>(value);
     }
     return result;
@@ -110,9 +107,8 @@ MapSource map_source(const Heatmap& heatmap, const TileStore& store,
   }
   if (environment.errors() == nullptr) source.attributes["space_errors"] = "none";
   if (receiver.streets.enabled) source.attributes["propagation_model"] += ", streets";
-  if (const auto shift = simulation::draw_city_shift(scenario.city.georeference, scenario.seed)) {
+  if (const auto shift = simulation::draw_city_shift(scenario.city.georeference, scenario.seed))
     source.attributes["georeference"] = simulation::describe(*shift);
-  }
   source.attributes["seed"] = std::to_string(heatmap.request().draws.seed);
   source.slice = store_slices(heatmap, store);
   return source;

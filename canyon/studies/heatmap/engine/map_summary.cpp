@@ -103,9 +103,8 @@ MapSummary summarize(const MapSource& source) {
         continue;
       }
       assert(slice->state.size() == cells && slice->values.size() == cells * counts.size());
-      if (!stated) {
+      if (!stated)
         for (const CellState state : slice->state) ++summary.states[static_cast<std::size_t>(state)];
-      }
       stated = true;
       for (std::size_t i = 0; i < cells; ++i) {
         if (slice->state[i] != CellState::Computed) continue;

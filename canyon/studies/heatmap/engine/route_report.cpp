@@ -132,9 +132,8 @@ void find_no_fix(RouteReport& report, const std::vector<Layer>& layers, std::siz
     const double share = here ? fix_share(layers[layer], station.answer->values[layer]) : 0;
     if (here) sum += share;
     length = here && share < 0.5 ? length + 1 : 0;
-    if (length > 0 && (!report.no_fix || length > report.no_fix->count)) {
+    if (length > 0 && (!report.no_fix || length > report.no_fix->count))
       report.no_fix = stretch(i + 1 - length, length, piece_m);
-    }
   }
   if (report.known > 0) report.availability = sum / static_cast<double>(report.known);
 }
@@ -179,18 +178,16 @@ RouteReport report_route(const MapLookup& map, const geodesy::LocalFrame& frame,
     RouteStation station{here.way_m, start + seconds, here.enu, std::nullopt};
     station.answer = map(station.enu, options.altitude_m.value_or(here.height_m), station.time);
     assert(!station.answer || station.answer->values.size() == layers.size());
-    if (!station.answer) {
+    if (!station.answer)
       ++report.outside;
-    } else if (known(station)) {
+    else if (known(station))
       ++report.known;
-    } else {
+    else
       ++report.no_answer;
-    }
     report.stations.push_back(std::move(station));
   }
-  for (std::size_t k = 0; k < layers.size(); ++k) {
+  for (std::size_t k = 0; k < layers.size(); ++k)
     report.layers.push_back(summarize_layer(layers[k], k, report.stations));
-  }
   report.error = error_layer(layers);
   if (report.error) find_worst(report, piece_m, options.stretch_m);
   if (const auto shown = fix_layer(layers)) find_no_fix(report, layers, *shown, piece_m);

@@ -109,9 +109,8 @@ void check_manifest(const fs::path& folder, const std::string& key, const std::s
   const auto word = [&](const char* name) -> std::string {
     return manifest[name].is_string() ? manifest[name].text() : std::string();
   };
-  if (word("format") != kFormat || word("key").empty() || !manifest["version"].is_integer()) {
+  if (word("format") != kFormat || word("key").empty() || !manifest["version"].is_integer())
     throw foreign(folder, fmt::format("'{}' is damaged or of another program", kManifest));
-  }
   if (manifest["version"].get<std::int64_t>() != kVersion) {
     throw foreign(folder, fmt::format("the tiles here are of another version ({}, this one writes {})",
                                       manifest["version"].get<std::int64_t>(), kVersion));
@@ -126,19 +125,16 @@ Header read_header(std::FILE* file, const fs::path& name, std::size_t unit,
                    const std::array<std::uint64_t, 2>& key) {
   Header header;
   if (std::fread(&header, sizeof header, 1, file) != 1) throw damaged(name, "it is cut short");
-  if (header.magic != kMagic || header.byte_order != kByteOrder) {
+  if (header.magic != kMagic || header.byte_order != kByteOrder)
     throw damaged(name, "it is not a tile that this program wrote on this kind of machine");
-  }
   if (header.header_crc != crc_of(header)) throw damaged(name, "the checksum of its head is wrong");
-  if (header.version != static_cast<std::uint32_t>(kVersion) || header.key != key) {
+  if (header.version != static_cast<std::uint32_t>(kVersion) || header.key != key)
     throw damaged(name, "it belongs to another map");
-  }
   if (header.unit != unit) throw damaged(name, fmt::format("it is unit {}", header.unit));
   std::error_code error;
   const std::uintmax_t size = fs::file_size(name, error);
-  if (error || size != sizeof header + header.values * sizeof(float) + header.states) {
+  if (error || size != sizeof header + header.values * sizeof(float) + header.states)
     throw damaged(name, "its length is wrong");
-  }
   return header;
 }
 
@@ -205,23 +201,20 @@ std::optional<TileValues> TileStore::load(std::size_t unit) const {
   values.values.resize(static_cast<std::size_t>(header.values));
   values.state.resize(static_cast<std::size_t>(header.states));
   const auto read = [&](void* to, std::size_t size) {
-    if (size > 0 && std::fread(to, size, 1, file.get()) != 1) {
+    if (size > 0 && std::fread(to, size, 1, file.get()) != 1)
       throw damaged(path(unit), "it cannot be read to its end");
-    }
   };
   read(values.values.data(), values.values.size() * sizeof(float));
   read(values.state.data(), values.state.size());
-  if (crc_of(values.values, values.state) != header.payload_crc) {
+  if (crc_of(values.values, values.state) != header.payload_crc)
     throw damaged(path(unit), "the checksum of its values is wrong");
-  }
   return values;
 }
 
 void TileStore::remove() {
   std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder_, error)) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder_, error))
     if (is_own(entry.path().filename().string())) fs::remove(entry.path(), error);
-  }
   fs::remove(folder_, error);  // only if nothing else is in it
 }
 

@@ -67,9 +67,8 @@ class Reader {
 
   const Json& member(const Json& object, const char* key) const {
     const Json* found = object.find(key);
-    if (found == nullptr) {
+    if (found == nullptr)
       fail(fmt::format("a GeoJSON object has no \"{}\"", key), "see RFC 7946 for what it needs");
-    }
     return *found;
   }
 
@@ -120,9 +119,8 @@ class Reader {
   }
 
   [[nodiscard]] Eigen::Vector2d take_position(const Json& position) const {
-    if (!position.is_array() || position.size() < 2 || !position[0].is_number() || !position[1].is_number()) {
+    if (!position.is_array() || position.size() < 2 || !position[0].is_number() || !position[1].is_number())
       fail("a position is not a list of longitude and latitude", "give [longitude, latitude] in degrees");
-    }
     Eigen::Vector2d place(position[0].get<double>(), position[1].get<double>());
     // Beyond 180 deg: some programs do not cut polygons at the antimeridian.
     if (!(std::abs(place.x()) <= 360) || !(std::abs(place.y()) <= 90)) {
@@ -153,9 +151,8 @@ class Reader {
     }
     const double metres = (plane_from_degrees(to) - plane_from_degrees(from)).norm();
     const int pieces = std::max(1, static_cast<int>(std::ceil(metres / kPieceMetres)));
-    for (int i = 0; i < pieces; ++i) {
+    for (int i = 0; i < pieces; ++i)
       ring.push_back(plane_from_degrees(from + (to - from) * (static_cast<double>(i) / pieces)));
-    }
   }
 
   /// Joins all polygons, since Area's even-odd rule would take the common part of two polygons for a hole.
@@ -187,9 +184,8 @@ class Reader {
 
   void check_near(const Area& area) const {
     double nearest = std::numeric_limits<double>::infinity();
-    for (const Ring& ring : area.rings) {
+    for (const Ring& ring : area.rings)
       for (const Eigen::Vector2d& point : ring) nearest = std::min(nearest, point.norm());
-    }
     if (nearest > kNearMetres && !area.contains(Eigen::Vector2d::Zero())) {
       fail(fmt::format("the area is {:.0f} km from the city", nearest / 1000),
            "give an area about the city, positions as [longitude, latitude]");

@@ -76,9 +76,8 @@ class GeotiffWriter {
                                                              GDALRegister_VRT, GDALRegister_MEM})
         add();
     });
-    if (GDALGetDriverByName("COG") == nullptr) {
+    if (GDALGetDriverByName("COG") == nullptr)
       throw InputError("this GDAL has no driver for Cloud Optimized GeoTIFF", "install GDAL 3.1 or later");
-    }
     constexpr std::uint32_t kMost = std::numeric_limits<int>::max();
     if (grid_.columns > kMost || grid_.rows > kMost) {
       throw InputError(fmt::format("a GeoTIFF cannot have {} x {} cells", grid_.columns, grid_.rows),

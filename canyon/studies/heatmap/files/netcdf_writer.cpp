@@ -166,9 +166,8 @@ class NetcdfWriter {
       file_.put_text(variable, "units", about.unit);
       file_.put_text(variable, "cell_methods",
                      "area: point" + (source_.over_runs.empty() ? "" : " realization: " + source_.over_runs));
-      if (const std::string limits = limits_text(layer, request_.limits); !limits.empty()) {
+      if (const std::string limits = limits_text(layer, request_.limits); !limits.empty())
         file_.put_text(variable, "comment", limits);
-      }
       file_.put_text(variable, "ancillary_variables", layout::kState);
       file_.put_text(variable, "grid_mapping", "crs");
       if (with_latitude_) file_.put_text(variable, "coordinates", "lat lon");
@@ -186,9 +185,8 @@ class NetcdfWriter {
     put("title", source_.title);
     put("source", source_.source);
     put("history", source_.history);
-    for (const auto& [name, value] : source_.attributes) {
+    for (const auto& [name, value] : source_.attributes)
       if (name.rfind("canyon_", 0) != 0) put(name, value);
-    }
     file_.put_integer(NC_GLOBAL, layout::kMapVersion, layout::kVersion);
     file_.put_number(NC_GLOBAL, layout::kWest, grid_.west_m);
     file_.put_number(NC_GLOBAL, layout::kSouth, grid_.south_m);

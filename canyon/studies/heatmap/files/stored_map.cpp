@@ -76,9 +76,8 @@ struct StoredMap::Impl : About {
   /// A variable over just these dimensions.
   int over(const char* name, const std::vector<std::string>& dimensions) const {
     const std::optional<int> variable = file.variable(name);
-    if (!variable || file.dimensions_of(*variable) != dimensions) {
+    if (!variable || file.dimensions_of(*variable) != dimensions)
       refuse(fmt::format("it has no variable {} over {}", name, fmt::join(dimensions, ", ")));
-    }
     return *variable;
   }
 
@@ -110,9 +109,8 @@ struct StoredMap::Impl : About {
     const auto expect = [&](const char* axis, std::size_t at, double wanted) {
       double found = 0;
       file.read(over(axis, {axis}), {at}, {1}, &found);
-      if (!(std::abs(found - wanted) <= 1e-6 * grid.spacing_m)) {
+      if (!(std::abs(found - wanted) <= 1e-6 * grid.spacing_m))
         refuse(fmt::format("its {} does not follow its grid", axis));
-      }
     };
     expect(layout::kX, 0, grid.centre(0, 0).x());
     expect(layout::kX, columns - 1, grid.centre(grid.columns - 1, 0).x());
@@ -125,19 +123,16 @@ struct StoredMap::Impl : About {
     if (gps.size() > (std::size_t{1} << 26)) refuse("it has too many times");
     file.read(over(layout::kGpsTime, {layout::kTime}), {0}, {gps.size()}, gps.data());
     for (const std::int64_t t : gps) times.push_back(geodesy::GpsTime::from_nanoseconds(t));
-    if (std::adjacent_find(gps.begin(), gps.end(), std::greater_equal<>()) != gps.end()) {
+    if (std::adjacent_find(gps.begin(), gps.end(), std::greater_equal<>()) != gps.end())
       refuse("its times do not ascend");
-    }
     altitudes_m.resize(size_of(layout::kAltitude));
     if (altitudes_m.size() > (std::size_t{1} << 20)) refuse("it has too many altitudes");
     file.read(over(layout::kAltitude, {layout::kAltitude}), {0}, {altitudes_m.size()}, altitudes_m.data());
-    for (const double altitude : altitudes_m) {
+    for (const double altitude : altitudes_m)
       if (!std::isfinite(altitude)) refuse("its altitudes are not finite");
-    }
     const std::optional<std::string> kind = file.text(NC_GLOBAL, layout::kAltitudeKind);
-    if (!kind || (*kind != layout::kEllipsoid && *kind != layout::kAboveTerrain)) {
+    if (!kind || (*kind != layout::kEllipsoid && *kind != layout::kAboveTerrain))
       refuse(fmt::format("its attribute {} is missing", layout::kAltitudeKind));
-    }
     altitude_kind = *kind == layout::kEllipsoid ? AltitudeKind::Ellipsoid : AltitudeKind::AboveTerrain;
   }
 
@@ -191,10 +186,9 @@ struct StoredMap::Impl : About {
     file.first_in_child([&] {
       fresh.values.resize(layers.size() * box.cells());
       fresh.state.resize(box.cells());
-      for (std::size_t k = 0; k < layers.size(); ++k) {
+      for (std::size_t k = 0; k < layers.size(); ++k)
         file.read(variables[k], {time, altitude, box.first_row, box.first_column},
                   {1, 1, box.rows, box.columns}, fresh.values.data() + k * box.cells());
-      }
       file.read(state, {altitude, box.first_row, box.first_column}, {1, box.rows, box.columns},
                 fresh.state.data());
       check(fresh);
@@ -258,9 +252,8 @@ std::optional<MapAnswer> StoredMap::at(const Eigen::Vector2d& enu, double altitu
   const std::lock_guard<std::mutex> lock(impl_->mutex);
   const Piece& piece = impl_->piece(tile, *time_index, altitude);
   MapAnswer answer;
-  for (std::size_t k = 0; k < impl_->layers.size(); ++k) {
+  for (std::size_t k = 0; k < impl_->layers.size(); ++k)
     answer.values.push_back(piece.values[k * box.cells() + cell]);
-  }
   const signed char state = piece.state[cell];
   if (state > static_cast<signed char>(CellState::NoTerrain)) impl_->refuse("a cell has an unknown state");
   // A cell that was not computed has no values and no other state.

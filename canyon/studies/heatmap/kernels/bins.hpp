@@ -14,15 +14,11 @@ class Bins {
   template <class BinsOf>
   void fill(std::size_t bins, std::uint32_t items, const BinsOf& bins_of) {
     first_.assign(bins + 1, 0);
-    for (std::uint32_t i = 0; i < items; ++i) {
-      bins_of(i, [&](std::size_t bin) { ++first_[bin + 1]; });
-    }
+    for (std::uint32_t i = 0; i < items; ++i) bins_of(i, [&](std::size_t bin) { ++first_[bin + 1]; });
     for (std::size_t b = 1; b < first_.size(); ++b) first_[b] += first_[b - 1];
     items_.resize(first_.back());
     std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
-    for (std::uint32_t i = 0; i < items; ++i) {
-      bins_of(i, [&](std::size_t bin) { items_[next[bin]++] = i; });
-    }
+    for (std::uint32_t i = 0; i < items; ++i) bins_of(i, [&](std::size_t bin) { items_[next[bin]++] = i; });
   }
   /// Appends the items of the bins [first, last].
   void append(std::size_t first, std::size_t last, std::vector<std::uint32_t>& items) const {

@@ -154,9 +154,8 @@ std::pair<Vector2d, Vector2d> Area::bounds() const {
 void Area::validate() const {
   if (rings.empty()) throw InputError("the area has no polygon", "give at least one");
   for (const std::vector<Vector2d>& ring : rings) {
-    if (ring.size() < 3) {
+    if (ring.size() < 3)
       throw InputError(fmt::format("a ring of the area has {} corners", ring.size()), "give at least three");
-    }
     for (const Vector2d& point : ring) {
       if (!point.allFinite()) {
         throw InputError(fmt::format("a corner of the area ({}, {}) is not finite", point.x(), point.y()),

@@ -57,9 +57,8 @@ constexpr LayerInfo kLayers[]{
 };
 
 constexpr bool in_order() {
-  for (std::size_t i = 0; i < std::size(kLayers); ++i) {
+  for (std::size_t i = 0; i < std::size(kLayers); ++i)
     if (kLayers[i].layer != static_cast<Layer>(i)) return false;
-  }
   return std::size(kLayers) == kLayerCount;
 }
 static_assert(in_order());
@@ -84,9 +83,8 @@ std::vector<Layer> layers_named(const std::vector<std::string_view>& names) {
   std::vector<Layer> layers;
   for (const std::string_view name : names) {
     const bool all = lower_case(trim(name)) == "all";
-    for (const Layer layer : all ? layers_of_one_look() : std::vector{layer_by_name(name)}) {
+    for (const Layer layer : all ? layers_of_one_look() : std::vector{layer_by_name(name)})
       if (std::find(layers.begin(), layers.end(), layer) == layers.end()) layers.push_back(layer);
-    }
   }
   return layers;
 }
@@ -130,9 +128,8 @@ std::string limits_text(Layer layer, const LimitOptions& limits) {
 
 std::vector<Layer> layers_of_one_look() {
   std::vector<Layer> layers;
-  for (const LayerInfo& each : kLayers) {
+  for (const LayerInfo& each : kLayers)
     if (!of_rtk(each.layer)) layers.push_back(each.layer);
-  }
   return layers;
 }
 

@@ -14,11 +14,9 @@ namespace {
 using ByteOfBits = std::array<std::array<std::uint8_t, 8>, 256>;
 constexpr ByteOfBits make_bytes() {
   ByteOfBits table{};
-  for (std::size_t value = 0; value < 256; ++value) {
-    for (std::size_t bit = 0; bit < 8; ++bit) {
+  for (std::size_t value = 0; value < 256; ++value)
+    for (std::size_t bit = 0; bit < 8; ++bit)
       table[value][bit] = static_cast<std::uint8_t>((value >> bit) & 1);
-    }
-  }
   return table;
 }
 constexpr ByteOfBits kBytes = make_bytes();
@@ -51,12 +49,10 @@ void BitRaster::expand(std::span<std::uint8_t> bytes) const {
     const std::uint64_t* words = bits_.data() + row * stride_;
     std::uint8_t* out = bytes.data() + row * columns_;
     std::size_t column = 0;
-    for (; column + 8 <= columns_; column += 8) {
+    for (; column + 8 <= columns_; column += 8)
       std::memcpy(out + column, kBytes[(words[column >> 6] >> (column & 63)) & 255].data(), 8);
-    }
-    for (; column < columns_; ++column) {
+    for (; column < columns_; ++column)
       out[column] = static_cast<std::uint8_t>((words[column >> 6] >> (column & 63)) & 1);
-    }
   }
 }
 

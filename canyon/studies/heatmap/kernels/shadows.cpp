@@ -43,9 +43,8 @@ struct ShadowReach {
     constexpr double kSlack_m = 1e-6;
     for (int k = 0; k < 2; ++k) {
       const double a = shear[k] * base, b = shear[k] * top;
-      if (low[k] - std::max(a, b) > max[k] + kSlack_m || high[k] - std::min(a, b) < min[k] - kSlack_m) {
+      if (low[k] - std::max(a, b) > max[k] + kSlack_m || high[k] - std::min(a, b) < min[k] - kSlack_m)
         return false;
-      }
     }
     const double away = shear.x() * (0.5 * (low.y() + high.y()) - 0.5 * (min.y() + max.y())) -
                         shear.y() * (0.5 * (low.x() + high.x()) - 0.5 * (min.x() + max.x()));
@@ -271,9 +270,7 @@ void ShadowCaster::ranges(const CellPlane& plane, const Vector3d& direction, dou
     if (nearest <= max_range_m) add_above(corner, raster);
   });
   const auto farthest = static_cast<float>(max_range_m);
-  for (float& range : ranges) {
-    range = range > farthest ? std::numeric_limits<float>::infinity() : range;
-  }
+  for (float& range : ranges) range = range > farthest ? std::numeric_limits<float>::infinity() : range;
 }
 
 }  // namespace canyon::heatmap

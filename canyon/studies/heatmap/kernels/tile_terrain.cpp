@@ -53,15 +53,13 @@ TerrainHeights::TerrainHeights(const city::Mesh& mesh) {
   corner_ = all.min;
   bin_size_m_ = std::max(std::sqrt(extent.x() * extent.y() / static_cast<double>(triangles_.size())),
                          std::max(extent.maxCoeff() / 4096, 1e-3));
-  for (std::size_t k = 0; k < 2; ++k) {
+  for (std::size_t k = 0; k < 2; ++k)
     bins_[k] = static_cast<std::uint32_t>(extent[static_cast<Eigen::Index>(k)] / bin_size_m_) + 1;
-  }
   const auto bins_of = [&](std::uint32_t t, const auto& call) {
     const Bounds bounds = bounds_of(triangles_[t]);
     const auto low = bin(bounds.min), high = bin(bounds.max);
-    for (std::uint32_t y = low[1]; y <= high[1]; ++y) {
+    for (std::uint32_t y = low[1]; y <= high[1]; ++y)
       for (std::uint32_t x = low[0]; x <= high[0]; ++x) call(std::size_t{y} * bins_[0] + x);
-    }
   };
   in_bins_.fill(std::size_t{bins_[0]} * bins_[1], static_cast<std::uint32_t>(triangles_.size()), bins_of);
 }

@@ -152,9 +152,8 @@ struct TileTracer::Impl {
         // km.
         Vector3d place = cells.place(i);
         place.z() = 0;
-        for (int step = 0; step < 3; ++step) {
+        for (int step = 0; step < 3; ++step)
           place.z() += altitude_m - frame.geodetic_from_local(place).height_m;
-        }
         z[i] = place.z();
       }
     } else if (!terrain.empty()) {
@@ -194,19 +193,17 @@ struct TileTracer::Impl {
       const bool certain = roof_above || interiors.open_ends(cells.plane.z) == 0;
       for (std::size_t i = 0; i < count; ++i) {
         if (ask[i]) continue;
-        if (inside[i] && !certain) {
+        if (inside[i] && !certain)
           ask[i] = 1;
-        } else if (inside[i]) {
+        else if (inside[i])
           cells.state[i] = CellState::InsideBuilding;
-        }
       }
     } else {
       ask = covered;
     }
     spread(cells.tile.rows, [&](std::size_t row) {
-      for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
+      for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i)
         if (ask[i]) cells.state[i] = state_of(scene->placement(cells.place(i)));
-      }
     });
   }
 
@@ -282,12 +279,10 @@ struct TileTracer::Impl {
       static thread_local std::vector<float> ranges;
       ranges.resize(cells.tile.cells());
       shadows.ranges(cells.plane, mirrored, options.max_range_m, ranges);
-      for (const std::uint32_t i : cells.on_walls) {
+      for (const std::uint32_t i : cells.on_walls)
         ranges[i] = static_cast<float>(range_by_ray(i).value_or(kInfinite));
-      }
-      for (std::size_t i = 0; i < ranges.size(); ++i) {
+      for (std::size_t i = 0; i < ranges.size(); ++i)
         if (is_wanted(i) && std::isfinite(ranges[i])) receive(i, static_cast<double>(ranges[i]));
-      }
       return;
     }
     spread(cells.tile.rows, [&](std::size_t row) {
@@ -355,9 +350,8 @@ const propagation::Propagator& TileTracer::propagator() const {
 
 TileCells TileTracer::cells(const Grid& grid, const Tile& tile, const Area* area, double altitude_m,
                             AltitudeKind kind) const {
-  if (!std::isfinite(altitude_m)) {
+  if (!std::isfinite(altitude_m))
     throw InputError(fmt::format("an altitude of {} m is not finite", altitude_m), "give metres");
-  }
   TileCells cells;
   cells.tile = tile;
   cells.plane.first = grid.centre(tile.first_column, tile.first_row);
@@ -367,9 +361,8 @@ TileCells TileTracer::cells(const Grid& grid, const Tile& tile, const Area* area
   cells.state.assign(tile.cells(), CellState::Computed);
   if (area != nullptr) {
     const std::vector<std::uint8_t> mask = area->mask(grid, tile);
-    for (std::size_t i = 0; i < mask.size(); ++i) {
+    for (std::size_t i = 0; i < mask.size(); ++i)
       if (!mask[i]) cells.state[i] = CellState::OutsideArea;
-    }
     if (std::find(mask.begin(), mask.end(), 1) == mask.end()) return cells;
   }
   std::vector<double> ground;
@@ -379,12 +372,10 @@ TileCells TileTracer::cells(const Grid& grid, const Tile& tile, const Area* area
     // The offset grows with the distance from the city's centre: the largest is a corner's.
     double offset_m = 0;
     for (const std::size_t corner :
-         {std::size_t{0}, std::size_t{tile.columns} - 1, tile.cells() - tile.columns, tile.cells() - 1}) {
+         {std::size_t{0}, std::size_t{tile.columns} - 1, tile.cells() - tile.columns, tile.cells() - 1})
       offset_m = std::max(offset_m, impl_->scene->surface_offset_m(cells.place(corner)));
-    }
-    for (const std::uint32_t cell : impl_->interiors.on_surfaces(cells.plane, offset_m)) {
+    for (const std::uint32_t cell : impl_->interiors.on_surfaces(cells.plane, offset_m))
       if (cells.state[cell] == CellState::Computed) cells.on_walls.push_back(cell);
-    }
   }
   return cells;
 }
@@ -410,9 +401,8 @@ void TileTracer::trace(const TileCells& cells, geodesy::GpsTime time, bool exces
   spread(satellites, [&](std::size_t k) {
     std::vector<std::uint8_t> blocked(count);
     impl.block(cells, result.directions[k], blocked);
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < count; ++i)
       if (!blocked[i] && cells.state[i] == CellState::Computed) result.visibility[k][i] = CellVisibility::LOS;
-    }
     if (excess && !impl.specular()) impl.add_mirrored(cells, k, result);
   });
   if (excess && impl.specular() && !impl.only_direct()) impl.add_traced(cells, false, excess, result);

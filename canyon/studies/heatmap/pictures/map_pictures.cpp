@@ -132,9 +132,8 @@ class Writer {
     for (std::size_t layer = 0; layer < request_.layers.size(); ++layer) {
       scales_.push_back(make_colour_scale(request_.layers[layer], histograms[layer]));
       const std::size_t sheet = layer / kMostPanels;
-      for (std::size_t shade = 0; shade < kShades; ++shade) {
+      for (std::size_t shade = 0; shade < kShades; ++shade)
         seen_[sheet][shade] = seen_[sheet][shade] || seen[layer][shade];
-      }
       if (!seen[layer][static_cast<std::size_t>(CellShade::NoValue)]) continue;
       const Layer drawn = request_.layers[layer];
       const std::string meaning = of_rtk(drawn)                            ? "never fixed"

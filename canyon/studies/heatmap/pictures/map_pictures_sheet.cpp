@@ -415,15 +415,12 @@ std::vector<std::vector<PanelRaster>> reduce(const MapSource& source, std::size_
                                              const RasterSize& size) {
   const Request& request = *source.request;
   Reduction reduction(request, size);
-  for (std::size_t tile = 0; tile < request.grid.tile_count(); ++tile) {
+  for (std::size_t tile = 0; tile < request.grid.tile_count(); ++tile)
     reduction.add(request.grid.tile(tile), source.slice(tile, time));
-  }
   std::vector<std::vector<PanelRaster>> rasters(request.altitudes_m.size());
-  for (std::size_t altitude = 0; altitude < rasters.size(); ++altitude) {
-    for (std::size_t layer = 0; layer < request.layers.size(); ++layer) {
+  for (std::size_t altitude = 0; altitude < rasters.size(); ++altitude)
+    for (std::size_t layer = 0; layer < request.layers.size(); ++layer)
       rasters[altitude].push_back(reduction.raster(altitude, layer));
-    }
-  }
   return rasters;
 }
 

@@ -53,12 +53,10 @@ void label_unevenly(ColourScale& scale) {
   const double low = std::max(scale.low, 0.0);
   std::vector<double> values{scale.high};
   for (double value = drawing::nice_floor(scale.high); scale.at(value) - scale.at(low) > kLabelRoom;
-       value = drawing::nice_floor(0.99 * value)) {
+       value = drawing::nice_floor(0.99 * value))
     if (scale.at(values.back()) - scale.at(value) > kLabelRoom) values.push_back(value);
-  }
-  if (scale.low < 0) {
+  if (scale.low < 0)
     for (const double value : values) add_tick(scale, -value);
-  }
   add_tick(scale, low);
   for (auto value = values.rbegin(); value != values.rend(); ++value) add_tick(scale, *value);
 }
@@ -113,9 +111,8 @@ void scale_counts(ColourScale& scale, const ValueCounts& values) {
 
 void scale_shares(ColourScale& scale) {
   scale.unit = "%";
-  for (const int percent : {0, 20, 40, 60, 80, 100}) {
+  for (const int percent : {0, 20, 40, 60, 80, 100})
     scale.ticks.emplace_back(percent / 100.0, fmt::format("{}", percent));
-  }
 }
 
 }  // namespace
@@ -150,9 +147,8 @@ LayerStyle style_of(Layer layer) {
   if (unit == "s") return {ValueKind::Duration, &bright_inferno, true};
   if (layer >= Layer::Hdop && layer <= Layer::Vdop) return {ValueKind::Dop, &cividis, true};
   const bool good = more_is_better(layer);
-  if (layer >= Layer::SatellitesLos && layer <= Layer::SatellitesBlocked) {
+  if (layer >= Layer::SatellitesLos && layer <= Layer::SatellitesBlocked)
     return {ValueKind::Count, &drawing::viridis, !good};
-  }
   return {ValueKind::Share, good ? &drawing::viridis : &cividis, !good};
 }
 
@@ -162,9 +158,8 @@ double ColourScale::at(double value) const {
     return progression == Progression::SquareRoot ? std::sqrt(part) : part;
   };
   if (low < 0) return 0.5 + 0.5 * std::copysign(eased(std::min(std::abs(value) / high, 1.0)), value);
-  if (progression == Progression::Logarithm) {
+  if (progression == Progression::Logarithm)
     return value <= low ? 0 : std::min(std::log(value / low) / std::log(high / low), 1.0);
-  }
   return eased(std::clamp((value - low) / (high - low), 0.0, 1.0));
 }
 

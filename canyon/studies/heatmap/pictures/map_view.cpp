@@ -87,15 +87,15 @@ double cell_height(const StoredMap& map, const Eigen::Vector2d& centre, double a
                : terrain->terrain_height(centre.x(), centre.y()).value_or(kNoHeight) + altitude_m;
   }
   Eigen::Vector3d place(centre.x(), centre.y(), 0);
-  for (int step = 0; step < 3; ++step) {
+  for (int step = 0; step < 3; ++step)
     place.z() += altitude_m - map.frame().geodetic_from_local(place).height_m;
-  }
   return place.z();
 }
 
 bool has_terrain(const city::City& city) {
-  return std::any_of(city.mesh.objects.begin(), city.mesh.objects.end(),
-                     [](const city::Object& o) { return o.surface == city::Surface::Terrain; });
+  return std::any_of(
+      city.mesh.objects.begin(), city.mesh.objects.end(),
+      [](const city::Object& o) { return o.surface == city::Surface::Terrain; });
 }
 
 /// Writes chunks and collects their entries in the header.
@@ -130,9 +130,8 @@ class Writer {
       }
     });
     output::ViewRows rows(output::kViewMapValues);
-    for (const std::vector<float>& layer : values) {
+    for (const std::vector<float>& layer : values)
       for (const float value : layer) rows.add({value});
-    }
     put(fmt::format("map-{}-{}.bin.gz", altitude, time), rows,
         {{"kind", "map-values"}, {"altitude", altitude}, {"time", time}});
   }
@@ -140,9 +139,8 @@ class Writer {
   [[nodiscard]] Json header(const std::string& name) const {
     const Grid& grid = map_.grid();
     Json layers = Json::array(), times = Json::array();
-    for (std::size_t k = 0; k < counts_.size(); ++k) {
+    for (std::size_t k = 0; k < counts_.size(); ++k)
       layers.push_back(layer_json(map_.layers()[k], counts_[k]));
-    }
     for (const geodesy::GpsTime time : map_.times()) times.push_back(geodesy::format_utc(time));
     return {{"name", name},
             {"grid",
@@ -170,11 +168,9 @@ class Writer {
   /// is one of the map's.
   template <typename Each>
   void for_each_cell(Each each) const {
-    for (std::uint32_t row = 0; row < map_.grid().rows; ++row) {
-      for (std::uint32_t column = 0; column < map_.grid().columns; ++column) {
+    for (std::uint32_t row = 0; row < map_.grid().rows; ++row)
+      for (std::uint32_t column = 0; column < map_.grid().columns; ++column)
         each(map_.grid().centre(column, row));
-      }
-    }
   }
 
   void put(const std::string& name, const output::ViewRows& rows, const Json& entry) {
