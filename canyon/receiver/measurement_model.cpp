@@ -50,7 +50,7 @@ MeasurementModel::SignalNoise& MeasurementModel::noise_of(gnss::SatelliteId id, 
   const auto found = noises_.find({id, index});
   if (found != noises_.end()) return found->second;
   const std::string key = noise_key(options_, id, signal);
-  const double mean = options_.noise.drift_mu_sigma_m * RandomStream(seed_, key + "/mean").normal();
+  const double mean = NoiseOptions::kDriftMuSigma_m * RandomStream(seed_, key + "/mean").normal();
   return noises_
       .emplace(std::pair(id, index), SignalNoise{pseudorange_noise(options_, seed_, id, signal),
                                                  RandomStream(seed_, key + "/doppler"), mean, now})
