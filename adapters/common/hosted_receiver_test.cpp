@@ -103,18 +103,16 @@ class Host {
                         std::nullopt);
   }
   void update(std::int64_t now_ms) {
-    receiver->update(
-        now_ms * 1'000'000,
-        [this](std::string& reason) -> std::optional<simulation::RigidPose> {
-          if (broken) throw std::runtime_error("the engine is gone");
-          if (lost) {
-            reason = "no pose has come";
-            return std::nullopt;
-          }
-          simulation::RigidPose truth;
-          truth.position_m = place;
-          return truth;
-        });
+    receiver->update(now_ms * 1'000'000, [this](std::string& reason) -> std::optional<simulation::RigidPose> {
+      if (broken) throw std::runtime_error("the engine is gone");
+      if (lost) {
+        reason = "no pose has come";
+        return std::nullopt;
+      }
+      simulation::RigidPose truth;
+      truth.position_m = place;
+      return truth;
+    });
   }
 
   std::vector<std::string> lines;
@@ -221,8 +219,9 @@ TEST(HostedReceiver, BeginsAnewWhereTimeGoesBack) {
   ASSERT_EQ(host.seen.size(), 4U);
   EXPECT_EQ(host.resets, 1);
   ASSERT_TRUE(host.seen[3].epoch);
-  for (std::size_t i = 0; i < host.seen[0].satellites.size(); ++i)
+  for (std::size_t i = 0; i < host.seen[0].satellites.size(); ++i) {
     EXPECT_EQ(host.seen[3].satellites[i].excess_m, host.seen[0].satellites[i].excess_m);
+  }
 }
 
 TEST(HostedReceiver, SaysThatItWasPutElsewhere) {

@@ -76,8 +76,9 @@ TEST(RosTopics, HaveTheirNamesInTheNamespace) {
 TEST(RosTopics, ServicesAreClaimedAsTopicsAre) {
   std::set<std::string> taken;
   const auto claim = [&](const std::vector<std::string>& names) -> std::string {
-    for (const std::string& name : names)
+    for (const std::string& name : names) {
       if (taken.contains(name)) return name;
+    }
     taken.insert(names.begin(), names.end());
     return {};
   };

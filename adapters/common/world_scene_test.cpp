@@ -93,8 +93,9 @@ TEST_F(WorldSceneTest, ResizedBoxesAreRead) {
 }
 
 TEST_F(WorldSceneTest, StaticThingsThatAreMovedAreFollowedWhereTheHostSaysSo) {
-  for (live::HostWorld::Id id = 1; id <= 40; ++id)
+  for (live::HostWorld::Id id = 1; id <= 40; ++id) {
     world->boxes[id] = {true, {100.0 + 10 * static_cast<double>(id), 0, 0}};
+  }
   scene->update({});
   world->statics_move = false;
   scene->update({});

@@ -14,8 +14,9 @@ namespace {
 
 void compare_drive(const std::string& city, int seconds) {
   const std::filesystem::path folder = test::prepared_city(city);
-  if (folder.empty())
+  if (folder.empty()) {
     GTEST_SKIP() << "SKIPPED: no " << city << " in CANYON_GAZEBO_DATA (tests/gazebo/prepare.sh writes it)";
+  }
   test::InProcessServer& server = test::InProcessServer::get();
   const auto world = server.load(test::city_world(
       folder, 0.1,

@@ -106,8 +106,9 @@ TEST_F(DrivePluginTest, BeginsAnewAfterAReset) {
   const std::size_t half = states_.size() / 2;
   ASSERT_GE(half, 50U);
   EXPECT_NEAR(states_.back().time_s, 0.5, 1e-9);
-  for (const State& state : states_)
+  for (const State& state : states_) {
     EXPECT_LT((state.pose.Pos() - Vector(8 * state.time_s, 0, 0.5)).Length(), 1e-9) << state.time_s;
+  }
 }
 
 TEST_F(DrivePluginTest, DrivesTheSimulationsDrive) {

@@ -157,16 +157,18 @@ TEST_F(PhysicsRaysTest, TheNumberOfRaysMayChangeAtEveryCall) {
   std::uniform_real_distribution<double> elevation(-80, 80);
   for (const std::size_t count : {2U, 62U, 8U, 0U, 200U}) {
     std::vector<PhysicsRay> rays;
-    for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t i = 0; i < count; ++i) {
       rays.push_back({{0, 0, 5}, towards(azimuth(random), elevation(random)), 1e4});
+    }
     const std::vector<double> ranges = cast(rays);
     for (std::size_t i = 0; i < count; ++i) {
       const double down = -rays[i].direction.z();
       const double expected = down > 0 ? 5 / down : kInfinite;
-      if (std::isinf(expected))
+      if (std::isinf(expected)) {
         EXPECT_EQ(ranges[i], kInfinite) << i;
-      else
+      } else {
         EXPECT_NEAR(ranges[i], expected, 1e-9 * expected) << i;
+      }
     }
   }
 }
@@ -276,9 +278,10 @@ TEST_F(PhysicsRaysTest, MeetsHeightmaps) {
   // Gray grows eastwards by 15 per pixel.
   constexpr unsigned kPixels = 17;
   std::vector<unsigned char> pixels;
-  for (unsigned row = 0; row < kPixels; ++row)
+  for (unsigned row = 0; row < kPixels; ++row) {
     for (unsigned column = 0; column < kPixels; ++column)
       pixels.push_back(static_cast<unsigned char>(15 * column));
+  }
   gazebo::common::Image image;
   image.SetFromData(pixels.data(), kPixels, kPixels, gazebo::common::Image::L_INT8);
   image.SavePNG((folder / "slope.png").string());
@@ -288,8 +291,9 @@ TEST_F(PhysicsRaysTest, MeetsHeightmaps) {
                          (folder / "slope.png").string())));
   // The brightest pixel is 24 m high, the darkest 0 m, over 160 m.
   const auto height = [](double x) { return (x + 80) * 24 / 160; };
-  for (double x = -73; x <= 73; x += 7.3)
+  for (double x = -73; x <= 73; x += 7.3) {
     EXPECT_NEAR(cast_one({x, 3, 100}, -Vector3d::UnitZ()), 100 - height(x), 1e-4) << x;
+  }
   // Level rays meet the slope where it is 6.3 m high, at x = -38.
   EXPECT_NEAR(cast_one({-70, 3, 6.3}, Vector3d::UnitX()), 32, 1e-4);
   EXPECT_NEAR(cast_one({-70, 3, 6.3}, {1, 0.3, 0}), 32 * std::hypot(1, 0.3), 1e-4);

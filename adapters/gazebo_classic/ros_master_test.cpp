@@ -27,8 +27,9 @@ class Listener {
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     socklen_t size = sizeof address;
     if (bind(fd_, reinterpret_cast<sockaddr*>(&address), size) != 0 || listen(fd_, 4) != 0 ||
-        getsockname(fd_, reinterpret_cast<sockaddr*>(&address), &size) != 0)
+        getsockname(fd_, reinterpret_cast<sockaddr*>(&address), &size) != 0) {
       throw std::runtime_error("cannot listen");
+    }
     port_ = ntohs(address.sin_port);
     if (text.empty()) return;
     thread_ = std::thread([this, text = std::move(text)] {
@@ -36,8 +37,9 @@ class Listener {
       if (connection < 0) return;
       char request[2048];
       // The request first: closing a socket with unread bytes takes the answer back.
-      if (recv(connection, request, sizeof request, 0) > 0)
+      if (recv(connection, request, sizeof request, 0) > 0) {
         send(connection, text.data(), text.size(), MSG_NOSIGNAL);
+      }
       close(connection);
     });
   }
@@ -69,8 +71,9 @@ TEST(MasterAddress, RefusesEverythingElse) {
   for (const char* bad :
        {"", "localhost:11311", "https://localhost:11311", "http://localhost", "http://:11311",
         "http://localhost:0", "http://localhost:65536", "http://localhost:abc", "http://local host:11311",
-        "http://a/b:11311", "http://localhost:11311/x", "http://[::1]:11311"})
+        "http://a/b:11311", "http://localhost:11311/x", "http://[::1]:11311"}) {
     EXPECT_FALSE(parse_master_uri(bad)) << bad;
+  }
 }
 
 TEST(AskMaster, IsAnsweredByNobodyAtOnce) {

@@ -25,14 +25,12 @@ struct Inbox {
   int count = 0;
 
   [[nodiscard]] std::shared_ptr<void> subscribe(const std::string& topic) {
-    return subscribe_ros_pose(
-        topic,
-        [this](const simulation::RigidPose& p, double stamp) {
-          const std::lock_guard lock(mutex);
-          pose = p;
-          stamp_s = stamp;
-          ++count;
-        });
+    return subscribe_ros_pose(topic, [this](const simulation::RigidPose& p, double stamp) {
+      const std::lock_guard lock(mutex);
+      pose = p;
+      stamp_s = stamp;
+      ++count;
+    });
   }
   [[nodiscard]] int received() {
     const std::lock_guard lock(mutex);

@@ -67,8 +67,9 @@ TEST_F(RosPosesExample, SendsPoseStamped) {
 }
 
 TEST_F(RosPosesExample, SendsThePoseOfOdometry) {
-  if (canyon::test::run_program("python3 -c 'import nav_msgs' 2>&1").status != 0)
+  if (canyon::test::run_program("python3 -c 'import nav_msgs' 2>&1").status != 0) {
     GTEST_SKIP() << "SKIPPED: nav_msgs of ROS 1 is not installed here";
+  }
   expect_to_arrive(
       "nav_msgs/Odometry",
       "{" + kHeader + ", child_frame_id: base_link, pose: {" + kPose + "}, twist: {twist: {linear: {x: 9}}}}",

@@ -67,8 +67,9 @@ class RosPublisher : public testing::Test {
     std::map<std::string, std::string> fields;
     const auto keys = split(names, ','), texts = split(values, ',');
     EXPECT_EQ(keys.size(), texts.size()) << result.output;
-    for (std::size_t i = 0; i < std::min(keys.size(), texts.size()); ++i)
+    for (std::size_t i = 0; i < std::min(keys.size(), texts.size()); ++i) {
       fields[std::string(keys[i])] = texts[i];
+    }
     return fields;
   }
 };

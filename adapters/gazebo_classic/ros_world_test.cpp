@@ -49,8 +49,9 @@ class RosWorld : public testing::Test {
     std::getline(lines, values);
     std::map<std::string, std::string> fields;
     const auto keys = split(names, ','), texts = split(values, ',');
-    for (std::size_t i = 0; i < std::min(keys.size(), texts.size()); ++i)
+    for (std::size_t i = 0; i < std::min(keys.size(), texts.size()); ++i) {
       fields[std::string(keys[i])] = texts[i];
+    }
     return fields;
   }
   /// The answer that a node of another process receives: "True added ...".

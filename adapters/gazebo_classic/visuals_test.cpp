@@ -53,8 +53,9 @@ class Client {
   }
   [[nodiscard]] gazebo::msgs::Visual whole(const std::string& ending) {
     const std::lock_guard lock(mutex_);
-    for (const auto& [name, message] : whole_)
+    for (const auto& [name, message] : whole_) {
       if (name.ends_with(ending)) return message;
+    }
     return {};
   }
   [[nodiscard]] std::vector<std::string> all_names() {
@@ -127,8 +128,9 @@ class Visuals : public testing::Test {
                            const std::string& ending) {
     const int before = client.count_of(ending);
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
-    while (client.count_of(ending) == before && std::chrono::steady_clock::now() < deadline)
+    while (client.count_of(ending) == before && std::chrono::steady_clock::now() < deadline) {
       visuals.publish(report);
+    }
   }
 
   static inline gazebo::physics::WorldPtr world_;  // one for all tests: nothing of them stays in it

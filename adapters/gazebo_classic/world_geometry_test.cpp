@@ -214,8 +214,9 @@ TEST_F(WorldGeometryTest, MeshThatIsInsideOutIsTurned) {
   for (const auto& [from, to] : {std::pair{"f 1 3 2", "f 1 2 3"},
                                  {"f 1 2 4", "f 1 4 2"},
                                  {"f 1 4 3", "f 1 3 4"},
-                                 {"f 2 3 4", "f 2 4 3"}})
+                                 {"f 2 3 4", "f 2 4 3"}}) {
     inside_out.replace(inside_out.find(from), 7, to);
+  }
   const auto w = load(model("m", true, "0 0 0 0 0 0",
                             "<mesh><uri>" + write("inside_out.obj", inside_out).string() + "</uri></mesh>"));
   const auto geometry = updated(w);
@@ -346,9 +347,11 @@ TEST_P(WorldGeometryByEngine, Heightmap) {
   // 17 x 17 grey values 8 * column + 7 * (16 - row), at most 240, which Gazebo stretches to the height of
   // 12 m: z = 12 * (128 * (x / 80 + 0.5) + 112 * (y / 40 + 0.5)) / 240 on 80 m x 40 m.
   std::vector<unsigned char> pixels;
-  for (int row = 0; row < 17; ++row)
-    for (int column = 0; column < 17; ++column)
+  for (int row = 0; row < 17; ++row) {
+    for (int column = 0; column < 17; ++column) {
       pixels.insert(pixels.end(), 3, static_cast<unsigned char>(8 * column + 7 * (16 - row)));
+    }
+  }
   const std::string file = write("hill.png", "").string();
   gazebo::common::Image picture;
   picture.SetFromData(pixels.data(), 17, 17, gazebo::common::Image::RGB_INT8);
@@ -366,8 +369,9 @@ TEST_P(WorldGeometryByEngine, Heightmap) {
   for (const auto& [x, y] : {std::pair{0.3, 0.2}, {-31.0, 13.3}, {22.2, -17.7}, {38.0, 18.5}}) {
     EXPECT_NEAR(range(*geometry, {x, y, 50}, {0, 0, -1}), 50 - height(x, y), kExact);
     // Bullet leaves out <pos> and centres heights, DART has no rays: these stand where SDF says all the same.
-    if (std::string(GetParam()) == "ode")
+    if (std::string(GetParam()) == "ode") {
       EXPECT_NEAR(physics_range(w, {x, y, 50}, {0, 0, -1}), 50 - height(x, y), kExact);
+    }
   }
   EXPECT_NEAR(range(*geometry, {1, 1, 0}, {0, 0, 1}), -height(1, 1), kExact);
   EXPECT_EQ(range(*geometry, {41, 0, 50}, {0, 0, -1}), kNothing);
@@ -459,8 +463,9 @@ TEST_F(WorldGeometryTest, BrokenFilesAreNamed) {
   const auto geometry = updated(w, true);
   EXPECT_EQ(range(*geometry, {12, 0, 0}, {0, 1, 0}), kNothing);
   const auto notes = geometry->take_notes();
-  for (const auto* name : {"'cutdae::", "'junkobj::", "'junkstl::", "'emptydae::"})
+  for (const auto* name : {"'cutdae::", "'junkobj::", "'junkstl::", "'emptydae::"}) {
     EXPECT_THAT(notes, Contains(HasSubstr(std::string(name) + "l::v' is left out")));
+  }
 }
 
 // -- what changes -------------------------------------------------------------------------------------------
@@ -736,8 +741,9 @@ TEST_F(WorldGeometryTest, CostInACityOf500HousesAnd20Vehicles) {
   double moving = 0, still = 0, others = 0, none = 0;
   constexpr int kSteps = 50;
   for (int step = 0; step < kSteps; ++step) {
-    for (std::size_t i = 0; i < cars.size(); ++i)
+    for (std::size_t i = 0; i < cars.size(); ++i) {
       cars[i]->SetWorldPose({20.0 + step, 40.0 * static_cast<double>(i) + 20, 1, 0, 0, 0});
+    }
     server().step();
     moving += microseconds([&] { geometry->update(topmost_id(cars[0])); });
     others += microseconds([&] {

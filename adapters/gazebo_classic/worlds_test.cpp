@@ -39,8 +39,9 @@ TEST(Worlds, TwoWallsGivesTheOffsetsOfItsComment) {
   ASSERT_TRUE(message);
   ASSERT_EQ(message->satellites_size(), 8);
   const auto& satellite = [&](int number) -> const GnssSatellite& { return message->satellites(number - 1); };
-  for (const int number : {3, 4, 5, 7, 8})
+  for (const int number : {3, 4, 5, 7, 8}) {
     EXPECT_EQ(satellite(number).visibility(), GnssSatellite::LOS) << number;
+  }
   EXPECT_EQ(satellite(1).visibility(), GnssSatellite::NLOS);
   EXPECT_EQ(satellite(2).visibility(), GnssSatellite::NLOS);
   EXPECT_EQ(satellite(6).visibility(), GnssSatellite::BLOCKED);
@@ -57,8 +58,9 @@ TEST(Worlds, SkyCameraHasSatellitesOfEveryKind) {
   const auto message = observe("sky_camera.world");
   ASSERT_TRUE(message);
   std::array<int, 4> count{};
-  for (const GnssSatellite& s : message->satellites())
+  for (const GnssSatellite& s : message->satellites()) {
     if (s.above_mask()) ++count.at(static_cast<std::size_t>(s.visibility()));
+  }
   EXPECT_THAT(count, testing::Each(testing::Gt(0))) << "LOS, LOS+multipath, NLOS, blocked";
 }
 

@@ -35,8 +35,9 @@ std::filesystem::path drive_world(const std::filesystem::path& folder, const std
 
 void compare_drive(const std::string& city, int seconds) {
   const std::filesystem::path folder = canyon::test::prepared_city(city);
-  if (folder.empty())
+  if (folder.empty()) {
     GTEST_SKIP() << "SKIPPED: no " << city << " in CANYON_GAZEBO_DATA (tests/gazebo/prepare.sh writes it)";
+  }
   const canyon::test::TemporaryFolder own;
   gz::sim::ServerConfig config;
   config.SetSdfFile(drive_world(folder, own / "drive.sdf").string());

@@ -164,8 +164,9 @@ TEST(GnssWorld, NavSatIsTheReceiversFixAndNothingElse) {
     const std::lock_guard lock(mutex);
     return std::min(fixes.size(), truths.size());
   };
-  while (count() < 10 && std::chrono::steady_clock::now() < deadline)
+  while (count() < 10 && std::chrono::steady_clock::now() < deadline) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
   const std::lock_guard lock(mutex);
   ASSERT_GE(fixes.size(), 10U);
   EXPECT_LE(fixes.size(), 11U) << "somebody else publishes as well";
@@ -292,8 +293,9 @@ TEST(GnssWorld, TwentyReceiversAtTenHertz) {
   }
   SimServer server(street_world(cars));
   std::vector<std::unique_ptr<test::GnssListener>> listeners;
-  for (int i = 0; i < 20; ++i)
+  for (int i = 0; i < 20; ++i) {
     listeners.push_back(std::make_unique<test::GnssListener>(topic_of(fmt::format("car{}", i))));
+  }
   server.step(200);  // 2 s
   for (int i = 0; i < 20; ++i) {
     SCOPED_TRACE(i);
@@ -567,8 +569,9 @@ TEST(GnssWorld, WorldsOfTwoServersAreApart) {
   const auto street = in_street.at(0.1), open = in_the_open.at(0.1);
   ASSERT_TRUE(street && open);
   expect_street(*street, &StreetSatellite::mirror_m, 1e-3);
-  for (const GnssSatellite& satellite : open->satellites())
+  for (const GnssSatellite& satellite : open->satellites()) {
     EXPECT_EQ(satellite.visibility(), GnssSatellite::LOS);
+  }
 }
 
 }  // namespace

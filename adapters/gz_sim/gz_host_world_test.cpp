@@ -97,16 +97,18 @@ TEST_F(GzHostWorldTest, HeightmapsAreAsHighAsTheirPicturesAreBright) {
   // Grey grows eastwards by 15 per pixel.
   constexpr unsigned kPixels = 17;
   std::vector<unsigned char> pixels;
-  for (unsigned i = 0; i < kPixels * kPixels; ++i)
+  for (unsigned i = 0; i < kPixels * kPixels; ++i) {
     pixels.push_back(static_cast<unsigned char>(15 * (i % kPixels)));
+  }
   gz::common::Image image;
   image.SetFromData(pixels.data(), kPixels, kPixels, gz::common::Image::L_INT8);
   image.SavePNG((folder / "slope.png").string());
   load(shape_model("slope", "0 0 0 0 0 0",
                    "<heightmap><uri>" + (folder / "slope.png").string() +
                        "</uri><size>160 160 24</size><pos>0 0 2</pos></heightmap>"));
-  for (double x = -73; x <= 73; x += 7.3)
+  for (double x = -73; x <= 73; x += 7.3) {
     EXPECT_NEAR(cast({x, 3, 100}, -Vector3d::UnitZ()), 98 - (x + 80) * 24 / 160, 1e-4) << x;
+  }
 }
 
 // A block of 20 m with a yard of 10 m in it, 12 m high.

@@ -97,8 +97,9 @@ TEST(Markers, ShowRaysAndBubbleToAWindow) {
   EXPECT_GE(at_antenna, 5);
   EXPECT_GE(balls, 2) << "the bubble, and ends of rays";
   server.reset();
-  while (!window.markers().empty() && std::chrono::steady_clock::now() < deadline)
+  while (!window.markers().empty() && std::chrono::steady_clock::now() < deadline) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
   EXPECT_TRUE(window.markers().empty()) << "nothing of a world that has ended stays";
 }
 

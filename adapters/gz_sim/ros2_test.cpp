@@ -71,8 +71,9 @@ TEST(Ros2, FaultsComeAndGoByServices) {
     while (std::chrono::steady_clock::now() < deadline) {
       server.step(1);
       if (rclcpp::spin_until_future_complete(node, reply, std::chrono::milliseconds(10)) ==
-          rclcpp::FutureReturnCode::SUCCESS)
+          rclcpp::FutureReturnCode::SUCCESS) {
         return *reply.get();
+      }
     }
     ADD_FAILURE() << service << " does not answer";
     return FaultCommand::Response();

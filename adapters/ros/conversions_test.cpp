@@ -624,8 +624,9 @@ TEST(PrnNumber, IsDistinctOverAllConstellations) {
                                    {"J01", 193},
                                    {"J10", 202},
                                    {"S20", 120},
-                                   {"S58", 158}})
+                                   {"S58", 158}}) {
     EXPECT_EQ(prn_number(*gnss::parse_satellite(id)), number) << id;
+  }
 }
 
 }  // namespace

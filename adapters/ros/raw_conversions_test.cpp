@@ -177,8 +177,9 @@ TYPED_TEST(Raw, DiagnosticsSayHowItIs) {
   EXPECT_EQ(said(&fix).message, "fix");
   EXPECT_EQ(said(&fix).name, "gnss: receiver");
   std::string error;
-  for (const auto& value : said(&fix).values)
+  for (const auto& value : said(&fix).values) {
     if (value.key == "horizontal error [m]") error = value.value;
+  }
   EXPECT_EQ(error, "5");  // of 3 and 4
   auto prediction = fix;
   prediction.observed.fix.used.clear();

@@ -83,8 +83,9 @@ TEST(SensorConversions, ImuStatesItsNoise) {
   options.rate_hz = 100;
   options.gyroscope.angle_random_walk_deg_sqrt_h = 0.6;
   const auto m = imu_message<Imu>({{3, 4}, "imu"}, sample(), options);
-  for (const std::size_t i : {0U, 4U, 8U})
+  for (const std::size_t i : {0U, 4U, 8U}) {
     EXPECT_NEAR(std::sqrt(m.angular_velocity_covariance[i]), 1.74533e-3, 1e-8);
+  }
   EXPECT_EQ(m.angular_velocity_covariance[1], 0);
   EXPECT_GT(m.linear_acceleration_covariance[0], 0);
 }

@@ -65,8 +65,8 @@ class Drove {
     hosted->add(std::make_unique<Kept>(steps, bases));
   }
   void go_to(std::int64_t now_ns) {
-    hosted->follow(
-        now_ns, [this](std::int64_t at_ns, std::string& reason) { return truth->at(at_ns, reason); });
+    hosted->follow(now_ns,
+                   [this](std::int64_t at_ns, std::string& reason) { return truth->at(at_ns, reason); });
   }
   std::vector<simulation::Epoch> expected() {
     Collector collector;
@@ -90,8 +90,9 @@ void expect_same(const simulation::Epoch& a, const simulation::Epoch& b) {
   EXPECT_EQ(a.observed.time, b.observed.time);
   EXPECT_EQ(a.observed.fix.kind(), b.observed.fix.kind());
   EXPECT_LT((a.truth_ecef - b.truth_ecef).norm(), 1e-6);
-  if (b.observed.fix.solved())
+  if (b.observed.fix.solved()) {
     EXPECT_LT((a.observed.fix.position_ecef - b.observed.fix.position_ecef).norm(), 1e-3);
+  }
   ASSERT_EQ(a.observed.satellites.size(), b.observed.satellites.size());
   for (std::size_t s = 0; s < a.observed.satellites.size(); ++s) {
     EXPECT_EQ(a.observed.satellites[s].visibility, b.observed.satellites[s].visibility);

@@ -21,8 +21,9 @@ using testing::IsEmpty;
 constexpr std::int64_t kSecond = 1'000'000'000;
 
 TEST(TopicAddress, NamesATopicAsRosDoes) {
-  for (const char* name : {"rtcm", "/rtcm", "/ntrip_client/rtcm", "~/rtcm", "_a/b2"})
+  for (const char* name : {"rtcm", "/rtcm", "/ntrip_client/rtcm", "~/rtcm", "_a/b2"}) {
     EXPECT_EQ(topic_of(std::string("topic:") + name), name);
+  }
   EXPECT_EQ(topic_of("tcp://127.0.0.1:2102"), std::nullopt);
   for (const char* name : {"", "/", "rt cm", "2rtcm", "a//b", "rtcm/", "a__b", "~rtcm", "rtcm?"}) {
     EXPECT_THAT(canyon::test::refusal([&] { (void)topic_of(std::string("topic:") + name); }),

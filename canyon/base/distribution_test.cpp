@@ -19,7 +19,9 @@ TEST(Distribution, OfManyValuesIsNearlyThatOfAll) {
   for (std::size_t i = 0; i < 2 * Distribution::kExact; ++i) {
     values.push_back(std::exp(2 * stream.normal()));
     growing.add(values.back());
-    if (i + 1 == Distribution::kExact) EXPECT_EQ(growing.quantile(0.95), quantile(values, 0.95));
+    if (i + 1 == Distribution::kExact) {
+      EXPECT_EQ(growing.quantile(0.95), quantile(values, 0.95));
+    }
   }
   for (const double p : {0.0, 0.01, 0.5, 0.95, 0.999, 1.0}) {
     const double exact = *quantile(values, p);

@@ -50,8 +50,9 @@ Theirs random_value(std::mt19937_64& random, int levels) {
     }
     default: {
       Theirs object = Theirs::object();
-      for (auto n = random() % 5; n > 0; --n)
+      for (auto n = random() % 5; n > 0; --n) {
         object["k" + std::to_string(random() % 100)] = random_value(random, levels - 1);
+      }
       return object;
     }
   }

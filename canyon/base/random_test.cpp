@@ -65,8 +65,9 @@ TEST(RandomStream, StreamsOfOtherKeysAndSeedsAreUncorrelated) {
                                                                   {0, "rover/G05/code"},
                                                                   {1U << 31, "rover/G05/code"},
                                                                   {1, ""}};
-  for (const auto& [seed, key] : others)
+  for (const auto& [seed, key] : others) {
     EXPECT_LT(std::abs(correlation(reference, normals(seed, key, n))), kSigmas / std::sqrt(n)) << seed << key;
+  }
 }
 
 TEST(RandomStream, UniformFillsItsBinsEvenly) {

@@ -44,6 +44,12 @@ std::optional<double> median(std::span<const double> values) {
   return quantile(values, 0.5);
 }
 
+double upper_median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 double normal_probability(double x) {
   return boost::math::erfc(-x / boost::math::constants::root_two<double>()) / 2;
 }

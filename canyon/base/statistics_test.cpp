@@ -54,8 +54,9 @@ TEST(NormalQuantile, EqualsScipy) {
 }
 
 TEST(NormalProbability, IsTheQuantilesInverse) {
-  for (const double p : {1e-12, 1e-3, 0.1, 0.5, 0.9, 0.999})
+  for (const double p : {1e-12, 1e-3, 0.1, 0.5, 0.9, 0.999}) {
     EXPECT_NEAR(normal_probability(normal_quantile(p)), p, 1e-14 * p + 1e-15) << p;
+  }
 }
 
 // Shape 1 is the exponential distribution: P = 1 - exp(-x).
@@ -86,9 +87,11 @@ TEST(ChiSquareQuantile, IsThatOfTheTables) {
       {50, {63.167, 67.505, 71.420, 76.154, 86.661}},
       {100, {118.498, 124.342, 129.561, 135.807, 149.449}},
   };
-  for (const Entry& entry : table)
-    for (int i = 0; i < 5; ++i)
+  for (const Entry& entry : table) {
+    for (int i = 0; i < 5; ++i) {
       EXPECT_NEAR(chi_square_quantile(kAbove[i], entry.degrees), entry.at[i], 6e-4) << entry.degrees;
+    }
+  }
 }
 
 // Two degrees: exp(-x / 2). One degree: both tails of a normal variable; x = z^2 with P(|Z| > z).

@@ -191,7 +191,9 @@ TEST(TextFile, StreamsEveryLineAcrossChunks) {
   write(folder / "lines.txt", text + "last");
   TextFile lines = TextFile::streamed(folder / "lines.txt");
   for (int i = 0; i < 20000; ++i) {
-    if (i % 70 == 0) ASSERT_EQ(lines.peek_line(), expected(i));
+    if (i % 70 == 0) {
+      ASSERT_EQ(lines.peek_line(), expected(i));
+    }
     ASSERT_EQ(lines.next_line(), expected(i));
     ASSERT_EQ(lines.line(), i + 1);
     if (i % 100 == 0) {
@@ -278,8 +280,9 @@ TEST(TextFile, ReadsCompressAndZip) {
   for (const auto& [packed, plain] :
        {std::pair<const char*, const char*>{"containers/good.n.Z", "text-bom/good.n"},
         {"containers/good.n.zip", "text-bom/good.n"},
-        {"containers/day1.sp3.Z", "sp3-two-days/day1.sp3"}})
+        {"containers/day1.sp3.Z", "sp3-two-days/day1.sp3"}}) {
     EXPECT_EQ(TextFile(test::case_file(packed)).text(), TextFile(test::case_file(plain)).text()) << packed;
+  }
   const std::string whole = [] {
     std::ifstream in(test::case_file("containers/day1.sp3.Z"), std::ios::binary);
     return std::string(std::istreambuf_iterator<char>(in), {});

@@ -63,8 +63,9 @@ TEST(Text, ParseDoubleGivesTheNearestDouble) {
 TEST(Text, ParseDoubleRefusesEverythingElse) {
   for (const char* text :
        {"",    " ",   "abc", "1.5x",     "1 2",  "--1",   "1e",    "e5",     "D5",    "1.2.3", "1,5",
-        "nan", "NaN", "inf", "infinity", "0x10", "0x1p3", "1e999", "-1e999", "1_000", "$",     "."})
+        "nan", "NaN", "inf", "infinity", "0x10", "0x1p3", "1e999", "-1e999", "1_000", "$",     "."}) {
     EXPECT_EQ(parse_double(text), std::nullopt) << '"' << text << '"';
+  }
   EXPECT_EQ(parse_double(std::string(80, '1')), std::nullopt);
   EXPECT_EQ(parse_double(std::string_view("1\0002", 3)), std::nullopt);
 }
@@ -87,8 +88,9 @@ TEST(Text, ParseIntegerReadsWholeIntegersOnly) {
   EXPECT_EQ(parse_integer("9223372036854775807"), std::numeric_limits<long long>::max());
   EXPECT_EQ(parse_integer("-9223372036854775808"), std::numeric_limits<long long>::min());
   for (const char* text :
-       {"", " ", "+", "-", "+-5", "-+5", "++5", "1.0", "1e3", "0x10", "12a", "1 2", "9223372036854775808"})
+       {"", " ", "+", "-", "+-5", "-+5", "++5", "1.0", "1e3", "0x10", "12a", "1 2", "9223372036854775808"}) {
     EXPECT_EQ(parse_integer(text), std::nullopt) << '"' << text << '"';
+  }
 }
 
 TEST(Text, ColumnGivesWhatThereIs) {

@@ -229,38 +229,20 @@ TEST(CityFile, ChecksWhatAGoodChecksumHides) {
   const auto error = [&](int block, auto change) {
     return error_of(folder / "b.canyon", with_block(bytes, block, change));
   };
-  EXPECT_EQ(error(
-                0, [](std::string&) {}),
-            "");
-  EXPECT_THAT(error(
-                  0, [](std::string& raw) { raw[0] = 99; }),
-              HasSubstr("'vertices' is damaged"));
-  EXPECT_THAT(error(
-                  0, [](std::string& raw) { raw[15] = 1; }),
-              HasSubstr("do not cover"));
-  EXPECT_THAT(error(
-                  0, [](std::string& raw) { raw.resize(30); }),
-              HasSubstr("ends early"));
-  EXPECT_THAT(error(
-                  0, [](std::string& raw) { raw[48 + 3] = 0x7F; }),
-              HasSubstr("a text is longer"));
-  EXPECT_THAT(error(
-                  0, [](std::string& raw) { raw[23] = 0x7F; }),
-              HasSubstr("latitude"));
-  EXPECT_THAT(error(
-                  0, [](std::string& raw) { raw += "x"; }),
-              HasSubstr("data follow its end"));
-  EXPECT_THAT(error(
-                  1, [](std::string& raw) { raw.pop_back(); }),
-              HasSubstr("'vertices' is damaged"));
-  EXPECT_THAT(
-      error(
-          1,
-          [](std::string& raw) { raw.replace(raw.size() / 8 * 6, raw.size() / 4, raw.size() / 4, '\x7F'); }),
-      HasSubstr("vertex"));
-  EXPECT_THAT(error(
-                  2, [](std::string& raw) { raw[5] = 77; }),
-              HasSubstr("names vertex"));
+  EXPECT_EQ(error(0, [](std::string&) {}), "");
+  EXPECT_THAT(error(0, [](std::string& raw) { raw[0] = 99; }), HasSubstr("'vertices' is damaged"));
+  EXPECT_THAT(error(0, [](std::string& raw) { raw[15] = 1; }), HasSubstr("do not cover"));
+  EXPECT_THAT(error(0, [](std::string& raw) { raw.resize(30); }), HasSubstr("ends early"));
+  EXPECT_THAT(error(0, [](std::string& raw) { raw[48 + 3] = 0x7F; }), HasSubstr("a text is longer"));
+  EXPECT_THAT(error(0, [](std::string& raw) { raw[23] = 0x7F; }), HasSubstr("latitude"));
+  EXPECT_THAT(error(0, [](std::string& raw) { raw += "x"; }), HasSubstr("data follow its end"));
+  EXPECT_THAT(error(1, [](std::string& raw) { raw.pop_back(); }), HasSubstr("'vertices' is damaged"));
+  EXPECT_THAT(error(1,
+                    [](std::string& raw) {
+                      raw.replace(raw.size() / 8 * 6, raw.size() / 4, raw.size() / 4, '\x7F');
+                    }),
+              HasSubstr("vertex"));
+  EXPECT_THAT(error(2, [](std::string& raw) { raw[5] = 77; }), HasSubstr("names vertex"));
   EXPECT_THAT(error(3, [](std::string& raw) { raw[5] = 77; }), HasSubstr("material 77"));
 }
 
@@ -282,8 +264,9 @@ TEST(CityFile, NeverReadsADamagedFileAsAnother) {
   const City city = small_city();
   write_city_file(folder / "c.canyon", city);
   const std::string bytes = read_bytes(folder / "c.canyon");
-  for (std::size_t size = 0; size < bytes.size(); ++size)
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
     ASSERT_NE(error_of(folder / "f.canyon", bytes.substr(0, size)), "") << size;
+  }
   std::mt19937_64 random(20260101);
   for (int round = 0; round < 500; ++round) {
     std::string bad = bytes;
@@ -295,8 +278,9 @@ TEST(CityFile, NeverReadsADamagedFileAsAnother) {
   // A change under good checksums may give another city; that city must then be sound.
   for (int round = 0; round < 500; ++round) {
     const std::string bad = with_block(bytes, static_cast<int>(random() % 4), [&](std::string& raw) {
-      for (std::uint64_t n = 1 + random() % 3; n > 0 && !raw.empty(); --n)
+      for (std::uint64_t n = 1 + random() % 3; n > 0 && !raw.empty(); --n) {
         raw[random() % raw.size()] = static_cast<char>(random());
+      }
       if (random() % 4 == 0) raw.resize(random() % (raw.size() + 1));
     });
     write_bytes(folder / "f.canyon", bad);

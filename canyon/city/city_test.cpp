@@ -89,8 +89,9 @@ TEST(AppendBox, YawTurnsCounterClockwise) {
   append_box(mesh, "box", Surface::Building, Material::Unknown, {-10, -1, 0}, {10, 1, 1}, 0.1);
   // The east end's middle (10, 0) goes to (10 cos, 10 sin): north of the axis.
   double north_of_east_end = 0;
-  for (const auto& v : mesh.vertices)
+  for (const auto& v : mesh.vertices) {
     if (v.x() > 5) north_of_east_end += v.y() / 4;
+  }
   EXPECT_NEAR(north_of_east_end, 10 * std::sin(0.1), 1e-12);
 }
 

@@ -51,7 +51,9 @@ Material wall_material(const Mesh& mesh, const Object& object) {
   std::optional<Material> found;
   for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
     if (level(mesh, t)) continue;
-    if (found) EXPECT_EQ(*found, mesh.materials[t]) << object.name;
+    if (found) {
+      EXPECT_EQ(*found, mesh.materials[t]) << object.name;
+    }
     found = mesh.materials[t];
   }
   return found.value();
@@ -72,8 +74,9 @@ TEST(Facades, ByDefaultAreThoseOfTheBuildingsHeight) {
   }
   (void)dress_facades(city, {}, false, 1);
   std::array<int, 2> metal{};
-  for (std::size_t i = 0; i < city.mesh.objects.size(); ++i)
+  for (std::size_t i = 0; i < city.mesh.objects.size(); ++i) {
     metal.at(i / kCount) += wall_material(city.mesh, city.mesh.objects[i]) == Material::Metal;
+  }
   EXPECT_EQ(metal[0], 0) << "10 m: traditional, whatever the ground's height";
   EXPECT_NEAR(metal[1], 0.14 * kCount, 4 * std::sqrt(0.14 * 0.86 * kCount)) << "60 m";
 }
@@ -129,10 +132,11 @@ TEST(Facades, RoofsFloorsGroundAndVehiclesStay) {
   for (const Object& object : city.mesh.objects) {
     for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
       const bool wall = object.surface == Surface::Building && object.name != "roof" && !level(city.mesh, t);
-      if (wall)
+      if (wall) {
         EXPECT_EQ(city.mesh.materials[t], Material::Metal) << object.name;
-      else
+      } else {
         EXPECT_NE(city.mesh.materials[t], Material::Metal) << object.name;
+      }
     }
   }
 }

@@ -23,7 +23,9 @@ using canyon::test::TemporaryFolder;
 /// Loads a file; fails the test at every error and warning that SDFormat reports.
 sdf::Root load(const std::filesystem::path& path) {
   sdf::Root root;
-  for (const sdf::Error& error : root.Load(path.string())) ADD_FAILURE() << path << ": " << error.Message();
+  for (const sdf::Error& error : root.Load(path.string())) {
+    ADD_FAILURE() << path << ": " << error.Message();
+  }
   return root;
 }
 

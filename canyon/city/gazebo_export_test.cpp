@@ -60,8 +60,9 @@ TEST(GazeboExport, ModelRoundTrip) {
   const TemporaryFolder folder;
   const City city = odd_city();
   write_gazebo_model(folder / "town", city);
-  for (const auto& path : {folder / "town", folder / "town" / "model.sdf", folder.path() / "town" / ""})
+  for (const auto& path : {folder / "town", folder / "town" / "model.sdf", folder.path() / "town" / ""}) {
     EXPECT_EQ(difference_of(by_name(city), by_name(read_gazebo_world(path)), 1e-4), "") << path;
+  }
 }
 
 TEST(GazeboExport, WorldWithoutTerrainGetsAPlaneThatIsNotPartOfTheCity) {

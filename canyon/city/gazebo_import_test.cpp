@@ -109,8 +109,9 @@ TEST_F(GazeboImport, ReadsPrimitivesNestedModelsAndSurfaces) {
   for (const std::size_t object : {2U, 3U, 4U}) {
     double top = 0;
     const Object& o = city.mesh.objects[object];
-    for (std::uint32_t t = o.first_triangle; t < o.first_triangle + o.triangle_count; ++t)
+    for (std::uint32_t t = o.first_triangle; t < o.first_triangle + o.triangle_count; ++t) {
       for (const std::uint32_t v : city.mesh.triangles[t]) top = std::max(top, city.mesh.vertices[v].z());
+    }
     EXPECT_NEAR(top, 20, 1e-12) << o.name;
   }
   const CitySummary summary = summarize(city);
@@ -139,8 +140,9 @@ TEST_F(GazeboImport, ReadsMeshesWithScaleAndMirror) {
   EXPECT_LT((city.bounds().min - Eigen::Vector3d(-2, 0, 0)).norm(), 1e-6);
   EXPECT_LT((city.bounds().max - Eigen::Vector3d(0, 3, 4)).norm(), 1e-6);
   double volume = 0;
-  for (const auto& [a, b, c] : city.mesh.triangles)
+  for (const auto& [a, b, c] : city.mesh.triangles) {
     volume += city.mesh.vertices[a].dot(city.mesh.vertices[b].cross(city.mesh.vertices[c])) / 6;
+  }
   EXPECT_NEAR(volume, 4, 1e-6);  // 24 / 6, positive: front sides still look out
   EXPECT_EQ(city.mesh.objects[0].name, "m::link::c::wing");
 }

@@ -20,8 +20,9 @@ using testing::IsEmpty;
 /// Triangles' own: positive where front sides look outwards.
 double volume_of(const Mesh& mesh) {
   double volume = 0;
-  for (const auto& [a, b, c] : mesh.triangles)
+  for (const auto& [a, b, c] : mesh.triangles) {
     volume += mesh.vertices[a].dot(mesh.vertices[b].cross(mesh.vertices[c])) / 6;
+  }
   return volume;
 }
 
@@ -185,8 +186,9 @@ TEST_F(LinkShapesTest, RowsOfHeightsRunAsTheHostSays) {
     const Mesh mesh = shapes_.take();
     EXPECT_EQ(mesh.objects.at(0).surface, Surface::Terrain);
     ASSERT_EQ(mesh.triangles.size(), 4U);
-    for (const auto& [a, b, c] : mesh.triangles)
+    for (const auto& [a, b, c] : mesh.triangles) {
       EXPECT_GT((mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]).z(), 0);
+    }
     for (const Vector3d& v : mesh.vertices) {
       const double column = (v.x() - 90) / 10, from_south = (v.y() - 195) / 10;
       EXPECT_NEAR(v.z(), 300 + column + 10 * (north_first ? 1 - from_south : from_south), 1e-12);

@@ -212,8 +212,9 @@ TEST(MeshExportFormats, GlbKeepsTheStandard) {
           high[0] + t[0].get<double>(), -low[2] - t[2].get<double>(), high[1] + t[1].get<double>()));
       const auto& index = accessors[primitive["indices"].get<std::size_t>()];
       const std::size_t indices = start_of(index);
-      for (std::size_t i = 0; i < index["count"].get<std::size_t>(); ++i)
+      for (std::size_t i = 0; i < index["count"].get<std::size_t>(); ++i) {
         EXPECT_LT(u32_at(bytes, indices + 4 * i), count);
+      }
       triangles += index["count"].get<std::size_t>() / 3;
       EXPECT_LT(primitive["material"].get<std::size_t>(), json["materials"].size());
     }
@@ -258,8 +259,9 @@ TEST(MeshExportFormats, ObjHoldsMicrometres) {
   }
   EXPECT_NEAR(area, expected, 1e-9 * expected);
   const std::string library = read_bytes(folder / "a.mtl");
-  for (const Material material : materials_of(city.mesh))
+  for (const Material material : materials_of(city.mesh)) {
     EXPECT_THAT(library, HasSubstr("newmtl " + std::string(material_name(material)) + "\n"));
+  }
 }
 
 TEST(MeshExportFormats, ColladaIsWellFormed) {
@@ -293,8 +295,9 @@ TEST(MeshMarks, NodeNamesComeBack) {
 }
 
 TEST(MeshMarks, MaterialsHaveNamesOfTheirOwn) {
-  for (int i = 0; i <= static_cast<int>(Material::Foliage); ++i)
+  for (int i = 0; i <= static_cast<int>(Material::Foliage); ++i) {
     EXPECT_EQ(material_by_name(material_name(static_cast<Material>(i))), static_cast<Material>(i));
+  }
   EXPECT_EQ(material_by_name("chocolate"), Material::Unknown);
 }
 

@@ -106,8 +106,9 @@ std::string ply(const Soup& soup) {
                      "\nproperty list uchar int vertex_indices\nend_header\n";
   for (const auto& v : soup.vertices)
     text += number(v.x()) + " " + number(v.y()) + " " + number(v.z()) + "\n";
-  for (const auto& t : soup.triangles)
+  for (const auto& t : soup.triangles) {
     text += "3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) + "\n";
+  }
   return text;
 }
 
@@ -158,8 +159,9 @@ std::string stl_binary(const Soup& soup) {
   put(bytes, static_cast<std::uint32_t>(soup.triangles.size()));
   for (const auto& t : soup.triangles) {
     for (int k = 0; k < 3; ++k) put(bytes, 0.0F);
-    for (const std::uint32_t i : t)
+    for (const std::uint32_t i : t) {
       for (int k = 0; k < 3; ++k) put(bytes, static_cast<float>(soup.vertices[i][k]));
+    }
     put(bytes, std::uint16_t{0});
   }
   return bytes;
@@ -167,10 +169,12 @@ std::string stl_binary(const Soup& soup) {
 
 std::string gltf_buffer(const Soup& soup) {
   std::string bytes;
-  for (const auto& v : soup.vertices)
+  for (const auto& v : soup.vertices) {
     for (int k = 0; k < 3; ++k) put(bytes, static_cast<float>(v[k]));
-  for (const auto& t : soup.triangles)
+  }
+  for (const auto& t : soup.triangles) {
     for (const std::uint32_t i : t) put(bytes, static_cast<std::uint16_t>(i));
+  }
   while (bytes.size() % 4 != 0) bytes += '\0';
   return bytes;
 }
@@ -240,8 +244,9 @@ std::string dae(const std::vector<DaeNode>& nodes,
                  id + "-fx\"/></material>";
     geometries += "<geometry id=\"" + id + "\"><mesh><source id=\"" + id + "-p\"><float_array id=\"" + id +
                   "-a\" count=\"" + std::to_string(node.soup.vertices.size() * 3) + "\">";
-    for (const auto& v : node.soup.vertices)
+    for (const auto& v : node.soup.vertices) {
       geometries += number(v.x()) + " " + number(v.y()) + " " + number(v.z()) + " ";
+    }
     geometries += "</float_array><technique_common><accessor source=\"#" + id + "-a\" count=\"" +
                   std::to_string(node.soup.vertices.size()) +
                   "\" stride=\"3\"><param name=\"X\" type=\"float\"/><param name=\"Y\" type=\"float\"/>"
@@ -250,8 +255,9 @@ std::string dae(const std::vector<DaeNode>& nodes,
                   "-p\"/></vertices><triangles material=\"m\" count=\"" +
                   std::to_string(node.soup.triangles.size()) + "\"><input semantic=\"VERTEX\" source=\"#" +
                   id + "-v\" offset=\"0\"/><p>";
-    for (const auto& t : node.soup.triangles)
+    for (const auto& t : node.soup.triangles) {
       for (const std::uint32_t i : t) geometries += std::to_string(i) + " ";
+    }
     geometries += "</p></triangles></mesh></geometry>";
     scene += "<node id=\"" + node.name + "\" name=\"" + node.name + "\" type=\"NODE\"><matrix>" +
              node.matrix + "</matrix><instance_geometry url=\"#" + id +
@@ -271,8 +277,9 @@ std::string dae(const std::vector<DaeNode>& nodes,
 
 double volume(const Mesh& mesh) {
   double six_volumes = 0;
-  for (const auto& t : mesh.triangles)
+  for (const auto& t : mesh.triangles) {
     six_volumes += mesh.vertices[t[0]].dot(mesh.vertices[t[1]].cross(mesh.vertices[t[2]]));
+  }
   return six_volumes / 6;
 }
 
@@ -710,10 +717,12 @@ TEST_F(MeshFiles, DamagedFiles) {
   EXPECT_EQ(read_mesh_city(write("wide.obj", wide), {}).mesh.triangles.size(), 1U);
   EXPECT_EQ(read_mesh_city(write("mark.obj", "\xef\xbb\xbf" + triangle), {}).mesh.triangles.size(), 1U);
   for (const char* name :
-       {"garbage.dae", "garbage.obj", "garbage.stl", "garbage.gltf", "garbage.glb", "garbage.ply"})
+       {"garbage.dae", "garbage.obj", "garbage.stl", "garbage.gltf", "garbage.glb", "garbage.ply"}) {
     EXPECT_THAT(error_of(write(name, "this is no mesh at all, sorry\n\n\x01\x02\x7f")), HasSubstr(name));
-  for (const char* name : {"empty.dae", "empty.obj", "empty.stl", "empty.gltf", "empty.glb", "empty.ply"})
+  }
+  for (const char* name : {"empty.dae", "empty.obj", "empty.stl", "empty.gltf", "empty.glb", "empty.ply"}) {
     EXPECT_THAT(error_of(write(name, "")), HasSubstr(name));
+  }
   std::string missing_vertex = obj(box());
   missing_vertex += "f 1 2 999\n";
   EXPECT_THAT(error_of(write("index.obj", missing_vertex)), HasSubstr("index.obj:22: names vertex 999 of 8"));

@@ -7,8 +7,9 @@ namespace {
 
 TEST(HasWord, WholeWordsAndCamelCase) {
   for (const char* name :
-       {"terrain", "TERRAIN", "Terrain.001", "city_terrain", "flatTerrain2", "TerrainMesh", "3Terrain"})
+       {"terrain", "TERRAIN", "Terrain.001", "city_terrain", "flatTerrain2", "TerrainMesh", "3Terrain"}) {
     EXPECT_TRUE(has_word(name, "terrain")) << name;
+  }
   for (const char* name : {"subterrain", "terrains", "terra", "", "house"})
     EXPECT_FALSE(has_word(name, "terrain")) << name;
   EXPECT_FALSE(has_word("Academy", "dem"));

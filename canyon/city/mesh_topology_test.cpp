@@ -77,8 +77,9 @@ TEST(OrientOutwards, TurnsAnyMixture) {
     // All patterns of wrong triangles among the first ten; every other one right.
     for (unsigned pattern = 0; pattern < 1024; ++pattern) {
       solid.triangles = good;
-      for (unsigned t = 0; t < 10; ++t)
+      for (unsigned t = 0; t < 10; ++t) {
         if ((pattern >> t & 1U) != 0) std::swap(solid.triangles[t][1], solid.triangles[t][2]);
+      }
       const OrientedSolids result = orient_outwards(solid.vertices, solid.triangles);
       EXPECT_TRUE(result.closed) << pattern;
       EXPECT_NEAR(result.volume_m3, 24, 1e-12) << pattern;

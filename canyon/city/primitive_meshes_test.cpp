@@ -18,15 +18,17 @@ using geodesy::kPi;
 
 double area_of(const TriangleSet& set) {
   double area = 0;
-  for (const auto& [a, b, c] : set.triangles)
+  for (const auto& [a, b, c] : set.triangles) {
     area += (set.vertices[b] - set.vertices[a]).cross(set.vertices[c] - set.vertices[a]).norm() / 2;
+  }
   return area;
 }
 
 double volume_of(const TriangleSet& set) {
   double volume = 0;
-  for (const auto& [a, b, c] : set.triangles)
+  for (const auto& [a, b, c] : set.triangles) {
     volume += set.vertices[a].dot(set.vertices[b].cross(set.vertices[c])) / 6;
+  }
   return volume;
 }
 

@@ -86,8 +86,9 @@ TEST(SyntheticCity, BuildingsStayInTheirBlocksAndApart) {
   options.blocks_north = 4;
   const City city = synthetic_city(options);
   std::vector<Box> boxes;
-  for (const Object& object : city.mesh.objects)
+  for (const Object& object : city.mesh.objects) {
     if (is_building(object)) boxes.push_back(footprint(city.mesh, object));
+  }
   ASSERT_GE(boxes.size(), 20U);
   for (std::size_t a = 0; a < boxes.size(); ++a) {
     EXPECT_GE(boxes[a].max.z(), options.min_height_m);
@@ -183,8 +184,11 @@ TEST(SyntheticCity, ExtremesOfItsOptions) {
   options.street_width_m = 100;
   options.min_height_m = options.max_height_m = 1000;
   const City city = synthetic_city(options);
-  for (const Object& object : city.mesh.objects)
-    if (is_building(object)) EXPECT_EQ(unpaired_edges(city.mesh, object), 0U) << object.name;
+  for (const Object& object : city.mesh.objects) {
+    if (is_building(object)) {
+      EXPECT_EQ(unpaired_edges(city.mesh, object), 0U) << object.name;
+    }
+  }
 }
 
 TEST(SyntheticCity, RefusesOptionsOutsideTheirBounds) {

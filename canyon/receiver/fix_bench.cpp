@@ -54,8 +54,9 @@ void solve_fix_of_satellites(benchmark::State& state) {
   Receiver receiver(options(), 1);
   const ReceiverEpoch seen = epoch(receiver, views(static_cast<std::size_t>(state.range(0))));
   std::vector<positioning::Measurement> measurements;
-  for (const SatelliteObservation& each : seen.satellites)
+  for (const SatelliteObservation& each : seen.satellites) {
     if (each.measurement) measurements.push_back(*each.measurement);
+  }
   const Eigen::Vector3d start =
       state.range(1) != 0 ? kFrame.ecef_from_local({60, 60, -40}) : Eigen::Vector3d::Zero();
   positioning::Fix fix;

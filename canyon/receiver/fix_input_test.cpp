@@ -50,10 +50,11 @@ SatelliteObservation observe(const std::vector<Made>& signals, double ionosphere
       m.phase_since = since;
       observed.measurement = m;
     }
-    if (i == 0)
+    if (i == 0) {
       static_cast<SignalObservation&>(satellite) = observed;
-    else
+    } else {
       satellite.more.push_back(observed);
+    }
   }
   return satellite;
 }
@@ -78,7 +79,9 @@ TEST(FixInput, TakesTheSignalsThatItIsTold) {
     options.fix_input.uses = std::move(uses);
     options.fix.cn0_mask_dbhz = 30;
     const auto chosen = FixInput(options).next(observe(signals, 0, state), state, kStart, 0);
-    if (chosen) EXPECT_NEAR(cleaned_m(*chosen, state), kRange_m, 1e-8);
+    if (chosen) {
+      EXPECT_NEAR(cleaned_m(*chosen, state), kRange_m, 1e-8);
+    }
     return chosen ? chosen->measurement.carrier_frequency_hz : 0;
   };
   EXPECT_EQ(first({}, {{"L1CA"}, {"L5"}}), 1575.42e6);

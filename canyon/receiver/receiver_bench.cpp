@@ -65,8 +65,9 @@ std::vector<SatelliteView> street(int paths, int k) {
       path.arrival_elevation_rad = view.line.elevation_rad;
       view.paths.paths.push_back(path);
     }
-    for (int i = direct ? 1 : 0; i < paths; ++i)
+    for (int i = direct ? 1 : 0; i < paths; ++i) {
       view.paths.paths.push_back(path_of(i, view.line.elevation_rad, 3 + 13.0 * i + 0.7 * (k % 10)));
+    }
     view.paths.visibility = direct ? Visibility::LOSMultipath : Visibility::NLOS;
     views.push_back(view);
   }
@@ -85,8 +86,9 @@ void epoch_of_50_satellites(benchmark::State& state) {
   Receiver receiver(options, 1);
   const Eigen::Matrix3d ecef_from_enu = geodesy::LocalFrame(kPlace).ecef_from_local_rotation();
   std::vector<propagation::Arrival> drive;
-  for (int k = 0; k < 10; ++k)
+  for (int k = 0; k < 10; ++k) {
     drive.push_back({raytrace::Placement::Free, street(static_cast<int>(state.range(0)), k), ecef_from_enu});
+  }
   const Eigen::Vector3d start = geodesy::ecef_from_geodetic(kPlace);
   const Eigen::Vector3d velocity = ecef_from_enu * Eigen::Vector3d(8, 6, 0);
   std::int64_t k = 0;

@@ -207,10 +207,11 @@ TEST(ReceiverInterference, GainControlAndBands) {
   for (std::size_t i = 0; i < epoch.satellites.size(); ++i) {
     const SatelliteObservation &jammed = epoch.satellites[i], &free = clear_epoch.satellites[i];
     const double loss_db = *free.cn0_dbhz - *jammed.cn0_dbhz;
-    if (jammed.id.system == System::GLONASS)
+    if (jammed.id.system == System::GLONASS) {
       EXPECT_NEAR(loss_db, 0, 1e-9);
-    else
+    } else {
       EXPECT_GT(loss_db, 5);
+    }
   }
 }
 
@@ -271,7 +272,9 @@ TEST(ReceiverInterference, LosesLockAndFindsItAgain) {
     const SatelliteObservation seen = observe_amid(receiver, one_satellite(), t, waves).satellites.front();
     // An update tells the state since the one before: 2 s of search begin at 19 s.
     EXPECT_EQ(seen.lock == tracking::LockState::Tracking, t < 10 || t >= 21) << t;
-    if (t >= 5 && t < 10) EXPECT_NEAR(*seen.cn0_dbhz, clear_cn0_dbhz() - 30.0, 0.05);
+    if (t >= 5 && t < 10) {
+      EXPECT_NEAR(*seen.cn0_dbhz, clear_cn0_dbhz() - 30.0, 0.05);
+    }
   }
 }
 

@@ -92,7 +92,9 @@ TEST(ReceiverPhase, PhaseFollowsTheTrackedPath) {
           return {mirror_path({0, -1, 0}, excess, 0.5)};
         });
     const double offset = *seen.measurement->carrier_phase_cycles - excess / kWavelength_m;
-    if (before) EXPECT_NEAR(offset, *before, 1e-5);
+    if (before) {
+      EXPECT_NEAR(offset, *before, 1e-5);
+    }
     before = offset;
     EXPECT_EQ(*seen.measurement->phase_since, kTime);
   }

@@ -335,7 +335,9 @@ TEST(ReceiverSignal, DiffuseSignalsAreWeakAndRayleigh) {
     mean += power / kCount;
     square += power * power / kCount;
     below += power < std::log(2.0);
-    if (seed < 5) EXPECT_NEAR(*observe_one(receiver, 1, scattered).cn0_dbhz, *seen.cn0_dbhz, 1e-9);
+    if (seed < 5) {
+      EXPECT_NEAR(*observe_one(receiver, 1, scattered).cn0_dbhz, *seen.cn0_dbhz, 1e-9);
+    }
   }
   EXPECT_NEAR(mean, 1, 5 / std::sqrt(kCount));
   EXPECT_NEAR(square, 2, 5 * std::sqrt(20.0 / kCount));
@@ -468,7 +470,9 @@ TEST(ReceiverSignal, StrengthMaskKeepsWeakSignalsOutOfTheFix) {
   options.signal.lock.acquisition_threshold_dbhz = options.signal.lock.tracking_threshold_dbhz = 10;
   Receiver receiver(options, 1);
   std::vector<SatelliteView> views = open_sky(four_systems(), kTime, kAntenna);
-  for (std::size_t k = 0; k < views.size(); k += 4) arrive(views[k], {mirror_path({0, -1, 0}, 30, 0.1)});
+  for (std::size_t k = 0; k < views.size(); k += 4) {
+    arrive(views[k], {mirror_path({0, -1, 0}, 30, 0.1)});
+  }
   const ReceiverEpoch epoch = observe(receiver, four_systems(), kTime, views);
   ASSERT_TRUE(epoch.fix.solved());
   int weak = 0;
@@ -501,14 +505,17 @@ TEST(ReceiverSignal, PositionFilterAnswersForTheFix) {
     const ReceiverEpoch epoch = observe(bare, six_satellites(), time, views);
     const ReceiverEpoch answer = observe(smooth, six_satellites(), time, views);
     std::vector<positioning::Measurement> measurements;
-    for (const SatelliteObservation& seen : answer.satellites)
+    for (const SatelliteObservation& seen : answer.satellites) {
       if (seen.measurement) measurements.push_back(*seen.measurement);
+    }
     const positioning::Fix expected =
         filter.update(answer.receiver_time, measurements, six_satellites(), epoch.fix);
     EXPECT_EQ(epoch.fix.solved(), i != 15) << i;
     ASSERT_TRUE(answer.fix.solved()) << i;
     EXPECT_EQ(answer.fix.position_ecef, expected.position_ecef) << i;
-    if (i > 0) EXPECT_NE(answer.fix.position_ecef, epoch.fix.position_ecef) << i;
+    if (i > 0) {
+      EXPECT_NE(answer.fix.position_ecef, epoch.fix.position_ecef) << i;
+    }
     for (const SatelliteObservation& seen : answer.satellites) {
       EXPECT_EQ(seen.used,
                 std::find(expected.used.begin(), expected.used.end(), seen.id) != expected.used.end());

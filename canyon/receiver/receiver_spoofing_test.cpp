@@ -281,15 +281,17 @@ TEST(ReceiverSpoofing, CopiesAreNoiseToOtherCodes) {
   none.satellites = {"S39"};  // there is none
   gnss::SatelliteId copied;
   const Seen before = Victim(none, plain()).after(0);
-  for (const SatelliteObservation& each : before.epoch.satellites)
+  for (const SatelliteObservation& each : before.epoch.satellites) {
     if (each.id.system == System::GPS && each.elevation_rad > 0.3) copied = each.id;
+  }
   spoofing.satellites = {gnss::to_string(copied)};
   const Seen after = Victim(spoofing, plain()).after(0);
   const double noise = 1.380649e-23 * (211 + 290 * (std::pow(10, 0.2) - 1));
   double copy_dbw = 0;
-  for (const SatelliteView& view : after.arrival.views)
+  for (const SatelliteView& view : after.arrival.views) {
     if (view.line.id == copied)
       copy_dbw = -158.5 + 3 + signal::elevation_rise_db(view.line.elevation_rad) + 40;
+  }
   const double factor = 1 + std::pow(10, copy_dbw / 10) / noise * 2.0 / 3 / 1.023e6;
   EXPECT_GT(10 * std::log10(factor), 10);
   int compared = 0;

@@ -86,8 +86,9 @@ ReceiverOptions quiet() {
 }
 
 const SatelliteObservation* find(const ReceiverEpoch& epoch, gnss::SatelliteId id) {
-  for (const SatelliteObservation& each : epoch.satellites)
+  for (const SatelliteObservation& each : epoch.satellites) {
     if (each.id == id) return &each;
+  }
   return nullptr;
 }
 
@@ -125,8 +126,9 @@ void expect_truth_over(const orbit::Sky& sky, GpsTime begin, double hours, int l
     const Eigen::Vector3d true_velocity = geodesy::enu_from_ecef_rotation(epoch.fix.position) * velocity;
     worst_velocity = std::max(worst_velocity, (*epoch.fix.velocity_enu_mps - true_velocity).norm());
     worst_drift = std::max(worst_drift, std::abs(*epoch.fix.clock_drift - epoch.clock_drift));
-    for (const auto& [system, bias] : epoch.fix.clock_bias_s)
+    for (const auto& [system, bias] : epoch.fix.clock_bias_s) {
       worst_clock = std::max(worst_clock, std::abs(bias - epoch.clock_bias_s));
+    }
   }
   EXPECT_LT(worst_position, 1e-5);
   EXPECT_LT(worst_velocity, 1e-5);
@@ -203,8 +205,9 @@ double worst_doppler_difference(const std::function<Eigen::Vector3d(double)>& an
     const SatelliteObservation* before = find(epochs[0], now.id);
     const SatelliteObservation* after = find(epochs[2], now.id);
     if (!now.measurement || before == nullptr || after == nullptr || !before->measurement ||
-        !after->measurement)
+        !after->measurement) {
       continue;
+    }
     const double elapsed = 2 * kStep * (1 + clock_drift);
     const double rate = (after->measurement->pseudorange_m - before->measurement->pseudorange_m) / elapsed;
     const double doppler =
@@ -236,10 +239,11 @@ TEST(Receiver, DopplerIsTheRateOfThePseudorangeOfAReflection) {
     const Eigen::Vector3d at = drive(0) - 120 * normal;
     const auto mirror = [&](SatelliteView& view, const Eigen::Vector3d& antenna) {
       const Eigen::Vector3d s = kEcefFromEnu.transpose() * view.line.direction_ecef;
-      if (normal.dot(s) > 0.05)
+      if (normal.dot(s) > 0.05) {
         reflect(view, antenna, at, normal);
-      else
+      } else {
         block(view);
+      }
     };
     EXPECT_LT(worst_doppler_difference(drive, 1e-6, mirror), 1e-3) << azimuth;
   }
@@ -251,10 +255,12 @@ TEST(Receiver, ReflectedDopplerHasTheSignOfTheDirectionOfArrival) {
   const Eigen::Vector3d antenna(0, 0, 10);
   std::vector<SatelliteView> views = open_sky(four_systems(), kTime, kFrame.ecef_from_local(antenna));
   const SatelliteView* low = nullptr;
-  for (const SatelliteView& view : views)
+  for (const SatelliteView& view : views) {
     if (view.line.elevation_rad > geodesy::radians(12) &&
-        (low == nullptr || view.line.elevation_rad < low->line.elevation_rad))
+        (low == nullptr || view.line.elevation_rad < low->line.elevation_rad)) {
       low = &view;
+    }
+  }
   ASSERT_NE(low, nullptr);
   const Eigen::Vector3d towards = geodesy::enu_from_azimuth_elevation(low->line.azimuth_rad, 0);
   const auto doppler = [&](bool reflected, double speed) {
@@ -284,8 +290,9 @@ TEST(Receiver, ExcessPathIsAddedAndSaid) {
   const Eigen::Vector3d normal = Eigen::Vector3d::UnitX();
   std::size_t chosen = 0;
   while (views[chosen].line.elevation_rad < 0.3 ||
-         normal.dot(kEcefFromEnu.transpose() * views[chosen].line.direction_ecef) < 0.2)
+         normal.dot(kEcefFromEnu.transpose() * views[chosen].line.direction_ecef) < 0.2) {
     ++chosen;
+  }
   reflect(views[chosen], antenna, antenna - 25 * normal, normal);
   Receiver receiver(quiet(), 1);
   const ReceiverEpoch epoch = test::observe_views(receiver, kTime, ecef, kAtRest, views, kEcefFromEnu,
@@ -438,8 +445,9 @@ TEST(Receiver, ErrorsOfSpaceAreSharedByBandsAndReceivers) {
   options.orbit_errors = options.ionosphere = options.troposphere = false;
   options.decide(true, true);
   Receiver without(options, 1);
-  for (const SatelliteObservation& satellite : observe(without).satellites)
+  for (const SatelliteObservation& satellite : observe(without).satellites) {
     EXPECT_EQ(satellite.pseudorange_error_m, 0);
+  }
 }
 
 // One satellite's noise does not depend on which others are received.
@@ -549,14 +557,17 @@ TEST(Receiver, MeansDriftWhenSlowOrWithoutLineOfSight) {
 
   Receiver moving(options, 1);
   for (const SatelliteObservation& seen :
-       observe_open_sky(moving, four_systems(), kTime, ecef, fast).satellites)
+       observe_open_sky(moving, four_systems(), kTime, ecef, fast).satellites) {
     EXPECT_EQ(seen.noise_m, 0);
+  }
   // Moving, but only three satellites in line of sight.
   std::vector<SatelliteView> views = open_sky(four_systems(), kTime, ecef);
   int los = 0;
-  for (SatelliteView& view : views)
-    if (view.line.elevation_rad >= options.fix.elevation_mask_rad && ++los > 3)
+  for (SatelliteView& view : views) {
+    if (view.line.elevation_rad >= options.fix.elevation_mask_rad && ++los > 3) {
       reflect(view, {0, 0, 0}, {0, 0, -5}, {0, 0, 1});
+    }
+  }
   Receiver losing(options, 1);
   const ReceiverEpoch epoch =
       test::observe_views(losing, kTime, ecef, fast, views, kEcefFromEnu, Placement::Free, four_systems());

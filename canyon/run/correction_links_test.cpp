@@ -26,8 +26,9 @@ class Collector final : public EpochSink {
   std::vector<Epoch> epochs;
   [[nodiscard]] std::vector<const Epoch*> of(std::size_t receiver) const {
     std::vector<const Epoch*> found;
-    for (const Epoch& epoch : epochs)
+    for (const Epoch& epoch : epochs) {
       if (epoch.receiver == receiver) found.push_back(&epoch);
+    }
     return found;
   }
 };

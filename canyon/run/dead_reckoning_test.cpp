@@ -61,7 +61,9 @@ TEST(DeadReckoningRun, CoastsThroughAnOutage) {
     const positioning::Fix& fix = epoch.observed.fix;
     const double t_s = epoch.truth.time - simulation.begin();
     ASSERT_TRUE(fix.fusion) << t_s;
-    if (t_s < 9) EXPECT_EQ(fix.fusion->phase, FusionPhase::Initialising);
+    if (t_s < 9) {
+      EXPECT_EQ(fix.fusion->phase, FusionPhase::Initialising);
+    }
     if (t_s < 25) continue;
     ASSERT_TRUE(fix.solved()) << t_s;
     if (t_s < 54.9) before = epoch.error_enu_m;

@@ -44,8 +44,8 @@ propagation::Interference white(double share) {
   return wave;
 }
 disturbance::DisturbanceSource noise(double share) {
-  return canyon::test::always(
-      "noise", [share](Arrival& arrival) { arrival.interference.push_back(white(share)); });
+  return canyon::test::always("noise",
+                              [share](Arrival& arrival) { arrival.interference.push_back(white(share)); });
 }
 
 Scenario street(std::vector<disturbance::DisturbanceSource> disturbances, bool strength = true) {
@@ -112,8 +112,9 @@ class Host {
 };
 
 const receiver::SatelliteObservation* find(const Epoch& epoch, gnss::SatelliteId id) {
-  for (const receiver::SatelliteObservation& each : epoch.observed.satellites)
+  for (const receiver::SatelliteObservation& each : epoch.observed.satellites) {
     if (each.id == id) return &each;
+  }
   return nullptr;
 }
 
@@ -246,8 +247,7 @@ TEST(Disturbances, HaveMemoryAndSeedsOfTheirOwn) {
     double share_ = 0;
   };
   const disturbance::DisturbanceSource wandering{
-      "wandering noise",
-      [](std::uint64_t seed, const std::string& receiver) {
+      "wandering noise", [](std::uint64_t seed, const std::string& receiver) {
         return std::make_unique<Wandering>(RandomStream(seed, receiver + "/wandering noise"));
       }};
   const auto levels = [](const std::vector<Epoch>& epochs) {
@@ -280,9 +280,9 @@ TEST(Disturbances, HaveMemoryAndSeedsOfTheirOwn) {
 }
 
 TEST(Disturbances, ThatAreNotMadeAreNamed) {
-  const disturbance::DisturbanceSource broken{
-      "broken",
-      [](std::uint64_t, const std::string&) { return std::unique_ptr<disturbance::Disturbance>(); }};
+  const disturbance::DisturbanceSource broken{"broken", [](std::uint64_t, const std::string&) {
+                                                return std::unique_ptr<disturbance::Disturbance>();
+                                              }};
   EXPECT_THAT(test::error_of([&] { (void)simulated({broken}); }).what(), HasSubstr("'broken'"));
 }
 

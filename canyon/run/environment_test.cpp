@@ -179,8 +179,9 @@ TEST(Environment, SatellitesAreAscendingAndAboveTheHorizon) {
     expected += line && line->elevation_rad > 0;
   }
   EXPECT_EQ(arrival.views.size(), expected);
-  for (std::size_t i = 1; i < arrival.views.size(); ++i)
+  for (std::size_t i = 1; i < arrival.views.size(); ++i) {
     EXPECT_LT(arrival.views[i - 1].line.id, arrival.views[i].line.id);
+  }
 }
 
 }  // namespace

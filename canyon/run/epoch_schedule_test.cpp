@@ -41,8 +41,9 @@ TEST(EpochSchedule, LeavesOutWhatIsLate) {
 
 std::vector<int> due_steps(EpochSchedule& schedule, std::int64_t step_ns, int first, int last) {
   std::vector<int> due;
-  for (int i = first; i <= last; ++i)
+  for (int i = first; i <= last; ++i) {
     if (schedule.step(i * step_ns)) due.push_back(i);
+  }
   return due;
 }
 

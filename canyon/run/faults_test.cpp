@@ -72,9 +72,8 @@ const receiver::SatelliteObservation& of(const Seen& seen, const std::string& id
   return *at;
 }
 const propagation::SatelliteView& view(const Seen& seen, gnss::SatelliteId id) {
-  return *std::find_if(
-      seen.arrival.views.begin(), seen.arrival.views.end(),
-      [&](const auto& each) { return each.line.id == id; });
+  return *std::find_if(seen.arrival.views.begin(), seen.arrival.views.end(),
+                       [&](const auto& each) { return each.line.id == id; });
 }
 bool is_used(const Seen& seen, const std::string& id) {
   return of(seen, id).used;
@@ -85,10 +84,12 @@ std::string highest() {
   static const std::string name = [] {
     const auto satellites = run("", "").front().epoch.observed.satellites;
     const receiver::SatelliteObservation* best = nullptr;
-    for (const auto& each : satellites)
+    for (const auto& each : satellites) {
       if (each.id.system == gnss::System::GPS &&
-          (best == nullptr || each.elevation_rad > best->elevation_rad))
+          (best == nullptr || each.elevation_rad > best->elevation_rad)) {
         best = &each;
+      }
+    }
     return gnss::to_string(best->id);
   }();
   return name;
@@ -140,8 +141,9 @@ TEST(EphemerisFault, AClockErrorIsInTheMessageOrInTheSignal) {
   EXPECT_GT(message.epoch.error_enu_m.norm(), 3);
   EXPECT_LT((message.epoch.error_enu_m + signal.epoch.error_enu_m).norm(), 1e-3);
   const auto af0 = [](const Seen& seen) {
-    for (const gnss::KeplerEphemeris& e : seen.messages.kepler)
+    for (const gnss::KeplerEphemeris& e : seen.messages.kepler) {
       if (gnss::to_string(e.id) == highest()) return e.af0;
+    }
     return 0.0;
   };
   EXPECT_DOUBLE_EQ(af0(message) - af0(none), 1e-7);
@@ -179,8 +181,9 @@ TEST(Outage, UnhealthySatellitesAreMeasuredAndNotUsed) {
     EXPECT_TRUE(satellite.measurement);
     EXPECT_EQ(satellite.used, satellite.id.system == gnss::System::GPS) << gnss::to_string(satellite.id);
   }
-  for (const gnss::KeplerEphemeris& e : seen[2].messages.kepler)
+  for (const gnss::KeplerEphemeris& e : seen[2].messages.kepler) {
     EXPECT_EQ(e.health != 0, e.id.system == gnss::System::Galileo);
+  }
   for (const gnss::KeplerEphemeris& e : seen[1].messages.kepler) EXPECT_EQ(e.health, 0);
 }
 
@@ -305,8 +308,9 @@ std::map<std::string, FirstFix> first_fixes(const std::vector<std::string>& prof
       "trajectory: {{position: {{east_m: 0, north_m: 0, up_m: 2}}}}\n"
       "faults: [{{from_s: 0, restart: {{kind: {}}}}}]\nreceivers:\n",
       start_s, kind);
-  for (const std::string& profile : profiles)
+  for (const std::string& profile : profiles) {
     text += fmt::format("  - {{name: {0}, profile: {0}}}\n", profile);
+  }
   const Scenario scenario = parse_scenario(text, "s.yaml");
   struct Sink final : EpochSink {
     explicit Sink(std::size_t receivers) : fixes(receivers) {}
@@ -358,8 +362,9 @@ TEST(Restart, TakesTheTimeOfEachProfile) {
 }
 
 TEST(Restart, IsHotAtOnceAndWarmByTheFrames) {
-  for (const auto& [profile, fix] : first_fixes({"ublox-m10", "survey"}, "hot", 0))
+  for (const auto& [profile, fix] : first_fixes({"ublox-m10", "survey"}, "hot", 0)) {
     EXPECT_EQ(fix.after_s, 1) << profile;
+  }
   const auto warm = first_fixes({"ublox-m10", "phone"}, "warm", 0);
   EXPECT_GE(warm.at("ublox-m10").after_s, 12) << "four strings of GLONASS, the fastest ephemeris";
   EXPECT_LE(warm.at("ublox-m10").after_s, 36);

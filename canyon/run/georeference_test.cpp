@@ -42,8 +42,9 @@ TEST(Georeference, DrawsHaveTheirDeviations) {
   for (int i = 0; i < 3; ++i) {
     EXPECT_LT(std::abs(mean(i)), 4 * deviation[i] / std::sqrt(kRuns)) << i;
     EXPECT_NEAR(std::sqrt(covariance(i, i)), deviation[i], 4 * deviation[i] / std::sqrt(2.0 * kRuns)) << i;
-    for (int j = 0; j < i; ++j)
+    for (int j = 0; j < i; ++j) {
       EXPECT_LT(std::abs(covariance(i, j)) / (deviation[i] * deviation[j]), 4 / std::sqrt(kRuns)) << i << j;
+    }
   }
 }
 

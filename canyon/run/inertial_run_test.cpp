@@ -111,8 +111,7 @@ Drift drift_of(const Trajectory& trajectory, double most_s, double rate_hz = 200
   options.rate_hz = rate_hz;
   options.axes = inertial::ImuAxes::Frd;
   options.position_m = {0.8, -0.3, 0.4};
-  InertialRun run(
-      options, 1, trajectory.begin(), [&](GpsTime t) { return trajectory.ecef_pose(t); });
+  InertialRun run(options, 1, trajectory.begin(), [&](GpsTime t) { return trajectory.ecef_pose(t); });
   inertial::IdealImu first(
       options, [&](double t) { return body_state(trajectory.at(trajectory.begin() + t)); }, 0.0025);
   Mechanisation mechanisation(first.at(0));

@@ -58,8 +58,9 @@ void expect_same(const Epoch& a, const Epoch& b) {
   EXPECT_EQ(a.truth.time, b.truth.time);
   EXPECT_EQ(a.placement, b.placement);
   EXPECT_EQ(a.observed.fix.status, b.observed.fix.status);
-  if (a.observed.fix.solved())
+  if (a.observed.fix.solved()) {
     EXPECT_LT((a.observed.fix.position_ecef - b.observed.fix.position_ecef).norm(), 1e-6);
+  }
   ASSERT_EQ(a.observed.satellites.size(), b.observed.satellites.size());
   for (std::size_t i = 0; i < a.observed.satellites.size(); ++i) {
     EXPECT_EQ(a.observed.satellites[i].id, b.observed.satellites[i].id);
@@ -231,8 +232,9 @@ TEST(LiveReceiver, IsMadeForTheSceneOfItsFirstStep) {
 TEST(LiveReceiver, HasNominalOrbitsAnyTimeOn) {
   LiveReceiver live(live_config(), wall(), *live_config().start);
   const RigidPose antenna{{-500, 0, 150}};
-  for (const double day : {0.0, 0.5, 3.0, 400.0})
+  for (const double day : {0.0, 0.5, 3.0, 400.0}) {
     EXPECT_GT(live.observe(day * 86400, antenna).arrival.views.size(), 10U) << day;
+  }
   EXPECT_TRUE(live.take_warnings().empty());
 }
 
@@ -246,8 +248,9 @@ TEST(LiveReceiver, ReceiversMayShareTheirSky) {
   EXPECT_EQ(second.shared_sky(), first.shared_sky());
   RigidPose antenna;
   antenna.position_m = {0, 0, 1.5};
-  for (const double seconds : {0.0, 1.0, 100'000.0})
+  for (const double seconds : {0.0, 1.0, 100'000.0}) {
     expect_same(first.observe(seconds, antenna).epoch, second.observe(seconds, antenna).epoch);
+  }
   EXPECT_NE(second.shared_sky(), first.shared_sky());
 }
 
@@ -309,8 +312,9 @@ TEST(LiveReceiver, DopplerOfTwoReflectionsIsTheRateOfTheRange) {
         for (std::size_t m = 0; m < all.size(); ++m) {
           const auto& its = step.arrival.views[m].paths.paths;
           if (all[m].id == now[i].id && all[m].measurement && its.front().order == 2 &&
-              its.front().far_triangle == paths.front().far_triangle)
+              its.front().far_triangle == paths.front().far_triangle) {
             return all[m].measurement->pseudorange_m;
+          }
         }
         return std::nullopt;
       };

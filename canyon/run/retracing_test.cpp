@@ -40,8 +40,9 @@ void expect_equal(const Arrival& a, const Arrival& b) {
   ASSERT_EQ(a.views.size(), b.views.size());
   for (std::size_t i = 0; i < a.views.size(); ++i) {
     ASSERT_EQ(a.views[i].paths.paths.size(), b.views[i].paths.paths.size());
-    for (std::size_t k = 0; k < a.views[i].paths.paths.size(); ++k)
+    for (std::size_t k = 0; k < a.views[i].paths.paths.size(); ++k) {
       EXPECT_EQ(a.views[i].paths.paths[k].excess_m, b.views[i].paths.paths[k].excess_m);
+    }
   }
 }
 
@@ -71,8 +72,9 @@ TEST(Retracing, RunsAndLiveReceiversHaveTheSameArrivals) {
   for (std::size_t k = 0; k < kCount; ++k) epochs.push_back(run.next(drive.at(k), Drive::place(k)));
   std::vector<Arrival> got(kCount);
   for (const bool first : {true, false}) {
-    for (std::size_t k = kCount; k-- > 0;)
+    for (std::size_t k = kCount; k-- > 0;) {
       if (epochs[k].first == first) got[k] = run.arrival(drive.environment, epochs[k]);
+    }
   }
   for (std::size_t k = 0; k < kCount; ++k) expect_equal(expected[k], got[k]);
 }

@@ -194,7 +194,9 @@ TEST(Rtk, AgeAndOutages) {
       EXPECT_EQ(fix.kind(), FixKind::Fixed) << k;
       // Sent at even seconds, here 0.8 s later: used from the next epoch on.
       ASSERT_TRUE(fix.correction_age_s);
-      if (k < 20 || k > 42) EXPECT_NEAR(*fix.correction_age_s, k % 2 == 0 ? 2 : 1, 1e-4) << k;
+      if (k < 20 || k > 42) {
+        EXPECT_NEAR(*fix.correction_age_s, k % 2 == 0 ? 2 : 1, 1e-4) << k;
+      }
     }
   }
   EXPECT_EQ(single, 11U);
@@ -274,8 +276,9 @@ TEST(Rtk, ACanyonTakesTheFix) {
   EXPECT_LT(share(epochs, FixKind::Fixed), 0.9);
   EXPECT_GT(share(epochs, FixKind::Float), 0.1);
   std::vector<double> normalised;
-  for (const Epoch& epoch : epochs)
+  for (const Epoch& epoch : epochs) {
     if (epoch.observed.fix.kind() == FixKind::Float) normalised.push_back(over_stated(epoch));
+  }
   std::sort(normalised.begin(), normalised.end());
   EXPECT_LT(normalised[normalised.size() / 2], 2);
 }

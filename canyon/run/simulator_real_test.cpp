@@ -63,8 +63,9 @@ TEST(UrbanNavDrive, RunsEndToEnd) {
   EXPECT_EQ(result.epochs, 485U);
   EXPECT_FALSE(result.interrupted);
   ASSERT_EQ(collector.epochs.size(), 485U);
-  for (std::size_t i = 0; i < 485; ++i)
+  for (std::size_t i = 0; i < 485; ++i) {
     EXPECT_EQ(collector.epochs[i].observed.time, GpsTime::from_week(2051, 46701 + static_cast<double>(i)));
+  }
 
   const auto& frame = simulation.environment().city().frame;
   std::size_t fixes = 0;

@@ -109,8 +109,9 @@ std::string bytes_of(const std::vector<Epoch>& epochs) {
         std::to_string(e.truth.time.nanoseconds()) + std::to_string(e.observed.receiver_time.nanoseconds());
     for (const auto& s : e.observed.satellites) {
       bytes += to_string(s.id) + std::to_string(static_cast<int>(s.visibility)) + (s.used ? "u" : "-");
-      for (const double v : {s.azimuth_rad, s.elevation_rad, s.excess_m, s.noise_m, s.pseudorange_error_m})
+      for (const double v : {s.azimuth_rad, s.elevation_rad, s.excess_m, s.noise_m, s.pseudorange_error_m}) {
         add_bytes(bytes, v);
+      }
       if (s.measurement) {
         add_bytes(bytes, s.measurement->pseudorange_m);
         add_bytes(bytes, s.measurement->doppler_hz.value_or(-1));
@@ -541,8 +542,9 @@ TEST(BuildSky, UnhealthySatellitesInTheSkyAreSaid) {
   // All but G01 .. G03 ill: those of the rest that stand in the sky are named, the others are nobody's
   // concern.
   std::size_t healthy_above = 0;
-  for (auto& e : data.kepler)
+  for (auto& e : data.kepler) {
     if (e.id.number > 3) e.health = 1;
+  }
   for (const gnss::SatelliteId id : sky.satellites()) {
     if (id.number > 3) continue;
     const auto line = orbit::line_of_sight(sky, id, begin, geodesy::ecef_from_geodetic(place));

@@ -169,9 +169,11 @@ TEST(Surroundings, AreThoseOfTheCityAboutTheAntenna) {
   }
   const raytrace::RayScene scene(city.mesh);
   int hidden = 0;
-  for (const double elevation_deg : {15, 30, 45, 60})
-    for (int k = 0; k < 16; ++k)
+  for (const double elevation_deg : {15, 30, 45, 60}) {
+    for (int k = 0; k < 16; ++k) {
       hidden += std::tan(elevation_deg * M_PI / 180) < 2 * std::abs(std::sin(2 * M_PI * k / 16)) - 1e-9;
+    }
+  }
   const std::vector<Eigen::Vector3d> street{{0, 0, 0}, {0, 7, 0}}, above{{0, 0, 40}};
   EXPECT_DOUBLE_EQ(closed_sky(scene, street), hidden / 64.0);
   EXPECT_EQ(closed_sky(scene, above), 0);

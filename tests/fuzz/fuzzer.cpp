@@ -15,8 +15,9 @@ namespace {
 const canyon::fuzz::Target& chosen() {
   static const canyon::fuzz::Target* const target = [] {
     const char* name = std::getenv("CANYON_FUZZ_TARGET");
-    for (const canyon::fuzz::Target& each : canyon::fuzz::targets())
+    for (const canyon::fuzz::Target& each : canyon::fuzz::targets()) {
       if (name != nullptr && each.name == name) return &each;
+    }
     std::fputs("CANYON_FUZZ_TARGET must be one of:", stderr);
     for (const canyon::fuzz::Target& each : canyon::fuzz::targets())
       std::fprintf(stderr, " %s", each.name.c_str());
@@ -32,8 +33,9 @@ extern "C" int LLVMFuzzerInitialize(int*, char***) {
   const canyon::fuzz::Target& target = chosen();
   if (const char* folder = std::getenv("CANYON_FUZZ_SEEDS")) {
     int number = 0;
-    for (const std::string& seed : target.seeds)
+    for (const std::string& seed : target.seeds) {
       std::ofstream(std::string(folder) + "/seed_" + std::to_string(++number), std::ios::binary) << seed;
+    }
   }
   return 0;
 }

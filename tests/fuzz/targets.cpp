@@ -144,8 +144,7 @@ city::City houses() {
 }
 
 std::string mesh(const std::string& name) {
-  return written(
-      name, [](const fs::path& path) { city::write_mesh(path, houses()); });
+  return written(name, [](const fs::path& path) { city::write_mesh(path, houses()); });
 }
 
 const char* const kPly =
@@ -261,8 +260,9 @@ std::string mavlink_stream() {
   std::uint8_t sequence = 0;
   for (const mavlink::Message& message : std::initializer_list<mavlink::Message>{
            mavlink::SimState{}, mavlink::AttPosMocap{}, mavlink::Odometry{}, mavlink::HilStateQuaternion{},
-           mavlink::GpsRawInt{}})
+           mavlink::GpsRawInt{}}) {
     stream += mavlink::encode(message, sequence++) + "\xFD\xFEx";
+  }
   return stream + mavlink::encode(mavlink::LocalPositionNed{}, sequence, {}, mavlink::Version::V1);
 }
 
@@ -358,8 +358,9 @@ void receive_ubx(const fs::path& path) {
     for (std::uint64_t piece = 0; at < bytes.size(); ++piece) {
       const std::size_t size = 1 + static_cast<unsigned char>(bytes[at]) % 64;
       if (device->receive(piece % 5 == 0 ? 1 : 0, std::string_view(bytes).substr(at, size)).size() >
-          (96 << 10))
+          (96 << 10)) {
         std::abort();  // answers are bounded
+      }
       at += size;
     }
     (void)device->take_baud();
@@ -432,8 +433,9 @@ void take_commands(const fs::path& path) {
       live::make_commands({scenario.file, {{"rover", &rover}}, figures, true, [] { return 1.0; }},
                           std::make_shared<transport::Link>(std::make_unique<Deaf>()));
   const std::string text = test::read_bytes(path);
-  for (const std::string_view line : split(text, '\n'))
+  for (const std::string_view line : split(text, '\n')) {
     if (commands->answer(line).back() != '\n') std::abort();
+  }
 }
 /// Questions of the viewer's page, one to a line.
 void take_questions(const fs::path& path) {
@@ -448,8 +450,9 @@ void take_questions(const fs::path& path) {
   static const simulation::Simulation simulation(scenario, scene);
   static view::Probe probe(simulation, scene, 12);
   const std::string text = test::read_bytes(path);
-  for (const std::string_view line : split(text, '\n'))
+  for (const std::string_view line : split(text, '\n')) {
     if (probe.answer(std::string(line)).back() != '}') std::abort();
+  }
 }
 std::vector<std::string> command_lines() {
   return {

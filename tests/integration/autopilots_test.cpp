@@ -106,11 +106,9 @@ class Station {
   const mavlink::GpsRawInt& gps() {
     link_->serve();
     for (const auto& received : link_->take_received()) {
-      parser_.receive(
-          received.bytes,
-          [&](const mavlink::Frame& frame) {
-            if (const auto* m = std::get_if<mavlink::GpsRawInt>(&frame.message)) gps_ = *m;
-          });
+      parser_.receive(received.bytes, [&](const mavlink::Frame& frame) {
+        if (const auto* m = std::get_if<mavlink::GpsRawInt>(&frame.message)) gps_ = *m;
+      });
     }
     return gps_;
   }

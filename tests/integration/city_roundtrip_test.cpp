@@ -46,8 +46,9 @@ std::vector<propagation::Arrival> arrivals(const city::City& city,
   options.ground_reflection = true;
   const propagation::Propagator propagator = environment.make_propagator(options);
   std::vector<propagation::Arrival> result;
-  for (const Eigen::Vector3d& place : places)
+  for (const Eigen::Vector3d& place : places) {
     result.push_back(environment.arrival(geodesy::GpsTime::from_week(2100, 0), place, propagator));
+  }
   return result;
 }
 
@@ -60,7 +61,9 @@ std::vector<Eigen::Vector3d> places_in(const city::City& city) {
   std::vector<Eigen::Vector3d> places;
   for (int tries = 0; tries < 100 * kPlaces && places.size() < kPlaces; ++tries) {
     Eigen::Vector3d place = bounds.min;
-    for (int axis = 0; axis < 2; ++axis) place[axis] += share(random) * (bounds.max - bounds.min)[axis];
+    for (int axis = 0; axis < 2; ++axis) {
+      place[axis] += share(random) * (bounds.max - bounds.min)[axis];
+    }
     place.z() += 2;
     if (scene.placement(place) == raytrace::Placement::Free) places.push_back(place);
   }
@@ -122,8 +125,9 @@ void expect_same_paths_through_all_formats(const city::City& city) {
           ++differing;
           continue;
         }
-        for (std::size_t k = 0; k < e.paths.size(); ++k)
+        for (std::size_t k = 0; k < e.paths.size(); ++k) {
           worst_m = std::max(worst_m, std::abs(a.paths[k].excess_m - e.paths[k].excess_m));
+        }
       }
     }
     std::cout << format.name << ": " << views << " satellites in view, " << paths << " paths, " << differing

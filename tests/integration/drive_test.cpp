@@ -40,8 +40,9 @@ double skyline_deg(const simulation::Simulation& simulation, const Eigen::Vector
     while (elevation < 90 &&
            simulation.environment().scene().occluded(
                {antenna, geodesy::enu_from_azimuth_elevation(geodesy::radians(azimuth),
-                                                             geodesy::radians(elevation + 0.5))}))
+                                                             geodesy::radians(elevation + 0.5))})) {
       ++elevation;
+    }
     sum += elevation;
   }
   return sum / 72;
@@ -65,8 +66,9 @@ void expect_trouble_beside_tall_buildings(const std::string& model, const std::s
   EXPECT_EQ(epochs.back().observed.time, geodesy::GpsTime::from_week(2051, 47185));
 
   std::vector<double> errors;
-  for (const auto& epoch : epochs)
+  for (const auto& epoch : epochs) {
     if (epoch.observed.fix.solved()) errors.push_back(epoch.error_enu_m.head<2>().norm());
+  }
   ASSERT_GT(errors.size(), 200U);
   std::sort(errors.begin(), errors.end());
   const double median = errors[errors.size() / 2];
@@ -77,12 +79,13 @@ void expect_trouble_beside_tall_buildings(const std::string& model, const std::s
   for (const auto& epoch : epochs) {
     const double skyline =
         skyline_deg(simulation, simulation.environment().city().frame.local_from_ecef(epoch.truth_ecef));
-    if (!epoch.observed.fix.solved())
+    if (!epoch.observed.fix.solved()) {
       lost.push_back(skyline);
-    else if (const double error = epoch.error_enu_m.head<2>().norm(); error <= median)
+    } else if (const double error = epoch.error_enu_m.head<2>().norm(); error <= median) {
       good.push_back(skyline);
-    else if (error >= large)
+    } else if (error >= large) {
       bad.push_back(skyline);
+    }
   }
   std::cout << model << ", " << systems << ", mask " << mask_deg << " deg: " << errors.size() << " fixes, "
             << lost.size() << " epochs without; horizontal error median " << median << " m, 90 % " << large
@@ -90,7 +93,9 @@ void expect_trouble_beside_tall_buildings(const std::string& model, const std::s
             << " deg at the worst tenth, " << mean(lost) << " deg where the fix is lost\n";
   EXPECT_GT(mean(bad), mean(good));
   EXPECT_GE(lost.size(), least_lost);
-  if (!lost.empty()) EXPECT_GT(mean(lost), mean(good));
+  if (!lost.empty()) {
+    EXPECT_GT(mean(lost), mean(good));
+  }
 }
 
 TEST(Drive, SpecularTroubleFallsBesideTallBuildings) {

@@ -73,11 +73,13 @@ Estimates estimate(const std::filesystem::path& folder, int systems, bool two_fr
     const std::vector<std::string_view> cells = split(line, ',');
     if (cells.size() < 9) continue;
     // $SAT, week, tow, satellite, frequency, azimuth, elevation, residual of code [m] ...
-    if (cells[0] == "$SAT" && cells[4] == "1")
+    if (cells[0] == "$SAT" && cells[4] == "1") {
       estimates.residual_m[std::string(cells[3])].add(*parse_double(cells[7]));
+    }
     // $CLK, week, tow, status, receiver, clocks [ns].
-    for (std::size_t i = 0; cells[0] == "$CLK" && i < 4; ++i)
+    for (std::size_t i = 0; cells[0] == "$CLK" && i < 4; ++i) {
       estimates.clock_m[i].add(*parse_double(cells[5 + i]) * 1e-9 * geodesy::kSpeedOfLight);
+    }
   }
   return estimates;
 }
@@ -146,8 +148,9 @@ TEST_P(GroupDelaysByRtklib, AreTheSame) {
     worst = std::max(worst, std::abs(difference));
     if (satellite[0] != c.letter) continue;
     ++compared;
-    for (const double delay_s : made_up_delays(*gnss::parse_satellite(satellite)))
+    for (const double delay_s : made_up_delays(*gnss::parse_satellite(satellite))) {
       largest_m = std::max(largest_m, geodesy::kSpeedOfLight * std::abs(delay_s));
+    }
   }
   double clock = with.clock_m[0].value() - without.clock_m[0].value();
   EXPECT_LT(std::abs(clock), 1e-3);

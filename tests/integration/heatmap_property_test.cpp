@@ -121,8 +121,9 @@ double mask_below_a_satellite(Dice& dice, const orbit::Sky& sky, geodesy::GpsTim
   std::vector<double> elevations;
   for (const gnss::SatelliteId id : sky.satellites()) {
     const auto line = orbit::line_of_sight(sky, id, time, ecef);
-    if (line && line->elevation_rad > radians(2) && line->elevation_rad < radians(50))
+    if (line && line->elevation_rad > radians(2) && line->elevation_rad < radians(50)) {
       elevations.push_back(line->elevation_rad);
+    }
   }
   if (elevations.empty()) return otherwise;
   const auto one = static_cast<std::size_t>(dice.whole(0, static_cast<int>(elevations.size()) - 1));
@@ -155,8 +156,9 @@ Case draw_case(int number, const std::filesystem::path& folder) {
   scenario.seed =
       RandomStream(request.draws.seed, fmt::format("heatmap/{}/0", drawn.time.nanoseconds())).next();
   std::set<System> systems{System::GPS};
-  for (const System system : {System::GLONASS, System::Galileo, System::BeiDou})
+  for (const System system : {System::GLONASS, System::Galileo, System::BeiDou}) {
     if (dice.chance(0.4)) systems.insert(system);
+  }
   drawn.navigation = orbit::nominal_constellation(drawn.time - 1.0, drawn.time + 1.0, systems);
   // RTKLIB's default set (ionmodel, rtkcmn.c).
   drawn.navigation.klobuchar[System::GPS] = {{0.1118e-07, -0.7451e-08, -0.5961e-07, 0.1192e-06},
@@ -327,8 +329,9 @@ bool at_an_edge(const simulation::Environment& environment, const propagation::P
     for (std::size_t i = 0; i < here.size(); ++i) {
       if (here[i].visibility != there[i].visibility || here[i].paths.size() != there[i].paths.size())
         return true;
-      if (here[i].received() && std::abs(here[i].tracked_excess_m() - there[i].tracked_excess_m()) > 0.01)
+      if (here[i].received() && std::abs(here[i].tracked_excess_m() - there[i].tracked_excess_m()) > 0.01) {
         return true;
+      }
     }
   }
   return false;

@@ -99,11 +99,13 @@ propagation: {{diffuse: {{enabled: false}}, diffraction: {{enabled: false}}}}
       for (const receiver::SatelliteObservation& now : fast[i].satellites) {
         if (now.lock != tracking::LockState::Tracking) continue;
         if (i > 0) {
-          for (const receiver::SatelliteObservation& before : fast[i - 1].satellites)
+          for (const receiver::SatelliteObservation& before : fast[i - 1].satellites) {
             if (before.id == now.id && before.lock == now.lock && before.measurement && now.measurement &&
                 before.measurement->phase_since && now.measurement->phase_since &&
-                *before.measurement->phase_since == *now.measurement->phase_since)
+                *before.measurement->phase_since == *now.measurement->phase_since) {
               largest_step_m = std::max(largest_step_m, std::abs(now.excess_m - before.excess_m));
+            }
+          }
         }
         if (i % static_cast<std::size_t>(rate) != 0) continue;
         for (const receiver::SatelliteObservation& other :
@@ -156,10 +158,12 @@ propagation: {ground_reflection: false, diffuse: {enabled: false}}
       if (!now.measurement || !now.measurement->carrier_phase_cycles) continue;
       const positioning::Measurement* around[2] = {nullptr, nullptr};
       for (const std::size_t k : {i - 1, i + 1}) {
-        for (const receiver::SatelliteObservation& other : epochs[k].satellites)
+        for (const receiver::SatelliteObservation& other : epochs[k].satellites) {
           if (other.id == now.id && other.measurement && other.measurement->carrier_phase_cycles &&
-              *other.measurement->phase_since == *now.measurement->phase_since)
+              *other.measurement->phase_since == *now.measurement->phase_since) {
             around[k > i] = &*other.measurement;
+          }
+        }
       }
       if (around[0] == nullptr || around[1] == nullptr) continue;
       const double wavelength = geodesy::kSpeedOfLight / now.measurement->carrier_frequency_hz;

@@ -20,8 +20,9 @@ namespace {
 double wavelength_m(const rinex::ObservedSignal& s, const gnss::NavigationData& sky) {
   const gnss::Signal& signal = s.signal != nullptr ? *s.signal : gnss::signals_of(s.id.system).front();
   int channel = 0;
-  for (const gnss::GlonassEphemeris& record : sky.glonass)
+  for (const gnss::GlonassEphemeris& record : sky.glonass) {
     if (record.id == s.id) channel = record.channel;
+  }
   return geodesy::kSpeedOfLight / (signal.carrier_hz + channel * signal.channel_hz);
 }
 

@@ -113,10 +113,12 @@ TEST(PathFiles, DetoursAreThoseOfTheirPoints) {
     const double apart = std::abs(way_m - s.dot(first - a) - excess_m);
     worst_m[kind] = std::max(worst_m[kind], apart);
   }
-  for (const auto& [kind, count] : counts)
+  for (const auto& [kind, count] : counts) {
     std::cout << count << ' ' << kind << " paths, detours rebuilt within " << worst_m[kind] << " m\n";
-  for (const char* kind : {"direct", "reflected", "reflected twice", "diffracted", "diffuse"})
+  }
+  for (const char* kind : {"direct", "reflected", "reflected twice", "diffracted", "diffuse"}) {
     EXPECT_GT(counts[kind], 20) << kind;
+  }
   // Points are written to millimetres, directions to 1e-6 deg.
   for (const char* kind : {"reflected", "reflected twice", "diffracted"})
     EXPECT_LT(worst_m[kind], 1e-3) << kind;

@@ -56,8 +56,10 @@ Drive read(const std::filesystem::path& folder) {
     int week = 0;
     long second = 0;
     double latitude = 0, longitude = 0, height = 0;
-    if (std::sscanf(line.c_str(), "%d,%ld,%lf,%lf,%lf", &week, &second, &latitude, &longitude, &height) == 5)
+    if (std::sscanf(line.c_str(), "%d,%ld,%lf,%lf,%lf", &week, &second, &latitude, &longitude, &height) ==
+        5) {
       drive.truth[second] = geodesy::Geodetic::from_degrees(latitude, longitude, height);
+    }
   }
   return drive;
 }
@@ -95,8 +97,9 @@ Errors errors(const Drive& drive, const orbit::Sky& sky, const positioning::FixO
       if (last_clock_s != 0 && std::abs(clock_s - last_clock_s) > 5e-4) ++errors.clock_jumps;
       last_clock_s = clock_s;
     }
-    if (filtered)
+    if (filtered) {
       fix = filter.update(epoch.receiver_time, measurements, sky, fix, drive.navigation.klobuchar);
+    }
     if (!fix.solved()) continue;
     const Eigen::Vector3d enu = geodesy::enu_from_ecef_rotation(truth->second) *
                                 (fix.position_ecef - geodesy::ecef_from_geodetic(truth->second));

@@ -63,8 +63,9 @@ struct ObservationFile {
 
   [[nodiscard]] std::vector<std::string> records(const std::string& label) const {
     std::vector<std::string> found;
-    for (const auto& [name, content] : header)
+    for (const auto& [name, content] : header) {
       if (name == label) found.push_back(content);
+    }
     return found;
   }
 };
@@ -82,13 +83,16 @@ ObservationFile parse(const std::string& text) {
     if (label == "END OF HEADER") break;
     if (label != "SYS / # / OBS TYPES") continue;
     if (line[0] != ' ') system = line[0];
-    for (const std::string_view type : split_blanks(std::string_view(line).substr(6, 54)))
+    for (const std::string_view type : split_blanks(std::string_view(line).substr(6, 54))) {
       file.types[system].emplace_back(type);
+    }
   }
   std::size_t expected = 0;
   while (std::getline(lines, line)) {
     if (line[0] == '>') {
-      if (!file.epochs.empty()) EXPECT_EQ(file.epochs.back().satellites.size(), expected);
+      if (!file.epochs.empty()) {
+        EXPECT_EQ(file.epochs.back().satellites.size(), expected);
+      }
       expected = static_cast<std::size_t>(parse_integer(line.substr(32, 3)).value());
       file.epochs.push_back({std::string(trim(line)), {}});
       continue;
@@ -152,8 +156,9 @@ TEST_P(RinexFiles, HaveTheirVersionsHeader) {
     ++counts[label];
   }
   for (const std::string& label : needed) EXPECT_EQ(counts.count(label), 1U) << label;
-  for (const auto& [label, count] : counts)
+  for (const auto& [label, count] : counts) {
     EXPECT_TRUE(count == 1 || repeated.count(label) > 0) << label << " stands " << count << " times";
+  }
   EXPECT_EQ(file().records("SIGNAL STRENGTH UNIT").front().substr(0, 5), "DBHZ ");
 }
 
@@ -189,11 +194,13 @@ TEST_P(RinexFiles, StateTheShiftOfEveryPhase) {
   if (version4()) return;  // has no such records: HaveTheirVersionsHeader
   std::set<std::string> phases, shifts;
   for (const auto& [system, list] : file().types) {
-    for (const std::string& type : list)
+    for (const std::string& type : list) {
       if (type[0] == 'L') phases.insert(std::string(1, system) + " " + type + "  0.00000");
+    }
   }
-  for (const std::string& record : file().records("SYS / PHASE SHIFT"))
+  for (const std::string& record : file().records("SYS / PHASE SHIFT")) {
     EXPECT_TRUE(shifts.emplace(trim(record)).second) << record;
+  }
   EXPECT_EQ(shifts, phases);
   EXPECT_EQ(file().records("GLONASS COD/PHS/BIS").front().substr(0, 27), " C1C    0.000 C2C    0.000 ");
 }
@@ -210,7 +217,9 @@ TEST_P(RinexFiles, HoldWhatTheHeaderSays) {
     ASSERT_EQ(epoch.line.substr(0, 18), "> 2026 03 01 10 00");
     EXPECT_EQ(epoch.line.substr(29, 3), "  0");
     const double seconds = parse_double(epoch.line.substr(18, 11)).value();
-    if (before > 0) EXPECT_NEAR(seconds - before, 0.5, 1e-6);
+    if (before > 0) {
+      EXPECT_NEAR(seconds - before, 0.5, 1e-6);
+    }
     before = seconds;
     for (const auto& [satellite, fields] : epoch.satellites) {
       for (const auto& [type, field] : fields) {
@@ -224,8 +233,9 @@ TEST_P(RinexFiles, HoldWhatTheHeaderSays) {
       }
     }
   }
-  for (const auto& [system, list] : file().types)
+  for (const auto& [system, list] : file().types) {
     for (const std::string& type : list) declared.insert(system + type);
+  }
   // No nominal satellite is a BeiDou-2.
   for (const char* type : {"CC7I", "CL7I", "CD7I", "CS7I"}) EXPECT_EQ(declared.erase(type), 1U) << type;
   EXPECT_EQ(found, declared);
@@ -258,8 +268,9 @@ TEST_P(RinexFiles, ComeBackThroughOurReader) {
         for (const SatelliteObservation& satellite : epoch.observed.satellites) {
           if (satellite.id.system != system) continue;
           const SignalObservation* seen = satellite.signal == &signal ? &satellite : nullptr;
-          for (const SignalObservation& other : satellite.more)
+          for (const SignalObservation& other : satellite.more) {
             if (other.signal == &signal) seen = &other;
+          }
           if (seen == nullptr || !seen->measurement) continue;
           ++expected;
           ASSERT_EQ(by_satellite.count(satellite.id), 1U) << gnss::to_string(satellite.id) << signal.name;

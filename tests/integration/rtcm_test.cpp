@@ -303,8 +303,9 @@ TEST(RtcmByConvbin, EphemeridesOfARealDayComeThroughWhole) {
           &gnss::KeplerEphemeris::argument_of_perigee, &gnss::KeplerEphemeris::mean_anomaly,
           &gnss::KeplerEphemeris::mean_motion_difference, &gnss::KeplerEphemeris::cuc,
           &gnss::KeplerEphemeris::cus, &gnss::KeplerEphemeris::cic, &gnss::KeplerEphemeris::cis,
-          &gnss::KeplerEphemeris::crc, &gnss::KeplerEphemeris::crs})
+          &gnss::KeplerEphemeris::crc, &gnss::KeplerEphemeris::crs}) {
       expect_close(t.*member, e.*member, what);
+    }
     expect_close(t.group_delay[0], e.group_delay[0], what);
     EXPECT_EQ(is_healthy(t), is_healthy(e)) << what;
     if (e.id.system == gnss::System::Galileo && !is_galileo_fnav(e)) {
@@ -352,8 +353,9 @@ Baselines solve(const std::string& yaml, const std::string& mode = "kinematic",
   const test::TemporaryFolder folder;
   const auto simulation = test::prepare(yaml + kOutputs, folder.path());
   const auto epochs = test::run_and_write(simulation, folder.path());
-  for (const char* name : {"base", "rover"})
+  for (const char* name : {"base", "rover"}) {
     convert(folder.path() / name / "receiver.rtcm3", simulation.begin(), folder.path(), name);
+  }
   std::ofstream(folder / "rtk.conf")
       << "pos1-posmode=" << mode << "\npos1-frequency=" << frequency
       << "\npos1-soltype=forward\npos1-elmask=15\npos1-ionoopt="
@@ -367,8 +369,9 @@ Baselines solve(const std::string& yaml, const std::string& mode = "kinematic",
       ">/dev/null 2>&1";
   EXPECT_EQ(test::run_program(command).status, 0);
   std::map<std::int64_t, const simulation::Epoch*> rover;
-  for (const auto& epoch : epochs)
+  for (const auto& epoch : epochs) {
     if (epoch.receiver == 1) rover[std::llround(epoch.observed.time.seconds_of_week() * 10)] = &epoch;
+  }
   Baselines result;
   result.all = static_cast<int>(rover.size());
   std::istringstream lines(test::read_bytes(folder / "rtk.pos"));
@@ -455,8 +458,9 @@ TEST(RtcmByRnx2rtkp, DifferentialFixesAreAsGoodAsOurs) {
   const std::string keys =
       "elevation_mask_deg: 15, smoothing: {method: none}, position_filter: {enabled: false}, raim: {enabled: "
       "false}, ";
-  for (const char* receiver : {"{name: base, ", "{name: rover, "})
+  for (const char* receiver : {"{name: base, ", "{name: rover, "}) {
     scenario.insert(scenario.find(receiver) + std::string(receiver).size(), keys);
+  }
   scenario.insert(scenario.find("{name: rover, ") + 14,
                   "corrections: {from: base}, correct_troposphere: true, ");
   // Noise of one size for all: survey's weights hold a budget of errors from space, which would vanish here.

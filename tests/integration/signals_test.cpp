@@ -66,8 +66,9 @@ TEST(Signals, DifferByTheIonosphereAndTheirGroupDelaysAlone) {
     for (const SatelliteObservation& now : epochs[k].observed.satellites) {
       if (!now.measurement) continue;
       const SatelliteObservation* before = nullptr;
-      for (const SatelliteObservation& other : epochs[k - 1].observed.satellites)
+      for (const SatelliteObservation& other : epochs[k - 1].observed.satellites) {
         if (other.id == now.id) before = &other;
+      }
       for (std::size_t i = 0; i < now.more.size(); ++i) {
         const SignalObservation& far = now.more[i];
         if (!far.measurement) continue;
@@ -353,8 +354,9 @@ TEST(Signals, BiasesOfTheReceiverGoWhereTheyBelong) {
       const SatelliteObservation &a = plain.satellites[k], &b = epochs[i + 1].observed.satellites[k];
       if (!a.measurement) continue;
       EXPECT_EQ(b.pseudorange_error_m, a.pseudorange_error_m);
-      if (!a.more.empty() && a.more[0].measurement)
+      if (!a.more.empty() && a.more[0].measurement) {
         EXPECT_NEAR(b.more[0].measurement->pseudorange_m - a.more[0].measurement->pseudorange_m, 4, 1e-6);
+      }
       for (const SatelliteObservation& c : epochs[i + 2].observed.satellites) {
         if (c.id != a.id) continue;
         const double channel = a.id.system == gnss::System::GLONASS

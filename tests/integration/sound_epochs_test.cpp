@@ -68,12 +68,18 @@ class Outputs final : public simulation::EpochSink {
     if (fix.solved()) {
       EXPECT_TRUE(fix.position_ecef.allFinite());
       EXPECT_TRUE(positive(fix.covariance_enu)) << fix.covariance_enu;
-      if (fix.velocity_enu_mps) EXPECT_TRUE(fix.velocity_enu_mps->allFinite());
-      if (fix.velocity_covariance_enu) EXPECT_TRUE(positive(*fix.velocity_covariance_enu));
+      if (fix.velocity_enu_mps) {
+        EXPECT_TRUE(fix.velocity_enu_mps->allFinite());
+      }
+      if (fix.velocity_covariance_enu) {
+        EXPECT_TRUE(positive(*fix.velocity_covariance_enu));
+      }
       for (const double m : fix.residuals_m) EXPECT_TRUE(std::isfinite(m));
       for (const auto& [system, bias_s] : fix.clock_bias_s) EXPECT_TRUE(std::isfinite(bias_s));
       EXPECT_TRUE(std::isfinite(fix.clock_drift.value_or(0)));
-      if (fix.dop) EXPECT_TRUE(std::isfinite(fix.dop->gdop));
+      if (fix.dop) {
+        EXPECT_TRUE(std::isfinite(fix.dop->gdop));
+      }
     }
     const double latitude_deg = geodesy::degrees(fix.position.latitude_rad);
     check_csv(bytes["epochs_csv"], fix, latitude_deg);
@@ -93,11 +99,12 @@ class Outputs final : public simulation::EpochSink {
   static std::vector<std::string> split(std::string_view line) {
     std::vector<std::string> cells;
     std::string cell;
-    for (const char c : line)
+    for (const char c : line) {
       if (c == ',' || c == '\n')
         cells.push_back(std::exchange(cell, {}));
       else
         cell += c;
+    }
     return cells;
   }
   void check_csv(const std::string& line, const positioning::Fix& fix, double latitude_deg) const {
@@ -107,9 +114,12 @@ class Outputs final : public simulation::EpochSink {
     std::map<std::string, std::string> of;
     for (std::size_t i = 0; i < std::min(cells.size(), columns_.size()); ++i) of[columns_[i]] = cells[i];
     EXPECT_EQ(of["status"], fix.solved() ? "fix" : "no fix");
-    for (const char* name : {"fix_latitude_deg", "fix_longitude_deg", "fix_height_m"})
+    for (const char* name : {"fix_latitude_deg", "fix_longitude_deg", "fix_height_m"}) {
       EXPECT_EQ(of[name].empty(), !fix.solved()) << name;
-    if (fix.solved()) EXPECT_NEAR(std::stod(of["fix_latitude_deg"]), latitude_deg, 1e-6);
+    }
+    if (fix.solved()) {
+      EXPECT_NEAR(std::stod(of["fix_latitude_deg"]), latitude_deg, 1e-6);
+    }
     EXPECT_EQ(of["baseline_east_m"].empty(), !fix.baseline) << of["baseline_kind"];
   }
   static void check_nmea(const std::string& text, const positioning::Fix& fix, double latitude_deg) {
@@ -135,7 +145,9 @@ class Outputs final : public simulation::EpochSink {
     EXPECT_EQ((pvt.u(21, 1) & 1) != 0, fix.solved());
     EXPECT_NEAR(static_cast<double>(pvt.i4(28)) * 1e-7, fix.solved() ? latitude_deg : 0, 1e-6);
     EXPECT_EQ(pvt.u(40, 4) != 0xFFFFFFFF, fix.solved());
-    if (fix.solved()) EXPECT_GT(pvt.u(40, 4), 0U);
+    if (fix.solved()) {
+      EXPECT_GT(pvt.u(40, 4), 0U);
+    }
   }
   // PolaRx5TR Reference Guide, 4.2.9: PVTGeodetic's Mode, Latitude.
   static void check_sbf(std::string_view bytes, const positioning::Fix& fix) {
@@ -153,7 +165,9 @@ class Outputs final : public simulation::EpochSink {
     EXPECT_EQ(m.fix_type > 1, known);
     EXPECT_EQ(m.latitude_deg, known ? latitude_deg : 0);
     EXPECT_EQ(m.horizontal_accuracy_m > 0, known);
-    if (known) EXPECT_TRUE(std::isfinite(m.altitude_m + m.horizontal_accuracy_m + m.vertical_accuracy_m));
+    if (known) {
+      EXPECT_TRUE(std::isfinite(m.altitude_m + m.horizontal_accuracy_m + m.vertical_accuracy_m));
+    }
   }
 
   std::map<std::string, std::unique_ptr<output::Encoder>> encoders_;
@@ -266,8 +280,9 @@ TEST(SoundEpochs, UnderFaultsAtRandom) {
   }
   using positioning::FixKind;
   for (const FixKind kind : {FixKind::None, FixKind::Single, FixKind::Differential, FixKind::Float,
-                             FixKind::Fixed, FixKind::DeadReckoning, FixKind::Combined})
+                             FixKind::Fixed, FixKind::DeadReckoning, FixKind::Combined}) {
     EXPECT_GT(kinds[kind], 20) << positioning::name(kind);
+  }
 }
 
 }  // namespace

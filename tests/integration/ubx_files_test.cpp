@@ -87,8 +87,9 @@ double phase_sigma(const receiver::ReceiverEpoch& epoch, gnss::SatelliteId id, c
   for (const receiver::SatelliteObservation& s : epoch.satellites) {
     if (s.id != id) continue;
     if (s.signal == signal && s.measurement) return s.measurement->carrier_phase_sigma_cycles;
-    for (const receiver::SignalObservation& other : s.more)
+    for (const receiver::SignalObservation& other : s.more) {
       if (other.signal == signal && other.measurement) return other.measurement->carrier_phase_sigma_cycles;
+    }
   }
   return 0;
 }
@@ -146,7 +147,9 @@ TEST_P(UbxObservations, AreThoseOfReceiverObs) {
   std::cout << values << " signals, " << phases << " phases, " << dropped << " dropped, " << slips
             << " slips; worst " << worst_m << " m, " << worst_cycles << " cycles, " << worst_hz << " Hz\n";
   EXPECT_GT(phases, 2000U);
-  if (GetParam()) EXPECT_GT(slips, 20U);
+  if (GetParam()) {
+    EXPECT_GT(slips, 20U);
+  }
   EXPECT_LT(worst_m, 1.01e-3);
   EXPECT_LT(worst_cycles, 1.01e-3);
   EXPECT_LT(worst_hz, 1.3e-3);
@@ -259,8 +262,9 @@ double worst_m(const Solutions& a, const Solutions& b) {
   EXPECT_GE(a.ecef.size(), 100U);
   EXPECT_EQ(a.ecef.size(), b.ecef.size());
   double worst = 0;
-  for (const auto& [time, ecef] : a.ecef)
+  for (const auto& [time, ecef] : a.ecef) {
     if (b.ecef.count(time) > 0) worst = std::max(worst, (ecef - b.ecef.at(time)).norm());
+  }
   return worst;
 }
 

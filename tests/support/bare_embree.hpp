@@ -18,8 +18,9 @@ struct BareScene {
                                                                RTC_FORMAT_FLOAT3, 12, mesh.vertices.size()));
     auto* corners = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, mesh.triangles.size()));
-    for (const Eigen::Vector3d& v : mesh.vertices)
+    for (const Eigen::Vector3d& v : mesh.vertices) {
       for (int k = 0; k < 3; ++k) *points++ = static_cast<float>(v[k]);
+    }
     for (const auto& t : mesh.triangles) corners = std::copy(t.begin(), t.end(), corners);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene.get(), geometry);

@@ -24,8 +24,9 @@ inline std::string difference_of(const city::City& a, const city::City& b, doubl
   const auto count = [](const char* what, std::size_t x, std::size_t y) {
     return std::to_string(x) + " and " + std::to_string(y) + " " + what;
   };
-  if (a.mesh.objects.size() != b.mesh.objects.size())
+  if (a.mesh.objects.size() != b.mesh.objects.size()) {
     return count("objects", a.mesh.objects.size(), b.mesh.objects.size());
+  }
   const auto triangles_of = [](const Mesh& mesh, const city::Object& object) {
     std::vector<PlacedTriangle> triangles;
     for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {

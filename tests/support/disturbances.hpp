@@ -28,14 +28,12 @@ disturbance::DisturbanceSource always(std::string name, Apply apply) {
 }
 
 inline disturbance::DisturbanceSource without(gnss::SatelliteId id) {
-  return always(
-      "without " + gnss::to_string(id),
-      [id](propagation::Arrival& arrival) {
-        arrival.views.erase(std::remove_if(
-                                arrival.views.begin(), arrival.views.end(),
-                                [id](const propagation::SatelliteView& view) { return view.line.id == id; }),
-                            arrival.views.end());
-      });
+  return always("without " + gnss::to_string(id), [id](propagation::Arrival& arrival) {
+    arrival.views.erase(
+        std::remove_if(arrival.views.begin(), arrival.views.end(),
+                       [id](const propagation::SatelliteView& view) { return view.line.id == id; }),
+        arrival.views.end());
+  });
 }
 
 }  // namespace canyon::test

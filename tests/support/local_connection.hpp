@@ -22,8 +22,9 @@ class LocalConnection {
     address.sin_family = AF_INET;
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     address.sin_port = htons(static_cast<std::uint16_t>(port));
-    if (connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+    if (connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
       throw std::runtime_error("no connection");
+    }
   }
   ~LocalConnection() {
     if (socket_ >= 0) close(socket_);

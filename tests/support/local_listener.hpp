@@ -23,8 +23,9 @@ class LocalListener {
     socklen_t size = sizeof address;
     if (listener_ < 0 || bind(listener_, reinterpret_cast<sockaddr*>(&address), size) != 0 ||
         listen(listener_, 32) != 0 ||
-        getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size) != 0 || pipe(stop_) != 0)
+        getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size) != 0 || pipe(stop_) != 0) {
       throw std::runtime_error("no local server");
+    }
     port_ = ntohs(address.sin_port);
   }
   /// Call it after stop(), when no thread waits any more.

@@ -55,8 +55,9 @@ inline Judgement judge_mavlink(const std::string& bytes) {
     for (std::size_t i = 5; i < cells.size(); ++i) {
       const std::size_t sign = cells[i].find('=');
       auto& counts = message.fields[std::string(cells[i].substr(0, sign))];
-      for (const auto count : split(cells[i].substr(sign + 1), ','))
+      for (const auto count : split(cells[i].substr(sign + 1), ',')) {
         counts.push_back(parse_double(count).value_or(std::nan("")));
+      }
     }
     judgement.messages.push_back(message);
   }
@@ -67,7 +68,8 @@ inline Judgement judge_mavlink(const std::string& bytes) {
 }  // namespace canyon::test
 
 #define CANYON_NEEDS_NODE_MAVLINK()                                                                 \
-  if (!::canyon::test::has_node_mavlink())                                                          \
+  if (!::canyon::test::has_node_mavlink()) {                                                        \
     GTEST_SKIP() << "SKIPPED: the judge node-mavlink is not here (npm install node-mavlink@2.3.0, " \
                     "and NODE_PATH naming its node_modules)";                                       \
+  }                                                                                                 \
   static_assert(true, "needs a semicolon")

@@ -34,8 +34,9 @@ class OsmText {
   }
   OsmText& relation(std::int64_t id, const std::vector<Member>& members, const Tags& tags, int version = 1) {
     body_ += fmt::format(" <relation id=\"{}\" version=\"{}\">\n", id, version);
-    for (const Member& m : members)
+    for (const Member& m : members) {
       body_ += fmt::format("  <member type=\"{}\" ref=\"{}\" role=\"{}\"/>\n", m.type, m.ref, m.role);
+    }
     return end("relation", tags);
   }
   /// A square as nodes 10 id to 10 id + 3 and, with tags or not, closed way `id`; south-west corner and side
@@ -66,7 +67,9 @@ class OsmText {
 
  private:
   OsmText& end(const std::string& element, const Tags& tags) {
-    for (const auto& [key, value] : tags) body_ += fmt::format("  <tag k=\"{}\" v=\"{}\"/>\n", key, value);
+    for (const auto& [key, value] : tags) {
+      body_ += fmt::format("  <tag k=\"{}\" v=\"{}\"/>\n", key, value);
+    }
     body_ += " </" + element + ">\n";
     return *this;
   }

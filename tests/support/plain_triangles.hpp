@@ -49,12 +49,10 @@ struct PlainTriangles {
 
   /// Anything between 1 mm from the origin and 1 mm before the end.
   [[nodiscard]] bool hidden(const Vector3d& origin, const Vector3d& direction, double length) const {
-    return std::any_of(
-        triangles.begin(), triangles.end(),
-        [&](const Triangle& t) {
-          const double range = range_to(t, origin, direction);
-          return range > 1e-3 && range < length - 1e-3;
-        });
+    return std::any_of(triangles.begin(), triangles.end(), [&](const Triangle& t) {
+      const double range = range_to(t, origin, direction);
+      return range > 1e-3 && range < length - 1e-3;
+    });
   }
 };
 

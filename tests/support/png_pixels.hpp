@@ -38,8 +38,9 @@ class PngPixels {
   }
   [[nodiscard]] std::size_t count(const drawing::Colour& colour) const {
     std::size_t n = 0;
-    for (int y = 0; y < height(); ++y)
+    for (int y = 0; y < height(); ++y) {
       for (int x = 0; x < width(); ++x) n += is(pixel(x, y), colour) ? 1U : 0U;
+    }
     return n;
   }
   /// Compares within `tolerance` of 255 in each channel.

@@ -21,8 +21,9 @@ inline ProgramResult run_program(const std::string& command_line) {
   if (pipe == nullptr) throw std::runtime_error("cannot run " + command_line);
   ProgramResult result;
   std::array<char, 4096> buffer{};
-  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
+  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
     result.output.append(buffer.data(), n);
+  }
   const int status = pclose(pipe);
   if (WIFEXITED(status)) result.status = WEXITSTATUS(status);
   return result;
@@ -36,6 +37,7 @@ inline bool has_program(const std::string& name) {
 
 /// Skips the test, saying so, where a program that checks it is not installed.
 #define CANYON_NEEDS_PROGRAM(name)                                               \
-  if (!::canyon::test::has_program(name))                                        \
+  if (!::canyon::test::has_program(name)) {                                      \
     GTEST_SKIP() << "SKIPPED: the judge " << (name) << " is not installed here"; \
+  }                                                                              \
   static_assert(true, "needs a semicolon")

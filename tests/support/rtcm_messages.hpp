@@ -88,16 +88,19 @@ inline broadcast::Bits msm(gnss::System system, int kind, geodesy::GpsTime time,
     }
   }
   for (const Row& r : of_satellites) bits.put(static_cast<std::uint64_t>(r.rough / 1024), 8);
-  if (rates)
+  if (rates) {
     for (const Row& r : of_satellites) bits.put(static_cast<std::uint64_t>(r.cell->extended), 4);
+  }
   for (const Row& r : of_satellites) bits.put(static_cast<std::uint64_t>(r.rough % 1024), 10);
-  if (rates)
+  if (rates) {
     for (const Row& r : of_satellites) bits.put(r.cell->rate_mps ? field(r.rate, 1, 14) : none(14), 14);
+  }
   const auto fraction = [](const Row& r, double metres) {
     return metres / kMillisecond_m - static_cast<double>(r.rough) / 1024;
   };
-  for (const Row& r : of_cells)
+  for (const Row& r : of_cells) {
     bits.put(field(fraction(r, r.cell->range_m), fine ? 0x1p-29 : 0x1p-24, fine ? 20 : 15), fine ? 20 : 15);
+  }
   for (const Row& r : of_cells) {
     const int width = fine ? 24 : 22;
     bits.put(
@@ -106,16 +109,18 @@ inline broadcast::Bits msm(gnss::System system, int kind, geodesy::GpsTime time,
   }
   for (const Row& r : of_cells) {
     int indicator = lock_time_indicator(r.cell->lock_s, true);
-    if (!fine)
+    if (!fine) {
       for (indicator = 0; indicator < 15 && least_lock_ms(indicator + 1, false) <= 1e3 * r.cell->lock_s;)
         ++indicator;
+    }
     bits.put(static_cast<std::uint64_t>(indicator), fine ? 10 : 4);
   }
   for (const Row& r : of_cells) bits.put(r.cell->half_cycle ? 1 : 0, 1);
   for (const Row& r : of_cells) bits.positive(r.cell->cn0_dbhz, fine ? 0x1p-4 : 1, fine ? 10 : 6);
-  if (rates)
+  if (rates) {
     for (const Row& r : of_cells)
       bits.put(r.cell->rate_mps ? field(*r.cell->rate_mps - r.rate, 1e-4, 15) : none(15), 15);
+  }
   return bits;
 }
 

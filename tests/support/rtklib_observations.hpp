@@ -72,7 +72,9 @@ inline std::size_t expect_as_rtklib(const std::filesystem::path& path,
       EXPECT_EQ(static_cast<float>(s.doppler_hz.value_or(0)), o.doppler[k]);
       EXPECT_NEAR(s.cn0_dbhz.value_or(0), 0.001 * o.snr[k], 0.00051);
       // RTKLIB drops the indicator of a phase that is missing.
-      if (s.carrier_phase_cycles) EXPECT_EQ(s.loss_of_lock & 3, o.lli[k] & 3);
+      if (s.carrier_phase_cycles) {
+        EXPECT_EQ(s.loss_of_lock & 3, o.lli[k] & 3);
+      }
       ++compared;
     }
   }

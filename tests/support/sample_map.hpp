@@ -38,8 +38,9 @@ struct SampleMap {
   /// Exact for fewer than 1000 columns and rows, four layers, two times and altitudes.
   [[nodiscard]] static float value(std::size_t layer, std::size_t time, std::size_t altitude,
                                    std::uint32_t column, std::uint32_t row) {
-    if (state(altitude, column, row) != heatmap::CellState::Computed)
+    if (state(altitude, column, row) != heatmap::CellState::Computed) {
       return std::numeric_limits<float>::quiet_NaN();
+    }
     return static_cast<float>(column) + 1000 * static_cast<float>(row) +
            static_cast<float>(4 * layer + 2 * time + altitude) / 16;
   }
@@ -50,11 +51,13 @@ struct SampleMap {
     for (std::size_t k = 0; k <= request.layers.size(); ++k) {
       for (std::size_t a = 0; a < request.altitudes_m.size(); ++a) {
         for (std::uint32_t r = tile.first_row; r < tile.first_row + tile.rows; ++r) {
-          for (std::uint32_t c = tile.first_column; c < tile.first_column + tile.columns; ++c)
-            if (k < request.layers.size())
+          for (std::uint32_t c = tile.first_column; c < tile.first_column + tile.columns; ++c) {
+            if (k < request.layers.size()) {
               result.values.push_back(value(k, time, a, c, r));
-            else
+            } else {
               result.state.push_back(state(a, c, r));
+            }
+          }
         }
       }
     }

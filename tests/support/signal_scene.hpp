@@ -150,8 +150,9 @@ inline std::vector<Path> nothing(const orbit::LineOfSight& /*line*/) {
 }
 
 inline const SatelliteObservation* find(const ReceiverEpoch& epoch, gnss::SatelliteId id) {
-  for (const SatelliteObservation& each : epoch.satellites)
+  for (const SatelliteObservation& each : epoch.satellites) {
     if (each.id == id) return &each;
+  }
   return nullptr;
 }
 

@@ -70,8 +70,9 @@ class TestDrive {
       m.pseudorange_m = line->range_m +
                         kSpeedOfLight * (bias_s - line->state.clock_bias_s + line->state.group_delay_s) +
                         sigma_m * random_.normal();
-      if (const auto bias = system_bias_m.find(id.system); bias != system_bias_m.end())
+      if (const auto bias = system_bias_m.find(id.system); bias != system_bias_m.end()) {
         m.pseudorange_m += bias->second;
+      }
       if (doppler) {
         const double g = 1 + line->direction_ecef.dot(line->velocity_at_reception_mps +
                                                       omega.cross(line->position_at_reception_m)) /

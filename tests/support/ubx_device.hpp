@@ -101,10 +101,12 @@ class UbxDevice {
   /// How often each message comes in `count` epochs of the device's interval.
   std::map<MessageId, int> counts(int count, double interval_s = 0.1) {
     std::map<MessageId, int> found;
-    for (int i = 0; i < count; ++i)
+    for (int i = 0; i < count; ++i) {
       for (const Message& m :
-           encode(sample_signal_epoch(sample_time() + interval_s * ++epochs_, sample_time())))
+           encode(sample_signal_epoch(sample_time() + interval_s * ++epochs_, sample_time()))) {
         ++found[m.id];
+      }
+    }
     return found;
   }
 
@@ -115,8 +117,9 @@ class UbxDevice {
 
 inline const Message& find(const std::vector<Message>& messages, MessageId id) {
   static const Message none;
-  for (const Message& message : messages)
+  for (const Message& message : messages) {
     if (message.id == id) return message;
+  }
   ADD_FAILURE() << "no message " << std::hex << id;
   return none;
 }

@@ -20,8 +20,9 @@ using canyon::test::SampleReport;
 using ::testing::ElementsAre;
 
 const msgs::GnssSatellite& satellite(const msgs::GnssReceiver& message, const std::string& id) {
-  for (const auto& s : message.satellites())
+  for (const auto& s : message.satellites()) {
     if (s.id() == id) return s;
+  }
   throw std::runtime_error("no satellite " + id);
 }
 
@@ -33,8 +34,9 @@ void note_fields(const google::protobuf::Message& message, std::set<std::string>
     const auto* field = message.GetDescriptor()->field(i);
     all.insert(field->full_name());
     const int size = field->is_repeated() ? reflection.FieldSize(message, field) : 0;
-    if (size > 0 || (!field->is_repeated() && reflection.HasField(message, field)))
+    if (size > 0 || (!field->is_repeated() && reflection.HasField(message, field))) {
       seen.insert(field->full_name());
+    }
     if (field->cpp_type() != google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE) continue;
     for (int j = 0; j < size; ++j) note_fields(reflection.GetRepeatedMessage(message, field, j), all, seen);
     if (!field->is_repeated()) note_fields(reflection.GetMessage(message, field), all, seen);
@@ -59,8 +61,9 @@ TEST(GnssMessage, FillsEveryFieldButTheDocumentedOnes) {
 }
 
 double clock_bias(const msgs::GnssReceiver& message, msgs::GnssSystem system) {
-  for (const auto& bias : message.fix().clock_biases())
+  for (const auto& bias : message.fix().clock_biases()) {
     if (bias.system() == system) return bias.bias_s();
+  }
   return NAN;
 }
 

@@ -67,9 +67,11 @@ TEST_F(DriveElementTest, TakesTheFilesOwnTimesAsTheWorlds) {
   // 10:00:05 UTC is 5 s into the drive. 2024-05-01 is 1 May, a Wednesday: day 3 of GPS week 2312, 18 leap
   // seconds.
   const double tow = 3 * 86400 + 10 * 3600 + 5 + 18;
-  for (const std::string& start : {std::string("<start>2024-05-01T10:00:05Z</start>"),
-                                   "<start><week>2312</week><tow>" + std::to_string(tow) + "</tow></start>"})
+  for (const std::string& start :
+       {std::string("<start>2024-05-01T10:00:05Z</start>"),
+        "<start><week>2312</week><tow>" + std::to_string(tow) + "</tow></start>"}) {
     EXPECT_NEAR(read("<trajectory>dated.csv</trajectory>" + start).drive.begin_s(), -5, 1e-9) << start;
+  }
 }
 
 TEST_F(DriveElementTest, NamesElementAndCure) {
@@ -97,8 +99,9 @@ TEST_F(DriveElementTest, NamesElementAndCure) {
   for (const auto& [children, expected] : cases) {
     const std::string message = refusal(children);
     EXPECT_NE(message.find(expected), std::string::npos) << children << "\n" << message;
-    if (children != "<trajectory>broken.csv</trajectory>")
+    if (children != "<trajectory>broken.csv</trajectory>") {
       EXPECT_NE(message.find("plugin 'rails'"), std::string::npos) << message;
+    }
   }
 }
 

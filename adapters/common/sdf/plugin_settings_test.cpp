@@ -72,8 +72,9 @@ ResourcePaths gazebos_paths() {
   const auto paths = [](const char* variable) {
     std::vector<std::filesystem::path> folders;
     const char* const text = std::getenv(variable);
-    for (const std::string_view folder : split(text != nullptr ? text : "", ':'))
+    for (const std::string_view folder : split(text != nullptr ? text : "", ':')) {
       if (!folder.empty()) folders.emplace_back(folder);
+    }
     return folders;
   };
   return {paths("GAZEBO_MODEL_PATH"), paths("GAZEBO_RESOURCE_PATH"), "GAZEBO_RESOURCE_PATH"};
@@ -113,10 +114,11 @@ class Variable {
     setenv(name, value.c_str(), 1);
   }
   ~Variable() {
-    if (before_)
+    if (before_) {
       setenv(name_, before_->c_str(), 1);
-    else
+    } else {
       unsetenv(name_);
+    }
   }
   Variable(const Variable&) = delete;
   Variable& operator=(const Variable&) = delete;
@@ -179,8 +181,9 @@ TEST(HostSettings, TheSensorsOwnNoiseStandsForAProfile) {
   }
   EXPECT_FALSE(read_on("gps", "<profile>ublox-m10</profile>").live.receiver().options.fix_noise.any());
   EXPECT_FALSE(read_on("gps", kPaper).live.receiver().options.fix_noise.any()) << "the paper's own";
-  for (const char* own : {"<noise>1</noise>", "<gpsNoise>1</gpsNoise>", "<disableNoise>0</disableNoise>"})
+  for (const char* own : {"<noise>1</noise>", "<gpsNoise>1</gpsNoise>", "<disableNoise>0</disableNoise>"}) {
     EXPECT_TRUE(read_on("gps", own).live.receiver().options.noise.enabled) << own;
+  }
   const auto own = read_on("gps", "<fix_noise><horizontal_m>2</horizontal_m></fix_noise>").live.receiver();
   EXPECT_EQ(own.options.fix_noise.horizontal_m, 2);
   EXPECT_EQ(own.options.fix_noise.vertical_m, 0.5);
@@ -676,8 +679,9 @@ sdf::ElementPtr plugin(const options::Key& key, const std::string& value) {
 }
 
 TEST(PluginKeys, HoldEveryKeyOfALiveReceiver) {
-  for (const options::Key& live : options::describe<simulation::LiveConfig>().keys)
+  for (const options::Key& live : options::describe<simulation::LiveConfig>().keys) {
     EXPECT_THAT(plugin_keys(), testing::Contains(testing::Field(&options::Key::path, live.path)));
+  }
 }
 
 TEST(PluginKeys, EveryElementOfTheTableIsRead) {
@@ -704,8 +708,9 @@ TEST(PluginKeys, RefuseWhatIsOutOfRange) {
   for (const options::Key& key : plugin_keys()) {
     // These need others beside them, which other tests give.
     bool alone = key.path != "sky.allow_stale";
-    for (const char* one : {"satNum", "satAzimuth", "satElevation", "origin_", "start."})
+    for (const char* one : {"satNum", "satAzimuth", "satElevation", "origin_", "start."}) {
       alone = alone && key.path.find(one) == std::string::npos;
+    }
     // Elements may be empty, and several.
     const bool text = key.type == options::Type::Text || key.type == options::Type::Texts;
     if (!alone || text) continue;

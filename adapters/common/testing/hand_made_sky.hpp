@@ -35,8 +35,9 @@ struct Sky {
     view.line.azimuth_rad = azimuth_deg * geodesy::radians(1);
     view.line.elevation_rad = elevation_deg * geodesy::radians(1);
     view.paths.visibility = visibility;
-    if (visibility == propagation::Visibility::LOS || visibility == propagation::Visibility::LOSMultipath)
+    if (visibility == propagation::Visibility::LOS || visibility == propagation::Visibility::LOSMultipath) {
       view.paths.paths.emplace_back();
+    }
     for (const auto& point : reflection_points_enu) view.paths.paths.push_back(reflected(point));
     step.arrival.views.push_back(view);
     receiver::SatelliteObservation seen;

@@ -265,9 +265,10 @@ TEST(Mgrs, FindsTheCornerOfASquare) {
 }
 
 TEST(Mgrs, RefusesWhatIsNotASquare) {
-  for (const char* text :
-       {"", "54", "54S", "54SU", "54SUE1234", "54SIE", "99SUE", "UAZ", "ZAH", "54 SUE", "x", "54SUE\xC3\xA9"})
+  for (const char* text : {"", "54", "54S", "54SU", "54SUE1234", "54SIE", "99SUE", "UAZ", "ZAH", "54 SUE",
+                           "x", "54SUE\xC3\xA9"}) {
     EXPECT_THROW((void)utm_of_mgrs_square(text), InputError) << text;
+  }
 }
 
 // NIMA TR8350.2, table 3.4: normal gravity on the ellipsoid at the equator and at the pole.

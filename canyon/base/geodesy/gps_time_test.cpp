@@ -104,8 +104,9 @@ TEST(GpsTime, Orders) {
 
 TEST(GpsTime, RefusesWhatIsNoTime) {
   const double inf = std::numeric_limits<double>::infinity();
-  for (const double seconds : {inf, -inf, std::nan(""), 1e11, -1e11, 1e300})
+  for (const double seconds : {inf, -inf, std::nan(""), 1e11, -1e11, 1e300}) {
     EXPECT_THROW((void)GpsTime::from_week(2051, seconds), InputError) << seconds;
+  }
   EXPECT_THROW((void)GpsTime::from_week(14'601, 0), InputError);
   EXPECT_THROW((void)GpsTime::from_week(-14'601, 0), InputError);
   EXPECT_THROW((void)GpsTime::from_week(14'600, 604'800), InputError);

@@ -162,8 +162,9 @@ TEST(ParseTime, TakesEveryDocumentedForm) {
         "2019-04-28t12:58:03.5z", "2019-04-28T12:58:03.500000000 UTC", "  2019-04-28T12:58:03.5Z ",
         "2019-04-28T20:58:03.5+08:00", "2019-04-28T20:58:03.5+0800", "2019-04-28T20:58:03.5+08",
         "2019-04-28T07:28:03.5-05:30", "2019-04-28T12:58:21.5 GPST", "2019-04-28T12:58:21.5GPS",
-        "2019-04-29T02:58:03.5+14:00"})
+        "2019-04-29T02:58:03.5+14:00"}) {
     EXPECT_EQ(parse_time(text), t) << text;
+  }
   EXPECT_EQ(parse_time("2019-04-28"), gps_from_utc({2019, 4, 28, 0, 0, 0, 0}));
   EXPECT_EQ(parse_time("2019-04-28 GPST"), gps_from_calendar({2019, 4, 28, 0, 0, 0, 0}));
   EXPECT_EQ(parse_time("2019-04-28T12:58Z"), gps_from_utc({2019, 4, 28, 12, 58, 0, 0}));
@@ -220,8 +221,9 @@ TEST(ParseTime, RefusesEverythingElse) {
                            "20190428T12:58:03Z",
                            "20190428T1258:03Z",
                            "2019-04-28T125803Z",
-                           "1556456283"})
+                           "1556456283"}) {
     EXPECT_THAT(message(text), HasSubstr("is not a time; write UTC as")) << text;
+  }
   EXPECT_THAT(message("2019-02-29"), HasSubstr("day 29 is out of range; it runs from 1 to 28"));
   EXPECT_THAT(message("2020-02-30"), HasSubstr("it runs from 1 to 29"));
   EXPECT_THAT(message("1900-02-29"), HasSubstr("it runs from 1 to 28"));

@@ -11,8 +11,9 @@ namespace {
 
 std::vector<Frame> received(MavlinkParser& parser, std::string_view bytes, std::size_t step = 1 << 20) {
   std::vector<Frame> frames;
-  for (; !bytes.empty(); bytes.remove_prefix(std::min(step, bytes.size())))
+  for (; !bytes.empty(); bytes.remove_prefix(std::min(step, bytes.size()))) {
     parser.receive(bytes.substr(0, step), [&](const Frame& f) { frames.push_back(f); });
+  }
   return frames;
 }
 

@@ -43,22 +43,22 @@ double count_of(const WireField& field, std::size_t k) {
 template <typename Do>
 void for_each_element(Message& message, const Do& action) {
   std::size_t k = 0;
-  for (const WireField& field : fields_of(message))
-    for (std::size_t i = 0; i < field.count; ++i, ++k)
+  for (const WireField& field : fields_of(message)) {
+    for (std::size_t i = 0; i < field.count; ++i, ++k) {
       std::visit([&](auto* member) { action(field, i, k, member[i]); }, field.member);
+    }
+  }
 }
 
 template <std::size_t... I>
 std::vector<Message> filled(std::index_sequence<I...>) {
   std::vector<Message> all{std::variant_alternative_t<I, Message>()...};
   for (Message& message : all) {
-    for_each_element(
-        message,
-        [](const WireField& field, std::size_t, std::size_t k, auto& value) {
-          using Value = std::remove_reference_t<decltype(value)>;
-          const double unit = std::is_same_v<Value, double> ? field.unit : 1;
-          value = static_cast<Value>(count_of(field, k) * unit);
-        });
+    for_each_element(message, [](const WireField& field, std::size_t, std::size_t k, auto& value) {
+      using Value = std::remove_reference_t<decltype(value)>;
+      const double unit = std::is_same_v<Value, double> ? field.unit : 1;
+      value = static_cast<Value>(count_of(field, k) * unit);
+    });
   }
   return all;
 }
@@ -105,19 +105,17 @@ void check(Version version) {
   ASSERT_EQ(back.size(), at);
   EXPECT_EQ(parser.passed_over(), 0U);
   for (std::size_t j = 0; j < back.size(); ++j) {
-    for_each_element(
-        back[j].message,
-        [&](const WireField& field, std::size_t, std::size_t k, auto& value) {
-          const bool absent =
-              field.extension &&
-              (version == Version::V1 || theirs.messages[j].fields.count(std::string(field.name)) == 0);
-          using Value = std::remove_reference_t<decltype(value)>;
-          if (absent) return;
-          if constexpr (std::is_same_v<Value, double>)
-            EXPECT_NEAR(value, count_of(field, k) * field.unit, 1e-9 * std::abs(value)) << field.name;
-          else
-            EXPECT_EQ(static_cast<double>(value), count_of(field, k)) << field.name;
-        });
+    for_each_element(back[j].message, [&](const WireField& field, std::size_t, std::size_t k, auto& value) {
+      const bool absent = field.extension && (version == Version::V1 ||
+                                              theirs.messages[j].fields.count(std::string(field.name)) == 0);
+      using Value = std::remove_reference_t<decltype(value)>;
+      if (absent) return;
+      if constexpr (std::is_same_v<Value, double>) {
+        EXPECT_NEAR(value, count_of(field, k) * field.unit, 1e-9 * std::abs(value)) << field.name;
+      } else {
+        EXPECT_EQ(static_cast<double>(value), count_of(field, k)) << field.name;
+      }
+    });
   }
 }
 

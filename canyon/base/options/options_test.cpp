@@ -265,8 +265,9 @@ TEST(Yaml, RefusesTreesThatAliasesBlowUp) {
 
 // yaml-cpp finds an empty document at such a comma, and then the next one at the same place, without end.
 TEST(ParseYaml, EndsAtACommaThatStandsAlone) {
-  for (const char* text : {"a: 1\n , b: 2\n", " , b: 2\n", "a: 1\n---\nb: 2\n"})
+  for (const char* text : {"a: 1\n , b: 2\n", " , b: 2\n", "a: 1\n---\nb: 2\n"}) {
     EXPECT_THROW((void)parse_yaml(text, {}, ""), InputError) << text;
+  }
 }
 
 // yaml-cpp takes some of these for the end of its input, and began documents without end.

@@ -61,7 +61,9 @@ TEST(ByteSink, ASubscriberGetsEveryMessage) {
     Subscriber subscriber(port);
     std::vector<std::string> messages;
     messages.reserve(2000);
-    for (int i = 0; i < 2000; ++i) messages.push_back(subscriber.message());
+    for (int i = 0; i < 2000; ++i) {
+      messages.push_back(subscriber.message());
+    }
     return messages;
   });
   std::vector<std::string> sent;
@@ -103,8 +105,9 @@ TEST(ByteSink, RefusesAddressesThatItCannotHave) {
   EXPECT_NE(problem_of([] { (void)open_byte_sink("zmq://127.0.0.1"); }), "");
   EXPECT_NE(problem_of([] { (void)open_byte_sink("udp://127.0.0.1:1"); }), "");
   for (const char* address :
-       {"tcp://127.0.0.1", "tcp://127.0.0.1:70000", "tcp-connect://nowhere.example:5000"})
+       {"tcp://127.0.0.1", "tcp://127.0.0.1:70000", "tcp-connect://nowhere.example:5000"}) {
     EXPECT_THROW((void)open_byte_sink(address), InputError) << address;
+  }
   EXPECT_TRUE(is_byte_sink("zmq://127.0.0.1:5"));
   EXPECT_TRUE(is_byte_sink("tcp://127.0.0.1:5000"));
   EXPECT_TRUE(is_byte_sink("tcp-connect://127.0.0.1:5"));

@@ -167,8 +167,9 @@ TEST(NtripCaster, RefusesAsEachRevisionDoes) {
               AllOf(StartsWith("SOURCETABLE 200 OK\r\n"), EndsWith("ENDSOURCETABLE\r\n")));
   for (const std::string& nonsense :
        {std::string("POST /BASE HTTP/1.1\r\n\r\n"), std::string("SOURCE pw /BASE\r\n\r\n"),
-        std::string("\x16\x03\x01\r\n\r\n"), std::string(20'000, 'x')})
+        std::string("\x16\x03\x01\r\n\r\n"), std::string(20'000, 'x')}) {
     EXPECT_THAT(refusal(*caster, port, nonsense), StartsWith("HTTP/1.1 400 "));
+  }
 }
 
 TEST(NtripCaster, SourceTableHasAllMountPointsOfAPort) {
@@ -347,8 +348,7 @@ NtripClient client_of(const ScriptedCaster& caster, const char* scheme = "ntrip"
 }
 
 bool becomes(NtripClient& client, State state) {
-  return serve_until(
-      client, [&] { return client.status().state == state; });
+  return serve_until(client, [&] { return client.status().state == state; });
 }
 
 TEST(NtripClient, TakesTheStreamOfOurCasterAndSendsItsPlace) {
@@ -671,8 +671,9 @@ TEST(NtripAddress, RefusesWhatIsNone) {
 TEST(NtripAddress, PasswordsAreNotShown) {
   EXPECT_EQ(hide_passwords("base/rtcm=ntrip-caster://rover:p@ss:w/rd@127.0.0.1:2101/BASE"),
             "base/rtcm=ntrip-caster://rover:...@127.0.0.1:2101/BASE");
-  for (const char* open : {"ntrip://127.0.0.1:2101/BASE", "tcp://127.0.0.1:2101", "serial:/dev/ttyS0@9600"})
+  for (const char* open : {"ntrip://127.0.0.1:2101/BASE", "tcp://127.0.0.1:2101", "serial:/dev/ttyS0@9600"}) {
     EXPECT_EQ(hide_passwords(open), open);
+  }
 }
 
 }  // namespace

@@ -28,8 +28,9 @@ TEST(LineCutter, ADatagramEndsItsLine) {
   LineCutter cutter(4);
   std::vector<std::string> lines;
   const auto take = [&](std::optional<std::string_view> line) { lines.emplace_back(line.value_or("long")); };
-  for (const char* datagram : {"ab", "c\nd", "e\n", "", "fghij", "k"})
+  for (const char* datagram : {"ab", "c\nd", "e\n", "", "fghij", "k"}) {
     cutter.receive(Received{1, datagram, true}, take);
+  }
   EXPECT_THAT(lines, ElementsAre("ab", "c", "d", "e", "long", "k"));
   cutter.receive(Received{1, "l"}, take);
   cutter.receive(Received{1, "m\n"}, take);

@@ -318,8 +318,9 @@ TEST(Transport, DatagramsEndWithLines) {
     ASSERT_EQ(poll(&wait, 1, 20'000), 1);
     std::array<char, 2000> buffer;
     EXPECT_EQ(receiver.receive(asio::buffer(buffer)), size);
-    if (size == 1364U || size == 1116U)
+    if (size == 1364U || size == 1116U) {
       EXPECT_EQ(std::string_view(buffer.data(), size), epoch.substr(size == 1364U ? 0 : 1364, size));
+    }
   }
 }
 
@@ -593,8 +594,9 @@ TEST(Transport, SerialPortIsTakenUpAgainAfterItWasUnplugged) {
     while (std::chrono::steady_clock::now() < deadline) {
       serial->serve();
       serial->send("x");
-      for (const std::string& line : serial->take_notes())
+      for (const std::string& line : serial->take_notes()) {
         if (line.find(text) != std::string::npos) return true;
+      }
     }
     return false;
   };
@@ -659,11 +661,13 @@ TEST(Transport, RefusesWhatIsNoAddress) {
     ADD_FAILURE() << address;
     return {};
   };
-  for (const char* address : {"", "nonsense", "file:", "tcp:/127.0.0.1:2947", "http://127.0.0.1:80"})
+  for (const char* address : {"", "nonsense", "file:", "tcp:/127.0.0.1:2947", "http://127.0.0.1:80"}) {
     EXPECT_THAT(problem_of(address), HasSubstr("is not an address"));
+  }
   for (const char* address : {"tcp://", "tcp://127.0.0.1", "tcp://:2947", "tcp://127.0.0.1:0",
-                              "udp://127.0.0.1:65536", "udp://127.0.0.1:x"})
+                              "udp://127.0.0.1:65536", "udp://127.0.0.1:x"}) {
     EXPECT_THAT(problem_of(address), HasSubstr("no host and port"));
+  }
   EXPECT_THAT(problem_of("tcp://here:2947"), HasSubstr("'here' is not an address to listen at"));
   EXPECT_THAT(problem_of("tcp-connect://nowhere.invalid:1"), HasSubstr("is not a known host"));
   EXPECT_THAT(problem_of("serial:/dev/ttyUSB0"), HasSubstr("no device and baud rate"));

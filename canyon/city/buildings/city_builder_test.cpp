@@ -87,8 +87,9 @@ city::Box box_of(const city::Mesh& mesh, const city::Object& object) {
 }
 
 const city::Object* find(const BuiltCity& built, const std::string& name) {
-  for (const city::Object& object : built.city.mesh.objects)
+  for (const city::Object& object : built.city.mesh.objects) {
     if (object.name == name) return &object;
+  }
   return nullptr;
 }
 
@@ -109,10 +110,11 @@ void expect_sound(const BuiltCity& built) {
     for (const MapPolygon& polygon : feature.footprint) {
       const auto ring = [&](const MapRing& places) {
         std::vector<Point2> points;
-        for (const LonLat& p : places)
+        for (const LonLat& p : places) {
           points.push_back(
               built.city.frame.local_from_geodetic(Geodetic::from_degrees(p.y(), p.x(), feature.ground_m))
                   .head<2>());
+        }
         return points;
       };
       Polygon2 next;
@@ -370,9 +372,11 @@ TEST(CityBuilder, FarFromTheOriginTheGroundFallsOffAndBuildingsStayWhole) {
   EXPECT_NEAR(box.min.z(), -20040.0 * 20040 / (2 * 6389.9e3), 0.01);
   // The ground's sheet lies at the origin's height wherever it has a post.
   const city::Object& ground = built.city.mesh.objects.front();
-  for (std::uint32_t t = 0; t < ground.triangle_count; ++t)
-    for (const std::uint32_t v : built.city.mesh.triangles[t])
+  for (std::uint32_t t = 0; t < ground.triangle_count; ++t) {
+    for (const std::uint32_t v : built.city.mesh.triangles[t]) {
       ASSERT_NEAR(built.city.frame.geodetic_from_local(built.city.mesh.vertices[v]).height_m, 100, 0.001);
+    }
+  }
 }
 
 // An SRTM tile of 3" posts from 48 N, 11 E, whose ground climbs eastwards by 1 m for each post (about 62 m).
@@ -450,8 +454,9 @@ MapFeature& add_block(Sketch& sketch, const char* id, const MapRing& ring, doubl
   };
   surface({at(0, low), at(3, low), at(2, low), at(1, low)}, "GroundSurface");
   surface({at(0, high), at(1, high), at(2, high), at(3, high)}, "RoofSurface");
-  for (int k = 0; k < 4; ++k)
+  for (int k = 0; k < 4; ++k) {
     surface({at(k, low), at((k + 1) % 4, low), at((k + 1) % 4, high), at(k, high)}, "WallSurface");
+  }
   return feature;
 }
 
@@ -582,8 +587,9 @@ TEST(CityBuilderMoscow, AllBuildingsStandAndTheTowerIs540MetresHigh) {
   std::vector<city::Box> stack;
   for (const BuiltFeature& feature : built.features) {
     if (!feature.part) continue;
-    for (std::uint32_t k = 0; k < feature.object_count; ++k)
+    for (std::uint32_t k = 0; k < feature.object_count; ++k) {
       stack.push_back(box_of(built.city.mesh, built.city.mesh.objects[feature.first_object + k]));
+    }
   }
   ASSERT_NE(find(built, "way/42220517"), nullptr);
   stack.push_back(box_of(built.city.mesh, *find(built, "way/42220517")));
@@ -605,8 +611,9 @@ TEST(CityBuilderMoscow, GdalsOsmDriverSeesTheSameBuildings) {
   CANYON_NEEDS_PROGRAM("ogrinfo");
   const BuiltCity built = build_city(read_osm({path}), nullptr, {});
   std::set<std::string> ours;
-  for (const BuiltFeature& feature : built.features)
+  for (const BuiltFeature& feature : built.features) {
     if (!feature.part) ours.insert(feature.id);
+  }
   // osm_way_id for closed ways, osm_id for relations.
   const test::ProgramResult result = test::run_program(
       // The extract's nodes are not sorted.

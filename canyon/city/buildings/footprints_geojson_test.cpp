@@ -236,8 +236,9 @@ TEST(FootprintsGeojson, OgrinfoReadsIt) {
         "min_height_m (Real) = 2", "height_source (String) = height", "roof_source (String) = levels",
         "roof_shape (String) = gabled", "roof_height_m (Real) = 3.5", "ground_m (Real) = 4.25",
         "facade (String) = glass", "roof (String) = metal", "reason (String) = outline without area",
-        "height_source (String) = surfaces", "kind (String) = foliage"})
+        "height_source (String) = surfaces", "kind (String) = foliage"}) {
     EXPECT_THAT(all.output, HasSubstr(line));
+  }
   // The tower's (3e-4 deg)^2 less its court's (1e-4 deg)^2; two sheds of (1e-4 deg)^2.
   const auto areas = test::run_program(
       "ogrinfo -ro " + file +

@@ -66,8 +66,9 @@ struct Fixture {
 
   Fixture() {
     const std::vector<Vector3d> sky = canyon::bench::spread_sky(50);
-    for (const Vector3d& place : city.places)
+    for (const Vector3d& place : city.places) {
       for (const Vector3d& direction : sky) rays.push_back({place, direction});
+    }
     bare = std::make_unique<BareEmbree>(city.city.mesh, rays);
     result = std::make_unique<bool[]>(rays.size());
   }

@@ -122,8 +122,9 @@ TEST(RayScene, ManyRaysAtOnceAnswerAsOneByOne) {
   std::uniform_real_distribution<double> place(-200, 200);
   for (const std::size_t count : {0u, 1u, 7u, 8u, 9u, 50u, 1003u}) {
     std::vector<Ray> rays(count);
-    for (Ray& ray : rays)
+    for (Ray& ray : rays) {
       ray = {{place(random), place(random), 2}, random_direction(random), std::abs(place(random))};
+    }
     const auto result = std::make_unique<bool[]>(count);
     scene.occluded(rays, {result.get(), count});
     for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(result[i], scene.occluded(rays[i])) << i;
@@ -153,8 +154,9 @@ int leaks_of_a_sphere(const Vector3d& centre, Aim aim) {
   const auto blocked = std::make_unique<bool[]>(rays.size());
   scene.occluded(rays, {blocked.get(), rays.size()});
   int leaks = 0;
-  for (std::size_t i = 0; i < rays.size(); ++i)
+  for (std::size_t i = 0; i < rays.size(); ++i) {
     leaks += blocked[i] && scene.occluded(rays[i]) && scene.cast(rays[i]) ? 0 : 1;
+  }
   return leaks;
 }
 
@@ -282,8 +284,9 @@ void append_extrusion(Mesh& mesh, double x0, double x1, double y0, double y1, do
   std::vector<std::array<std::uint32_t, 3>> t{{0, 1, 5}, {0, 5, 4}, {1, 2, 6}, {1, 6, 5},
                                               {2, 3, 7}, {2, 7, 6}, {3, 0, 4}, {3, 4, 7}};
   if (roof) t.insert(t.end(), {{4, 5, 6}, {4, 6, 7}});
-  if (inside_out)
+  if (inside_out) {
     for (auto& triangle : t) std::swap(triangle[1], triangle[2]);
+  }
   city::append_object(mesh, "extrusion", Surface::Building, Material::Concrete, v, t);
 }
 
@@ -303,9 +306,11 @@ TEST(RayScene, PlacementBearsTheFaultsOfRealMeshes) {
   EXPECT_EQ(scene.placement({45, 10, 2}), Placement::InsideBuilding);
   EXPECT_EQ(scene.placement({10, 70, 2}), Placement::InsideBuilding);
   EXPECT_EQ(scene.placement({110, 10, 2}), Placement::Free);
-  for (const double x : {-0.5, 25.0, 60.0, 90.0})
-    for (const double y : {-0.5, 21.0, 40.0, 59.5})
+  for (const double x : {-0.5, 25.0, 60.0, 90.0}) {
+    for (const double y : {-0.5, 21.0, 40.0, 59.5}) {
       EXPECT_EQ(scene.placement({x, y, 2}), Placement::Free) << x << ", " << y;
+    }
+  }
 }
 
 TEST(RayScene, UnderABridgeIsFree) {
@@ -486,13 +491,16 @@ TEST(RayScene, ManyInstancesAnswerAsTheSameMeshesStandingStill) {
     // A ray along an edge may fall to either side.
     if (expected.has_value() != found.has_value() ||
         (expected && (std::abs(expected->range_m - found->range_m) > 1e-4 ||
-                      expected->front != found->front || !expected->normal.isApprox(found->normal, 1e-6))))
+                      expected->front != found->front || !expected->normal.isApprox(found->normal, 1e-6)))) {
       ++disagreements;
+    }
     EXPECT_EQ(moving.occluded(ray, min_range), found.has_value()) << i;
   }
   const auto blocked = std::make_unique<bool[]>(rays.size());
   moving.occluded(rays, {blocked.get(), rays.size()});
-  for (std::size_t i = 0; i < rays.size(); ++i) EXPECT_EQ(blocked[i], moving.cast(rays[i]).has_value()) << i;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    EXPECT_EQ(blocked[i], moving.cast(rays[i]).has_value()) << i;
+  }
   EXPECT_GT(hits, 4'000);
   EXPECT_LE(disagreements, 2);
 }

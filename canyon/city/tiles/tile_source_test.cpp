@@ -96,7 +96,9 @@ TEST_F(WebTilesTest, KeysGoWithEachTileAndNowhereElse) {
   EXPECT_THAT(city.city.name, Not(HasSubstr("s3cret")));
   for (const auto& entry : std::filesystem::recursive_directory_iterator(cache_.path())) {
     EXPECT_THAT(entry.path().string(), Not(HasSubstr("s3cret")));
-    if (entry.is_regular_file()) EXPECT_THAT(test::read_bytes(entry.path()), Not(HasSubstr("s3cret")));
+    if (entry.is_regular_file()) {
+      EXPECT_THAT(test::read_bytes(entry.path()), Not(HasSubstr("s3cret")));
+    }
   }
   unsetenv("CANYON_TEST_KEY");
   EXPECT_THAT(test::refusal([&] { (void)read(options(server, "?key=$CANYON_TEST_KEY")); }),
@@ -157,8 +159,9 @@ TEST_F(WebTilesTest, FilesThatDifferByTheirQueriesAreKeptApart) {
 TEST_F(WebTilesTest, AnyParameterMayChooseTheFile) {
   auto files = served();
   std::string children;
-  for (const char* name : {"design", "monkey", "authority", "sessions", "passage", "token"})
+  for (const char* name : {"design", "monkey", "authority", "sessions", "passage", "token"}) {
     for (const int number : {1, 2}) children += leaf(fmt::format("a.glb?{}={}", name, number), 0) + ",";
+  }
   children.pop_back();
   files["/city/tileset.json"].body = tileset_of(children);
   const test::WebFolder server(files);

@@ -44,8 +44,9 @@ TEST(RunningOptions, ShowNoPasswordAndAreTakenBack) {
 TEST(RunningOptions, ARequestNamesNoFileButProfilesBesideTheScenario) {
   const test::TemporaryFolder folder;
   std::filesystem::create_directory(folder / "sub");
-  for (const char* file : {"mine.yaml", "sub/other.yaml"})
+  for (const char* file : {"mine.yaml", "sub/other.yaml"}) {
     std::ofstream(folder / file) << "description: mine\nelevation_mask_deg: 33\n";
+  }
   std::filesystem::create_symlink(folder / "sub/other.yaml", folder / "link.yaml");
   const auto options_with = [&](const std::string& profile, const std::filesystem::path& name) {
     return simulation::running_options(
@@ -58,8 +59,9 @@ TEST(RunningOptions, ARequestNamesNoFileButProfilesBesideTheScenario) {
   EXPECT_NO_THROW((void)options_with("survey", "request"));
   for (const std::string& profile :
        {std::string("/etc/passwd"), (folder / "mine.yaml").string(), std::string("sub/other.yaml"),
-        std::string("link.yaml"), std::string("sub/../../x.yaml"), std::string("none.yaml")})
+        std::string("link.yaml"), std::string("sub/../../x.yaml"), std::string("none.yaml")}) {
     EXPECT_THROW((void)options_with(profile, scenario), InputError) << profile;
+  }
   EXPECT_THROW((void)options_with("mine.yaml", "request"), InputError);
 }
 
@@ -119,8 +121,9 @@ TEST_F(OptionsDeskTest, PutsFaultsOnTheTimelineAndEndsThem) {
 TEST_F(OptionsDeskTest, RefusesWhatCannotBeAndChangesNothing) {
   for (const char* wrong : {"elevation_mask_deg: 100", "elevation_mask_deg: high", "no_such_key: 1",
                             "sky: {systems: [GPS]}", "start: 2026-06-02T08:00:00Z", "name: other", "- a\n- b",
-                            "elevation_mask_deg: 30\nclock: {bias_s: .nan}"})
+                            "elevation_mask_deg: 30\nclock: {bias_s: .nan}"}) {
     EXPECT_THAT(ask(Kind::Set, "", wrong), StartsWith("refused: ")) << wrong;
+  }
   EXPECT_EQ(changed_, 0);
   EXPECT_EQ(ask(Kind::Get, "", "elevation_mask_deg"),
             "car:\n  elevation_mask_deg: 5\ndrone:\n  elevation_mask_deg: 5");

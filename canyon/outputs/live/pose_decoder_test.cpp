@@ -38,8 +38,8 @@ std::vector<PoseReport> received(PoseDecoder& decoder, std::string_view bytes, s
                                  std::uint64_t reader = 0) {
   std::vector<PoseReport> reports;
   for (; !bytes.empty(); bytes.remove_prefix(std::min(step, bytes.size()))) {
-    decoder.receive(
-        {reader, std::string(bytes.substr(0, step))}, [&](const PoseReport& r) { reports.push_back(r); });
+    decoder.receive({reader, std::string(bytes.substr(0, step))},
+                    [&](const PoseReport& r) { reports.push_back(r); });
   }
   return reports;
 }

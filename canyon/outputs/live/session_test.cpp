@@ -88,7 +88,9 @@ TEST(Session, TrajectoryGivesTheNumbersOfSimulate) {
     EXPECT_EQ(a.observed.visible, b.observed.visible);
     EXPECT_LE((a.truth_ecef - b.truth_ecef).norm(), 1e-6);
     ASSERT_EQ(a.observed.fix.solved(), b.observed.fix.solved());
-    if (a.observed.fix.solved()) EXPECT_LE((a.error_enu_m - b.error_enu_m).norm(), 1e-5);
+    if (a.observed.fix.solved()) {
+      EXPECT_LE((a.error_enu_m - b.error_enu_m).norm(), 1e-5);
+    }
   }
 }
 
@@ -156,7 +158,9 @@ TEST(Session, LogPosesComeAtTheirStampsAndGoIntoTheCity) {
     const double way = 2 * 0.5 * static_cast<double>(k);
     const Eigen::Vector3d at = scene->city.frame.local_from_geodetic(kept.epochs[k].truth.position);
     EXPECT_LE((at - Eigen::Vector3d(10 - 2, 20 + way, 1 + 4)).norm(), 1e-6) << k;
-    if (k > 0) EXPECT_NEAR(kept.epochs[k].truth.velocity_enu_mps.y(), 10, 1e-3) << k;
+    if (k > 0) {
+      EXPECT_NEAR(kept.epochs[k].truth.velocity_enu_mps.y(), 10, 1e-3) << k;
+    }
     // Yaw counts from the east of its own place, whose meridian is another one than the city's.
     EXPECT_NEAR(kept.epochs[k].truth.yaw_rad, M_PI / 2, 1e-6);
   }
@@ -229,8 +233,9 @@ TEST(Session, StampsOfAnotherClockBeginTheRunAnew) {
       EXPECT_EQ(a.observed.time, kept.epochs[k].observed.time);
       EXPECT_EQ(a.observed.time, b.observed.time);
       ASSERT_EQ(a.observed.fix.solved(), b.observed.fix.solved());
-      if (a.observed.fix.solved())
+      if (a.observed.fix.solved()) {
         EXPECT_EQ(a.observed.fix.position_ecef, b.observed.fix.position_ecef) << "as constructed";
+      }
     }
     EXPECT_EQ(std::count_if(notes.begin(), notes.end(),
                             [](const std::string& note) {
@@ -641,9 +646,8 @@ TEST(Session, CorrectionsAreThoseOfTheSameInstant) {
   int differential = 0;
   for (const std::size_t receiver : {0U, 1U}) {
     for (Kept* kept : {&live, &offline}) {
-      ASSERT_EQ(std::count_if(
-                    kept->epochs.begin(), kept->epochs.end(),
-                    [&](const Epoch& epoch) { return epoch.receiver == receiver; }),
+      ASSERT_EQ(std::count_if(kept->epochs.begin(), kept->epochs.end(),
+                              [&](const Epoch& epoch) { return epoch.receiver == receiver; }),
                 21);
     }
   }
@@ -679,11 +683,9 @@ Scenario rtk_field(int port, const std::string& rover, const std::string& stream
 }
 
 int fixed_epochs(const Kept& kept) {
-  return static_cast<int>(std::count_if(
-      kept.epochs.begin(), kept.epochs.end(),
-      [](const Epoch& epoch) {
-        return epoch.receiver == 0 && epoch.observed.fix.kind() == positioning::FixKind::Fixed;
-      }));
+  return static_cast<int>(std::count_if(kept.epochs.begin(), kept.epochs.end(), [](const Epoch& epoch) {
+    return epoch.receiver == 0 && epoch.observed.fix.kind() == positioning::FixKind::Fixed;
+  }));
 }
 
 // Corrections by an address: the rover reads the port of the base's RTCM, whose place comes every 10 s.

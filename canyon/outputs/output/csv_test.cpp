@@ -24,8 +24,9 @@ using Record = std::map<std::string, std::string>;
 /// Names of the columns that a table's CSV file has.
 std::vector<std::string> csv_columns(TableKind kind) {
   std::vector<std::string> names;
-  for (const Column& column : table(kind).columns)
+  for (const Column& column : table(kind).columns) {
     if (column.csv) names.emplace_back(column.name);
+  }
   return names;
 }
 
@@ -39,7 +40,9 @@ std::vector<Record> read_csv(const std::filesystem::path& path, const std::vecto
     EXPECT_EQ(cells.size(), columns.size()) << *line;
     Record record;
     for (std::size_t i = 0; i < std::min(cells.size(), columns.size()); ++i) {
-      if (header) EXPECT_EQ(cells[i], columns[i]);
+      if (header) {
+        EXPECT_EQ(cells[i], columns[i]);
+      }
       record[columns[i]] = std::string(cells[i]);
     }
     if (!header) records.push_back(std::move(record));
@@ -122,8 +125,9 @@ TEST(EpochsCsv, NoFixLeavesEmptyCells) {
   EXPECT_EQ(r.at("tracked"), "10");
   for (const char* column : {"fix_latitude_deg", "fix_longitude_deg", "fix_height_m", "error_east_m",
                              "error_north_m", "error_up_m", "gdop", "pdop", "hdop", "vdop", "tdop", "rating",
-                             "fix_velocity_east_mps", "sigma_up_m", "clock_gps_s"})
+                             "fix_velocity_east_mps", "sigma_up_m", "clock_gps_s"}) {
     EXPECT_EQ(r.at(column), "") << column;
+  }
 }
 
 TEST(SatellitesCsv, OneLineForEachSatelliteAboveTheHorizon) {
@@ -160,8 +164,9 @@ TEST(SatellitesCsv, OneLineForEachSatelliteAboveTheHorizon) {
   const Record& blocked = records[4];
   EXPECT_EQ(blocked.at("visibility"), "blocked");
   for (const char* column :
-       {"excess_path_m", "pseudorange_m", "pseudorange_error_m", "noise_m", "residual_m"})
+       {"excess_path_m", "pseudorange_m", "pseudorange_error_m", "noise_m", "residual_m"}) {
     EXPECT_EQ(blocked.at(column), "") << column;
+  }
   EXPECT_EQ(blocked.at("used"), "0");
   EXPECT_EQ(records[8].at("sat"), "E36");
   EXPECT_EQ(records[8].at("used"), "0");
@@ -195,8 +200,9 @@ TEST(SatellitesCsv, StrengthLockAndPhase) {
   EXPECT_EQ(tracked.at("excluded"), "0");
   const Record& no_phase = records[1];
   EXPECT_EQ(number(no_phase, "cn0_dbhz"), 45.3);
-  for (const char* column : {"carrier_phase_cycles", "phase_lock_s", "cycle_slip"})
+  for (const char* column : {"carrier_phase_cycles", "phase_lock_s", "cycle_slip"}) {
     EXPECT_EQ(no_phase.at(column), "") << column;
+  }
   const Record& searched = records[4];  // G31
   EXPECT_EQ(searched.at("lock"), "searching");
   EXPECT_EQ(searched.at("cn0_dbhz"), "");
@@ -213,8 +219,9 @@ TEST(SatellitesCsv, StrengthLockAndPhase) {
   EXPECT_EQ(held.at("visibility"), "NLOS");
   EXPECT_EQ(held.at("lock"), "holding");
   EXPECT_EQ(number(held, "true_cn0_dbhz"), 12.5);
-  for (const char* column : {"cn0_dbhz", "excess_path_m", "pseudorange_m", "carrier_phase_cycles"})
+  for (const char* column : {"cn0_dbhz", "excess_path_m", "pseudorange_m", "carrier_phase_cycles"}) {
     EXPECT_EQ(held.at(column), "") << column;
+  }
 }
 
 /// A receiver with strength and an ideal antenna, and what arrives of G05 and E11; G12 it does not track.
@@ -278,8 +285,9 @@ TEST(PathsCsv, OneLineForEachPathOfWhatTheReceiverTracks) {
   EXPECT_EQ(direct.at("excess_path_m"), "0.0000");
   EXPECT_EQ(direct.at("loss_db"), "6.02");
   EXPECT_EQ(direct.at("phase_deg"), "0.0");
-  for (const char* column : {"reflector", "material", "point_east_m", "far_material", "far_point_up_m"})
+  for (const char* column : {"reflector", "material", "point_east_m", "far_material", "far_point_up_m"}) {
     EXPECT_EQ(direct.at(column), "") << column;
+  }
   EXPECT_EQ(diffuse.at("sat") + diffuse.at("path") + diffuse.at("kind"), "E110diffuse");
   EXPECT_EQ(diffuse.at("loss_db"), "23.01");
   EXPECT_EQ(diffuse.at("phase_deg"), "-90.0");
@@ -302,8 +310,9 @@ TEST(PathsCsv, OneLineForEachPathOfWhatTheReceiverTracks) {
 TEST(PathsCsv, StrengthIsOfTheFirstTrackedSignal) {
   const test::TemporaryFolder folder;
   PathsSample sample;
-  for (receiver::SatelliteObservation& s : sample.epoch.observed.satellites)
+  for (receiver::SatelliteObservation& s : sample.epoch.observed.satellites) {
     if (s.id.system == gnss::System::Galileo) s.signal = &gnss::signals_of(gnss::System::Galileo)[1];
+  }
   EXPECT_EQ(sample.written(folder.path())[1].at("phase_deg"), "124.5");
 }
 
@@ -356,8 +365,9 @@ TEST(EpochsCsv, StatementOfRaim) {
 }
 
 TEST(Columns, DocumentationHasTheSameTables) {
-  for (const Table& table : tables())
+  for (const Table& table : tables()) {
     test::expect_documented("columns.md", "columns of " + std::string(table.name) + ".csv", markdown(table));
+  }
   for (const ViewTableIndex i : {kViewEpochs, kViewSatellites, kViewPaths, kViewBodies}) {
     const ViewTable& table = view_tables()[i];
     test::expect_documented("columns.md", "columns of the viewer's " + std::string(table.name),

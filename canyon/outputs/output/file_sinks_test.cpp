@@ -23,8 +23,9 @@ using Strings = std::vector<std::string>;
 
 std::set<std::string> files_in(const std::filesystem::path& folder) {
   std::set<std::string> names;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     if (entry.is_regular_file()) names.insert(std::filesystem::relative(entry.path(), folder).string());
+  }
   return names;
 }
 
@@ -229,8 +230,9 @@ TEST(FileSinks, AnInterruptedRunKeepsItsEpochs) {
   const auto simulation = prepare(kNominal, "receivers: [{name: rover, profile: ideal}]\nduration_s: 3000\n");
   const auto result = run_into(simulation, folder.path(), options, &interrupter);
   ASSERT_GE(result.epochs, 3U);
-  for (const char* file : {"epochs.csv", "receiver.obs", "track.geojson", "sky.nav"})
+  for (const char* file : {"epochs.csv", "receiver.obs", "track.geojson", "sky.nav"}) {
     EXPECT_EQ(files_in(folder.path()).count(file), 1U) << file;
+  }
   const std::string epochs = test::read_bytes(folder / "epochs.csv");
   EXPECT_EQ(static_cast<std::size_t>(std::count(epochs.begin(), epochs.end(), '\n')), result.epochs + 1);
 }
@@ -246,8 +248,9 @@ TEST(FileSinks, SameSeedSameBytesOnOneAndTwoThreads) {
   const auto files = files_in(folder / "1");
   ASSERT_EQ(files.size(), 7U);
   EXPECT_EQ(files, files_in(folder / "2"));
-  for (const std::string& file : files)
+  for (const std::string& file : files) {
     EXPECT_EQ(test::read_bytes(folder / ("1/" + file)), test::read_bytes(folder / ("2/" + file))) << file;
+  }
 }
 
 TEST(FileSinks, UnwritableFolderIsAnInputError) {

@@ -154,8 +154,9 @@ TEST(Mavlink, GpsRtkHasTheBaseline) {
 /// Epochs with measurements of many signals, so that messages of RTCM are longer than 180 bytes.
 std::string rtcm_data_stream(Encoder& encoder) {
   std::string bytes;
-  for (int second = 0; second < 3; ++second)
+  for (int second = 0; second < 3; ++second) {
     bytes += encoder.encode(test::sample_signal_epoch(test::sample_time() + second, test::sample_time()));
+  }
   return bytes;
 }
 
@@ -186,8 +187,9 @@ TEST(Mavlink, AnotherDecoderReadsRtcmAndTheBaseline) {
   for (const auto& message : test::judge_mavlink(rtcm_data_stream(*data)).messages) {
     if (message.name != "GPS_RTCM_DATA") continue;
     const auto& counts = message.fields.at("data");
-    for (std::size_t i = 0; i < static_cast<std::size_t>(message.count("len")); ++i)
+    for (std::size_t i = 0; i < static_cast<std::size_t>(message.count("len")); ++i) {
       joined += static_cast<char>(static_cast<unsigned char>(counts.at(i)));
+    }
   }
   EXPECT_EQ(joined, rtcm_data_stream(*plain));
 

@@ -266,8 +266,9 @@ class GpsdDecode : public testing::Test {
     const auto result = test::run_program("gpsdecode < '" + path.string() + "'");
     EXPECT_EQ(result.status, 0);
     std::vector<nlohmann::json> reports;
-    for (const std::string_view line : split(result.output, '\n'))
+    for (const std::string_view line : split(result.output, '\n')) {
       if (!line.empty()) reports.push_back(nlohmann::json::parse(line));
+    }
     return reports;
   }
 };
@@ -353,8 +354,9 @@ TEST_F(GpsdDecode, ReadsTheSameSatellites) {
     }
   }
   nlohmann::json sky;
-  for (const auto& report : decode(path))
+  for (const auto& report : decode(path)) {
     if (report.at("class") == "SKY" && report.contains("satellites")) sky = report;
+  }
   ASSERT_FALSE(sky.is_null());
   EXPECT_EQ(sky.at("nSat"), 7);
   EXPECT_EQ(sky.at("uSat"), 5);
@@ -386,8 +388,9 @@ TEST_F(GpsdDecode, ReadsEverySystemInView) {
   for (const auto& report : decode(folder / "receiver.nmea")) {
     // gpsd 3.25 reports DOPs alone as well.
     if (report.at("class") != "SKY" || !report.contains("satellites")) continue;
-    for (const auto& satellite : report.at("satellites"))
+    for (const auto& satellite : report.at("satellites")) {
       seen[{satellite.at("gnssid"), satellite.at("svid")}] = satellite;
+    }
   }
   EXPECT_EQ((seen[{2, 11}].value("el", 0.0)), 70);  // Galileo
   EXPECT_EQ((seen[{2, 36}].value("az", 0.0)), 180);

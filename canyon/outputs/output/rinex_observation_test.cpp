@@ -22,8 +22,9 @@ ReceiverDescription sample_header() {
   ReceiverDescription header;
   header.name = "rover \xC3\xA4";
   header.systems = {gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
-  for (std::uint8_t slot = 1; slot <= 24; ++slot)
+  for (std::uint8_t slot = 1; slot <= 24; ++slot) {
     header.glonass_channels[{gnss::System::GLONASS, slot}] = slot % 14 - 7;
+  }
   header.interval_s = 0.5;
   header.begin = test::sample_time();
   return header;
@@ -134,20 +135,23 @@ TEST(RinexObservation, HeaderIsComplete) {
   EXPECT_EQ(trim(file.one("MARKER NAME")), "rover ??");
   EXPECT_EQ(file.one("END OF HEADER").size(), 60U);
   for (const char* label : {"PGM / RUN BY / DATE", "OBSERVER / AGENCY", "REC # / TYPE / VERS", "ANT # / TYPE",
-                            "ANTENNA: DELTA H/E/N", "GLONASS COD/PHS/BIS", "MARKER TYPE"})
+                            "ANTENNA: DELTA H/E/N", "GLONASS COD/PHS/BIS", "MARKER TYPE"}) {
     EXPECT_EQ(file.header.count(label), 1U) << label;
+  }
   const std::string position = file.one("APPROX POSITION XYZ");
   const Eigen::Vector3d truth = geodesy::ecef_from_geodetic(test::sample_place());
-  for (int i = 0; i < 3; ++i)
+  for (int i = 0; i < 3; ++i) {
     EXPECT_NEAR(*parse_double(position.substr(static_cast<std::size_t>(14 * i), 14)), truth[i], 5.1e-5);
+  }
   EXPECT_EQ(file.one("TIME OF FIRST OBS"), "  2019     4    28    12    58   21.0001235     GPS         ");
   // 21 s + 123456.78 ns (kept as 123457) + 4 * (0.5 s + 33 ns).
   EXPECT_EQ(file.one("TIME OF LAST OBS"), "  2019     4    28    12    58   23.0001236     GPS         ");
   EXPECT_EQ(file.one("INTERVAL").substr(0, 10), "     0.500");
   EXPECT_EQ(file.one("LEAP SECONDS").substr(0, 6), "    18");
   std::vector<std::string> types;
-  for (auto [it, end] = file.header.equal_range("SYS / # / OBS TYPES"); it != end; ++it)
+  for (auto [it, end] = file.header.equal_range("SYS / # / OBS TYPES"); it != end; ++it) {
     types.emplace_back(trim(it->second));
+  }
   EXPECT_EQ(types, (std::vector<std::string>{"G    2 C1C D1C", "R    2 C1C D1C", "E    2 C1X D1X",
                                              "C    2 C2I D2I", "J    2 C1C D1C", "S    2 C1C D1C"}));
   EXPECT_EQ(file.header.count("SYS / PHASE SHIFT"), 6U);
@@ -185,8 +189,9 @@ TEST(RinexObservation, TagIsRoundedAndPseudorangeIsNot) {
       if (!satellite.measurement) continue;
       EXPECT_NEAR(found->second.first, satellite.measurement->pseudorange_m, 0.6e-3);
       ASSERT_EQ(found->second.second.has_value(), satellite.measurement->doppler_hz.has_value());
-      if (found->second.second)
+      if (found->second.second) {
         EXPECT_NEAR(*found->second.second, *satellite.measurement->doppler_hz, 0.6e-3);
+      }
     }
   }
 }
@@ -264,8 +269,9 @@ TEST(RinexObservation, PhasesAndStrengths) {
   write(folder / "receiver.obs", epochs, true);
   const std::string text = test::read_bytes(folder / "receiver.obs");
   for (const char* line : {"G    4 C1C L1C D1C S1C", "R    4 C1C L1C D1C S1C", "E    4 C1X L1X D1X S1X",
-                           "C    4 C2I L2I D2I S2I", "J    4 C1C L1C D1C S1C"})
+                           "C    4 C2I L2I D2I S2I", "J    4 C1C L1C D1C S1C"}) {
     EXPECT_NE(text.find(std::string("\n") + line + " "), std::string::npos) << line;
+  }
   EXPECT_NE(text.find("\nDBHZ" + std::string(56, ' ') + "SIGNAL STRENGTH UNIT"), std::string::npos);
   // A1,1X,A3,1X,F8.5
   EXPECT_NE(text.find("\nC L2I  0.00000" + std::string(46, ' ') + "SYS / PHASE SHIFT"), std::string::npos);
@@ -295,7 +301,9 @@ TEST(RinexObservation, PhasesAndStrengths) {
       EXPECT_LE(std::abs(*phase - *range * cycles_per_m), 0.51) << id << " at " << i;
       const bool slipped = (id == "G05" && i == 2) || (id == "C03" && i == 3);
       EXPECT_EQ(observation_field(text, i, id, 1)[14], slipped ? '1' : ' ') << id << " at " << i;
-      if (arcs.count(id) > 0 && !slipped) EXPECT_NEAR(arcs[id], whole, 2e-3) << id << " at " << i;
+      if (arcs.count(id) > 0 && !slipped) {
+        EXPECT_NEAR(arcs[id], whole, 2e-3) << id << " at " << i;
+      }
       arcs[id] = whole;
     }
   }
@@ -319,8 +327,9 @@ TEST(RinexObservation, StrengthIndicator) {
                                             {48.0, 8},
                                             {53.9, 8},
                                             {54.0, 9},
-                                            {99.0, 9}})
+                                            {99.0, 9}}) {
     EXPECT_EQ(signal_strength_indicator(cn0_dbhz), indicator) << cn0_dbhz;
+  }
 }
 
 // RTKLIB reads the file with its own readrnx and writes what it understood.

@@ -23,8 +23,9 @@ TEST(RtcmCorrections, OwnStreamComesBackToItsResolution) {
   simulation::Epoch epoch = test::sample_signal_epoch(begin, begin - 100);
   ReceiverDescription description{.name = "base", .systems = {gnss::System::GPS}, .begin = begin};
   description.station_ecef = epoch.truth_ecef;
-  for (const auto& s : epoch.observed.satellites)
+  for (const auto& s : epoch.observed.satellites) {
     if (s.id.system == gnss::System::GLONASS) description.glonass_channels[s.id] = 1;
+  }
   const auto encoder = format_named("rtcm").make(description);
   canyon::rtcm::CorrectionsDecoder decoder;
   RawObservations raw(Tags::WholeMilliseconds);
@@ -51,7 +52,9 @@ TEST(RtcmCorrections, OwnStreamComesBackToItsResolution) {
       EXPECT_NEAR(m.pseudorange_m, o.pseudorange_m, canyon::rtcm::kMillisecond_m * 0x1p-30 + 1e-6);
       EXPECT_NEAR(m.cn0_dbhz.value(), o.measurement->cn0_dbhz.value(), 0x1.01p-5);
       EXPECT_EQ(m.doppler_hz.has_value(), o.doppler_hz.has_value());
-      if (m.doppler_hz) EXPECT_NEAR(*m.doppler_hz, *o.doppler_hz, 0.0003 + 1e-9);
+      if (m.doppler_hz) {
+        EXPECT_NEAR(*m.doppler_hz, *o.doppler_hz, 0.0003 + 1e-9);
+      }
       ASSERT_EQ(m.carrier_phase_cycles.has_value(), o.carrier_phase_cycles.has_value());
       ++compared;
       if (!m.carrier_phase_cycles) continue;
@@ -117,10 +120,11 @@ TEST(RtcmCorrections, GoOutOverAUbxLine) {
                                                              {0x2003000e, 34}})));
   canyon::rtcm::CorrectionsDecoder decoder;
   std::shared_ptr<const relative::Corrections> last;
-  for (int k = 4; k < 6; ++k)
+  for (int k = 4; k < 6; ++k) {
     for (auto& came :
          decoder.feed(base->encode(test::sample_signal_epoch(begin + k, begin - 100)), begin + k))
       last = came;
+  }
   ASSERT_NE(last, nullptr);
   const geodesy::Geodetic told{geodesy::radians(47.123456789), geodesy::radians(8.5), 400.1234};
   EXPECT_LT((last->station_ecef - geodesy::ecef_from_geodetic(told)).norm(), 2e-4);

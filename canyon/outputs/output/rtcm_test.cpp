@@ -180,8 +180,9 @@ TEST(Rtcm, NoMessageHoldsMoreThan64Cells) {
 TEST(Rtcm, RangesThatCannotBeToldAreLeftOut) {
   simulation::Epoch epoch;
   epoch.observed.time = epoch.observed.receiver_time = test::sample_time();
-  for (const char* id : {"G05", "G07"})
+  for (const char* id : {"G05", "G07"}) {
     epoch.observed.satellites.push_back(test::sample_satellite(id, 0, 45, propagation::Visibility::LOS));
+  }
   epoch.observed.satellites[0].measurement->pseudorange_m = -1e6;
   epoch.observed.satellites[1].measurement->pseudorange_m = 0.2541 * 299'792'458.0;
   rtcm::Observations observations({});

@@ -16,8 +16,9 @@ void write_epochs(benchmark::State& state, const MakeSink& make) {
   constexpr int kEpochs = 1000;
   const test::TemporaryFolder folder;
   std::vector<simulation::Epoch> epochs;
-  for (int i = 0; i < kEpochs; ++i)
+  for (int i = 0; i < kEpochs; ++i) {
     epochs.push_back(test::sample_epoch(test::sample_time() + i, test::sample_place(), {1.5, -2.5, 3.5}));
+  }
   for (auto _ : state) {
     const auto sink = make(folder / "file");
     for (const auto& epoch : epochs) sink->write(epoch);
@@ -34,17 +35,15 @@ ReceiverDescription rinex_description() {
   return header;
 }
 
-BENCHMARK_CAPTURE(
-    write_epochs, epochs_csv, [](const auto& path) { return open_file("epochs_csv", path, 0); });
-BENCHMARK_CAPTURE(
-    write_epochs, satellites_csv, [](const auto& path) { return open_file("satellites_csv", path, 0); });
-BENCHMARK_CAPTURE(
-    write_epochs, nmea, [](const auto& path) { return open_file("nmea", path, 0); });
-BENCHMARK_CAPTURE(
-    write_epochs, rinex_observation,
-    [](const auto& path) { return open_file("rinex_observation", path, 0, rinex_description()); });
-BENCHMARK_CAPTURE(
-    write_epochs, kml, [](const auto& path) { return open_file("kml", path, 0, {"rover"}); });
+BENCHMARK_CAPTURE(write_epochs, epochs_csv,
+                  [](const auto& path) { return open_file("epochs_csv", path, 0); });
+BENCHMARK_CAPTURE(write_epochs, satellites_csv,
+                  [](const auto& path) { return open_file("satellites_csv", path, 0); });
+BENCHMARK_CAPTURE(write_epochs, nmea, [](const auto& path) { return open_file("nmea", path, 0); });
+BENCHMARK_CAPTURE(write_epochs, rinex_observation, [](const auto& path) {
+  return open_file("rinex_observation", path, 0, rinex_description());
+});
+BENCHMARK_CAPTURE(write_epochs, kml, [](const auto& path) { return open_file("kml", path, 0, {"rover"}); });
 BENCHMARK_CAPTURE(write_epochs, geojson,
                   [](const auto& path) { return open_file("geojson", path, 0, {"rover"}); });
 

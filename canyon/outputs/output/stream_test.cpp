@@ -38,8 +38,9 @@ TEST(Stream, ReadsRequests) {
   EXPECT_EQ(other.receiver, "left/rover");
   EXPECT_EQ(other.format, "epochs_csv");
   EXPECT_EQ(other.address, "file:a=b/c");
-  for (const char* text : {"", "nmea", "nmea=", "=pty:", "rover/=pty:"})
+  for (const char* text : {"", "nmea", "nmea=", "=pty:", "rover/=pty:"}) {
     EXPECT_THAT(error_of([&] { (void)parse_stream(text); }).cure(), HasSubstr("FORMAT=ADDRESS")) << text;
+  }
 }
 
 TEST(Stream, RefusesFormatsThatItDoesNotKnowOrThatWaitForTheEnd) {

@@ -463,8 +463,9 @@ TEST(UbxDevice, KeepsALogOfAttacks) {
     const auto answers = device.send(0x2710);
     const Message log = find(answers, 0x2710);
     std::vector<std::array<std::uint64_t, 3>> events;
-    for (std::size_t i = 0; i < log.u(1, 1); ++i)
+    for (std::size_t i = 0; i < log.u(1, 1); ++i) {
       events.push_back({log.u(8 + 8 * i, 4), log.u(12 + 8 * i, 1), log.u(13 + 8 * i, 1)});
+    }
     EXPECT_EQ(log.payload.size(), 8 + 8 * events.size());
     return events;
   };
@@ -508,8 +509,9 @@ TEST(UbxDevice, NewerFirmwareStatesJammingInSecSigAlone) {
 TEST(UbxDevice, M10AndX20HaveNoOlderCommands) {
   for (const Generation generation : {Generation::M10, Generation::X20}) {
     Device device(generation);
-    for (const MessageId id : {0x0600, 0x0601, 0x0608, 0x0624, 0x063E, 0x0639})
+    for (const MessageId id : {0x0600, 0x0601, 0x0608, 0x0624, 0x063E, 0x0639}) {
       EXPECT_THAT(ids(device.send(id)), ElementsAre(kNak)) << std::hex << id;
+    }
     // CFG-VALSET in RAM: CFG-RATE-MEAS 200 ms.
     EXPECT_TRUE(device.accepts(0x068A, Payload().u1(0).u1(1).u2(0).u4(0x30210001).u2(200).bytes()));
   }

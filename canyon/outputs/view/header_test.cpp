@@ -16,8 +16,9 @@ TEST(ViewHeader, NamesEveryTableAndColumnAndHasNoNaN) {
   const std::string json = header_json(header);
   for (const output::ViewTable& table : output::view_tables()) {
     EXPECT_THAT(json, testing::HasSubstr("\"" + std::string(table.name) + "\""));
-    for (const output::ViewColumn& column : table.columns)
+    for (const output::ViewColumn& column : table.columns) {
       EXPECT_THAT(json, testing::HasSubstr("\"name\":\"" + std::string(column.name) + "\""));
+    }
   }
   EXPECT_THAT(json, testing::HasSubstr("\"horizontal_p50_m\":null"));
   for (const output::SummaryFigure& figure : output::summary_figures()) {

@@ -145,8 +145,9 @@ TEST_F(LiveRelayTest, PassesOverWhatIsNoStreamOfTheViewer) {
   while (notes.empty() && std::chrono::steady_clock::now() < until) {
     other->serve();
     relay_->serve(*server_);
-    for (std::string& note : relay_->take_notes())
+    for (std::string& note : relay_->take_notes()) {
       if (note.find("stream") != std::string::npos) notes.push_back(std::move(note));
+    }
   }
   EXPECT_THAT(notes, testing::ElementsAre(HasSubstr("are not the stream 'view'")));  // said once
   EXPECT_EQ(header()["time"], nullptr);
@@ -209,8 +210,9 @@ TEST_F(LiveRelayTest, ShowsTheReceiversOfAllHostsInOneTime) {
   test::Listener page(*server_);
   const std::string name = "rover (" + second + ")";  // both say "rover"
   Json hello = Json::object();
-  for (int i = 0; i < 4 && hello.value("receivers", Json::array()).size() < 2; ++i)
+  for (int i = 0; i < 4 && hello.value("receivers", Json::array()).size() < 2; ++i) {
     hello = receive(page, 1, *stream, stream_of_other.get())[0];
+  }
   ASSERT_EQ(hello["receivers"].size(), 2U);
   EXPECT_EQ(hello["receivers"][0]["name"], "rover");
   EXPECT_EQ(hello["receivers"][1]["name"], name);

@@ -164,9 +164,11 @@ TEST_F(ProbeTest, AnswersTheSameAgainAndSaysWhereAnAntennaCannotBe) {
   // Inside the first building of the city, at half its height.
   const city::Object& building = scene_->city.mesh.objects.at(1);
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (std::uint32_t t = 0; t < building.triangle_count; ++t)
-    for (const std::uint32_t v : scene_->city.mesh.triangles[building.first_triangle + t])
+  for (std::uint32_t t = 0; t < building.triangle_count; ++t) {
+    for (const std::uint32_t v : scene_->city.mesh.triangles[building.first_triangle + t]) {
       middle += scene_->city.mesh.vertices[v] / (3.0 * building.triangle_count);
+    }
+  }
   const auto inside = columns_of(unpacked(ask(question(middle))["chunk"]));
   EXPECT_EQ(inside.at("epochs.placement"),
             std::vector<double>{static_cast<double>(scene_->scene.placement(middle))});
@@ -191,8 +193,9 @@ TEST_F(ProbeTest, SaysInOneMessageWhatIsWrong) {
     json["place"][key] = value;
     return json.dump();
   };
-  for (const char* garbage : {"", "probe", "{", "[]", "null", "7", "{\"type\": 3}", "\xff\xfe"})
+  for (const char* garbage : {"", "probe", "{", "[]", "null", "7", "{\"type\": 3}", "\xff\xfe"}) {
     EXPECT_FALSE(complaint(garbage).empty());
+  }
   std::string nan = question({38, 38, 1.5}).dump();
   nan.replace(nan.find("38.0"), 4, "NaN");
   EXPECT_THAT(complaint(nan), HasSubstr("is not a number"));

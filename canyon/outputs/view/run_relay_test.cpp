@@ -52,8 +52,9 @@ class RunRelayTest : public testing::Test {
   }
   static std::vector<Json> of_type(const std::vector<Json>& messages, const std::string& type) {
     std::vector<Json> found;
-    for (const Json& message : messages)
+    for (const Json& message : messages) {
       if (message.value("type", "") == type) found.push_back(message);
+    }
     return found;
   }
 

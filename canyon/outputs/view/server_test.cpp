@@ -103,8 +103,9 @@ TEST(ServedName, LeadsNowhereElse) {
   for (const char* name : {"view.json", "city.glb.gz", "block-0-00064.bin.gz"})
     EXPECT_TRUE(is_served_name(name)) << name;
   for (const char* name : {"", ".", "..", "view", ".json", "view.", "a..b", "../view.json", "a/b.json",
-                           "A.json", "%2e%2e.json", "a\\b.json", "view.js-on", "view .json", "view.json\n"})
+                           "A.json", "%2e%2e.json", "a\\b.json", "view.js-on", "view .json", "view.json\n"}) {
     EXPECT_FALSE(is_served_name(name)) << name;
+  }
 }
 
 TEST_F(ServerTest, GivesThePageAndTheFolderWithAPolicyThatLetsNothingIn) {
@@ -150,12 +151,14 @@ TEST_F(ServerTest, RefusesOtherHostsAndOrigins) {
   // A name that an attacker's DNS turns to 127.0.0.1; another port; none; two.
   for (const std::string& other :
        {std::string("Host: evil.example:") + port + "\r\n", std::string("Host: 127.0.0.1\r\n"),
-        std::string("Host: 127.0.0.1:1\r\n"), std::string(), host(server) + host(server)})
+        std::string("Host: 127.0.0.1:1\r\n"), std::string(), host(server) + host(server)}) {
     EXPECT_THAT(ask(other), StartsWith("HTTP/1.1 403")) << other;
+  }
   EXPECT_THAT(ask(host(server) + "Origin: http://127.0.0.1:" + port + "\r\n"), StartsWith("HTTP/1.1 200"));
   for (const char* origin :
-       {"http://evil.example", "https://127.0.0.1", "null", "http://127.0.0.1:1", "file://"})
+       {"http://evil.example", "https://127.0.0.1", "null", "http://127.0.0.1:1", "file://"}) {
     EXPECT_THAT(ask(host(server) + "Origin: " + origin + "\r\n"), StartsWith("HTTP/1.1 403")) << origin;
+  }
 }
 
 TEST_F(ServerTest, RefusesOtherMethodsBodiesLongHeadersAndGarbage) {

@@ -198,9 +198,8 @@ TEST(Bodies, BlockAndReflectAsTheSceneOfTheSameBoxesDoes) {
       const Vector3d s = towards(360 * uniform(random), 3 + 50 * uniform(random));
       propagation::SatellitePaths traced;
       propagator.trace(kAntenna, {&s, 1}, {&traced, 1});
-      const bool direct = std::any_of(
-          traced.paths.begin(), traced.paths.end(),
-          [](const Path& path) { return path.kind == PathKind::Direct; });
+      const bool direct = std::any_of(traced.paths.begin(), traced.paths.end(),
+                                      [](const Path& path) { return path.kind == PathKind::Direct; });
       const auto cuts = [&](const Vector3d& from, const Vector3d& to, double leg, std::uint64_t but) {
         return std::any_of(bodies.begin(), bodies.end(), [&](const Body& body) {
           return body.name != but && blockage(body, from, to, leg, kWavelength).cuts;

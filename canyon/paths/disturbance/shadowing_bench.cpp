@@ -57,8 +57,9 @@ void obstacles_of_an_epoch(benchmark::State& state) {
   double way_m = 0;
   for (auto _ : state) {
     skyline.go_to({way_m += 10, 0}, 2, time = time + 1);
-    for (std::int64_t i = 0; i < state.range(0); ++i)
+    for (std::int64_t i = 0; i < state.range(0); ++i) {
       benchmark::DoNotOptimize(skyline.level_db(directions[static_cast<std::size_t>(i % 31)]));
+    }
   }
 }
 BENCHMARK(obstacles_of_an_epoch)->Arg(0)->Arg(31)->Arg(310);

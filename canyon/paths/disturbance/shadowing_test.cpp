@@ -381,7 +381,9 @@ TEST(Shadowing, DoesNotDependOnWhoElseIsAsked) {
     for (const auto& direction : sky) there.push_back(forward.of(direction).level_db);
     for (auto it = sky.rbegin(); it != sky.rend(); ++it) back.push_back(backward.of(*it).level_db);
     EXPECT_TRUE(std::equal(there.begin(), there.end(), back.rbegin())) << i;
-    if (i % 7 == 0) EXPECT_EQ(alone.of(sky[5]).level_db, there[5]) << i;
+    if (i % 7 == 0) {
+      EXPECT_EQ(alone.of(sky[5]).level_db, there[5]) << i;
+    }
   }
 }
 

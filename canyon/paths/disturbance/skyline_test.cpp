@@ -59,16 +59,18 @@ double expected_above(double slope, double height_m) {
 TEST(Skyline, HasTheDistributionOfHeightsThatItIsGiven) {
   Skyline skyline(still(), 1);
   const std::vector<double> at_roof = slopes(skyline, SkylineOptions::kBase_m);
-  for (const double slope : {0.0, 0.4, 1.0, 2.0})
+  for (const double slope : {0.0, 0.4, 1.0, 2.0}) {
     EXPECT_NEAR(share_above(at_roof, slope), expected_above(slope, 2), 0.02) << slope;
+  }
 }
 
 TEST(Skyline, SinksAsTheAntennaRises) {
   Skyline skyline(still(), 2);
   for (const double height_m : {10.0, 20.0}) {
     const std::vector<double> above = slopes(skyline, height_m);
-    for (const double slope : {0.0, 0.5})
+    for (const double slope : {0.0, 0.5}) {
       EXPECT_NEAR(share_above(above, slope), expected_above(slope, height_m), 0.02) << height_m;
+    }
   }
   EXPECT_EQ(share_above(slopes(skyline, 120), 0), 0);
 }
@@ -105,12 +107,10 @@ TEST(Skyline, IsAlikeNearby) {
   Skyline skyline(still(), 5);
   const double unlike = kShare * kShare + (1 - kShare) * (1 - kShare);
   const auto moved = [&](double east_m) {
-    return alike(
-        skyline,
-        [&, east_m](const Eigen::Vector2d& place) {
-          skyline.go_to(place + Eigen::Vector2d(east_m, 0), 2, kBegin);
-          return skyline.top_rad(0.5);
-        });
+    return alike(skyline, [&, east_m](const Eigen::Vector2d& place) {
+      skyline.go_to(place + Eigen::Vector2d(east_m, 0), 2, kBegin);
+      return skyline.top_rad(0.5);
+    });
   };
   const auto turned = [&](double degrees) {
     return alike(skyline,

@@ -173,8 +173,9 @@ TEST(Street, SparesTheAntennasVehicleAndOthers) {
         EXPECT_TRUE(ahead > 2.5 + body.half_length_m || aside > 1 + body.half_width_m);
         for (const Body& other : around) {
           const Vector2d between = other.centre - body.centre;
-          if (&other == &body || std::abs(between.y() * own.ahead.x() - between.x() * own.ahead.y()) > 1)
+          if (&other == &body || std::abs(between.y() * own.ahead.x() - between.x() * own.ahead.y()) > 1) {
             continue;
+          }
           EXPECT_GE(between.norm(), body.half_length_m + other.half_length_m + 2 - 1e-6);
         }
       }
@@ -189,8 +190,9 @@ TEST(Street, IsAFunctionOfSeedTimeAndRoad) {
   const Street one(options, 1), again(options, 1), other(options, 2);
   const auto places = [&](const Street& street, double seconds, const Vector3d& antenna) {
     std::vector<double> numbers;
-    for (const Body& body : bodies(street, kStart + seconds, &road, antenna))
+    for (const Body& body : bodies(street, kStart + seconds, &road, antenna)) {
       numbers.insert(numbers.end(), {body.centre.x(), body.centre.y(), body.top_m});
+    }
     return numbers;
   };
   const std::vector<double> first = places(one, 20, {200, 0, 1.8});
@@ -211,8 +213,9 @@ TEST(Street, HasTheFurnitureThatIsAskedFor) {
     StreetOptions with = options;
     set(with);
     int count = 0;
-    for (std::uint64_t seed = 1; seed <= 400; ++seed)
+    for (std::uint64_t seed = 1; seed <= 400; ++seed) {
       for (const Body& body : bodies(Street(with, seed), kStart)) count += body.kind == kind;
+    }
     return count / 400.0;
   };
   // 100 m of both sides; a Poisson deviation of 400 draws of 8 is 0.14.

@@ -322,7 +322,9 @@ TEST(EdgeDiffraction, LegsOfRandomPathsAreClear) {
       ++paths_found;
       const double range = (path.point - antenna).norm();
       const auto hit = world.scene.cast({antenna, path.arrival});
-      if (hit) EXPECT_GT(hit->range_m, range - 0.02);
+      if (hit) {
+        EXPECT_GT(hit->range_m, range - 0.02);
+      }
       const Edge& edge = world.diffraction.edges().edges()[path.edge];
       EXPECT_FALSE(world.scene.occluded({path.point + 0.01 * edge.outward(), s}, 0.02));
       EXPECT_NEAR(path.excess_m, range - s.dot(path.point - antenna), 1e-9);
@@ -340,8 +342,9 @@ Vector3d askew(const Vector3d& v) {
 /// A wall of 200 m and 40 m height at y = 10, all askew, whose sheets share no edges: their cuts look like
 /// free edges.
 void append_wall_in_pieces(Mesh& mesh) {
-  for (int i = 0; i < 20; ++i)
+  for (int i = 0; i < 20; ++i) {
     append_sheet(mesh, askew({-100.0 + 10 * i, 10, -1.0 - i % 2}), askew({10, 0, 0}), {0, 0, 16.0 + i % 2});
+  }
   append_sheet(mesh, askew({-100, 10, 15}), askew({200, 0, 0}), {0, 0, 25});
 }
 
@@ -363,8 +366,9 @@ TEST(EdgeDiffraction, ACutThroughAWallLetsNothingThrough) {
                    s = askew(direction(azimuth(random), elevation(random)));
     if (!world.blocked(antenna, s)) continue;
     ++hidden;
-    for (const DiffractedPath& path : world.trace(antenna, s))
+    for (const DiffractedPath& path : world.trace(antenna, s)) {
       EXPECT_FALSE(at_a_cut(path)) << path.point.transpose();
+    }
   }
   EXPECT_GT(hidden, 500u);
 }
@@ -378,8 +382,9 @@ TEST(EdgeDiffraction, ACutThroughAWallScattersNothing) {
   for (double elevation_deg = 2; elevation_deg < 60; elevation_deg += 0.3) {
     const Vector3d antenna = askew({0.3, 0, 2}), s = askew(direction(95, elevation_deg));
     ASSERT_TRUE(world.blocked(antenna, s));
-    for (const DiffractedPath& path : world.trace(antenna, s))
+    for (const DiffractedPath& path : world.trace(antenna, s)) {
       EXPECT_FALSE(at_a_cut(path)) << path.point.transpose();
+    }
   }
 }
 
@@ -527,8 +532,9 @@ TEST(EdgeDiffraction, ThreadsFindTheSame) {
     std::vector<std::vector<DiffractedPath>> paths(sky.size());
     world.diffraction.trace(antenna, sky, {blocked.get(), sky.size()}, paths);
     double sum = 0;
-    for (const auto& list : paths)
+    for (const auto& list : paths) {
       for (const auto& path : list) sum += path.excess_m;
+    }
     return sum;
   };
   std::vector<double> expected, sums(16);
@@ -560,8 +566,9 @@ TEST(EdgeDiffraction, NamesWhatIsWrong) {
   const canyon::test::SpoiledOptions<DiffractionOptions> message;
   using testing::HasSubstr;
   EXPECT_EQ(message([](DiffractionOptions&) {}), "");
-  for (const double bad : {0.0, -1.0, std::nan(""), 1e12})
+  for (const double bad : {0.0, -1.0, std::nan(""), 1e12}) {
     EXPECT_THAT(message([bad](auto& o) { o.max_range_m = bad; }), HasSubstr("diffraction.max_range_m"));
+  }
   DiffractionOptions bad;
   bad.max_range_m = 0;
   const RayScene scene{Mesh{}};

@@ -125,8 +125,9 @@ TEST(PropagatorReference, FindsThePathsOfThePlainImplementationInHongKong) {
   std::vector<Vector3d> places;
   while (places.size() < 100) {
     const Vector3d place(x(random), x(random), 2);
-    if (scene.terrain_height(place.x(), place.y()) && scene.placement(place) == raytrace::Placement::Free)
+    if (scene.terrain_height(place.x(), place.y()) && scene.placement(place) == raytrace::Placement::Free) {
       places.push_back(place);
+    }
   }
   const Agreement agreement = compare(mesh, places, 20, 24);
   EXPECT_LT(agreement.different, agreement.satellites / 200) << "of " << agreement.satellites;

@@ -145,8 +145,9 @@ TEST(PropagationOptions, NameTheFieldThatIsWrong) {
               HasSubstr("reflection_order is 3"));
   EXPECT_THAT(message([](PropagationOptions& o) { o.reflection_order = -1; }),
               HasSubstr("it must be from 0 to 2"));
-  for (const double bad : {0.0, -1.0, 100'001.0, std::nan("")})
+  for (const double bad : {0.0, -1.0, 100'001.0, std::nan("")}) {
     EXPECT_THAT(message([bad](PropagationOptions& o) { o.max_range_m = bad; }), HasSubstr("max_range_m"));
+  }
   for (const double bad : {0.0, 1.6, 89.0, std::nan("")}) {
     EXPECT_THAT(message([bad](PropagationOptions& o) { o.max_incidence_rad = bad; }),
                 HasSubstr("max_incidence_rad"));
@@ -160,8 +161,9 @@ TEST(PropagationOptions, NameTheFieldThatIsWrong) {
 
 TEST(Propagator, RefusesAnAntennaThatIsNowhere) {
   const World world{Mesh{}};
-  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()})
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
     EXPECT_THROW((void)world.trace({0, bad, 0}, direction(0, 45)), InputError);
+  }
 }
 
 TEST(Propagator, TheOpenSkyIsAllLineOfSight) {
@@ -541,15 +543,18 @@ TEST(StreetCanyon, AgreesWithTheImageConstructionWithinAMillimetre) {
       const Vector3d point = image + t * s;
       if ((point - antenna).norm() > 300) continue;
       for (const double edge :
-           {point.x() - wall.block.min.x(), point.x() - wall.block.max.x(), point.z() - wall.block.max.z()})
+           {point.x() - wall.block.min.x(), point.x() - wall.block.max.x(), point.z() - wall.block.max.z()}) {
         too_close_to_an_edge |= std::abs(edge) < kMillimetre;
+      }
       if (point.x() < wall.block.min.x() || point.x() > wall.block.max.x() || point.z() < 0 ||
-          point.z() > wall.block.max.z())
+          point.z() > wall.block.max.z()) {
         continue;
+      }
       const Vector3d leg = point - antenna;
       if (south.hides(antenna, leg.normalized(), leg.norm()) ||
-          north.hides(antenna, leg.normalized(), leg.norm()))
+          north.hides(antenna, leg.normalized(), leg.norm())) {
         continue;
+      }
       const Block& other = wall.facing > 0 ? north : south;
       if (other.hides(point, s)) continue;
       expected.push_back({detour(antenna, point, s), point});
@@ -564,7 +569,9 @@ TEST(StreetCanyon, AgreesWithTheImageConstructionWithinAMillimetre) {
     ASSERT_EQ(paths.paths.size(), expected.size() + (direct ? 1 : 0))
         << antenna.transpose() << " towards " << s.transpose();
     const std::size_t first = direct ? 1 : 0;
-    if (direct) EXPECT_EQ(paths.paths[0].kind, PathKind::Direct);
+    if (direct) {
+      EXPECT_EQ(paths.paths[0].kind, PathKind::Direct);
+    }
     for (std::size_t k = 0; k < expected.size(); ++k) {
       ++reflections;
       EXPECT_EQ(paths.paths[first + k].kind, PathKind::Reflected);
@@ -582,8 +589,9 @@ TEST(StreetCanyon, AgreesWithTheImageConstructionWithinAMillimetre) {
 
 TEST(MirrorModel, FollowsThePapersEquation) {
   // m = d (1 + sin(pi/2 - 2 theta)) = 2 d cos^2(theta).
-  for (const double elevation : {0.0, 0.3, 0.7, 1.2, geodesy::kPi / 2})
+  for (const double elevation : {0.0, 0.3, 0.7, 1.2, geodesy::kPi / 2}) {
     EXPECT_NEAR(mirror_excess_m(50, elevation), 2 * 50 * std::cos(elevation) * std::cos(elevation), 1e-12);
+  }
 }
 
 // Algorithm 2, case by case.
@@ -757,8 +765,9 @@ TEST(Propagator, AnswersAlikeForOneAndForManyAndOnThreads) {
   World world(city.mesh);
   Mesh bus;
   city::append_box(bus, "bus", Surface::Vehicle, Material::Metal, {-6, -1, 0}, {6, 1, 4});
-  for (const double x : {10.0, 60.0})
+  for (const double x : {10.0, 60.0}) {
     world.scene.set_pose(world.scene.add_instance(bus), Isometry3d(Eigen::Translation3d(x, 4, 0)));
+  }
   world.scene.commit();
   std::mt19937_64 random(4);
   std::uniform_real_distribution<double> along(-150, 150), azimuth(0, 360), elevation(5, 85);
@@ -766,8 +775,9 @@ TEST(Propagator, AnswersAlikeForOneAndForManyAndOnThreads) {
   for (int i = 0; i < 40; ++i) sky.push_back(direction(azimuth(random), elevation(random)));
   for (int i = 0; i < 60; ++i) places.emplace_back(along(random), 0.5, 2);
   std::vector<std::vector<SatellitePaths>> alone(places.size(), std::vector<SatellitePaths>(sky.size()));
-  for (std::size_t p = 0; p < places.size(); ++p)
+  for (std::size_t p = 0; p < places.size(); ++p) {
     for (std::size_t i = 0; i < sky.size(); ++i) alone[p][i] = world.trace(places[p], sky[i]);
+  }
   std::array<int, 3> wrong{};
   std::vector<std::thread> threads;
   for (std::size_t t = 0; t < wrong.size(); ++t) {
@@ -778,9 +788,10 @@ TEST(Propagator, AnswersAlikeForOneAndForManyAndOnThreads) {
         for (std::size_t i = 0; i < sky.size(); ++i) {
           const SatellitePaths &a = alone[p][i], &b = result[i];
           bool same = a.visibility == b.visibility && a.paths.size() == b.paths.size();
-          for (std::size_t k = 0; same && k < a.paths.size(); ++k)
+          for (std::size_t k = 0; same && k < a.paths.size(); ++k) {
             same = a.paths[k].excess_m == b.paths[k].excess_m && a.paths[k].point == b.paths[k].point &&
                    a.paths[k].triangle == b.paths[k].triangle && a.paths[k].instance == b.paths[k].instance;
+          }
           wrong[t] += same ? 0 : 1;
         }
       }

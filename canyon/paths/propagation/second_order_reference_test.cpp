@@ -72,8 +72,9 @@ struct Reference : PlainTriangles {
           return (f.point - point).norm() < tolerance_m && (f.far_point - far_point).norm() < tolerance_m;
         });
         if (known || hidden_between(antenna, point) || hidden_between(point, far_point) ||
-            hidden(far_point, s, 1e9))
+            hidden(far_point, s, 1e9)) {
           continue;
+        }
         const double length = (point - antenna).norm() + (far_point - point).norm();
         found.push_back({length - s.dot(far_point - antenna), point, far_point});
       }
@@ -140,8 +141,9 @@ Mesh random_city(unsigned seed, int boxes) {
                      yaw(random));
     const Eigen::AngleAxisd turn(i % 3 == 0 ? tilt(random) : 0.0, Vector3d(0.6, 0.8, 0));
     const Vector3d middle = corner + 0.5 * extent;
-    for (std::size_t v = first; v < mesh.vertices.size(); ++v)
+    for (std::size_t v = first; v < mesh.vertices.size(); ++v) {
       mesh.vertices[v] = middle + turn * (mesh.vertices[v] - middle);
+    }
   }
   return mesh;
 }
@@ -227,8 +229,9 @@ TEST(SecondOrderReference, FindsThePathsOfThePlainImplementationInHongKong) {
   std::uniform_real_distribution<double> x(-500, 500);
   while (places.size() < 100) {
     const Vector3d place(x(random), x(random), 2);
-    if (scene.terrain_height(place.x(), place.y()) && scene.placement(place) == raytrace::Placement::Free)
+    if (scene.terrain_height(place.x(), place.y()) && scene.placement(place) == raytrace::Placement::Free) {
       places.push_back(place);
+    }
   }
   const Agreement agreement = compare(mesh, places, 30, options, 38, 5e-3);
   EXPECT_LT(agreement.different, agreement.satellites / 200) << "of " << agreement.satellites;

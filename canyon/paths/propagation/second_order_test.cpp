@@ -205,8 +205,9 @@ TEST(SecondOrderStreet, WallsDrawnNotQuiteAlikeGiveOnePath) {
   append(mesh, {-50, 15.0002, 0}, {50, 30, 300}, 1e-6);
   append(mesh, {-50, -20, 0}, {50, -9.0002, 30}, -1e-6);
   const World world(mesh);
-  for (const double off : {-20.0, 0.0, 3.0, 30.0})
+  for (const double off : {-20.0, 0.0, 3.0, 30.0}) {
     EXPECT_EQ(doubles(world.trace({0, 0, 2}, direction(180 + off, 45))).size(), 1u) << off;
+  }
 }
 
 // ---- corners
@@ -321,12 +322,12 @@ TEST(SecondOrderInstances, GiveThePathsOfTheSameThingsStandingStill) {
     const std::vector<Key> ka = keys(a), kb = keys(b);
     ASSERT_EQ(ka.size(), kb.size()) << antenna.transpose() << " towards " << s.transpose();
     for (const auto& [excess, point, far_point] : ka) {
-      EXPECT_TRUE(std::any_of(
-          kb.begin(), kb.end(),
-          [&, e = excess, p = point, f = far_point](const Key& k) {
-            return std::abs(std::get<0>(k) - e) < 1e-9 && (std::get<1>(k) - p).norm() < 1e-6 &&
-                   (std::get<2>(k) - f).norm() < 1e-6;
-          }))
+      EXPECT_TRUE(std::any_of(kb.begin(), kb.end(),
+                              [&, e = excess, p = point, f = far_point](const Key& k) {
+                                return std::abs(std::get<0>(k) - e) < 1e-9 &&
+                                       (std::get<1>(k) - p).norm() < 1e-6 &&
+                                       (std::get<2>(k) - f).norm() < 1e-6;
+                              }))
           << antenna.transpose() << " towards " << s.transpose();
     }
     for (const Path& path : doubles(a)) {
@@ -488,8 +489,9 @@ TEST(SecondOrder, AnswersAlikeForOneAndForManyAndOnThreads) {
   World world(random_city(63));
   Mesh bus;
   city::append_box(bus, "bus", Surface::Vehicle, Material::Metal, {-6, -1, 0}, {6, 1, 4});
-  for (const double x : {-40.0, 10.0, 30.0})
+  for (const double x : {-40.0, 10.0, 30.0}) {
     world.scene.set_pose(world.scene.add_instance(bus), Isometry3d(Eigen::Translation3d(x, 4, 0)));
+  }
   world.scene.commit();
   const Sample many = sample(world.scene, 60, 63);
   std::vector<std::vector<SatellitePaths>> alone(many.places.size());
@@ -509,11 +511,12 @@ TEST(SecondOrder, AnswersAlikeForOneAndForManyAndOnThreads) {
         for (std::size_t i = 0; i < result.size(); ++i) {
           const SatellitePaths &a = alone[p][i], &b = result[i];
           bool same = a.visibility == b.visibility && a.paths.size() == b.paths.size();
-          for (std::size_t k = 0; same && k < a.paths.size(); ++k)
+          for (std::size_t k = 0; same && k < a.paths.size(); ++k) {
             same = a.paths[k].excess_m == b.paths[k].excess_m && a.paths[k].point == b.paths[k].point &&
                    a.paths[k].far_point == b.paths[k].far_point && a.paths[k].order == b.paths[k].order &&
                    a.paths[k].triangle == b.paths[k].triangle &&
                    a.paths[k].far_triangle == b.paths[k].far_triangle;
+          }
           wrong[t] += same ? 0 : 1;
         }
       }

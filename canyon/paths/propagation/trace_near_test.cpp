@@ -69,15 +69,17 @@ TEST(Propagator, TraceNearGivesWhatTraceFinds) {
   EXPECT_GT(others, 100U);
   // Without edges none is bent.
   propagator.trace_near({0, 0.3, 2}, sky, {}, near);
-  for (const SatellitePaths& satellite : near)
+  for (const SatellitePaths& satellite : near) {
     for (const Path& path : satellite.paths) EXPECT_NE(path.kind, PathKind::Diffracted);
+  }
 }
 
 /// By the surfaces that they come over, of one kind and order.
 std::map<std::uint64_t, Path> by_reflector(const SatellitePaths& satellite, PathKind kind, int order) {
   std::map<std::uint64_t, Path> result;
-  for (const Path& path : satellite.paths)
+  for (const Path& path : satellite.paths) {
     if (path.kind == kind && path.order == order) result.emplace(path.reflector, path);
+  }
   return result;
 }
 

@@ -105,8 +105,9 @@ void register_benchmarks() {
                                       {"SpecularDiffraction", of_order(1, true)},
                                       {"SpecularDiffuse", of_order(1, false, true)},
                                       {"SpecularSecondOrderDiffraction", of_order(2, true)},
-                                      {"SpecularSecondOrderDiffractionDiffuse", of_order(2, true, true)}})
+                                      {"SpecularSecondOrderDiffractionDiffuse", of_order(2, true, true)}}) {
     benchmark::RegisterBenchmark(name, epoch, options)->Unit(benchmark::kMicrosecond);
+  }
   benchmark::RegisterBenchmark("Everything", everything, false)->Unit(benchmark::kMicrosecond);
   benchmark::RegisterBenchmark("EverythingWithAmplitudes", everything, true)->Unit(benchmark::kMicrosecond);
   benchmark::RegisterBenchmark("PrepareFacets", prepare, of_order(1))->Unit(benchmark::kMillisecond);

@@ -571,7 +571,9 @@ TEST(Everything, IsInOrderAndTellsItsStrength) {
         kinds[static_cast<std::size_t>(path.kind)] += 1;
         EXPECT_EQ(path.kind == propagation::PathKind::Direct,
                   k == 0 && result[i].visibility != propagation::Visibility::NLOS);
-        if (k > 0) EXPECT_GE(path.excess_m, paths[k - 1].excess_m);
+        if (k > 0) {
+          EXPECT_GE(path.excess_m, paths[k - 1].excess_m);
+        }
         EXPECT_EQ(path.incidence_count, path.order);
         EXPECT_NEAR(path.arrival.norm(), 1, 1e-9);
         EXPECT_NEAR(path.arrival_elevation_rad, std::asin(path.arrival.z()), 1e-9);

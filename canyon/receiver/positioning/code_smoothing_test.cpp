@@ -24,7 +24,9 @@ TEST(CodeSmoother, WhiteNoiseFallsAsTheClosedFormSays) {
   for (int k = 0; k < 2000; ++k) {
     last = smoother.next(kStart + 1.0 * k, 0, k > 0 ? std::optional(0.0) : std::nullopt,
                          {CodeNoise{2, kWhite}, CodeNoise{}}, options);
-    if (k < 50) EXPECT_NEAR(last.sigma_m, 2 / std::sqrt(k + 1.0), 1e-12);  // a plain average
+    if (k < 50) {
+      EXPECT_NEAR(last.sigma_m, 2 / std::sqrt(k + 1.0), 1e-12);  // a plain average
+    }
   }
   const double a = 1.0 / 50;
   EXPECT_NEAR(last.sigma_m, 2 * std::sqrt(a / (2 - a)), 1e-9);
@@ -58,8 +60,9 @@ TEST(CodeSmoother, StatesTheDeviationOfCorrelatedCodes) {
       stated[i] = s.sigma_m;
     }
   }
-  for (std::size_t k = 0; k < kEpochs; ++k)
+  for (std::size_t k = 0; k < kEpochs; ++k) {
     EXPECT_NEAR(squares[k], stated[k] * stated[k], 5 * std::sqrt(2.0 / kRuns) * squares[k]) << k;
+  }
   EXPECT_LT(stated.back(), 0.6 * stated.front());
   EXPECT_GT(stated.back(), 0.25 * stated.front());  // the slow part stays
 }

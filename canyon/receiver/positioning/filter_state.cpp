@@ -214,7 +214,7 @@ void mind_clocks(FilterState& filter, OwnClock& own, const FilterEpoch& epoch, d
     }
   }
   if (!common.empty()) {
-    const double step = *median(common);
+    const double step = upper_median(common);
     if (std::abs(step) > std::max(kClockStep_m, kClockStepSigmas * std::sqrt(variance))) {
       const double milliseconds = std::round(step / kMillisecond_m);
       const bool whole = milliseconds != 0 && std::abs(step - milliseconds * kMillisecond_m) < kClockStep_m;
@@ -233,7 +233,7 @@ void mind_clocks(FilterState& filter, OwnClock& own, const FilterEpoch& epoch, d
     if (innovations.empty()) continue;
     const int clock = clock_of(system);
     filter.known[clock_index(system)] = true;
-    filter.x(clock) += *median(innovations);
+    filter.x(clock) += upper_median(innovations);
     for (StateMatrix* p : {&filter.p, &filter.stated}) {
       p->row(clock).setZero();
       p->col(clock).setZero();

@@ -362,7 +362,7 @@ class Solver {
     const auto rows = static_cast<double>(rates.ids.size());
     for (int i = 0; i < kChoices; ++i) {
       const Eigen::VectorXd sizes = robust.residual.cwiseAbs();
-      const double scatter = kMadToSigma * *median({sizes.data(), static_cast<std::size_t>(sizes.size())});
+      const double scatter = kMadToSigma * upper_median({sizes.data(), sizes.data() + sizes.size()});
       const double widest = gate * std::max(1.0, scatter * std::sqrt(rows / (rows - 4)));
       for (Eigen::Index k = 0; k < sizes.size(); ++k) robust.weight(k) = sizes(k) < widest ? 1 : 0;
       if (robust.redundancy() < 1 || !robust.solve()) return;

@@ -48,8 +48,9 @@ std::vector<Measurement> measure(const orbit::Sky& sky, GpsTime time = kTime, do
 
 std::vector<Measurement> only(std::vector<Measurement> all, System system, std::size_t count) {
   std::vector<Measurement> kept;
-  for (const Measurement& m : all)
+  for (const Measurement& m : all) {
     if (m.id.system == system && kept.size() < count) kept.push_back(m);
+  }
   EXPECT_EQ(kept.size(), count);
   return kept;
 }
@@ -62,8 +63,9 @@ std::vector<Measurement> join(std::vector<Measurement> a, const std::vector<Meas
 /// Design matrix at the truth: minus unit vectors in ENU, one clock column for each system present.
 Eigen::MatrixXd design_at_truth(const orbit::Sky& sky, const std::vector<gnss::SatelliteId>& used) {
   std::vector<System> systems;
-  for (const auto& id : used)
+  for (const auto& id : used) {
     if (std::find(systems.begin(), systems.end(), id.system) == systems.end()) systems.push_back(id.system);
+  }
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(used.size()),
                                             3 + static_cast<Eigen::Index>(systems.size()));
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(kPlace);
@@ -120,8 +122,9 @@ TEST(SolveFix, StartAndOrderDoNotMatter) {
 // A system whose time scale is off only moves its own clock.
 TEST(SolveFix, InterSystemBiasGoesToTheClockOfItsConstellation) {
   std::vector<Measurement> measurements = measure(four_systems());
-  for (Measurement& m : measurements)
+  for (Measurement& m : measurements) {
     if (m.id.system == System::Galileo) m.pseudorange_m += 30;
+  }
   const Fix fix = solve_fix(kTime, measurements, four_systems(), FixOptions{});
   ASSERT_TRUE(fix.solved());
   EXPECT_LT((fix.position_ecef - kTruth).norm(), 1e-3);  // 30 m are 0.1 us: the satellite moves by 0.4 mm
@@ -294,8 +297,9 @@ std::vector<Measurement> measure_with_dopplers() {
     return std::find_if(of.begin(), of.end(), [id](const Measurement& m) { return m.id == id; })
         ->pseudorange_m;
   };
-  for (Measurement& m : measured)
+  for (Measurement& m : measured) {
     m.doppler_hz = -m.carrier_frequency_hz / kSpeedOfLight * (range_m(later, m.id) - range_m(before, m.id));
+  }
   return measured;
 }
 
@@ -425,8 +429,9 @@ TEST(SolveFix, FourSatellitesLeadToTheTruthFromAnywhere) {
     four.resize(4);  // GPS: the first of the sky
     ASSERT_EQ(four.back().id.system, System::GPS);
     std::vector<Eigen::Vector3d> directions;
-    for (const Measurement& m : four)
+    for (const Measurement& m : four) {
       directions.push_back(orbit::line_of_sight(four_systems(), m.id, time, kTruth)->direction_ecef);
+    }
     const auto dop = dop_of_directions(directions);
     if (!dop || dop->gdop > 200) continue;
     const Eigen::Vector3d space = 6e7 * Eigen::Vector3d(random.normal(), random.normal(), random.normal());

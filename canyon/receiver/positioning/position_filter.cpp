@@ -175,7 +175,7 @@ bool correct(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double dt,
   }
   epoch.passed.assign(epoch.satellites.size(), false);
   if (candidates.empty()) return true;
-  const double middle = *median(innovations);
+  const double middle = upper_median(innovations);
   std::stable_sort(candidates.begin(), candidates.end(), [middle](const Candidate& a, const Candidate& b) {
     return std::abs(a.row.innovation - middle) < std::abs(b.row.innovation - middle);
   });

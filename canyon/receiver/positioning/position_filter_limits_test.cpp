@@ -180,12 +180,15 @@ TEST(PositionFilterLimits, DopplersThatDisagreeAreNoTurn) {
   PositionFilter filter(options, {});
   for (int i = 0; i < 40; ++i) {
     std::vector<Measurement> measurements = drive.measure();
-    for (std::size_t k = 0; i >= 20 && k < measurements.size(); ++k)
+    for (std::size_t k = 0; i >= 20 && k < measurements.size(); ++k) {
       if (k % 5 < 2) *measurements[k].doppler_hz += k % 2 == 0 ? 60 : -60;  // 11 m/s
+    }
     const Fix single = solve_fix(drive.receiver_time(), measurements, sky(), {});
     const Fix fix = filter.update(drive.receiver_time(), measurements, sky(), single);
     ASSERT_TRUE(fix.solved());
-    if (i > 0) EXPECT_LT((*fix.velocity_enu_mps - drive.velocity_enu).norm(), 0.2) << i;
+    if (i > 0) {
+      EXPECT_LT((*fix.velocity_enu_mps - drive.velocity_enu).norm(), 0.2) << i;
+    }
     drive.advance(1);
   }
 }

@@ -67,10 +67,13 @@ TEST(PositionFilter, BeginsAsTheFix) {
     EXPECT_LT((first.position_ecef - pair.fix.position_ecef).norm(), tolerance);
     EXPECT_LT((first.covariance_enu - pair.fix.covariance_enu).norm(),
               tolerance * pair.fix.covariance_enu.norm());
-    if (doppler) EXPECT_LT((*first.velocity_enu_mps - *pair.fix.velocity_enu_mps).norm(), 0.01);
+    if (doppler) {
+      EXPECT_LT((*first.velocity_enu_mps - *pair.fix.velocity_enu_mps).norm(), 0.01);
+    }
     EXPECT_EQ(first.used, pair.fix.used);
-    for (std::size_t i = 0; i < first.used.size(); ++i)
+    for (std::size_t i = 0; i < first.used.size(); ++i) {
       EXPECT_NEAR(first.residuals_m[i], pair.fix.residuals_m[i], tolerance);
+    }
     EXPECT_NEAR(first.dop->pdop, pair.fix.dop->pdop, 1e-6);
     EXPECT_EQ(first.available, pair.fix.available);
     EXPECT_EQ(first.unknowns, pair.fix.unknowns);
@@ -104,7 +107,9 @@ TEST(PositionFilter, KeepsToTheTruthWithoutNoise) {
       drive.sigma_m = noise;
       drive.doppler_sigma_hz = hertz;
       ASSERT_TRUE(fix.solved());
-      if (doppler || i >= 20) EXPECT_LT(drive.error_enu(fix).norm(), 0.01) << doppler << i;
+      if (doppler || i >= 20) {
+        EXPECT_LT(drive.error_enu(fix).norm(), 0.01) << doppler << i;
+      }
       EXPECT_TRUE(fix.excluded.empty());
       if (i < 59) drive.advance(i % 3 == 0 ? 0.2 : 1);
     }
@@ -178,8 +183,9 @@ TEST(PositionFilter, CovarianceIsThatOfTheErrors) {
       const auto [position, velocity] = mean_nees(epochs, doppler);
       EXPECT_NEAR(position, 3, 3.3 * 0.173) << "epochs " << epochs << ", Doppler " << doppler;
       // Before two pseudoranges in a row the velocity is the start's guess.
-      if (doppler || epochs > 2)
+      if (doppler || epochs > 2) {
         EXPECT_NEAR(velocity, 3, 3.3 * 0.173) << "epochs " << epochs << ", Doppler " << doppler;
+      }
       RecordProperty("nees_" + std::to_string(epochs) + (doppler ? "_doppler" : ""),
                      std::to_string(position));
     }
@@ -436,8 +442,9 @@ TEST(PositionFilter, StreetHasSmallerErrors) {
         measurements.push_back(m);
         continue;
       }
-      if (detour.count(m.id) == 0)
+      if (detour.count(m.id) == 0) {
         detour[m.id] = drive.random().uniform() < 0.5 ? 10 + 60 * drive.random().uniform() : 0;
+      }
       if (detour[m.id] == 0) continue;
       m.pseudorange_m += detour[m.id];
       *m.doppler_hz += 0.5 * drive.random().normal();
@@ -519,8 +526,9 @@ TEST(PositionFilter, MasksAndWeightsAreTheFixs) {
     std::vector<gnss::SatelliteId> expected;
     for (std::size_t k = 0; k < measurements.size(); ++k) {
       measurements[k].cn0_dbhz = k % 3 == 0 ? 30 : 45;
-      if (k % 3 != 0 && drive.elevation_rad(measurements[k].id) > geodesy::radians(30))
+      if (k % 3 != 0 && drive.elevation_rad(measurements[k].id) > geodesy::radians(30)) {
         expected.push_back(measurements[k].id);
+      }
     }
     const Fix answer = pair.update(drive.receiver_time(), measurements);
     ASSERT_TRUE(answer.solved());

@@ -170,16 +170,18 @@ TEST(Raim, NothingStaysOutThatFitsIn) {
     const GpsTime time = kTime + 60.0 * run;
     TestDrive drive(sky(2), time, kPlace, static_cast<std::uint64_t>(run));
     std::vector<Measurement> measurements = drive.measure();
-    for (std::size_t i = 0; i < measurements.size(); i += 4)
+    for (std::size_t i = 0; i < measurements.size(); i += 4) {
       measurements[i].pseudorange_m += 15 + 30 * drive.random().uniform();
+    }
     FixOptions options = with_raim();
     options.raim.max_exclusions = 8;
     const Fix fix = solve_fix(time, measurements, sky(2), options);
     if (fix.consistent != true || fix.excluded.size() < 2) continue;
     for (const gnss::SatelliteId id : fix.excluded) {
       std::vector<Measurement> again;
-      for (const Measurement& m : measurements)
+      for (const Measurement& m : measurements) {
         if (m.id == id || std::binary_search(fix.used.begin(), fix.used.end(), m.id)) again.push_back(m);
+      }
       options.raim.max_exclusions = 1;
       const Fix tested = solve_fix(time, again, sky(2), options);
       EXPECT_TRUE(tested.consistent == false || !tested.excluded.empty()) << run;
@@ -210,14 +212,18 @@ TEST(Raim, NeedsRedundancy) {
         EXPECT_EQ(fix.position_ecef, plain.position_ecef);
         EXPECT_EQ(fix.used, plain.used);
       }
-      if (satellites == 4) EXPECT_FALSE(fix.consistent);
+      if (satellites == 4) {
+        EXPECT_FALSE(fix.consistent);
+      }
       if (satellites == 5) {
         EXPECT_EQ(fix.consistent, false);
         EXPECT_TRUE(fix.excluded.empty());
       }
       if (satellites == 6 && fix.excluded == Ids{measurements[2].id}) ++found;
     }
-    if (satellites == 6) EXPECT_GT(found, 40);
+    if (satellites == 6) {
+      EXPECT_GT(found, 40);
+    }
   }
 }
 
@@ -264,8 +270,9 @@ TEST(Raim, HalvesErrorsAmongDetours) {
           measurements.begin() +
           static_cast<std::ptrdiff_t>(drive.random().uniform() * static_cast<double>(measurements.size())));
     }
-    for (Measurement& m : measurements)
+    for (Measurement& m : measurements) {
       if (drive.random().uniform() < 0.25) m.pseudorange_m -= 25 * std::log(1 - drive.random().uniform());
+    }
     plain.push_back(drive.error_enu(solve_fix(time, measurements, sky(3), FixOptions{})).head<2>().norm());
     excluded.push_back(drive.error_enu(solve_fix(time, measurements, sky(3), with_raim())).head<2>().norm());
   }

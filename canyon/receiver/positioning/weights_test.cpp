@@ -155,15 +155,17 @@ TEST(SolveFix, ElevationWeightsDoNotDependOnTheStart) {
 TEST(SolveFix, SignalsBelowTheCn0MaskAreLeftOut) {
   TestDrive drive(sky(), kTime, kPlace, 4);
   std::vector<Measurement> measurements = drive.measure();
-  for (std::size_t i = 0; i < measurements.size(); ++i)
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
     if (i % 4 != 1) measurements[i].cn0_dbhz = i % 4 == 0 ? 24.9 : 25;
+  }
   FixOptions options;
   options.cn0_mask_dbhz = 25;
   const Fix fix = solve_fix(kTime, measurements, sky(), options);
   ASSERT_TRUE(fix.solved());
   std::vector<gnss::SatelliteId> kept;
-  for (std::size_t i = 0; i < measurements.size(); ++i)
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
     if (i % 4 != 0) kept.push_back(measurements[i].id);
+  }
   EXPECT_EQ(fix.used, kept);
   EXPECT_EQ(fix.available, static_cast<int>(kept.size()));
 }

@@ -202,7 +202,7 @@ Eigen::Matrix3d BaselineFilter::covariance_of_echoes() const {
   std::vector<double> ages_s;
   for (const Difference& d : differences_)
     if (d.used) ages_s.push_back(time_ - state_.slots[*d.slot].begun);
-  const double age_s = ages_s.empty() ? 0 : *median(ages_s);
+  const double age_s = ages_s.empty() ? 0 : upper_median(ages_s);
   return code_squares_ * kEchoTime_s / (kEchoTime_s + age_s) * code_covariance_;
 }
 
@@ -327,7 +327,7 @@ std::vector<std::size_t> BaselineFilter::ordered(const std::vector<std::size_t>&
     values.push_back(innovations.back().first);
   }
   if (innovations.size() < 2) return {};
-  const double middle = *median(values);
+  const double middle = upper_median(values);
   for (auto& [innovation, i] : innovations) innovation = std::abs(innovation - middle);
   std::sort(innovations.begin(), innovations.end());
   state_.reset(BaselineState::kClock, middle, kUnknownClock_m * kUnknownClock_m);
@@ -387,7 +387,7 @@ double BaselineFilter::code_jump_m(const std::vector<std::size_t>& group) const 
     if (const auto slot = state_.find(d.id(), d.rover->signal))
       jumps.push_back(d.phase_m - d.code_m - d.rover->wavelength_m * state_.x(BaselineState::index(*slot)));
   }
-  const double jump_m = jumps.empty() ? 0 : *median(jumps);
+  const double jump_m = jumps.empty() ? 0 : upper_median(jumps);
   return std::abs(jump_m) > kUnknownAmbiguity_m ? jump_m : 0;
 }
 

@@ -215,7 +215,7 @@ void DopplerSlips::update(double dt_s, std::span<const ObservedMinusComputed> ro
   }
   slipped_.clear();
   if (apart.size() > 4) {
-    const double clock_m = *median(apart);
+    const double clock_m = upper_median(apart);
     for (const ObservedMinusComputed& o : rover) {
       const auto step = steps.find({o.id, o.signal});
       if (step == steps.end() || step->second.apart_m == 0) continue;

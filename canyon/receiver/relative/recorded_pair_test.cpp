@@ -64,11 +64,9 @@ class RecordedPair : public ::testing::Test {
   void keep(std::initializer_list<System> systems) {
     for (auto* epochs : {&rover, &recorded_base}) {
       for (rinex::ObservationEpoch& epoch : *epochs) {
-        std::erase_if(
-            epoch.signals,
-            [&](const rinex::ObservedSignal& s) {
-              return std::find(systems.begin(), systems.end(), s.id.system) == systems.end();
-            });
+        std::erase_if(epoch.signals, [&](const rinex::ObservedSignal& s) {
+          return std::find(systems.begin(), systems.end(), s.id.system) == systems.end();
+        });
       }
     }
   }
@@ -128,12 +126,12 @@ TEST_F(RecordedPair, GpsAloneOfOneToThreeBands) {
 TEST_F(RecordedPair, P2OfTheBaseBesideL2COfTheRover) {
   keep({System::GPS});
   for (rinex::ObservationEpoch& epoch : rover) {
-    std::erase_if(
-        epoch.signals, [](const auto& s) { return s.signal->name == "L2P" || s.signal->name == "L5"; });
+    std::erase_if(epoch.signals,
+                  [](const auto& s) { return s.signal->name == "L2P" || s.signal->name == "L5"; });
   }
   for (rinex::ObservationEpoch& epoch : recorded_base) {
-    std::erase_if(
-        epoch.signals, [](const auto& s) { return s.signal->name == "L2C" || s.signal->name == "L5"; });
+    std::erase_if(epoch.signals,
+                  [](const auto& s) { return s.signal->name == "L2C" || s.signal->name == "L5"; });
   }
   const Outcome found = outcome(solve(base()));
   EXPECT_GE(found.fixed, 0.95);
@@ -163,8 +161,9 @@ TEST_F(RecordedPair, APhaseOfTwoCodesCountsOnce) {
     for (const auto& [id, count] : phases) EXPECT_LE(count, 1) << gnss::to_string(id);
   }
   // With its P2 alone the base has a partner for it.
-  for (rinex::ObservationEpoch& epoch : recorded_base)
+  for (rinex::ObservationEpoch& epoch : recorded_base) {
     std::erase_if(epoch.signals, [](const auto& s) { return s.signal->name == "L2C"; });
+  }
   const Outcome found = outcome(solve(base()));
   EXPECT_GE(found.fixed, 0.95);
   EXPECT_LT(found.worst_m, 0.015);
@@ -178,8 +177,9 @@ TEST_F(RecordedPair, ComponentsOfOtherGroupDelays) {
       std::find_if(signals.begin(), signals.end(), [](const auto& s) { return s.name == "B2b"; });
   ASSERT_NE(b2b, signals.end());
   for (rinex::ObservationEpoch& epoch : recorded_base) {
-    for (rinex::ObservedSignal& s : epoch.signals)
+    for (rinex::ObservedSignal& s : epoch.signals) {
       if (s.signal->name == "B2I") s.signal = &*b2b;
+    }
   }
   const Outcome found = outcome(solve(base()));
   EXPECT_GE(found.fixed, 0.95);
@@ -210,8 +210,9 @@ TEST_F(RecordedPair, WithoutStrengths) {
   keep({System::GPS});
   options.signals = {"L1CA", "L2C"};
   for (auto* epochs : {&rover, &recorded_base}) {
-    for (rinex::ObservationEpoch& epoch : *epochs)
+    for (rinex::ObservationEpoch& epoch : *epochs) {
       for (rinex::ObservedSignal& s : epoch.signals) s.cn0_dbhz.reset();
+    }
   }
   const auto epochs = solve(base());
   EXPECT_EQ(epochs.front().fix.kind(), positioning::FixKind::Fixed);
@@ -366,12 +367,14 @@ TEST_F(RecordedPair, ClocksApartAndASlowBase) {
     late.receiver_time = late.receiver_time + 1e-3;
     for (SignalMeasurement& m : late.observations) {
       m.measurement.pseudorange_m += 1e-3 * geodesy::kSpeedOfLight;
-      if (m.measurement.carrier_phase_cycles)
+      if (m.measurement.carrier_phase_cycles) {
         *m.measurement.carrier_phase_cycles += 1e-3 * m.measurement.carrier_frequency_hz;
+      }
       m.measurement.phase_since = rover.front().receiver_time;
     }
-    if (slow.empty() || late.receiver_time - slow.back()->receiver_time > 4.5)
+    if (slow.empty() || late.receiver_time - slow.back()->receiver_time > 4.5) {
       slow.push_back(std::make_shared<const Corrections>(std::move(late)));
+    }
   }
   const auto epochs = solve(slow);
   const Outcome found = outcome(epochs);
@@ -399,8 +402,9 @@ TEST_F(RecordedPair, RefusesWhatHasNothingInCommon) {
   }
   EXPECT_THAT(problem([&] { return solve(elsewhen); }), HasSubstr("share no time"));
   EXPECT_THAT(problem([&] { return solve({}); }), HasSubstr("the base has no epoch"));
-  for (rinex::ObservationEpoch& epoch : recorded_base)
+  for (rinex::ObservationEpoch& epoch : recorded_base) {
     std::erase_if(epoch.signals, [](const auto& s) { return s.id.system != System::GPS; });
+  }
   const RecordedEpochs gps = base();
   keep({System::Galileo});
   EXPECT_THAT(problem([&] { return solve(gps); }), HasSubstr("same systems and bands"));

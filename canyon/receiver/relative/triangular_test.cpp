@@ -12,8 +12,7 @@ namespace {
 using Eigen::MatrixXd;
 
 MatrixXd random_matrix(RandomStream& random, Eigen::Index rows, Eigen::Index columns) {
-  return MatrixXd::NullaryExpr(
-      rows, columns, [&] { return random.normal(); });
+  return MatrixXd::NullaryExpr(rows, columns, [&] { return random.normal(); });
 }
 
 // Q = L^T D L, written out; B Q^-1 by Eigen's inverse.

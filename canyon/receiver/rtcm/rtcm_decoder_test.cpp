@@ -64,7 +64,9 @@ TEST(RtcmDecoder, LockTimeIndicator) {
   for (const auto& [indicator, ms] : table) {
     EXPECT_EQ(lock_time_indicator(ms * 1e-3, true), indicator);
     EXPECT_EQ(least_lock_ms(indicator, true), ms);
-    if (ms > 0) EXPECT_EQ(lock_time_indicator((ms - 0.5) * 1e-3, true), indicator - 1);
+    if (ms > 0) {
+      EXPECT_EQ(lock_time_indicator((ms - 0.5) * 1e-3, true), indicator - 1);
+    }
   }
   EXPECT_EQ(lock_time_indicator(1e9, true), 704);
 }
@@ -150,10 +152,13 @@ TEST(RtcmDecoder, ValuesComeBackToTheirResolution) {
             EXPECT_NEAR(kTime - *m.phase_since, fine ? 98.304 : 65.536, 1e-6);
           }
           EXPECT_EQ(m.doppler_hz.has_value(), kind % 2 == 1);
-          if (m.doppler_hz) EXPECT_NEAR(*m.doppler_hz * wavelength_m, -*cell.rate_mps, 0.5001e-4);
+          if (m.doppler_hz) {
+            EXPECT_NEAR(*m.doppler_hz * wavelength_m, -*cell.rate_mps, 0.5001e-4);
+          }
           EXPECT_NEAR(*m.cn0_dbhz, cell.cn0_dbhz, fine ? 0x1.01p-5 : 0.501);
-          if (system == System::GLONASS && cell.code == "1C")
+          if (system == System::GLONASS && cell.code == "1C") {
             EXPECT_EQ(m.carrier_frequency_hz, 1602e6 + (cell.id.number - 7) * 0.5625e6);
+          }
         }
       }
       EXPECT_EQ(epoch.observations.size(), expected);
@@ -545,7 +550,9 @@ TEST(RtcmDecoder, LegacyPhasesGoOnAcrossTheirTurns) {
     ASSERT_EQ(epochs.size(), 1U);
     const positioning::Measurement& m = epochs[0]->observations.at(0).measurement;
     const double phase_m = *m.carrier_phase_cycles * geodesy::kSpeedOfLight / m.carrier_frequency_hz;
-    if (last_m) EXPECT_NEAR(phase_m - *last_m, 3, 0.0011);
+    if (last_m) {
+      EXPECT_NEAR(phase_m - *last_m, 3, 0.0011);
+    }
     EXPECT_EQ(*m.phase_since, kTime - 10);
     last_m = phase_m;
   }

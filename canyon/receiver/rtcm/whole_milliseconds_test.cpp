@@ -92,7 +92,9 @@ TEST(WholeMilliseconds, MessagesWithoutThemGiveTheRangesOfThoseWithThem) {
         EXPECT_NEAR(m.pseudorange_m, as.pseudorange_m, 1e-6) << clock_m;
         EXPECT_FALSE(m.cn0_dbhz);
         EXPECT_EQ(m.carrier_phase_cycles.has_value(), kind == 3);
-        if (kind == 3) EXPECT_NEAR(*m.carrier_phase_cycles, *as.carrier_phase_cycles, 1e-6);
+        if (kind == 3) {
+          EXPECT_NEAR(*m.carrier_phase_cycles, *as.carrier_phase_cycles, 1e-6);
+        }
       }
     }
   }

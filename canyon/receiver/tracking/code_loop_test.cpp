@@ -33,7 +33,9 @@ CodeTracker tracker(Modulation modulation = Modulation::BPSK, double bandwidth_h
 CodeLoopState followed(const CodeTracker& tracker, CodeLoopState state, const std::vector<SignalPath>& paths,
                        double time_s, double step_s, double cn0_hz = kStrong_hz) {
   const int steps = static_cast<int>(std::lround(time_s / step_s));
-  for (int i = 0; i < steps; ++i) EXPECT_TRUE(tracker.follow(state, paths, step_s, cn0_hz));
+  for (int i = 0; i < steps; ++i) {
+    EXPECT_TRUE(tracker.follow(state, paths, step_s, cn0_hz));
+  }
   return state;
 }
 
@@ -83,8 +85,9 @@ TEST(CodeLoop, GoesTheSameWayAtEveryRateOfEpochs) {
   const std::vector<SignalPath> paths{{60, {0.8, 0.1}}, {130, {0.3, 0.4}}};
   const double once = followed(loop, {0, 0, 0}, paths, 2, 2).delay_m;
   EXPECT_GT(once, 40);
-  for (const double step : {1.0, 0.2, 0.1, 0.02, 0.005})
+  for (const double step : {1.0, 0.2, 0.1, 0.02, 0.005}) {
     EXPECT_NEAR(followed(loop, {0, 0, 0}, paths, 2, step).delay_m, once, 0.01 * once) << step;
+  }
 }
 
 TEST(CodeLoop, SettlesWhereTheEnvelopeSays) {

@@ -21,8 +21,9 @@ TEST(CodeTracker, AllocatesNothing) {
     signal.bandwidth_hz = bandwidth;
     const CodeTracker tracker(signal, {});
     std::vector<SignalPath> paths(64);
-    for (std::size_t i = 0; i < paths.size(); ++i)
+    for (std::size_t i = 0; i < paths.size(); ++i) {
       paths[i] = {10.0 * static_cast<double>(i), std::polar(0.3, 1.7 * static_cast<double>(i)), 0.1};
+    }
     paths[0].amplitude = 3;
     const long before = allocations;
     double sum = 0;

@@ -25,7 +25,9 @@ DllOptions loop_with(Discriminator discriminator) {
 /// A direct path and echoes of falling strength.
 std::vector<SignalPath> street(int count) {
   std::vector<SignalPath> paths{{0, {1, 0}, 0}};
-  for (int i = 1; i < count; ++i) paths.push_back({17.0 * i, std::polar(0.6 / i, 2.3 * i), 0.2 * i});
+  for (int i = 1; i < count; ++i) {
+    paths.push_back({17.0 * i, std::polar(0.6 / i, 2.3 * i), 0.2 * i});
+  }
   return paths;
 }
 

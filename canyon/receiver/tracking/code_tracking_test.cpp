@@ -95,8 +95,9 @@ TEST(CodeTracker, MaximaInMetres) {
   for (const auto& [d, expected] : maxima) {
     const CodeTracker loop = tracker(Modulation::BPSK, Discriminator::DotProduct, d);
     double largest = 0;
-    for (double delay = 0; delay < 1.6; delay += 0.005)
+    for (double delay = 0; delay < 1.6; delay += 0.005) {
       largest = std::max(largest, error_chips(loop, 0.5, delay) * loop.correlation().chip_m());
+    }
     EXPECT_NEAR(largest, expected, 1e-3);
   }
 }
@@ -125,8 +126,9 @@ TEST(CodeTracker, DoubleDeltaEnvelopeOfBpsk) {
       }
       // Around a chip the corner at the foot of R shows once more, with a quarter of the spacing.
       double foot = 0;
-      for (double delay = 1 - 2 * d; delay < 1 + 2 * d; delay += 0.0005)
+      for (double delay = 1 - 2 * d; delay < 1 + 2 * d; delay += 0.0005) {
         foot = std::max(foot, std::abs(error_chips(loop, alpha, delay)));
+      }
       EXPECT_NEAR(foot, std::abs(alpha) * d / 4, 2e-4);
     }
   }
@@ -139,15 +141,19 @@ TEST(CodeTracker, EarlyLateEnvelopeOfBoc11) {
   for (const Discriminator discriminator : kEarlyLate) {
     const CodeTracker loop = tracker(Modulation::BOC11, discriminator, d);
     for (const double alpha : {0.1, 0.5, -0.1, -0.5}) {
-      for (const double delay : {0.001, 0.01, 0.02})
+      for (const double delay : {0.001, 0.01, 0.02}) {
         EXPECT_NEAR(error_chips(loop, alpha, delay), alpha * delay / (1 + alpha), 1e-8);
-      for (const double delay : {0.1, 0.2, 0.3, 0.4})
+      }
+      for (const double delay : {0.1, 0.2, 0.3, 0.4}) {
         EXPECT_NEAR(error_chips(loop, alpha, delay), alpha * d / 2, 1e-8) << name(discriminator);
-      for (const double delay : {0.6, 0.7, 0.8, 0.9})
+      }
+      for (const double delay : {0.6, 0.7, 0.8, 0.9}) {
         EXPECT_NEAR(error_chips(loop, alpha, delay), -alpha * d / 6, 1e-8) << name(discriminator);
+      }
       double largest = 0;
-      for (double delay = 0; delay < 1.2; delay += 0.001)
+      for (double delay = 0; delay < 1.2; delay += 0.001) {
         largest = std::max(largest, std::abs(error_chips(loop, alpha, delay)));
+      }
       EXPECT_NEAR(largest, std::abs(alpha) * d / 2, 1e-8);
       EXPECT_NEAR(error_chips(loop, alpha, 1 + d), 0, 1e-9);
     }
@@ -157,9 +163,11 @@ TEST(CodeTracker, EarlyLateEnvelopeOfBoc11) {
 /// Largest error in metres over delays and both signs of a reflection at half the direct amplitude.
 double maximum_m(const CodeTracker& loop) {
   double largest = 0;
-  for (int i = 0; i <= 300; ++i)
-    for (const double alpha : {0.5, -0.5})
+  for (int i = 0; i <= 300; ++i) {
+    for (const double alpha : {0.5, -0.5}) {
       largest = std::max(largest, std::abs(error_chips(loop, alpha, i * 0.005)));
+    }
+  }
   return largest * loop.correlation().chip_m();
 }
 
@@ -389,9 +397,11 @@ TEST(CodeTracker, RandomPathsGiveStableZeros) {
   std::vector<CodeTracker> loops;
   for (const Modulation modulation : {Modulation::BPSK, Modulation::BOC11, Modulation::CBOCPilot}) {
     for (const Discriminator discriminator : kAll) {
-      for (const double bandwidth : {kInfinite, 4e6, 20e6})
-        for (const double spacing : {0.03, 0.1})
+      for (const double bandwidth : {kInfinite, 4e6, 20e6}) {
+        for (const double spacing : {0.03, 0.1}) {
           loops.push_back(tracker(modulation, discriminator, spacing, bandwidth));
+        }
+      }
     }
   }
   RandomStream random(9, "random paths");

@@ -166,8 +166,9 @@ TEST(Correlation, WideBandwidthTendsToTheInfiniteOne) {
     const Correlation wide = correlation(modulation, 1000);
     const Correlation infinite = correlation(modulation);
     // The peak is cut by the jumps of the slope times 1 / (pi^2 B).
-    for (double tau = -1.2; tau < 1.2; tau += 0.017)
+    for (double tau = -1.2; tau < 1.2; tau += 0.017) {
       EXPECT_NEAR(wide.value(tau), infinite.value(tau), 2e-3) << name(modulation) << ' ' << tau;
+    }
   }
 }
 

@@ -157,7 +157,9 @@ TEST(MultipathEnvelope, IsTheClosedFormAtEveryDelay) {
                 << name(modulation) << ' ' << name(discriminator) << ' ' << d << ' ' << a << ' ' << t;
             worst = std::max(worst, std::abs(error - expected));
             largest = std::max(largest, std::abs(error));
-            if (t > 1 + d / 2) EXPECT_NEAR(error, 0, 1e-9);
+            if (t > 1 + d / 2) {
+              EXPECT_NEAR(error, 0, 1e-9);
+            }
           }
           EXPECT_LE(largest, std::abs(a) * d / 2 + 1e-8);
           EXPECT_NEAR(error_chips(loop, a, (1 + a) * d / 4), a * d / 4, 1e-8);

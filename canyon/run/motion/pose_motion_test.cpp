@@ -60,8 +60,9 @@ TEST(ProperPose, NormalizesAndRefuses) {
   EXPECT_EQ(pose->attitude.coeffs(), Quaterniond(0, 0, 0, 1).coeffs());
   EXPECT_FALSE(proper_pose({{1, 2, 3}, Quaterniond(0, 0, 0, 0)}));
   EXPECT_FALSE(proper_pose({{1, 2, 3}, Quaterniond(1, 0, kNan, 0)}));
-  for (const Vector3d& place : {Vector3d(kNan, 0, 0), Vector3d(0, HUGE_VAL, 0), Vector3d(0, 0, -HUGE_VAL)})
+  for (const Vector3d& place : {Vector3d(kNan, 0, 0), Vector3d(0, HUGE_VAL, 0), Vector3d(0, 0, -HUGE_VAL)}) {
     EXPECT_FALSE(proper_pose({place, Quaterniond::Identity()}));
+  }
 }
 
 // Hosts' own tests have the rest of PoseTrack, with messages that come in other threads.
@@ -153,9 +154,10 @@ TEST(PoseTrack, AveragesTheNoiseOfMeasuredPoses) {
   const auto speed = [](double smoothing_s) {
     PoseTrack track("mocap", {0.5, smoothing_s, true});
     // 10 m/s, and an error of 1 cm in the last pose, 10 ms after the one before.
-    for (int i = 0; i <= 20; ++i)
+    for (int i = 0; i <= 20; ++i) {
       track.add(sent({{0.1 * i + (i == 20 ? 0.01 : 0), 0, 0}, Quaterniond::Identity()}, 0.01 * i),
                 std::int64_t{10} * i * kMs);
+    }
     std::string reason;
     return track.at(200 * kMs, reason)->linear_velocity.x();
   };

@@ -114,13 +114,14 @@ TEST(TrackFile, OneWrongValueCostsOnePoint) {
     std::string text;
     for (int i = 10; i < 16; ++i) {
       const std::string n = std::to_string(i);
-      if (i == 12)
+      if (i == 12) {
         text += wrong;
-      else if (format == "gpx")
+      } else if (format == "gpx") {
         text += "<trkpt lat=\"48.00" + n + "\" lon=\"11\"><ele>5</ele><time>2026-06-01T08:00:" + n +
                 "Z</time></trkpt>\n";
-      else
+      } else {
         text += "<when>2026-06-01T08:00:" + n + "Z</when><gx:coord>11 48.00" + n + " 5</gx:coord>\n";
+      }
     }
     if (format == "kml") text = "<gx:Track>" + text + "</gx:Track>";
     return read_trajectory_file(folder.write("a", text), format, {});

@@ -370,8 +370,9 @@ TEST(TrajectoryNmea, OneGgaSentenceHasAPlace) {
   for (const std::string& line :
        {damaged, gga("120000", "0"), std::string("$GNGGA,120003,22"), std::string("noise"), std::string(),
         sentence("GNGGA,120000,2278.0,N,11410.74,E,1,08,0.9,9.5,M,-2.9,M,,"),
-        sentence("GNGGA,120000,nan,N,11410.74,E,1,08,0.9,9.5,M,-2.9,M,,")})
+        sentence("GNGGA,120000,nan,N,11410.74,E,1,08,0.9,9.5,M,-2.9,M,,")}) {
     EXPECT_FALSE(position_of_gga(line)) << line;
+  }
 }
 
 TEST(TrajectoryNmea, TakesTheDateFromRmcOrZdaAndCrossesMidnight) {
@@ -703,10 +704,11 @@ TEST(TrajectoryFile, DamagedFilesAreReadOrRefused) {
       std::string text = original;
       for (std::size_t k = 0; k <= random(3); ++k) {
         const std::size_t at = random(text.size());
-        if (random(3) == 0)
+        if (random(3) == 0) {
           text.erase(at, 1 + random(15));
-        else
+        } else {
           text[at] = alphabet[random(alphabet.size())];
+        }
         if (text.empty()) break;
       }
       const auto path = folder.write("t", text);

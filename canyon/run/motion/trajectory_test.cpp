@@ -38,8 +38,9 @@ struct Circle {
   }
   [[nodiscard]] Trajectory sampled(double step_s, int count) const {
     std::vector<std::pair<GpsTime, Geodetic>> samples;
-    for (int i = 0; i < count; ++i)
+    for (int i = 0; i < count; ++i) {
       samples.emplace_back(kStart + i * step_s, frame.geodetic_from_local(position(i * step_s)));
+    }
     return Trajectory(samples);
   }
 };
@@ -106,8 +107,9 @@ TEST(Trajectory, VelocityIsTheDerivativeOfPositionAndContinuous) {
 TEST(Trajectory, UnevenSamplesOfAStraightDriveGiveItsSpeed) {
   const geodesy::LocalFrame frame(kPlace);
   std::vector<std::pair<GpsTime, Geodetic>> samples;
-  for (const double t : {0.0, 0.2, 1.7, 2.0, 4.5, 4.6, 9.0})
+  for (const double t : {0.0, 0.2, 1.7, 2.0, 4.5, 4.6, 9.0}) {
     samples.emplace_back(kStart + t, frame.geodetic_from_local({12 * t, 0, 0}));
+  }
   const Trajectory trajectory(samples);
   for (double t = 0; t <= 9; t += 0.1) {
     const Pose pose = trajectory.at(kStart + t);
@@ -147,8 +149,9 @@ TEST(Trajectory, HoldsItsYawAtStandstill) {
   }
   const Trajectory trajectory(samples);
   const double south_west = -0.75 * geodesy::kPi;
-  for (const double t : {0.0, 1.3, 3.0, 7.0, 12.2, 13.7, 15.0})
+  for (const double t : {0.0, 1.3, 3.0, 7.0, 12.2, 13.7, 15.0}) {
     EXPECT_NEAR(trajectory.at(kStart + t).yaw_rad, south_west, 2e-4) << t;
+  }
   EXPECT_EQ(trajectory.at(kStart + 13.7).yaw_rate_radps, 0);
 }
 

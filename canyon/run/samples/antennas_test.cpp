@@ -52,8 +52,7 @@ simulation::Simulation simulate(int only, int reflected) {
   }
   simulation::Scenario scenario = simulation::parse_scenario(text, "test.yaml");
   for (simulation::ReceiverConfig& receiver : scenario.receivers) {
-    receiver.disturbances.push_back({"around",
-                                     [only, reflected](std::uint64_t, const std::string&) {
+    receiver.disturbances.push_back({"around", [only, reflected](std::uint64_t, const std::string&) {
                                        return std::make_unique<Around>(only, reflected);
                                      }});
   }

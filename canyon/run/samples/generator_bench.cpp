@@ -37,13 +37,11 @@ class Samples final : public simulation::EpochSink {
   Samples(const simulation::Simulation& simulation, int threads)
       : generator(simulation.scenario().receivers[0].options, 1, {}, FrontEnd{}, threads) {}
   void write(const simulation::Epoch& epoch) override {
-    generator.next(
-        epoch,
-        [this](const SampleBlock& block, std::size_t samples) {
-          bytes.resize(2 * samples);
-          quantise(block, samples, 32, bytes.data());
-          made += samples;
-        });
+    generator.next(epoch, [this](const SampleBlock& block, std::size_t samples) {
+      bytes.resize(2 * samples);
+      quantise(block, samples, 32, bytes.data());
+      made += samples;
+    });
   }
   void finish() override {}
   Generator generator;

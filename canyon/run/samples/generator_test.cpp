@@ -85,8 +85,9 @@ simulation::Scenario scenario(const Setting& setting) {
   const auto [id, wall] = std::pair(setting.satellite, setting.wall);
   if (setting.alone) {
     made.receivers[0].disturbances.push_back(
-        {"one way", [id = id, wall = wall](
-                        std::uint64_t, const std::string&) { return std::make_unique<OneWay>(id, wall); }});
+        {"one way", [id = id, wall = wall](std::uint64_t, const std::string&) {
+           return std::make_unique<OneWay>(id, wall);
+         }});
   }
   return made;
 }
@@ -172,8 +173,9 @@ void expect_as_measured(const Setting& setting, double truth_rate_hz, FrontEnd f
     const double into_s = epoch.truth.time - truth.epochs.front().truth.time;
     const auto& satellites = epoch.observed.satellites;
     if (into_s < 0.1 || into_s > 1.9 || satellites.empty() || !satellites[0].measurement ||
-        !satellites[0].measurement->carrier_phase_cycles)
+        !satellites[0].measurement->carrier_phase_cycles) {
       continue;
+    }
     ++compared;
     const Found found = correlate(recorded, front_end, simulation, epoch);
     EXPECT_NEAR(std::arg(found.prompt) / kTurn, 0, 2e-3) << into_s;
@@ -247,8 +249,9 @@ TEST(Generator, RealSamplesHaveNoiseOfDeviationOneAndNoneOfItsImage) {
   Recorder quiet(simulation, front_end);
   (void)simulation.run({&quiet});
   double power = 0;
-  for (std::size_t i = 0; i < noisy.values.size(); ++i)
+  for (std::size_t i = 0; i < noisy.values.size(); ++i) {
     power += std::pow(noisy.values[i].real() - quiet.values[i].real(), 2);
+  }
   EXPECT_NEAR(power / static_cast<double>(noisy.values.size()), 1, 2e-3);
 }
 
@@ -315,8 +318,9 @@ std::vector<std::complex<float>> jammed(simulation::Scenario made, const Wave& w
 /// Mean power of the samples from `first` on, of their real parts alone where `real`.
 double power_of(const std::vector<std::complex<float>>& values, std::size_t first = 0, bool real = false) {
   double sum = 0;
-  for (std::size_t n = first; n < values.size(); ++n)
+  for (std::size_t n = first; n < values.size(); ++n) {
     sum += real ? std::pow(values[n].real(), 2) : std::norm(values[n]);
+  }
   return sum / static_cast<double>(values.size() - first);
 }
 
@@ -375,8 +379,9 @@ TEST(Generator, JammersHaveTheirPowerWithinTheBand) {
     const bool flat = each.shape == Shape::Band;
     const std::size_t lag = flat ? 2 : 40;
     std::complex<double> later;
-    for (std::size_t n = lag; n < values.size(); ++n)
+    for (std::size_t n = lag; n < values.size(); ++n) {
       later += std::complex<double>(values[n]) * std::conj(std::complex<double>(values[n - lag]));
+    }
     const double x = kTurn / 2 * each.width_hz * 2 / front_end.rate_hz;
     EXPECT_NEAR(std::abs(later) / (power * static_cast<double>(values.size())), flat ? std::sin(x) / x : 0,
                 0.02);
@@ -404,19 +409,22 @@ TEST(Generator, WhatIsBeyondTheFiltersBandDoesNotFoldBack) {
     constexpr std::size_t kFilled = 500;  // samples, of the filter
     const double within = power_of(tone(0.3e6, front_end), kFilled, real);
     EXPECT_GT(within, 1);
-    for (const double hz : {-1.25e6, 1.25e6})
+    for (const double hz : {-1.25e6, 1.25e6}) {
       EXPECT_NEAR(10 * std::log10(power_of(tone(hz, front_end), kFilled, real) / within), 0, 0.05) << hz;
+    }
     // At the rate's multiples, where samples without a filter do not tell it from the band's centre, beyond
     // the frequencies that are made, and beside the band.
-    for (const double hz : {-1.9e6, 1.9e6, 3.7e6, 4e6, -4e6, 7.5e6, 8e6, 12e6, 16.3e6})
+    for (const double hz : {-1.9e6, 1.9e6, 3.7e6, 4e6, -4e6, 7.5e6, 8e6, 12e6, 16.3e6}) {
       EXPECT_LT(power_of(tone(hz, front_end), kFilled, real), 1e-6 * within) << hz;
+    }
     // One tone from block to block, of whatever threads.
     const std::vector<std::complex<float>> one = tone(0.3e6, front_end, 1), two = tone(0.3e6, front_end, 2);
     EXPECT_TRUE(one == two);
     if (real) continue;
     const std::complex<float> step(std::polar(1.0, kTurn * 0.3 / 4));
-    for (std::size_t n = kFilled; n < one.size(); ++n)
+    for (std::size_t n = kFilled; n < one.size(); ++n) {
       ASSERT_LT(std::abs(one[n] - one[n - 1] * step), 1e-3 * std::abs(one[n])) << n;
+    }
   }
 }
 
@@ -439,9 +447,10 @@ TEST(Generator, FilteredNoiseHasDeviationOneAndItsBand) {
     constexpr std::size_t kLength = 4000;
     for (std::size_t n = 0; n + kLength <= recorded.values.size(); n += 4 * kLength) {
       std::complex<double> found;
-      for (std::size_t k = 0; k < kLength; ++k)
+      for (std::size_t k = 0; k < kLength; ++k) {
         found += std::complex<double>(recorded.values[n + k]) *
                  std::polar(1.0, -kTurn * std::remainder(hz / front_end.rate_hz * static_cast<double>(k), 1));
+      }
       sum += std::norm(found) / (2.0 * kLength);
     }
     return sum / (static_cast<double>(recorded.values.size()) / (4 * kLength));
@@ -486,10 +495,11 @@ TEST(Generator, RefusesWhatItCannotSample) {
       front_end.real = real;
       front_end.rate_hz = real ? 8e6 : 4e6;
       front_end.intermediate_hz = real ? 2e6 - hz : hz;
-      if (fits)
+      if (fits) {
         EXPECT_NO_THROW(front_end.validate()) << hz << ' ' << bandwidth_hz;
-      else
+      } else {
         EXPECT_THROW(front_end.validate(), InputError) << hz << ' ' << bandwidth_hz;
+      }
     }
   }
   receiver::ReceiverOptions without = options;

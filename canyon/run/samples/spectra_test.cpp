@@ -78,11 +78,9 @@ Made samples_of(const gnss::Signal& signal, double rate_hz, int number = 0) {
     Recorder(const simulation::Simulation& of, const FrontEnd& with)
         : generator(of.scenario().receivers[0].options, 1, {}, with) {}
     void write(const simulation::Epoch& epoch) override {
-      generator.next(
-          epoch,
-          [this](const SampleBlock& block, std::size_t count) {
-            for (std::size_t n = 0; n < count; ++n) made.values.emplace_back(block.re[n], block.im[n]);
-          });
+      generator.next(epoch, [this](const SampleBlock& block, std::size_t count) {
+        for (std::size_t n = 0; n < count; ++n) made.values.emplace_back(block.re[n], block.im[n]);
+      });
     }
     void finish() override {}
     Generator generator;
@@ -173,8 +171,9 @@ TEST(Spectra, AreThoseOfTheSignalsDefinitions) {
         double hz = static_cast<double>(k) * kRate_hz / kLength;
         if (k >= kLength / 2) hz -= kRate_hz;
         // Nothing filters: what is beyond the rate folds back.
-        for (int fold = -200; fold <= 200; ++fold)
+        for (int fold = -200; fold <= 200; ++fold) {
           expected += sent.density((hz + fold * kRate_hz) / chip_hz) / chip_hz * kRate_hz / kLength;
+        }
         there += found[k] / power;
       }
       bands.emplace_back(expected, there);
@@ -200,8 +199,9 @@ TEST(Spectra, AreThoseOfTheSignalsDefinitions) {
 
 /// A satellite of the signal that is there.
 int satellite_of(const gnss::Signal& signal) {
-  for (int number = 1; number <= 63; ++number)
+  for (int number = 1; number <= 63; ++number) {
     if (samples_of(signal, std::max(6e6, 2.5 * signal.chip_rate_hz), number).satellites == 1) return number;
+  }
   ADD_FAILURE() << "no satellite sends " << signal.name;
   return 1;
 }
@@ -256,8 +256,9 @@ TEST(Spectra, OtherSatellitesCodesAreFarDownInTheSamples) {
     if (made.satellites == 0) continue;
     ++there;
     Complex step;
-    for (std::size_t n = 1; n < made.values.size(); ++n)
+    for (std::size_t n = 1; n < made.values.size(); ++n) {
       step += Complex(made.values[n]) * std::conj(Complex(made.values[n - 1]));
+    }
     std::vector<Complex> x(kCode);
     double power = 0;
     for (std::size_t n = 0; n < kCode; ++n) {

@@ -19,8 +19,9 @@ using gnss::Modulation;
 using gnss::System;
 
 std::vector<Component> sent(System system, int number, std::string_view signal) {
-  for (const gnss::Signal& s : gnss::signals_of(system))
+  for (const gnss::Signal& s : gnss::signals_of(system)) {
     if (s.name == signal) return components({system, static_cast<std::uint8_t>(number)}, s);
+  }
   ADD_FAILURE() << "no signal " << signal;
   return {};
 }
@@ -38,8 +39,9 @@ std::string octal(const std::vector<std::int8_t>& chips, std::size_t from, std::
 /// Sum of the products of a code and another one that is `lag` chips later, both repeated.
 int correlation(const std::vector<std::int8_t>& a, const std::vector<std::int8_t>& b, std::size_t lag) {
   int sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i)
+  for (std::size_t i = 0; i < a.size(); ++i) {
     sum += a[i] * b[i + lag < b.size() ? i + lag : i + lag - b.size()];
+  }
   return sum;
 }
 
@@ -77,9 +79,10 @@ TEST(SpreadingCodes, EverySignalHasItsPeriodsRatesAndShares) {
       {System::SBAS, "L1CA", 39, {1023}, {1}},
   };
   std::size_t signals = 0;
-  for (const gnss::System system : gnss::kAllSystems)
+  for (const gnss::System system : gnss::kAllSystems) {
     for (const gnss::Signal& signal : gnss::signals_of(system))
       signals += signal.only_recorded.empty() ? 1 : 0;
+  }
   EXPECT_EQ(std::size(all), signals);
   for (const Expected& e : all) {
     int satellites = 0;
@@ -124,8 +127,9 @@ TEST(SpreadingCodes, FirstChipsAreThoseOfTheDocuments) {
   const auto ten = [](const std::vector<std::int8_t>& chips) {  // the first digit is one bit
     return (chips[0] < 0 ? "1" : "0") + octal(chips, 1, 3);
   };
-  for (int prn = 1; prn <= 32; ++prn)
+  for (int prn = 1; prn <= 32; ++prn) {
     EXPECT_EQ(ten(sent(System::GPS, prn, "L1CA")[0].chips), gps[prn - 1]) << prn;
+  }
   // Table 6-I: PRN 120, 138 and 193.
   EXPECT_EQ(ten(sent(System::SBAS, 20, "L1CA")[0].chips), "0671");
   EXPECT_EQ(ten(sent(System::SBAS, 38, "L1CA")[0].chips), "1327");
@@ -163,8 +167,9 @@ TEST(SpreadingCodes, FirstChipsAreThoseOfTheDocuments) {
   for (const Listed& l : listed) {
     const std::vector<std::int8_t> chips = sent(l.system, l.number, l.signal)[l.component].chips;
     EXPECT_EQ(octal(chips, 0, 8), l.first) << l.signal << " of " << l.number;
-    if (!l.last.empty())
+    if (!l.last.empty()) {
       EXPECT_EQ(octal(chips, chips.size() - 24, 8), l.last) << l.signal << " of " << l.number;
+    }
   }
 }
 
@@ -184,8 +189,9 @@ TEST(SpreadingCodes, L5BeginsWithTheListedStateOfXb) {
   const std::vector<std::int8_t> i5 = sent(System::GPS, 1, "L5")[1].chips;
   const std::vector<std::int8_t> q5 = sent(System::GPS, 1, "L5")[0].chips;
   // The sum of both is that of two phases of XB, which has a period of 8191.
-  for (std::size_t i = 0; i + 8191 < i5.size(); ++i)
+  for (std::size_t i = 0; i + 8191 < i5.size(); ++i) {
     ASSERT_EQ(i5[i] * q5[i], i5[i + 8191] * q5[i + 8191]) << i;
+  }
 }
 
 TEST(SpreadingCodes, L2cEndsWithTheListedState) {
@@ -204,8 +210,9 @@ TEST(SpreadingCodes, L2cEndsWithTheListedState) {
   EXPECT_EQ(backwards(0167516066, two[0].chips, 1), 0U);
   EXPECT_EQ(backwards(0034445034, two[1].chips, 0), 0U);
   // One of both is sent in each chip, at full power.
-  for (std::size_t i = 0; i < one[0].chips.size(); ++i)
+  for (std::size_t i = 0; i < one[0].chips.size(); ++i) {
     ASSERT_EQ(std::abs(one[0].chips[i]) + std::abs(one[1].chips[i % one[1].chips.size()]), 1);
+  }
   EXPECT_DOUBLE_EQ(amplitude(one[0]), 1);
   EXPECT_DOUBLE_EQ(amplitude(one[1]), 1);
 }
@@ -219,8 +226,9 @@ TEST(SpreadingCodes, CaCodesAreGoldCodes) {
   for (std::size_t a = 0; a < codes.size(); ++a) {
     for (std::size_t b = 0; b <= a; ++b) {
       std::set<int> values;
-      for (std::size_t lag = a == b ? 1 : 0; lag < codes[a].size(); ++lag)
+      for (std::size_t lag = a == b ? 1 : 0; lag < codes[a].size(); ++lag) {
         values.insert(correlation(codes[a], codes[b], lag));
+      }
       // IS-GPS-200, 3.3.2.3: 65 of 1023 are -23.9 dB.
       EXPECT_EQ(values, (std::set<int>{-65, -1, 63})) << a << " " << b;
     }
@@ -250,8 +258,9 @@ TEST(SpreadingCodes, MemoryAndWeilCodesAreBalanced) {
 /// dB of the peak. All shifts of the short codes, every 11th of the long ones.
 double worst_db(const std::vector<std::int8_t>& a, const std::vector<std::int8_t>& b, std::size_t from) {
   int worst = 0;
-  for (std::size_t lag = from; lag<a.size(); lag += a.size()> 5000 ? 11 : 1)
+  for (std::size_t lag = from; lag<a.size(); lag += a.size()> 5000 ? 11 : 1) {
     worst = std::max(worst, std::abs(correlation(a, b, lag)));
+  }
   return 20 * std::log10(worst / static_cast<double>(a.size()));
 }
 
@@ -275,7 +284,9 @@ TEST(SpreadingCodes, CodesOfOtherSatellitesAreFarBelowThePeak) {
       EXPECT_LT(worst_db(one[i].chips, one[i].chips, 1), bound.db) << bound.signal << " " << i;
       EXPECT_LT(worst_db(one[i].chips, other[i].chips, 0), bound.db) << bound.signal << " " << i;
     }
-    if (one.size() > 1) EXPECT_LT(worst_db(one.front().chips, one.back().chips, 0), bound.db) << bound.signal;
+    if (one.size() > 1) {
+      EXPECT_LT(worst_db(one.front().chips, one.back().chips, 0), bound.db) << bound.signal;
+    }
   }
 }
 

@@ -52,8 +52,9 @@ TEST(Waveform, DoesNotDependOnWhereOneBeginsToSend) {
   waveform.send(-100'007, 200'000, all);
   for (const std::int64_t first : {-100'007, -49'105, -49'104, 0, 5, 49'103}) {
     waveform.send(first, 50'001, part);
-    for (std::size_t i = 0; i < part.re.size(); ++i)
+    for (std::size_t i = 0; i < part.re.size(); ++i) {
       ASSERT_EQ(part.re[i], all.re[i + static_cast<std::size_t>(first + 100'007)]) << first << ' ' << i;
+    }
   }
 }
 
@@ -76,8 +77,9 @@ TEST(Waveform, BeginsWithTheSecond) {
   int turns = 0;
   for (std::size_t period = 0; period < 200; ++period) {
     const float symbol = slots.re[1023 * period] * static_cast<float>(chips[0]);
-    for (std::size_t i = 0; i < 1023; ++i)
+    for (std::size_t i = 0; i < 1023; ++i) {
       ASSERT_EQ(slots.re[1023 * period + i], symbol * static_cast<float>(chips[i])) << period;
+    }
     if (period == 0 || slots.re[1023 * (period - 1)] == slots.re[1023 * period]) continue;
     ++turns;
     EXPECT_EQ(period % 20, 0U);

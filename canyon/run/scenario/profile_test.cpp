@@ -103,8 +103,9 @@ TEST(Profile, EveryNumberOfARealReceiverHasAComment) {
     for (std::string line; std::getline(text, line);) {
       const std::size_t colon = line.find(": ");
       if (line.find_first_not_of(' ') == std::string::npos || line[line.find_first_not_of(' ')] == '#' ||
-          colon == std::string::npos || line.find("description") == 0)
+          colon == std::string::npos || line.find("description") == 0) {
         continue;
+      }
       const std::size_t comment = line.find(" # ");
       const std::string value = line.substr(colon, comment == std::string::npos ? comment : comment - colon);
       if (value.find_first_of("0123456789") == std::string::npos ||
@@ -125,8 +126,9 @@ TEST(Profile, ReceiversWithoutOneAreACommonModule) {
     return options::exact_text(config);
   };
   EXPECT_EQ(kDefaultProfile, "ublox-m10");
-  for (const char* receivers : {"", "receivers: [{name: a}]\n", "receivers: [{profile: ublox-m10}]\n"})
+  for (const char* receivers : {"", "receivers: [{name: a}]\n", "receivers: [{profile: ublox-m10}]\n"}) {
     EXPECT_EQ(named(parse_scenario(kScene + receivers, "s.yaml").receivers.front()), module) << receivers;
+  }
   LiveConfig live = parse_live_config("seed: 1\n", "host");
   EXPECT_TRUE(live.receiver().options.own_draws);  // several vehicles
   live.receiver().options.own_draws = receiver::ReceiverOptions{}.own_draws;
@@ -269,8 +271,9 @@ TEST(Profile, MissingUnknownAndMisplacedKeysNameTheLine) {
   EXPECT_THAT(fault("description: d\nelevation_mask: 5\n"),
               HasSubstr("p.yaml:2: unknown key 'elevation_mask'; did you mean 'elevation_mask_deg'?"));
   // Names, profiles of profiles, and a scenario's own keys have no place there.
-  for (const char* key : {"name: a", "profile: paper", "seed: 1", "city: {}"})
+  for (const char* key : {"name: a", "profile: paper", "seed: 1", "city: {}"}) {
     EXPECT_THAT(fault(std::string("description: d\n") + key + "\n"), HasSubstr("p.yaml:2: unknown key"));
+  }
   EXPECT_THAT(fault(""), AllOf(HasSubstr("the file is empty"), Not(HasSubstr("trajectory"))));
   EXPECT_THAT(fault("[1]\n"), HasSubstr("the profile is not a mapping"));
   EXPECT_THAT(fault("description: d\nsignal: {lock: {tracking_threshold_dbhz: 30}}\n"),

@@ -40,13 +40,15 @@ const std::filesystem::path kSource = canyon_source_dir;
 
 // Key paths of a YAML text, lists of mappings as "[]".
 void collect(const YAML::Node& node, const std::string& path, std::set<std::string>& paths) {
-  if (node.IsMap() && node.size() > 0)
-    for (const auto& pair : node)
+  if (node.IsMap() && node.size() > 0) {
+    for (const auto& pair : node) {
       collect(pair.second, (path.empty() ? "" : path + ".") + pair.first.Scalar(), paths);
-  else if (node.IsSequence() && node.size() > 0 && node[0].IsMap())
+    }
+  } else if (node.IsSequence() && node.size() > 0 && node[0].IsMap()) {
     for (const YAML::Node& item : node) collect(item, path + "[]", paths);
-  else
+  } else {
     paths.insert(path);
+  }
 }
 
 // Scenarios that together hold every key.
@@ -278,8 +280,9 @@ Node::Entry* at_path(Node& node, const std::string& path) {
     if (entry.key != name) continue;
     if (end == std::string::npos) return entry.value.kind == Node::Kind::Mapping ? nullptr : &entry;
     if (path[end] == '.') return at_path(entry.value, path.substr(end + 1));
-    for (Node& item : entry.value.items)
+    for (Node& item : entry.value.items) {
       if (Node::Entry* found = at_path(item, path.substr(path.find('.', end) + 1))) return found;
+    }
   }
   return nullptr;
 }
@@ -300,8 +303,9 @@ TEST(EveryKey, IsRefusedOutsideItsRangeWithFileLineAndCure) {
   document.file = folder / "s.yaml";
   document.known = scenario_description().paths();
   std::vector<Node> roots;
-  for (const std::string& text : scenarios_with_every_key())
+  for (const std::string& text : scenarios_with_every_key()) {
     roots.push_back(options::parse_yaml(text, document, ""));
+  }
   int refused = 0;
   for (const options::Key& key : scenario_keys()) {
     for (const std::string& bad : bad_values(key)) {
@@ -368,8 +372,9 @@ TEST(ReceiverKeys, EachKeySetsAFieldOfItsOwn) {
         << key.path << ": " << value;
     ASSERT_EQ(changed.size(), plain.size());
     std::vector<std::string> where;
-    for (std::size_t i = 0; i < plain.size(); ++i)
+    for (std::size_t i = 0; i < plain.size(); ++i) {
       if (changed[i] != plain[i]) where.push_back(plain[i].substr(0, plain[i].find(':')));
+    }
     // An antenna is its name and its rows.
     ASSERT_EQ(where.size(), key.path == "signal.antenna"             ? 3U
                             : key.path.starts_with("signal.antenna") ? 2U
@@ -412,16 +417,18 @@ TEST(ScenarioKeys, HelpTextNamesEveryKeyUnitAndDefault) {
 // those with every key.
 std::map<std::string, std::string> all_scenarios(const TemporaryFolder& folder) {
   for (const char* sub :
-       {"hongkong", "urbannav-tst-20190428", "urbannav-tst-20210517", "berlin-potsdamer-platz"})
+       {"hongkong", "urbannav-tst-20190428", "urbannav-tst-20210517", "berlin-potsdamer-platz"}) {
     std::filesystem::create_directories(folder / sub);
+  }
   for (const char* name :
        {"f", "c.canyon", "hongkong/buildings.dae", "urbannav-tst-20190428/hksc1180.19n",
         "urbannav-tst-20190428/hksc1180.19b", "urbannav-tst-20190428/groundTruth_TST.csv",
         "urbannav-tst-20210517/hksc137c.21n", "urbannav-tst-20210517/hksc137c.21f",
         "urbannav-tst-20210517/UrbanNav_TST_GT.txt", "berlin-potsdamer-platz/buildings.city.json",
         "berlin-potsdamer-platz/brdc1580.16n", "berlin-potsdamer-platz/brdc1580.16g",
-        "berlin-potsdamer-platz/truth.csv"})
+        "berlin-potsdamer-platz/truth.csv"}) {
     (void)folder.write(name, "");
+  }
   std::map<std::string, std::string> texts;
   for (const auto& entry : std::filesystem::directory_iterator(kSource / "examples")) {
     if (entry.path().extension() != ".yaml" || entry.path().filename() == "recordings.yaml") continue;
@@ -476,8 +483,9 @@ std::string json_of(const Node& node) {
       for (const Node& item : node.items) text += (text.empty() ? "" : ",") + json_of(item);
       return "[" + text + "]";
     case Node::Kind::Mapping:
-      for (const Node::Entry& entry : node.entries)
+      for (const Node::Entry& entry : node.entries) {
         text += fmt::format("{}\"{}\":{}", text.empty() ? "" : ",", entry.key, json_of(entry.value));
+      }
       return "{" + text + "}";
   }
   return text;
@@ -485,8 +493,9 @@ std::string json_of(const Node& node) {
 
 // Reference: Python's jsonschema (Debian: python3-jsonschema).
 TEST(ScenarioSchema, AcceptsTheExamplesAndRefusesBrokenOnes) {
-  if (run_program("python3 -c 'import jsonschema' 2>/dev/null").status != 0)
+  if (run_program("python3 -c 'import jsonschema' 2>/dev/null").status != 0) {
     GTEST_SKIP() << "SKIPPED: the judge python3-jsonschema is not installed here";
+  }
   const TemporaryFolder folder;
   options::Document document;
   const std::string ok = "city: {synthetic: {}}\n";

@@ -74,8 +74,9 @@ struct IssueFolder {
     std::filesystem::create_directories(folder / "hongkong");
     std::filesystem::create_directories(folder / "urbannav-tst-20190428");
     (void)folder.write("hongkong/buildings.dae", "");
-    for (const char* name : {"hksc1180.19n", "hksc1180.19b", "groundTruth_TST.csv"})
+    for (const char* name : {"hksc1180.19n", "hksc1180.19b", "groundTruth_TST.csv"}) {
       (void)folder.write(std::string("urbannav-tst-20190428/") + name, "");
+    }
   }
   TemporaryFolder folder;
 };
@@ -127,8 +128,9 @@ TEST(Scenario, TheExampleOfTheDocumentationIsTheTestedOne) {
 
 TEST(Scenario, SystemsMayStandInOneText) {
   const std::set<gnss::System> two{gnss::System::GPS, gnss::System::BeiDou};
-  for (const char* text : {"GPS BeiDou", "'GPS, BeiDou'", "[GPS, BeiDou]"})
+  for (const char* text : {"GPS BeiDou", "'GPS, BeiDou'", "[GPS, BeiDou]"}) {
     EXPECT_EQ(parse_scenario(kMinimal + "sky: {systems: " + text + "}\n", "s.yaml").sky.systems, two) << text;
+  }
 }
 
 TEST(Scenario, LeftOutKeysAreTheDefaultProfilesAndTheStructs) {
@@ -410,8 +412,9 @@ TEST(Scenario, NamesTheKindOfAnotherFile) {
 
 TEST(Scenario, CitiesOfMapsAndFiles) {
   const TemporaryFolder folder;
-  for (const char* name : {"a.osm.pbf", "b.JSON", "c.canyon", "d.world", "e.glb", "f.txt"})
+  for (const char* name : {"a.osm.pbf", "b.JSON", "c.canyon", "d.world", "e.glb", "f.txt"}) {
     (void)folder.write(name, "");
+  }
   const auto read = [&](const std::string& city) {
     return parse_scenario("city: {" + city + "}\n" + kPlace, folder / "s.yaml").city;
   };

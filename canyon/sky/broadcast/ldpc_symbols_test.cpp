@@ -34,8 +34,9 @@ const std::array<int, 64> kLogarithms = [] {
 unsigned product(unsigned a, unsigned b) {
   if (a == 0 || b == 0) return 0;
   const int logarithm = (kLogarithms.at(a) + kLogarithms.at(b)) % 63;
-  for (unsigned x = 1; x < 64; ++x)
+  for (unsigned x = 1; x < 64; ++x) {
     if (kLogarithms.at(x) == logarithm) return x;
+  }
   return 0;
 }
 /// Parity checks that a word breaks.
@@ -44,8 +45,9 @@ int broken_checks(const std::vector<std::vector<LdpcTerm>>& checks, std::size_t 
   int broken = 0;
   for (const auto& check : checks) {
     unsigned sum = 0;
-    for (const LdpcTerm& term : check)
+    for (const LdpcTerm& term : check) {
       sum ^= product(term.factor, static_cast<unsigned>(word.number(symbol_bits * term.symbol, symbol_bits)));
+    }
     broken += sum != 0 ? 1 : 0;
   }
   return broken;
@@ -77,11 +79,15 @@ TEST(Ldpc, WordsFulfilTheParityChecks) {
         EXPECT_LT(term.factor, 1 << symbol_bits);
       }
       // Regular codes of the ICDs: four symbols a check, each symbol in two.
-      if (symbol_bits == 6) EXPECT_EQ(check.size(), 4U);
+      if (symbol_bits == 6) {
+        EXPECT_EQ(check.size(), 4U);
+      }
     }
     EXPECT_EQ(crc24q(terms), crc);
     for (const int use : uses) {
-      if (symbol_bits == 6) EXPECT_EQ(use, 2);
+      if (symbol_bits == 6) {
+        EXPECT_EQ(use, 2);
+      }
       EXPECT_GE(use, 1);
     }
     for (int trial = 0; trial < 5; ++trial) {
@@ -242,8 +248,9 @@ class LdpcSymbols : public testing::Test {
   static void expect_cyclic(const Bits& bits, std::size_t first, std::size_t size, unsigned check) {
     for (std::size_t shift = 0; shift < size; ++shift) {
       bool sum = false;
-      for (std::size_t i = 0; check >> i != 0; ++i)
+      for (std::size_t i = 0; check >> i != 0; ++i) {
         sum ^= (check >> i & 1U) != 0 && bits[first + (shift + i) % size];
+      }
       EXPECT_FALSE(sum) << shift;
     }
   }
@@ -340,10 +347,11 @@ TEST_F(LdpcSymbols, BcnavTwoIsReadBack) {
       EXPECT_EQ(r.number(6), 25U);
       EXPECT_EQ(r.number(6), types.at(k));
       EXPECT_EQ(r.number(18), count);
-      if (k == 0)
+      if (k == 0) {
         EXPECT_EQ(r.number(13), 2408U - 1356);
-      else
+      } else {
         EXPECT_EQ(r.number(2), 1U) << "unhealthy";
+      }
       r.expect_zeros(3 + 4 + 3);
       switch (k) {
         case 0:
@@ -450,8 +458,9 @@ TEST_F(LdpcSymbols, CnavTwoIsReadBack) {
     expect_cyclic(low, 0, 51, 0b1'1001'1111);
     // 38 rows of 46, read by columns.
     Bits rows;
-    for (std::size_t row = 0; row < 38; ++row)
+    for (std::size_t row = 0; row < 38; ++row) {
       for (std::size_t column = 0; column < 46; ++column) rows.put(frame[52 + 38 * column + row] ? 1 : 0, 1);
+    }
     Bits second, third;
     for (std::size_t i = 0; i < rows.size(); ++i) (i < 1200 ? second : third).put(rows[i] ? 1 : 0, 1);
     const Bits subframe2 = decoded(LdpcCode::Cnav2Subframe2, second);
@@ -487,8 +496,9 @@ TEST_F(LdpcSymbols, CnavTwoIsReadBack) {
     EXPECT_EQ(page.number(8), 3U);
     page.expect_zeros(48);
     // L1 C/A, L2C and both of L5: TGD by the squares of the frequencies.
-    for (const double square : {1.0, 77.0 * 77 / 3600, 154.0 * 154 / 13225, 154.0 * 154 / 13225})
+    for (const double square : {1.0, 77.0 * 77 / 3600, 154.0 * 154 / 13225, 154.0 * 154 / 13225}) {
       page.expect(13, 0x1p-35, tgd_s * (1 - square));
+    }
     page.expect_zeros(22);
     page.expect_crc();
   }

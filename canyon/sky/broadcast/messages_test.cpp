@@ -110,7 +110,9 @@ TEST(Bch, GivesCodeWords) {
       value ^= word >> i & 1;
     }
     EXPECT_EQ(value, 0U) << information;
-    if (information > 0) EXPECT_GE(std::popcount(word), 3);
+    if (information > 0) {
+      EXPECT_GE(std::popcount(word), 3);
+    }
     words.insert(word);
   }
   EXPECT_EQ(words.size(), 1U << 11);
@@ -176,8 +178,9 @@ TEST(GlonassString, FulfilsTheEquationsOfItsCode) {
     }
     for (const auto& [check, parts] : ranges) {
       int ones = bit(check);
-      for (const auto& [from, to] : parts)
+      for (const auto& [from, to] : parts) {
         for (int number = from; number <= to; ++number) ones += bit(number);
+      }
       EXPECT_EQ(ones % 2, 0) << string << " C" << check;
     }
     int ones = 0;
@@ -199,8 +202,9 @@ TEST(InavPage, CarriesTheWordAndItsCrc) {
   EXPECT_EQ(word.number(0, 6), 1U);
   EXPECT_EQ(word.number(6, 10), 77U);
   EXPECT_EQ(word.number(16, 14), 36000U / 60);
-  for (int type = 0; type <= 6; ++type)
+  for (int type = 0; type <= 6; ++type) {
     EXPECT_EQ(inav_word(test::sample_ephemeris("E11", start()), {}, type, start()).size(), 128U) << type;
+  }
   const auto page = inav_page(word);
   ASSERT_EQ(page.size(), 8U);
   EXPECT_EQ(page[0] >> 30, 0U);
@@ -380,8 +384,9 @@ TEST_F(Sent, GivesAMessageAtItsLastBitAndOnce) {
   EXPECT_EQ(first[0].start, start());
   EXPECT_TRUE(sent("G05", 6, 11.9).empty());
   std::size_t in_steps = 0;
-  for (int i = 0; i < 7500; ++i)
+  for (int i = 0; i < 7500; ++i) {
     in_steps += sent_messages(navigation_, first[0].id, start() + 0.1 * i, start() + 0.1 * (i + 1)).size();
+  }
   EXPECT_EQ(in_steps, 76U);
 }
 
@@ -406,8 +411,9 @@ TEST(UnsentEphemeris, IsSentWithTheFrames) {
     const auto named =
         std::find_if(signals.begin(), signals.end(), [&](const auto& each) { return each.name == signal; });
     const gnss::Signal& read = named == signals.end() ? signals.front() : *named;
-    for (int k = 0; k < 2000; ++k)
+    for (int k = 0; k < 2000; ++k) {
       if (unsent_ephemeris(id, read, week + from_s, week + (from_s + 0.1 * k)) == 0) return 0.1 * k;
+    }
     return 1e9;
   };
   EXPECT_NEAR(complete_after_s("G05", 0), 18, 0.1);

@@ -43,8 +43,9 @@ std::vector<std::uint32_t> beidou_words(const SymbolFrame& frame) {
   std::vector<std::uint32_t> words{number(frame, 0, 30)};
   for (std::size_t first = 30; first < 300; first += 30) {
     std::uint32_t code_words[2] = {0, 0};
-    for (std::size_t i = 0; i < 30; ++i)
+    for (std::size_t i = 0; i < 30; ++i) {
       code_words[i % 2] = code_words[i % 2] << 1U | number(frame, first + i, 1);
+    }
     words.push_back((code_words[0] >> 4U) << 19U | (code_words[1] >> 4U) << 8U | (code_words[0] & 15U) << 4U |
                     (code_words[1] & 15U));
   }
@@ -69,8 +70,12 @@ TEST(Symbols, LnavHasParityAndPreamble) {
       for (std::size_t i = 0; i < 30; ++i) bits = bits << 1U | (frame->symbols[30 * word + i] < 0 ? 1U : 0U);
       const std::uint32_t data = (bits >> 6U ^ (d30 ? 0xFFFFFFU : 0U)) & 0xFFFFFFU;
       EXPECT_EQ(bits & 0x3FU, lnav_parity(data, d29, d30)) << word;
-      if (word == 0) EXPECT_EQ(data >> 16U, 0x8BU);
-      if (word == 1) EXPECT_EQ(data >> 2U & 7U, static_cast<std::uint32_t>(k < 3 ? k + 1 : 4));
+      if (word == 0) {
+        EXPECT_EQ(data >> 16U, 0x8BU);
+      }
+      if (word == 1) {
+        EXPECT_EQ(data >> 2U & 7U, static_cast<std::uint32_t>(k < 3 ? k + 1 : 4));
+      }
       d29 = (bits & 2U) != 0;
       d30 = (bits & 1U) != 0;
     }
@@ -117,14 +122,18 @@ TEST(Symbols, InavPagesComeOutOfTheirEncoder) {
   const std::vector<std::uint32_t> page = inav_page(inav_word(navigation.kepler[0], {}, 2, start));
   for (std::size_t part = 0; part < 2; ++part) {
     std::string synchronisation;
-    for (std::size_t i = 0; i < 10; ++i) synchronisation += frame->symbols[250 * part + i] < 0 ? '1' : '0';
+    for (std::size_t i = 0; i < 10; ++i) {
+      synchronisation += frame->symbols[250 * part + i] < 0 ? '1' : '0';
+    }
     EXPECT_EQ(synchronisation, "0101100000");
     std::vector<int> coded(240);
-    for (std::size_t i = 0; i < 240; ++i)
+    for (std::size_t i = 0; i < 240; ++i) {
       coded[i % 30 * 8 + i / 30] = frame->symbols[250 * part + 10 + i] < 0 ? 1 : 0;
+    }
     const Bits bits = decoded(coded, true, std::vector<int>(6));
-    for (std::size_t i = 0; i < 120; ++i)
+    for (std::size_t i = 0; i < 120; ++i) {
       EXPECT_EQ(bits[i] ? 1U : 0U, page[4 * part + i / 32] >> (31 - i % 32) & 1U) << i;
+    }
   }
 }
 
@@ -163,8 +172,9 @@ TEST(Symbols, E5bSendsThePagesOfE1InAnotherOrder) {
     Bits sent, expected;
     for (std::size_t part = 0; part < 2; ++part) {
       std::vector<int> coded(240);
-      for (std::size_t i = 0; i < 240; ++i)
+      for (std::size_t i = 0; i < 240; ++i) {
         coded[i % 30 * 8 + i / 30] = frame->symbols[250 * part + 10 + i] < 0 ? 1 : 0;
+      }
       sent.append(decoded(coded, true, std::vector<int>(6))).put(0, 8);
     }
     for (const std::uint32_t word : page) expected.put(word, 32);
@@ -287,7 +297,9 @@ TEST(Symbols, D1SubframesFollowEachOther) {
       const std::vector<std::uint32_t> words = beidou_words(*frame);
       const std::uint32_t second = number(*frame, 18, 8) << 12U | words[1] >> 18U;
       EXPECT_EQ(second, 115200U + 6 * static_cast<std::uint32_t>(k));
-      if (k < 3) EXPECT_EQ(words, d1_subframe(navigation.kepler[0], {}, k + 1, frame->start));
+      if (k < 3) {
+        EXPECT_EQ(words, d1_subframe(navigation.kepler[0], {}, k + 1, frame->start));
+      }
     }
   }
 }
@@ -308,7 +320,9 @@ TEST(Symbols, D2SendsAPageEveryThreeSeconds) {
     const std::uint32_t second_word = beidou_words(*frame)[1];
     EXPECT_EQ(number(*frame, 18, 8) << 12U | second_word >> 18U,
               115200U + 3 * static_cast<std::uint32_t>(k / 5));
-    if (k % 5 == 0) EXPECT_EQ(second_word >> 14U & 15U, static_cast<std::uint32_t>(k / 5 + 1));
+    if (k % 5 == 0) {
+      EXPECT_EQ(second_word >> 14U & 15U, static_cast<std::uint32_t>(k / 5 + 1));
+    }
   }
 }
 

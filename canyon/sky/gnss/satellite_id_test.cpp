@@ -36,8 +36,9 @@ TEST(SatelliteId, LooserSpellingsAreRead) {
 }
 
 TEST(SatelliteId, AnythingElseIsNone) {
-  for (const char* text : {"", "G", "G0", "G00", "05", "I03", "G5x", "G-1", "G100", "G  ", "GG5", "G5 5"})
+  for (const char* text : {"", "G", "G0", "G00", "05", "I03", "G5x", "G-1", "G100", "G  ", "GG5", "G5 5"}) {
     EXPECT_EQ(parse_satellite(text), std::nullopt) << text;
+  }
   EXPECT_EQ(system_from_letter('I'), std::nullopt);
   EXPECT_EQ(parse_satellite("Q02"), (SatelliteId{System::QZSS, 2}));
   EXPECT_EQ(system_from_letter('g'), std::nullopt);

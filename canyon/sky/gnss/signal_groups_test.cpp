@@ -10,8 +10,9 @@ namespace canyon::gnss {
 namespace {
 
 const Signal& signal_of(System system, std::string_view name) {
-  for (const Signal& signal : signals_of(system))
+  for (const Signal& signal : signals_of(system)) {
     if (signal.name == name) return signal;
+  }
   throw std::logic_error("no such signal");
 }
 

@@ -21,8 +21,9 @@ geodesy::GpsTime day(int year, int month, int day) {
 }
 
 const Signal& named(System system, std::string_view name) {
-  for (const Signal& signal : signals_of(system))
+  for (const Signal& signal : signals_of(system)) {
     if (signal.name == name) return signal;
+  }
   ADD_FAILURE() << name;
   return signals_of(system).front();
 }

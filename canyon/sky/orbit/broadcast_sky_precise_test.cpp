@@ -132,8 +132,9 @@ struct Ageing {
     std::printf("\n");
     for (const auto& [row, cells] : rows) {
       std::printf("| %s |", row.c_str());
-      for (const Cell& cell : cells)
+      for (const Cell& cell : cells) {
         cell.count == 0 ? std::printf(" |") : std::printf(" %.1f |", std::sqrt(cell.squares / cell.count));
+      }
       std::printf("\n");
     }
   }

@@ -251,8 +251,9 @@ void expect_same_records(const gnss::NavigationData& data, const RtklibNavigatio
     for (int i = 0; i < rtklib.n && found == nullptr; ++i) {
       const RtklibEphemeris& r = rtklib.eph[i];
       if (r.sat == want.sat && gps_time(r.toe) == ours.toe && r.iode == want.iode && r.f0 == want.f0 &&
-          r.code == want.code && gps_time(r.ttr) == ours.transmission)
+          r.code == want.code && gps_time(r.ttr) == ours.transmission) {
         found = &r;
+      }
     }
     if (found == nullptr) {
       ++missing;

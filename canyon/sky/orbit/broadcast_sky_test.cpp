@@ -158,8 +158,9 @@ TEST(Propagate, RelativityOfAnEccentricOrbit) {
 TEST(Propagate, GroupDelayBelongsToTheL1Signal) {
   const gnss::NavigationData data = sample();
   const auto delay = [&data](gnss::SatelliteId id) {
-    for (const gnss::KeplerEphemeris& e : data.kepler)
+    for (const gnss::KeplerEphemeris& e : data.kepler) {
       if (e.id == id) return propagate(e, e.toe).group_delay_s;
+    }
     return propagate(data.glonass.front(), data.glonass.front().toe).group_delay_s;
   };
   EXPECT_EQ(delay(kG05), -1.769512891769e-08);  // TGD

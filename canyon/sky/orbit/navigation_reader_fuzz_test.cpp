@@ -81,10 +81,11 @@ class Mutator {
         default: {
           std::vector<std::string> lines = lines_of(text);
           const std::size_t line = below(lines.size());
-          if (below(2) == 0)
+          if (below(2) == 0) {
             lines.erase(lines.begin() + static_cast<std::ptrdiff_t>(line));
-          else
+          } else {
             std::swap(lines[line], lines[below(lines.size())]);
+          }
           text.clear();
           for (const std::string& l : lines) text += l;
         }

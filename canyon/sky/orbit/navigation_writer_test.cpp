@@ -163,10 +163,13 @@ TEST(RinexNavigationWriter, ComputedOrbitsLoseLessThanATenthOfAMillimetre) {
   gnss::NavigationData data = read(test::kRinex3Sample);
   std::mt19937 random(1);
   std::uniform_real_distribution<double> last_digits(1 - 1e-9, 1 + 1e-9);  // beyond what RINEX holds
-  for (gnss::KeplerEphemeris& e : data.kepler)
-    for (double* value : {&e.af0, &e.sqrt_a, &e.eccentricity, &e.inclination, &e.right_ascension,
-                          &e.mean_anomaly, &e.argument_of_perigee, &e.mean_motion_difference, &e.crs, &e.cuc})
+  for (gnss::KeplerEphemeris& e : data.kepler) {
+    for (double* value :
+         {&e.af0, &e.sqrt_a, &e.eccentricity, &e.inclination, &e.right_ascension, &e.mean_anomaly,
+          &e.argument_of_perigee, &e.mean_motion_difference, &e.crs, &e.cuc}) {
       *value *= last_digits(random);
+    }
+  }
   const gnss::NavigationData back = read(rinex::format_rinex_navigation(data));
   ASSERT_EQ(back.kepler.size(), data.kepler.size());
   for (std::size_t i = 0; i < data.kepler.size(); ++i) {

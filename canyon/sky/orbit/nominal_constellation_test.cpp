@@ -200,9 +200,11 @@ TEST(NominalConstellation, EveryInstantOfTheSpanHasEverySatellite) {
     // A signal received at the begin left a fraction of a second earlier.
     std::vector<double> instants{-0.14, 0, duration};
     for (int i = 0; i < 100; ++i) instants.push_back(offset(random));
-    for (const double dt : instants)
-      for (const gnss::SatelliteId id : sky.satellites())
+    for (const double dt : instants) {
+      for (const gnss::SatelliteId id : sky.satellites()) {
         ASSERT_TRUE(sky.state(id, begin + dt)) << to_string(id) << " at " << text << " + " << dt;
+      }
+    }
   }
 }
 
@@ -252,8 +254,9 @@ TEST(NominalConstellation, APlausibleNumberOfSatellitesIsUpEverywhere) {
   EXPECT_LE(range[gnss::System::GLONASS].second, 12);
   EXPECT_GE(range[gnss::System::BeiDou].first, 4);
   EXPECT_LE(range[gnss::System::BeiDou].second, 18);
-  for (const auto& [system, r] : range)
+  for (const auto& [system, r] : range) {
     RecordProperty(std::string(name(system)), std::to_string(r.first) + " to " + std::to_string(r.second));
+  }
 }
 
 // The slot tables against the real satellites of a day, long after their epochs: the phases of GLONASS and

@@ -393,8 +393,9 @@ TEST(PreciseSky, GivesBackLeftOutRecordsWithin5cm) {
       }
     }
   }
-  for (const auto& [system, error] : worst_of)
+  for (const auto& [system, error] : worst_of) {
     RecordProperty(std::string(name(system)) + "_max_m", std::to_string(error));
+  }
   RecordProperty("ends_max_m", std::to_string(worst_at_ends));
   EXPECT_LT(worst, 0.05) << where;  // observed 0.011
   EXPECT_LT(worst_at_ends, 0.6);    // observed 0.48

@@ -23,8 +23,9 @@ void lines_of_sight(benchmark::State& state, const std::set<gnss::System>& syste
   double t = 0;
   for (auto _ : state) {
     const Observer observer(antenna);
-    for (const gnss::SatelliteId id : ids)
+    for (const gnss::SatelliteId id : ids) {
       benchmark::DoNotOptimize(line_of_sight(sky, id, kBegin + t, observer));
+    }
     t = t < 3500 ? t + 1 : 0;
   }
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(ids.size()));

@@ -103,7 +103,9 @@ TEST(LineOfSight, AgreesWithBisectionInTheInertialFrame) {
       EXPECT_LT((rotate_earth(los->state.position_m, kReception - los->transmit_time) - exact).norm(),
                 tolerance);
       EXPECT_LE(sky.questions, 2);
-      if (los->elevation_rad < geodesy::radians(-6)) EXPECT_EQ(sky.questions, 1);
+      if (los->elevation_rad < geodesy::radians(-6)) {
+        EXPECT_EQ(sky.questions, 1);
+      }
     }
   }
 }

@@ -153,8 +153,9 @@ class Compressor {
 std::vector<std::string> all_lines(const std::string& text, ReadReport& notes) {
   CompactLines source(TextFile::from_string(text, "some.crx"), notes);
   std::vector<std::string> lines;
-  while (const auto line = source.next_line())
+  while (const auto line = source.next_line()) {
     lines.emplace_back(line->substr(0, line->find_last_not_of(' ') + 1));
+  }
   return lines;
 }
 std::vector<std::string> all_lines(const std::string& text) {
@@ -206,8 +207,9 @@ std::string sample(bool version2, unsigned seed) {
     }
     if (rows.size() <= 12 && !clock.empty()) line.resize(68, ' '), line += clock;
     text += line + "\n";
-    for (const auto& [name, fields] : rows)
+    for (const auto& [name, fields] : rows) {
       for (std::size_t at = 0; at < fields.size(); at += 80) text += fields.substr(at, 80) + "\n";
+    }
   }
   return text;
 }

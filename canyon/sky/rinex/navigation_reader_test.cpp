@@ -244,8 +244,9 @@ TEST(RinexNavigation, FormatVariantsReadTheSame) {
 
   variant = kRinex3Sample;
   const std::size_t body = variant.find("END OF HEADER") + 13;
-  for (std::size_t i = body; i < variant.size(); ++i)
+  for (std::size_t i = body; i < variant.size(); ++i) {
     if (variant[i] == 'e') variant[i] = 'D';
+  }
   EXPECT_EQ(format_rinex_navigation(read(variant)), plain);
 
   EXPECT_EQ(format_rinex_navigation(read(kRinex3Sample + "\n   \n")), plain);

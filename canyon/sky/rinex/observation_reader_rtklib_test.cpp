@@ -29,8 +29,9 @@ TEST(RinexObservationBesideRtklib, Version2) {
     std::string text = test::observations2(time_system);
     std::string names;
     std::size_t n = 0;
-    for (const char letter : {'G', 'R', 'E'})
+    for (const char letter : {'G', 'R', 'E'}) {
       for (int k = 1; k <= 9; ++k, ++n) names += fmt::format("{}{:2d}", letter, k);
+    }
     for (int second = 34; second < 38; ++second) {
       text += fmt::format(" 19  4 28 12 44 {}.{}000000  0 {}", second, second % 2 == 0 ? 0 : 5, n);
       for (std::size_t i = 0; i < n; ++i) {
@@ -122,8 +123,9 @@ TEST(RinexObservationBesideRtklib, EverySignalInVersion2) {
   const auto path = folder.write("every.obs", every_signal(false));
   using Key = std::tuple<geodesy::GpsTime, gnss::SatelliteId, const gnss::Signal*>;
   std::map<Key, ObservedSignal> original;
-  for (const ObservationEpoch& e : read_rinex_observations(path, all).epochs)
+  for (const ObservationEpoch& e : read_rinex_observations(path, all).epochs) {
     for (const ObservedSignal& s : e.signals) original[{e.receiver_time, s.id, s.signal}] = s;
+  }
   for (const std::string version : {"2.11", "2.12"}) {
     const auto converted = folder.path() / ("converted." + version);
     ASSERT_EQ(test::run_program("convbin -r rinex -od -os -f 5 -v " + version + " -o '" + converted.string() +
@@ -161,8 +163,9 @@ TEST(RinexObservationBesideRtklib, VersionsThatConvbinWrites) {
   using Key = std::pair<geodesy::GpsTime, gnss::SatelliteId>;
   const auto by_key = [](const RinexObservations& file) {
     std::map<Key, ObservedSignal> result;
-    for (const ObservationEpoch& e : file.epochs)
+    for (const ObservationEpoch& e : file.epochs) {
       for (const ObservedSignal& s : e.signals) result[{e.receiver_time, s.id}] = s;
+    }
     return result;
   };
   const auto original = by_key(read_rinex_observations(path));

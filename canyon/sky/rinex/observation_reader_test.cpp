@@ -267,8 +267,9 @@ TEST(RinexObservation, RealHeadersAreKnownSignals) {
     for (int i = 0; i < 60; ++i) {
       const auto epoch = reader.next();
       if (!epoch) break;
-      for (const ObservedSignal& signal : epoch->signals)
+      for (const ObservedSignal& signal : epoch->signals) {
         names.insert(fmt::format("{} {}", gnss::name(signal.id.system), signal.signal->name));
+      }
     }
     EXPECT_THAT(reader.report().unknown_codes, IsEmpty());
   }
@@ -725,8 +726,9 @@ TEST(RinexObservation, GzipThatEndsEarlyIsReadUpToThere) {
   const auto cut = read_rinex_observations(packed);
   ASSERT_GT(cut.epochs.size(), 1'000U);
   ASSERT_LT(cut.epochs.size(), 2'000U);
-  for (std::size_t i = 0; i + 1 < cut.epochs.size(); ++i)
+  for (std::size_t i = 0; i + 1 < cut.epochs.size(); ++i) {
     ASSERT_EQ(cut.epochs[i].signals.at(0).pseudorange_m, whole.epochs[i].signals.at(0).pseudorange_m);
+  }
   EXPECT_THAT(cut.report.lines(), Contains(HasSubstr(": the gzip data end early; read up to here")));
 }
 
@@ -769,12 +771,13 @@ TEST(RinexObservation, SeededDamage) {
     std::string text = round % 2 == 0 ? three : two;
     for (int k = 0; k < 1 + round % 5; ++k) {
       const std::size_t at = random() % text.size();
-      if (round % 3 == 0)
+      if (round % 3 == 0) {
         text[at] = static_cast<char>(random() % 256);
-      else if (round % 3 == 1)
+      } else if (round % 3 == 1) {
         text.erase(at, random() % 100);
-      else
+      } else {
         text.insert(at, text.substr(random() % text.size(), random() % 100));
+      }
     }
     try {
       epochs += read(text).epochs.size();
@@ -795,8 +798,9 @@ TEST(RinexObservation, RecordedDrive) {
   EXPECT_EQ(file.report.flags[0], 1760U);
   EXPECT_EQ(file.report.notes.losses(), 0U);
   std::map<System, std::size_t> count;
-  for (const auto& epoch : file.epochs)
+  for (const auto& epoch : file.epochs) {
     for (const auto& signal : epoch.signals) ++count[signal.id.system];
+  }
   EXPECT_THAT(count, ElementsAre(testing::Pair(System::GPS, 11811U), testing::Pair(System::BeiDou, 14335U)));
   EXPECT_EQ(file.header.last, gps(13, 13, 53, 1'000'000));
   // Read off the file: its first epoch's G02, and the first of 12:52:26.003, C03.

@@ -122,8 +122,9 @@ TEST(Calibrate, FacadesOfThePlaceComeBack) {
                                             shares(coated ? 0.7 : 0));
     Drive drive = drive_of(recorded, scattering);
     EXPECT_FALSE(calibrate({drive}, options).coated_glass);
-    for (const double share : {0.0, 0.35, 0.7})
+    for (const double share : {0.0, 0.35, 0.7}) {
       drive.facades.push_back({share, [&, share] { return recorded.environment_with(shares(share), 2); }});
+    }
     const Calibration c = calibrate({drive}, options);
     ASSERT_TRUE(c.coated_glass);
     std::printf("coated glass %g: %s (%s)\n", coated ? 0.7 : 0, c.coated_glass->recorded.c_str(),

@@ -64,8 +64,9 @@ std::string finish(const StudyPlan& plan, const std::filesystem::path& folder, i
     RunStore store(folder, manifest);
     std::vector<std::size_t> todo;
     const auto there = read_records(folder, plan.size());
-    for (const std::size_t i : numbers(plan.size()))
+    for (const std::size_t i : numbers(plan.size())) {
       if (!there[i]) todo.push_back(i);
+    }
     run_all(RunMaker(plan), store, todo, {threads, nullptr, {}, {}});
   }
   auto records = read_records(folder, plan.size());
@@ -228,8 +229,9 @@ TEST(StudyRuns, BytesDoNotDependOnThreadsOrShards) {
   for (const std::size_t shard : {1U, 0U}) {
     RunStore store(shards.path() / "out", manifest_of(plan));
     std::vector<std::size_t> todo;
-    for (const std::size_t i : numbers(plan.size()))
+    for (const std::size_t i : numbers(plan.size())) {
       if (shard_of(i, 2) == shard) todo.push_back(i);
+    }
     EXPECT_EQ(todo.size(), plan.size() / 2);
     run_all(RunMaker(plan), store, todo, {1, nullptr, {}, {}});
   }
@@ -278,9 +280,10 @@ TEST(StudyRuns, KilledProcessLosesNothingFinished) {
   EXPECT_TRUE(WIFSIGNALED(status));
   close(finished[0]);
   // Half a line, as a process leaves it that dies while it writes.
-  for (const auto& entry : std::filesystem::directory_iterator(folder / "runs"))
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "runs")) {
     if (entry.path().extension() == ".jsonl")
       std::ofstream(entry.path(), std::ios::app) << "00000000 {\"run\": 4";
+  }
   const auto kept = read_records(folder, plan.size());
   EXPECT_EQ(std::count_if(kept.begin(), kept.end(), [](const auto& record) { return record.has_value(); }),
             2);

@@ -63,8 +63,9 @@ TEST(Registration, OneMoveAfterAnother) {
   second.heading_rad = -0.8;
   second.pivot = {-7, 20};
   const Registration both = first.then(-1, 5, -0.8, {-7, 20});
-  for (const Eigen::Vector3d& p : {Eigen::Vector3d(0, 0, 2), Eigen::Vector3d(35, -12, 7)})
+  for (const Eigen::Vector3d& p : {Eigen::Vector3d(0, 0, 2), Eigen::Vector3d(35, -12, 7)}) {
     EXPECT_LT((both.place_in_city(p) - first.place_in_city(second.place_in_city(p))).norm(), 1e-12);
+  }
   EXPECT_LT((both.direction_in_city({1, 2, 3}) - first.direction_in_city(second.direction_in_city({1, 2, 3})))
                 .norm(),
             1e-12);
@@ -110,8 +111,9 @@ Agreement agreement(const Comparison& comparison) {
   Agreement a;
   for (const ComparedEpoch& epoch : comparison.epochs) {
     EXPECT_EQ(epoch.fix.measured.used, epoch.fix.simulated.used);
-    if (epoch.fix.measured.solved && epoch.fix.simulated.solved)
+    if (epoch.fix.measured.solved && epoch.fix.simulated.solved) {
       a.fix_m.push_back((epoch.fix.measured.error_enu_m - epoch.fix.simulated.error_enu_m).norm());
+    }
     for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
       const ComparedSatellite& s = comparison.satellites[i];
       if (s.measured.tracked != s.simulated.tracked) ++a.only_one;
@@ -150,7 +152,9 @@ TEST(Comparison, HonoursDisturbances) {
     ASSERT_EQ(after.id, before.id);
     ASSERT_EQ(after.simulated.error_m.has_value(), before.simulated.error_m.has_value());
     // Errors are less the clock by the other satellites.
-    if (before.simulated.error_m) ASSERT_NEAR(*after.simulated.error_m, *before.simulated.error_m, 1e-9);
+    if (before.simulated.error_m) {
+      ASSERT_NEAR(*after.simulated.error_m, *before.simulated.error_m, 1e-9);
+    }
   }
   EXPECT_EQ(i, disturbed.satellites.size());
   EXPECT_LT(i, plain.satellites.size());
@@ -187,16 +191,18 @@ TEST(Comparison, RecordedReceiverIsItsOwnSimulation) {
 
   // Predictions without strength: the shortest path, which is the whole error of an NLOS signal.
   std::vector<double> off;
-  for (const ComparedSatellite& s : comparison.satellites)
+  for (const ComparedSatellite& s : comparison.satellites) {
     if (s.prediction && s.measured.error_m)
       off.push_back(std::abs(*s.measured.error_m - s.prediction->excess_m));
+  }
   EXPECT_LT(quantile(off, 0.99).value(), 3e-3);
 
   // In the unmoved map it is another city.
   const Comparison unmoved = compare(recording, receiver, recorded.environment(), {}, 1);
   std::size_t different = 0;
-  for (std::size_t i = 0; i < unmoved.satellites.size(); ++i)
+  for (std::size_t i = 0; i < unmoved.satellites.size(); ++i) {
     different += unmoved.satellites[i].clear != comparison.satellites[i].clear ? 1 : 0;
+  }
   EXPECT_GT(different, 50U);
 
   // Segments cover the drive.
@@ -209,8 +215,9 @@ TEST(Comparison, RecordedReceiverIsItsOwnSimulation) {
   options.threads = 1;
   const Comparison again = compare(recording, receiver, recorded.environment(), moved, 1, options);
   ASSERT_EQ(again.satellites.size(), comparison.satellites.size());
-  for (std::size_t i = 0; i < again.satellites.size(); ++i)
+  for (std::size_t i = 0; i < again.satellites.size(); ++i) {
     ASSERT_EQ(again.satellites[i].simulated.error_m, comparison.satellites[i].simulated.error_m);
+  }
 }
 
 // Each epoch is a second. A satellite that was never recorded counts only if it stood clear and above 15 deg
@@ -272,7 +279,9 @@ TEST(Comparison, LeavesSatellitesOut) {
     ASSERT_EQ(without.satellites[i].id, before.id);
     const ComparedSatellite& after = without.satellites[i++];
     ASSERT_EQ(after.simulated.error_m.has_value(), before.simulated.error_m.has_value());
-    if (before.simulated.error_m) ASSERT_NEAR(*after.simulated.error_m, *before.simulated.error_m, 1e-9);
+    if (before.simulated.error_m) {
+      ASSERT_NEAR(*after.simulated.error_m, *before.simulated.error_m, 1e-9);
+    }
   }
   EXPECT_EQ(i, without.satellites.size());
   EXPECT_LT(i, plain.satellites.size());
@@ -367,14 +376,17 @@ TEST(Comparison, SignalsWithStrengthComeBackToo) {
       compare(recording, recorded.scenario().receivers.front(), recorded.environment(), {}, 1);
   std::size_t differ = 0, all = 0, predicted = 0, blocked_tracked = 0;
   std::vector<double> fix_m, cn0_db;
-  for (const ComparedEpoch& epoch : comparison.epochs)
-    if (epoch.fix.measured.solved && epoch.fix.simulated.solved)
+  for (const ComparedEpoch& epoch : comparison.epochs) {
+    if (epoch.fix.measured.solved && epoch.fix.simulated.solved) {
       fix_m.push_back((epoch.fix.measured.error_enu_m - epoch.fix.simulated.error_enu_m).norm());
+    }
+  }
   for (const ComparedSatellite& s : comparison.satellites) {
     ++all;
     differ += s.measured.tracked != s.simulated.tracked ? 1 : 0;
-    if (s.measured.cn0_dbhz && s.simulated.cn0_dbhz)
+    if (s.measured.cn0_dbhz && s.simulated.cn0_dbhz) {
       cn0_db.push_back(std::abs(*s.measured.cn0_dbhz - *s.simulated.cn0_dbhz));
+    }
     if (s.clear || !s.simulated.tracked) continue;
     ++blocked_tracked;
     predicted += s.prediction ? 1 : 0;

@@ -199,8 +199,9 @@ TEST(ModelFigures, PositionsAndSegments) {
 }
 
 const gnss::Signal* signal_named(gnss::System system, std::string_view name) {
-  for (const gnss::Signal& signal : gnss::signals_of(system))
+  for (const gnss::Signal& signal : gnss::signals_of(system)) {
     if (signal.name == name) return &signal;
+  }
   return nullptr;
 }
 

@@ -172,8 +172,9 @@ TEST(FurtherSignals, EmittedRecordingIsJudgedAsItsOwn) {
 
   // Texts: a block for each further signal and a line of phases for every one.
   const std::string text = to_text(f);
-  for (const char* name : {"GPS L2C", "GPS L5", "Galileo E5a", "Galileo E5b"})
+  for (const char* name : {"GPS L2C", "GPS L5", "Galileo E5a", "Galileo E5b"}) {
     EXPECT_THAT(text, HasSubstr(std::string("\n") + name)) << name;
+  }
   EXPECT_THAT(text, HasSubstr("\nCarrier phase"));
   EXPECT_THAT(text, Not(HasSubstr("not judged")));
 }
@@ -226,8 +227,9 @@ TEST(FurtherSignals, OfOneSideAloneAreSaid) {
     ASSERT_EQ(gps.satellites[satellite].id, s.id);
     // Simulated errors are about the clock from all clear satellites: here of fewer.
     ASSERT_EQ(gps.satellites[satellite].simulated.error_m.has_value(), s.simulated.error_m.has_value());
-    if (s.simulated.error_m)
+    if (s.simulated.error_m) {
       ASSERT_NEAR(*gps.satellites[satellite].simulated.error_m, *s.simulated.error_m, 5);
+    }
     ASSERT_EQ(gps.satellites[satellite++].measured.error_m, s.measured.error_m);
   }
 }
@@ -248,8 +250,9 @@ TEST(FurtherSignals, ConstantOfASignalIsTakenOff) {
   };
   const Comparison plain = judged();
   for (rinex::ObservationEpoch& epoch : file.epochs) {
-    for (rinex::ObservedSignal& s : epoch.signals)
+    for (rinex::ObservedSignal& s : epoch.signals) {
       if (s.signal->name == "L2C") *s.pseudorange_m += 7.5;
+    }
   }
   const Comparison biased = judged();
   std::size_t compared = 0;
@@ -292,8 +295,9 @@ receivers: [{name: rover, profile: ideal, elevation_mask_deg: 10, ionosphere: tr
   wanted.all_signals = true;
   const auto recorded = rinex::read_rinex_observations(folder / "rover.obs", wanted);
   std::vector<std::pair<geodesy::GpsTime, geodesy::Geodetic>> truth;
-  for (const simulation::Epoch& e : recorder.epochs)
+  for (const simulation::Epoch& e : recorder.epochs) {
     truth.emplace_back(e.observed.time, geodesy::geodetic_from_ecef(e.truth_ecef));
+  }
   const simulation::Environment& environment = simulation.environment();
   const auto residuals = pseudorange_residuals(recorded.epochs, simulation::Trajectory(truth),
                                                environment.sky(), environment.klobuchar());

@@ -51,8 +51,9 @@ ResidualOptions vacuum() {
 
 void residuals(benchmark::State& state) {
   const Recording r;
-  for (auto _ : state)
+  for (auto _ : state) {
     benchmark::DoNotOptimize(pseudorange_residuals(r.epochs, r.truth, r.sky, {}, vacuum()));
+  }
   state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations() * r.observations));
 }
 BENCHMARK(residuals)->Unit(benchmark::kMillisecond);

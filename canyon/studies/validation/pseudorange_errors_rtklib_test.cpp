@@ -63,11 +63,13 @@ TEST(PseudorangeErrorsBesideRtklib, ResidualsOfTheRecordedDrive) {
   test::RtklibObservations theirs{};
   auto navigation = std::make_unique<RtklibNavigation>();
   ASSERT_EQ(readrnx(observation_file.c_str(), 1, "", &theirs, nullptr, nullptr), 1);
-  for (const auto& file : navigation_files)
+  for (const auto& file : navigation_files) {
     ASSERT_EQ(readrnx(file.c_str(), 1, "", nullptr, navigation.get(), nullptr), 1);
+  }
   std::map<std::pair<std::int64_t, int>, const test::RtklibObservation*> index;
-  for (int i = 0; i < theirs.n; ++i)
+  for (int i = 0; i < theirs.n; ++i) {
     index[{test::gps_time(theirs.data[i].time).nanoseconds(), theirs.data[i].sat}] = &theirs.data[i];
+  }
   double alpha_beta[8];
   std::copy(gps.alpha.begin(), gps.alpha.end(), alpha_beta);
   std::copy(gps.beta.begin(), gps.beta.end(), alpha_beta + 4);
@@ -112,8 +114,9 @@ TEST(PseudorangeErrorsBesideRtklib, ResidualsOfTheRecordedDrive) {
   // high.
   EXPECT_LT(largest_angle, 5e-5);
   for (void* rtklibs : {static_cast<void*>(theirs.data), static_cast<void*>(navigation->eph),
-                        static_cast<void*>(navigation->geph), static_cast<void*>(navigation->seph)})
+                        static_cast<void*>(navigation->geph), static_cast<void*>(navigation->seph)}) {
     std::free(rtklibs);
+  }
 }
 
 }  // namespace

@@ -123,8 +123,9 @@ TEST(PseudorangeErrors, ClosedLoopIsExact) {
   // remains.
   EXPECT_LT(largest, 2e-3);
   EXPECT_LT(largest_clock, 0.16);
-  for (const auto& [system, bias] : errors.inter_system_bias_m)
+  for (const auto& [system, bias] : errors.inter_system_bias_m) {
     EXPECT_NEAR(bias, recorder.bias_m[system] - reference, 1e-3) << gnss::name(system);
+  }
 }
 
 TEST(PseudorangeErrors, SingleClearSatelliteOfAnySystemGivesTheClock) {
@@ -132,8 +133,9 @@ TEST(PseudorangeErrors, SingleClearSatelliteOfAnySystemGivesTheClock) {
   Recorder recorder{sky};
   recorder.bias_m = {{System::BeiDou, 12}};
   std::vector<rinex::ObservationEpoch> epochs;
-  for (std::size_t e = 0; e < 60; ++e)
+  for (std::size_t e = 0; e < 60; ++e) {
     epochs.push_back(recorder.at(kStart + 1.0 + static_cast<double>(e), 1e-6 * static_cast<double>(e), e));
+  }
   // Every third epoch everything but the highest satellite of one system is blocked and comes 60 m late.
   const auto highest = [&](System system) {
     SatelliteId best{system, 0};
@@ -149,8 +151,9 @@ TEST(PseudorangeErrors, SingleClearSatelliteOfAnySystemGivesTheClock) {
   const SatelliteId lone[] = {highest(System::GPS), highest(System::BeiDou)};
   const auto is_clear = [&](SatelliteId id, std::size_t e) { return e % 3 != 0 || id == lone[e % 2]; };
   recorder.error_m = [&](SatelliteId id, std::size_t e) { return is_clear(id, e) ? 0.0 : 60.0; };
-  for (std::size_t e = 0; e < 60; ++e)
+  for (std::size_t e = 0; e < 60; ++e) {
     epochs[e] = recorder.at(kStart + 1.0 + static_cast<double>(e), 1e-6 * static_cast<double>(e), e);
+  }
   const auto residuals = pseudorange_residuals(epochs, recorder.path, sky, kKlobuchar);
   const auto clear_view = [&](const PseudorangeResidual& o, const ResidualEpoch&) {
     return is_clear(o.id, o.epoch);
@@ -183,8 +186,9 @@ TEST(PseudorangeErrors, OutliersInClearViewHardlyMoveTheClock) {
     return at->second;
   };
   std::vector<rinex::ObservationEpoch> epochs;
-  for (std::size_t e = 0; e < 240; ++e)
+  for (std::size_t e = 0; e < 240; ++e) {
     epochs.push_back(recorder.at(kStart + 1.0 + static_cast<double>(e), 2e-4, e));
+  }
   const auto residuals = pseudorange_residuals(epochs, recorder.path, sky, kKlobuchar);
   const auto errors = remove_receiver_clock(residuals, kAllClear);
   std::vector<double> off;

@@ -227,21 +227,15 @@ DriveFigures report(const char* name, const Drive& drive, const DriveRays& rays,
       std::printf("  %s less %s: %.2f m\n", std::string(gnss::name(system)).c_str(),
                   std::string(gnss::name(errors.reference)).c_str(), bias);
   }
-  const auto cn0 = by_minutes(
-      all,
-      [](const DriveFigures& g) -> std::optional<double> {
-        return g.by_cn0 ? std::optional(g.by_cn0->auc) : std::nullopt;
-      });
-  const auto error = by_minutes(
-      all,
-      [](const DriveFigures& g) -> std::optional<double> {
-        return g.by_error ? std::optional(g.by_error->auc) : std::nullopt;
-      });
-  const auto specular = by_minutes(
-      all,
-      [](const DriveFigures& g) -> std::optional<double> {
-        return g.specular ? std::optional(g.specular->rho) : std::nullopt;
-      });
+  const auto cn0 = by_minutes(all, [](const DriveFigures& g) -> std::optional<double> {
+    return g.by_cn0 ? std::optional(g.by_cn0->auc) : std::nullopt;
+  });
+  const auto error = by_minutes(all, [](const DriveFigures& g) -> std::optional<double> {
+    return g.by_error ? std::optional(g.by_error->auc) : std::nullopt;
+  });
+  const auto specular = by_minutes(all, [](const DriveFigures& g) -> std::optional<double> {
+    return g.specular ? std::optional(g.specular->rho) : std::nullopt;
+  });
   const auto mirror = by_minutes(all, [](const DriveFigures& g) -> std::optional<double> {
     return g.mirror ? std::optional(g.mirror->rho) : std::nullopt;
   });
@@ -310,8 +304,9 @@ TEST(RecordedDrive, GpsAndBeiDou) {
   // The errors of ephemerides, group delays and atmosphere are small in the LOS median of each satellite.
   const auto errors = remove_receiver_clock(drive.residuals, rays.clear_view());
   std::map<gnss::SatelliteId, std::vector<double>> los;
-  for (const Judged& j : judge(drive, rays, errors))
+  for (const Judged& j : judge(drive, rays, errors)) {
     if (j.clear) los[j.id].push_back(j.error_m);
+  }
   std::vector<double> medians;
   for (const auto& [id, values] : los) {
     medians.push_back(median(values).value());

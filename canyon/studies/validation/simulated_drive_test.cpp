@@ -50,8 +50,9 @@ TEST(SimulatedDrive, ErrorsComeBackThroughRinex) {
   // Reception times come back within a microsecond: the epoch is the closest one.
   const auto of = [&](const PseudorangeResidual& o, const ResidualEpoch& epoch) {
     const auto at = simulated.lower_bound({epoch.reception - 1e-3, o.id});
-    for (auto i = at; i != simulated.end(); ++i)
+    for (auto i = at; i != simulated.end(); ++i) {
       if (i->first.second == o.id) return i->second;
+    }
     return static_cast<const receiver::SatelliteObservation*>(nullptr);
   };
   const auto errors = remove_receiver_clock(residuals, [&](const auto& o, const auto& epoch) {

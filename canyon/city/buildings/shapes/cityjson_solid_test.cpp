@@ -44,8 +44,9 @@ MapSurface surface(const std::vector<Eigen::Vector3d>& outer,
 /// Volume by the divergence theorem.
 double volume(const city::Mesh& mesh) {
   double six = 0;
-  for (const auto& [a, b, c] : mesh.triangles)
+  for (const auto& [a, b, c] : mesh.triangles) {
     six += mesh.vertices[a].dot(mesh.vertices[b].cross(mesh.vertices[c]));
+  }
   return six / 6;
 }
 

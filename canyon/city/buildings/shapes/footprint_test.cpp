@@ -45,8 +45,8 @@ double twice_area(const Ring& ring) {
 }
 
 double total_area(const std::vector<Polygon2>& polygons) {
-  return std::accumulate(
-      polygons.begin(), polygons.end(), 0.0, [](double sum, const Polygon2& p) { return sum + area(p); });
+  return std::accumulate(polygons.begin(), polygons.end(), 0.0,
+                         [](double sum, const Polygon2& p) { return sum + area(p); });
 }
 
 /// Checks the header's promises for polygons of repair() and the overlays.
@@ -75,8 +75,9 @@ void expect_covers(const Polygon2& polygon, const std::vector<std::array<std::ui
   std::map<std::pair<Place, Place>, int> edges;
   const auto place = [](const Point2& p) { return Place(p.x(), p.y()); };
   const auto close = [&](const Ring& ring) {
-    for (std::size_t i = 0; i < ring.size(); ++i)
+    for (std::size_t i = 0; i < ring.size(); ++i) {
       --edges[{place(ring[i]), place(ring[(i + 1) % ring.size()])}];
+    }
   };
   close(polygon.outer);
   for (const Ring& hole : polygon.holes) {
@@ -100,7 +101,9 @@ void expect_covers(const Polygon2& polygon, const std::vector<std::array<std::ui
 std::vector<Polygon2> repaired(const std::vector<Polygon2>& raw, std::vector<std::string>& notes) {
   std::vector<Polygon2> result = repair(raw, notes);
   expect_clean(result);
-  for (const Polygon2& polygon : result) expect_covers(polygon, triangulate(polygon));
+  for (const Polygon2& polygon : result) {
+    expect_covers(polygon, triangulate(polygon));
+  }
   return result;
 }
 
@@ -286,8 +289,9 @@ TEST(Footprint, TriangulatesRandomPolygonsWithHoles) {
   std::mt19937_64 random(7);
   for (int trial = 0; trial < 300; ++trial) {
     Polygon2 raw{star(random, 3, -5, 3 + trial % 40, 10, 40), {}};
-    for (int h = 0; h < trial % 5; ++h)
+    for (int h = 0; h < trial % 5; ++h) {
       raw.holes.push_back(star(random, 3 + 9 * std::cos(1.5 * h), -5 + 9 * std::sin(1.5 * h), 3 + h, 2, 8));
+    }
     std::vector<std::string> notes;
     const auto polygons = repaired({raw}, notes);
     EXPECT_FALSE(polygons.empty());
@@ -295,10 +299,11 @@ TEST(Footprint, TriangulatesRandomPolygonsWithHoles) {
 }
 
 TEST(Footprint, NeverTriangulatesCrossingRings) {
-  for (const Polygon2& polygon :
-       {Polygon2{{{0, 0}, {10, 10}, {10, 0}, {0, 10}}, {}}, Polygon2{{}, {}},
-        Polygon2{box(0, 0, 10, 10), {reversed(box(5, 5, 15, 8))}}, Polygon2{reversed(box(0, 0, 10, 10)), {}}})
+  for (const Polygon2& polygon : {Polygon2{{{0, 0}, {10, 10}, {10, 0}, {0, 10}}, {}}, Polygon2{{}, {}},
+                                  Polygon2{box(0, 0, 10, 10), {reversed(box(5, 5, 15, 8))}},
+                                  Polygon2{reversed(box(0, 0, 10, 10)), {}}}) {
     EXPECT_THAT(triangulate(polygon), IsEmpty());
+  }
 }
 
 TEST(Footprint, AnyRingIsSurvived) {

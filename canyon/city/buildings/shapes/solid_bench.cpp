@@ -44,8 +44,9 @@ void from_outline(benchmark::State& state) {
   for (auto _ : state) {
     if (mesh.triangles.size() > 1000000) mesh = {};
     std::vector<std::string> notes;
-    for (const Polygon2& polygon : repair({raw}, notes))
+    for (const Polygon2& polygon : repair({raw}, notes)) {
       append_solid(mesh, "house", city::Surface::Building, polygon, shape, 0, 0, notes);
+    }
   }
   state.SetItemsProcessed(state.iterations());
 }

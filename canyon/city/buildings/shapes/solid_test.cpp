@@ -127,8 +127,9 @@ std::vector<Named> footprints() {
        {{{0, 0}, {20, 0}, {20, 4.999}, {19.998, 5}, {20, 5.001}, {20, 10}, {0, 10}, {0, 5.002}}, {}}},
   };
   std::vector<Named> result;
-  for (const auto& [name, polygon] : raw)
+  for (const auto& [name, polygon] : raw) {
     for (const Polygon2& piece : cleaned({polygon})) result.push_back({name, piece});
+  }
   return result;
 }
 
@@ -175,7 +176,9 @@ void expect_sound(const Built& built, const Polygon2& polygon, const Shape& shap
     }
     if (built.mesh.materials[t] == shape.roof_material) {
       roof += up;
-      if (shape.roof != RoofShape::Onion) EXPECT_GT(up, -1e-9);
+      if (shape.roof != RoofShape::Onion) {
+        EXPECT_GT(up, -1e-9);
+      }
     } else {
       EXPECT_EQ(built.mesh.materials[t], shape.facade);
       EXPECT_LE(up, 1e-9);
@@ -217,8 +220,9 @@ TEST(Solid, APrismHasNoMoreTrianglesThanItNeeds) {
 TEST(Solid, RoofsOverARectangleHaveTheirVolume) {
   const double l = 20, w = 8, e = 6, r = 3;
   double round_section = 0;  // of 8 chords over half an ellipse: the polygon's area
-  for (int i = 0; i < 8; ++i)
+  for (int i = 0; i < 8; ++i) {
     round_section += 0.5 * (w / 2) * r * std::sin(M_PI / 8);  // triangle from the centre
+  }
   // Hipped: prism of length l - w between two half pyramids over w x w.
   const auto hipped = [](double length, double width, double rise) {
     return 0.5 * width * rise * (length - width) + width * width * rise / 3;

@@ -32,8 +32,9 @@ bool contains(const std::string& text, const std::string& part) {
 }
 
 bool any_contains(const std::vector<std::string>& lines, const std::string& part) {
-  for (const std::string& line : lines)
+  for (const std::string& line : lines) {
     if (contains(line, part)) return true;
+  }
   return false;
 }
 
@@ -81,8 +82,9 @@ TEST_F(CityJsonTest, NamesOfReferenceSystems) {
       "EPSG:28992+5709");
   EXPECT_EQ(reference_name("https://www.opengis.net/def/crs/OGC/0/CRS84"), "EPSG:4326");
   EXPECT_EQ(reference_name("https://www.opengis.net/def/crs/OGC/0/CRS84h"), "EPSG:4979");
-  for (const char* bad : {"", "EPSG", "EPSG::", "EPSG:abc", "RD New", "EPSG::12345678901", "EPSG:-1"})
+  for (const char* bad : {"", "EPSG", "EPSG::", "EPSG:abc", "RD New", "EPSG::12345678901", "EPSG:-1"}) {
     EXPECT_EQ(reference_name(bad), "") << bad;
+  }
 }
 
 TEST_F(CityJsonTest, SolidInUtmStandsWhereItShould) {

@@ -76,8 +76,9 @@ class StoredServer {
 
   void converse(int client, const std::string& answer) {
     std::string request;
-    while (!is_whole(request))
+    while (!is_whole(request)) {
       if (!listener_.receive(client, request)) return;
+    }
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       requests_.push_back(request);
@@ -131,8 +132,9 @@ class Overpass : public ::testing::Test {
   std::vector<std::string> files() const {
     std::vector<std::string> out;
     std::error_code ignored;
-    for (const auto& entry : std::filesystem::directory_iterator(folder_ / "cache", ignored))
+    for (const auto& entry : std::filesystem::directory_iterator(folder_ / "cache", ignored)) {
       out.push_back(entry.path().filename().string());
+    }
     return out;
   }
 
@@ -346,8 +348,9 @@ TEST_F(Overpass, SaysWhyAPlaceHasNoBox) {
   EXPECT_THAT(said(reply("200 OK", "<html>Login</html>")), HasSubstr("not a list of places: Login"));
   EXPECT_THAT(said(reply("200 OK", R"({"elements":[],"remark":"runtime error: out of memory"})")),
               HasSubstr("gave up: runtime error: out of memory"));
-  for (const char* bad : {"", " , ", "a,,b", "a\nb"})
+  for (const char* bad : {"", " , ", "a,,b", "a\nb"}) {
     EXPECT_THAT(said(place(""), bad), HasSubstr("is not a name of a place")) << bad;
+  }
   EXPECT_THAT(files(), IsEmpty());
 }
 

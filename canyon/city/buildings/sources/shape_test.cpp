@@ -24,10 +24,11 @@ using Tags = std::map<std::string, std::string>;
 Shape read(const Tags& tags, std::vector<std::string>* warnings = nullptr) {
   std::vector<std::string> own;
   const Shape shape = shape_from_tags(tags, HeightDefaults{}, "way/7", own);
-  if (warnings != nullptr)
+  if (warnings != nullptr) {
     *warnings = own;
-  else
+  } else {
     EXPECT_THAT(own, IsEmpty());
+  }
   return shape;
 }
 
@@ -73,8 +74,9 @@ TEST(ParseLength, ReadsTheUnitsOfTheMap) {
 TEST(ParseLength, RefusesWhatIsNoSingleLength) {
   for (const char* text :
        {"",    " ",   "m",    "high",   "12 storeys", "12-15",  "~", "12;15", "1,500", "1.2.3",    "nan",
-        "inf", "1e3", "0x10", "3'13\"", "3'-6\"",     "3'6\"7", "'", "--3",   "3 6",   "12 m high"})
+        "inf", "1e3", "0x10", "3'13\"", "3'-6\"",     "3'6\"7", "'", "--3",   "3 6",   "12 m high"}) {
     EXPECT_FALSE(parse_length_m(text)) << text;
+  }
   EXPECT_FALSE(parse_length_m(std::string(1000, '9')));
   EXPECT_FALSE(parse_length_m(std::string("12\0", 3)));
 }
@@ -89,8 +91,9 @@ TEST(ParseDirection, ReadsDegreesAndWinds) {
     ASSERT_TRUE(direction) << text;
     EXPECT_NEAR(*direction, geodesy::radians(degrees), 1e-12) << text;
   }
-  for (const char* text : {"", "up", "400", "NSEW", "12 m", "along", "90;270"})
+  for (const char* text : {"", "up", "400", "NSEW", "12 m", "along", "90;270"}) {
     EXPECT_FALSE(parse_direction_rad(text)) << text;
+  }
 }
 
 TEST(MaterialFromTag, KnowsTheCommonValues) {
@@ -259,8 +262,9 @@ TEST(ShapeFromTags, RoofShapesFallBackToTheirKin) {
   };
   for (const RoofShape shape :
        {RoofShape::Flat, RoofShape::Gabled, RoofShape::Hipped, RoofShape::Pyramidal, RoofShape::Skillion,
-        RoofShape::Dome, RoofShape::Onion, RoofShape::Round, RoofShape::Gambrel, RoofShape::Mansard})
+        RoofShape::Dome, RoofShape::Onion, RoofShape::Round, RoofShape::Gambrel, RoofShape::Mansard}) {
     EXPECT_EQ(roof(std::string(name(shape)).c_str()), shape);
+  }
   EXPECT_EQ(roof("half-hipped"), RoofShape::Hipped);
   EXPECT_EQ(roof("saltbox"), RoofShape::Gabled);
   EXPECT_EQ(roof("Conical"), RoofShape::Pyramidal);
@@ -361,8 +365,9 @@ TEST(ShapeFromTags, KeepsTheOrderOfHeightsForAnyTags) {
                                         "\n\"<>", "glass",   "onion", "hipped", "1999.99"};
   for (int i = 0; i < 50000; ++i) {
     Tags tags;
-    for (const std::string& key : keys)
+    for (const std::string& key : keys) {
       if (random() % 2 == 0) tags[key] = values[random() % values.size()];
+    }
     std::vector<std::string> warnings;
     const Shape shape = shape_from_tags(tags, HeightDefaults{}, "way/1", warnings);
     ASSERT_GT(shape.height_m, shape.min_height_m + 0.01);

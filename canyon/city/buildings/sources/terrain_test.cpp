@@ -187,8 +187,9 @@ TEST_F(TerrainTest, PlaneIsSampledExactly) {
   // The outermost half pixel holds its pixel's value.
   EXPECT_NEAR(terrain.height_m({114.0, 22.5}).value(), plane(114.0005, 22.4995), 1e-9);
   for (const LonLat& outside :
-       {LonLat(113.9999, 22.4), LonLat(114.2001, 22.4), LonLat(114.1, 22.5001), LonLat(114.1, 22.3499)})
+       {LonLat(113.9999, 22.4), LonLat(114.2001, 22.4), LonLat(114.1, 22.5001), LonLat(114.1, 22.3499)}) {
     EXPECT_FALSE(terrain.height_m(outside)) << outside.transpose();
+  }
   EXPECT_FALSE(terrain.height_m({std::nan(""), 22.4}));
   ASSERT_EQ(terrain.notes().lines().size(), 1U);
   EXPECT_TRUE(contains(terrain.notes().lines()[0], "taken as ellipsoidal")) << terrain.notes().lines()[0];
@@ -293,8 +294,7 @@ TEST_F(TerrainTest, FeetScaleAndOffset) {
   make_raster(folder_ / "scaled.tif", made, [](double, double) { return 123; });
   EXPECT_NEAR(Terrain({folder_ / "scaled.tif"}).height_m({114.1, 22.4}).value(), 1012.3, 1e-9);
   made.unit = "fathom";
-  make_raster(
-      folder_ / "fathom.tif", made, [](double, double) { return 1; });
+  make_raster(folder_ / "fathom.tif", made, [](double, double) { return 1; });
   EXPECT_TRUE(contains(error_of([&] { Terrain({folder_ / "fathom.tif"}); }), "\"fathom\""));
 }
 
@@ -322,10 +322,11 @@ TEST_F(TerrainTest, HeightsWithoutAUnitAreInThatOfTheirReferenceSystem) {
     make_raster(folder_ / "r.tif", made, [](double, double) { return 1000.0; });
     for (const bool by_name : {false, true}) {
       TerrainOptions options;
-      if (by_name)
+      if (by_name) {
         options.geoid = GeoidModel::EGM96;
-      else
+      } else {
         options.geoid_undulation_m = 0;
+      }
       std::optional<Raster> raster;
       try {
         raster.emplace(folder_ / "r.tif", options);
@@ -338,8 +339,9 @@ TEST_F(TerrainTest, HeightsWithoutAUnitAreInThatOfTheirReferenceSystem) {
       EXPECT_NEAR(raster->height_m(middle).value() - undulation, 1000 * c.metres, 1e-6);
       const auto guesses = raster->notes().lines(ReadReport::Level::Guess);
       EXPECT_EQ(guesses.size(), c.told ? 1U : 0U);
-      if (c.told)
+      if (c.told) {
         EXPECT_TRUE(contains(guesses.at(0), "r.tif: heights taken in the unit of")) << guesses.at(0);
+      }
     }
   }
 }
@@ -580,8 +582,7 @@ TEST_F(TerrainTest, BadInputIsOneClearError) {
   made = {};
   made.type = GDT_Byte;
   made.bands = 3;
-  make_raster(
-      folder_ / "picture.tif", made, [](double, double) { return 9; });
+  make_raster(folder_ / "picture.tif", made, [](double, double) { return 9; });
   EXPECT_TRUE(contains(error_of([&] { Terrain({folder_ / "picture.tif"}); }), "picture"));
 }
 
@@ -612,8 +613,9 @@ TEST_F(TerrainTest, ManyThreadsGetTheSameHeights) {
   std::vector<int> wrong(4);
   for (std::size_t t = 0; t < wrong.size(); ++t) {
     threads.emplace_back([&, t] {
-      for (int i = 0; i < 2000; ++i)
+      for (int i = 0; i < 2000; ++i) {
         wrong[t] += terrain.height_m(place(i)).value_or(-1) != expected[static_cast<std::size_t>(i)];
+      }
     });
   }
   for (auto& thread : threads) thread.join();

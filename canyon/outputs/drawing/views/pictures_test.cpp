@@ -41,8 +41,9 @@ class Pixels : public test::PngPixels {
   [[nodiscard]] bool has_near(const Point& p, double reach, const Colour& colour) const {
     const int r = static_cast<int>(2 * reach);
     for (int y = -r; y <= r; ++y) {
-      for (int x = -r; x <= r; ++x)
+      for (int x = -r; x <= r; ++x) {
         if (is(pixel(static_cast<int>(2 * p.x) + x, static_cast<int>(2 * p.y) + y), colour)) return true;
+      }
     }
     return false;
   }
@@ -340,8 +341,9 @@ TEST(Pictures, SameRunSameBytes) {
     pictures->finish();
   }
   for (const char* name :
-       {"track.png", "skyplot.png", "timeline.png", "track.svg", "skyplot.svg", "timeline.svg"})
+       {"track.png", "skyplot.png", "timeline.png", "track.svg", "skyplot.svg", "timeline.svg"}) {
     EXPECT_EQ(test::read_bytes(one / name), test::read_bytes(other / name)) << name;
+  }
 }
 
 TEST(Pictures, MissingFolderIsFoundBeforeTheRun) {

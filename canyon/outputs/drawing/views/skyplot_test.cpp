@@ -43,8 +43,9 @@ class Pixels : public test::PngPixels {
   }
   [[nodiscard]] bool has_near(const Point& p, int reach, const Colour& colour) const {
     for (int y = -reach; y <= reach; ++y) {
-      for (int x = -reach; x <= reach; ++x)
+      for (int x = -reach; x <= reach; ++x) {
         if (is(at({p.x + x, p.y + y}), colour)) return true;
+      }
     }
     return false;
   }
@@ -358,8 +359,10 @@ TEST(SkyplotTrails, OfTheLastMinutes) {
   EXPECT_GT(whole, 3U);
   EXPECT_LT(whole, drawing.satellites.size()) << "one rose within the hour";
   options.trail_s = 0;
-  for (const SkySatellite& s : make_sky_drawing(environment, propagator, time, {0, 0, 2}, options).satellites)
+  for (const SkySatellite& s :
+       make_sky_drawing(environment, propagator, time, {0, 0, 2}, options).satellites) {
     EXPECT_TRUE(s.trails.empty());
+  }
 }
 
 }  // namespace

@@ -20,8 +20,9 @@ namespace {
 
 /// The signal of a number that a satellite of a system sends, or null.
 const gnss::Signal* signal_of(gnss::SatelliteId id, int number) {
-  for (const gnss::Signal& signal : gnss::signals_of(id.system))
+  for (const gnss::Signal& signal : gnss::signals_of(id.system)) {
     if (signal_number(id, signal) == number) return &signal;
+  }
   return nullptr;
 }
 

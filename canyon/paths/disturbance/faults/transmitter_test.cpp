@@ -24,8 +24,9 @@ const geodesy::GpsTime kBegin = geodesy::GpsTime::from_week(2100, 1000);
 FaultContext scene(const std::vector<std::pair<Vector3d, Vector3d>>& boxes) {
   city::City city;
   city.frame = geodesy::LocalFrame(geodesy::Geodetic::from_degrees(22.3, 114.18, 10));
-  for (const auto& [low, high] : boxes)
+  for (const auto& [low, high] : boxes) {
     city::append_box(city.mesh, "box", city::Surface::Building, city::Material::Concrete, low, high);
+  }
   FaultContext context;
   context.name = "it";
   context.begin = kBegin;

@@ -122,8 +122,9 @@ TEST(BeamIndex, FindsEveryFacetThatReflectsIntoTheBeam) {
           const double range = over / approach;
           const Vector3d point = beam.apex + range * d;
           if (range > kReach || (point - antenna).norm() > kReach ||
-              window.normal.dot(point) < window.offset || !set.triangle_at(facet, point))
+              window.normal.dot(point) < window.offset || !set.triangle_at(facet, point)) {
             continue;
+          }
           const Vector3d s = d + 2 * approach * facet.normal;
           facets.push_back(i);
           directions.push_back(outer_from_set != nullptr ? Vector3d(pose.linear() * s) : s);
@@ -133,12 +134,9 @@ TEST(BeamIndex, FindsEveryFacetThatReflectsIntoTheBeam) {
       index.gather(antenna, kReach, blocks);
       index.find(beam, blocks, bins, outer_from_set, found);
       for (std::size_t k = 0; k < facets.size(); ++k) {
-        EXPECT_TRUE(std::any_of(
-            found.begin(), found.end(),
-            [&](const BeamIndex::Match& match) {
-              return match.facet == facets[k] && match.group == k / 64 &&
-                     (match.directions >> (k % 64) & 1) != 0;
-            }));
+        EXPECT_TRUE(std::any_of(found.begin(), found.end(), [&](const BeamIndex::Match& match) {
+          return match.facet == facets[k] && match.group == k / 64 && (match.directions >> (k % 64) & 1) != 0;
+        }));
       }
       passed += facets.size();
       possible += set.facets().size() * directions.size();

@@ -18,8 +18,9 @@ TEST(DirectionBins, FindEveryDirectionInABox) {
   std::uniform_real_distribution<double> azimuth(0, 6.3), elevation(-1.5, 1.5);
   std::uniform_real_distribution<float> edge(-1.1f, 1.1f);
   std::vector<Vector3d> sky;
-  for (int i = 0; i < 150; ++i)
+  for (int i = 0; i < 150; ++i) {
     sky.push_back(geodesy::enu_from_azimuth_elevation(azimuth(random), elevation(random)));
+  }
   sky.insert(sky.end(), {{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {-1, 0, 0}});
   DirectionBins bins;
   bins.build(sky);
@@ -45,8 +46,12 @@ TEST(DirectionBins, FindEveryDirectionInABox) {
       }
       const double outside = (from - sky[k]).cwiseMax(sky[k] - to).maxCoeff();
       in += outside <= 0 ? 1 : 0;
-      if (outside <= 0) EXPECT_TRUE(bit);
-      if (bit) EXPECT_LE(outside, 0.1 + kWidth) << "the outermost slices hold what is beyond 1";
+      if (outside <= 0) {
+        EXPECT_TRUE(bit);
+      }
+      if (bit) {
+        EXPECT_LE(outside, 0.1 + kWidth) << "the outermost slices hold what is beyond 1";
+      }
     }
   }
   EXPECT_GT(in, 1'000);

@@ -45,8 +45,9 @@ void append_sheet(Mesh& mesh, const Vector3d& corner, const Vector3d& u, const V
                   int n = 1, Surface surface = Surface::Building) {
   std::vector<Vector3d> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  for (int i = 0; i <= m; ++i)
+  for (int i = 0; i <= m; ++i) {
     for (int k = 0; k <= n; ++k) vertices.emplace_back(corner + u * i / m + v * k / n);
+  }
   for (int i = 0; i < m; ++i) {
     for (int k = 0; k < n; ++k) {
       const auto a = static_cast<std::uint32_t>(i * (n + 1) + k), b = a + static_cast<std::uint32_t>(n) + 1;
@@ -129,8 +130,9 @@ TEST(EdgeSet, AnOtherTurnEndsAnEdge) {
   city::TriangleSet prism;
   const double bend = 30 * std::tan(radians(1));
   const std::vector<Eigen::Vector2d> outline{{-30, 0}, {0, 0}, {30, bend}, {30, 20}, {-30, 20}};
-  for (const double z : {0.0, 9.0})
+  for (const double z : {0.0, 9.0}) {
     for (const auto& p : outline) prism.vertices.emplace_back(p.x(), p.y(), z);
+  }
   for (std::uint32_t i = 0; i < 5; ++i) {
     const std::uint32_t k = (i + 1) % 5;
     prism.triangles.push_back({i, k, k + 5});
@@ -152,8 +154,9 @@ TEST(EdgeSet, InnerCornersAreNone) {
   Mesh mesh;
   city::TriangleSet solid;
   const std::vector<Eigen::Vector2d> outline{{0, 0}, {20, 0}, {20, 10}, {10, 10}, {10, 20}, {0, 20}};
-  for (const double z : {0.0, 9.0})
+  for (const double z : {0.0, 9.0}) {
     for (const auto& p : outline) solid.vertices.emplace_back(p.x(), p.y(), z);
+  }
   for (std::uint32_t i = 0; i < 6; ++i) {
     const std::uint32_t k = (i + 1) % 6;
     solid.triangles.push_back({i, k, k + 6});
@@ -247,8 +250,9 @@ TEST(EdgeSet, EveryEdgeOfASphereTurnsAsItsNormalsDo) {
   const EdgeSet set(mesh);
   expect_consistent(set);
   EXPECT_GT(set.edges().size(), 200u);
-  for (const Edge& e : set.edges())
+  for (const Edge& e : set.edges()) {
     EXPECT_NEAR(e.exterior_rad - kPi, std::acos(std::clamp(e.normal[0].dot(e.normal[1]), -1.0, 1.0)), 1e-9);
+  }
 }
 
 TEST(EdgeSet, OfARealCityHangsTogether) {
@@ -287,10 +291,11 @@ double golden_section(const F& f, double a, double b) {
   const double ratio = 0.5 * (std::sqrt(5.0) - 1);
   double c = b - ratio * (b - a), d = a + ratio * (b - a);
   while (b - a > 1e-7) {
-    if (f(c) < f(d))
+    if (f(c) < f(d)) {
       b = d;
-    else
+    } else {
       a = c;
+    }
     c = b - ratio * (b - a);
     d = a + ratio * (b - a);
   }

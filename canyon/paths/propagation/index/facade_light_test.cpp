@@ -49,8 +49,9 @@ TEST(FacadeLight, DirectionsAreADegreeApart) {
     middles.emplace_back(d.number, d.middle);
   }
   std::sort(middles.begin(), middles.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  for (std::size_t i = 1; i < middles.size(); ++i)
+  for (std::size_t i = 1; i < middles.size(); ++i) {
     EXPECT_EQ(middles[i].first == middles[i - 1].first, middles[i].second == middles[i - 1].second);
+  }
   for (const Vector3d& pole : {Vector3d(0, 0, 1), Vector3d(0, 0, -1)})
     EXPECT_GT(FacadeLight::direction(pole).middle.dot(pole), 0.9999);
 }

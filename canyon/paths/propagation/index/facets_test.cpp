@@ -176,8 +176,9 @@ TEST(FacetSet, HongKongFacetsAreWalls) {
     EXPECT_LE(facet.deviation, 1e-3);
   }
   std::size_t buildings = 0;
-  for (const city::Object& object : city.mesh.objects)
+  for (const city::Object& object : city.mesh.objects) {
     buildings += object.surface == Surface::Building ? object.triangle_count : 0;
+  }
   EXPECT_EQ(triangles, buildings) << "every triangle of a building is in one facet";
   EXPECT_LT(set.facets().size(), triangles / 2 + triangles / 10) << "walls are at least pairs";
   EXPECT_GT(walls, set.facets().size() / 2);

@@ -41,8 +41,9 @@ View view(const FacetSet& set, const Vector3d& antenna, std::size_t count) {
 bool hidden_at(const View& v, const FacetSet& set, double distance) {
   for (std::size_t i = 0; i < v.facing.facet.size(); ++i) {
     const Facet& facet = set.facets()[v.facing.facet[i]];
-    if (std::abs(facet.min.x() - distance) < 1e-6 && std::abs(facet.max.x() - distance) < 1e-6)
+    if (std::abs(facet.min.x() - distance) < 1e-6 && std::abs(facet.max.x() - distance) < 1e-6) {
       return v.hidden[i] != 0;
+    }
   }
   ADD_FAILURE() << "no facet at x = " << distance;
   return false;
@@ -52,12 +53,13 @@ bool hidden_at(const View& v, const FacetSet& set, double distance) {
 TEST(Occluders, HideWhatIsWhollyInTheShadow) {
   const auto with = [](double half, double x, bool triangle) {
     Mesh mesh;
-    if (triangle)
+    if (triangle) {
       city::append_object(mesh, "t", Surface::Building, Material::Glass,
                           {{10, -5, -5}, {10, 0, 5}, {10, 5, -5}}, {{0, 1, 2}});
-    else
+    } else {
       city::append_object(mesh, "wall", Surface::Building, Material::Glass,
                           {{10, -5, -5}, {10, -5, 5}, {10, 5, 5}, {10, 5, -5}}, {{0, 1, 2}, {0, 2, 3}});
+    }
     const double low = triangle ? -3 * half / 4 : -half;
     city::append_object(mesh, "far", Surface::Building, Material::Glass,
                         {{x, -half, low}, {x, -half, half}, {x, half, half}, {x, half, low}},

@@ -52,11 +52,13 @@ TEST(Places, AntennasThatAreFarHaveNothing) {
 TEST(Places, WhatIsKeptGoesWithItsPlace) {
   const Places<Counted> places;
   const int most = static_cast<int>(Places<Counted>::kMost);
-  for (int i = 0; i < most; ++i)
+  for (int i = 0; i < most; ++i) {
     for (int k = 0; k < 3; ++k) (void)places.about({20.0 * i, 0, 2});
+  }
   EXPECT_GT(Counted::alive, most / 4);
-  for (int i = 0; i < 2 * most; ++i)
+  for (int i = 0; i < 2 * most; ++i) {
     for (int k = 0; k < i % 3; ++k) (void)places.about({20.0 * i, 100, 2});
+  }
   EXPECT_EQ(Counted::alive, 0);
 }
 

@@ -139,7 +139,9 @@ TEST(DeadReckoning, AlignsCalibratesAndCoasts) {
     answer = filter.update(kBegin + drive.t_s, readings, drive.fix());
     ASSERT_TRUE(answer.fusion);
     if (phases.empty() || phases.back() != answer.fusion->phase) phases.push_back(answer.fusion->phase);
-    if (drive.t_s < 9) EXPECT_EQ(answer.kind(), FixKind::Single);
+    if (drive.t_s < 9) {
+      EXPECT_EQ(answer.kind(), FixKind::Single);
+    }
     EXPECT_LT(drive.error_m(answer), 0.3) << drive.t_s;
   }
   EXPECT_EQ(phases,

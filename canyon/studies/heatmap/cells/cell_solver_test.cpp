@@ -45,14 +45,16 @@ ReceiverOptions with(const ReceiverOptions& options, const options::Key& key) {
 }
 
 bool same(const Maps& a, const Maps& b) {
-  for (std::size_t i = 0; i < a.size(); ++i)
+  for (std::size_t i = 0; i < a.size(); ++i) {
     if (std::memcmp(a[i].data(), b[i].data(), a[i].size() * sizeof(float)) != 0) return false;
+  }
   return true;
 }
 
 bool is_listed(std::string_view path, std::string_view list) {
-  for (const std::string_view name : split_blanks(list))
+  for (const std::string_view name : split_blanks(list)) {
     if (name.back() == '.' ? path.starts_with(name) : path == name) return true;
+  }
   return false;
 }
 

@@ -27,8 +27,9 @@ struct Rows {
   }
   [[nodiscard]] LinearFix fix(int systems, bool weighted = true) const {
     LinearFix fix(systems);
-    for (std::size_t i = 0; i < weights.size(); ++i)
+    for (std::size_t i = 0; i < weights.size(); ++i) {
       fix.add(directions[i], clocks[i], weighted ? weights[i] : 1, errors_m[i]);
+    }
     return fix;
   }
   /// H, its rows times the roots of the weights.
@@ -76,17 +77,20 @@ TEST(LinearFix, IsWhatAnOrthogonalDecompositionGives) {
       sum += gain * rows.errors_m[i];
       largest_m = std::max(largest_m, std::abs(rows.errors_m[i]));
       const LinearFix::Unknowns found = fix.gain(rows.directions[i], rows.clocks[i], rows.weights[i]);
-      for (Eigen::Index k = 0; k < gain.size(); ++k)
+      for (Eigen::Index k = 0; k < gain.size(); ++k) {
         worst_gain = std::max(worst_gain, std::abs(found[static_cast<std::size_t>(k)] - gain[k]));
+      }
     }
     const LinearFix::Unknowns x = fix.solve();
-    for (Eigen::Index k = 0; k < sum.size(); ++k)
+    for (Eigen::Index k = 0; k < sum.size(); ++k) {
       worst_m = std::max(worst_m, std::abs(x[static_cast<std::size_t>(k)] - sum[k]) / largest_m);
+    }
     const Eigen::Matrix3d covariance = weighted->topLeftCorner<3, 3>();
     worst_covariance = std::max(worst_covariance, (fix.covariance() - covariance).norm() / covariance.norm());
     for (const auto of : {&positioning::Dop::gdop, &positioning::Dop::pdop, &positioning::Dop::hdop,
-                          &positioning::Dop::vdop, &positioning::Dop::tdop})
+                          &positioning::Dop::vdop, &positioning::Dop::tdop}) {
       worst_dop = std::max(worst_dop, std::abs(dop.*of / (expected.*of) - 1));
+    }
   }
   std::cout << compared << " geometries: " << worst_m << " of the largest error, gain " << worst_gain
             << ", covariance " << worst_covariance << ", DOP " << worst_dop << " of themselves\n";

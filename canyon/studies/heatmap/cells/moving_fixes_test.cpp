@@ -56,8 +56,9 @@ TEST(MovingFixes, ForgetAsTheSteadyStateOfTheFilterDoes) {
 }
 
 TEST(MovingFixes, KeepAConstantErrorAndAverageOnesThatChange) {
-  for (const double error : filtered(street(200), 25, [](std::size_t) { return 7.0; }))
+  for (const double error : filtered(street(200), 25, [](std::size_t) { return 7.0; })) {
     EXPECT_NEAR(error, 7, 1e-4);
+  }
   const std::vector<double> errors =
       filtered(street(200), 25, [](std::size_t i) { return i % 2 == 0 ? 7.0 : -7.0; });
   EXPECT_LT(errors[100], 0.3);

@@ -38,8 +38,9 @@ ReceiverOptions quiet() {
 /// K of unit weights for the satellites that a cell receives, one clock, written out with the inverse; ENU of
 /// the tile's centre.
 Eigen::MatrixXd gain(const TileScene& scene, std::size_t cell, std::vector<std::size_t>& received) {
-  for (std::size_t k = 0; k < scene.signals.satellites.size(); ++k)
+  for (std::size_t k = 0; k < scene.signals.satellites.size(); ++k) {
     if (scene.signals.visibility[k][cell] != CellVisibility::Blocked) received.push_back(k);
+  }
   Eigen::MatrixXd h(received.size(), 4);
   for (std::size_t row = 0; row < received.size(); ++row) {
     const orbit::LineOfSight& line = scene.signals.satellites[received[row]];
@@ -78,8 +79,9 @@ TEST(SharedCells, DrawsHaveTheClosedFormsMoments) {
     std::vector<std::size_t> received;
     const Eigen::MatrixXd k = gain(scene, cell, received);
     Eigen::VectorXd m(received.size());
-    for (std::size_t row = 0; row < received.size(); ++row)
+    for (std::size_t row = 0; row < received.size(); ++row) {
       m(static_cast<Eigen::Index>(row)) = static_cast<double>(scene.signals.excess_m[received[row]][cell]);
+    }
     const Eigen::Vector3d fixed = k * m;
     const Eigen::Matrix3d spread = sigma * sigma * k * k.transpose();
     const double horizontal = std::sqrt(fixed.head<2>().squaredNorm() + spread(0, 0) + spread(1, 1));
@@ -207,8 +209,9 @@ TEST(SharedCells, QuantilesAreThoseOfTheDraws) {
                                   Layer::HorizontalErrorRms};
   constexpr int kDraws = 12;
   std::vector<Maps> maps;
-  for (int draws = 1; draws <= kDraws; ++draws)
+  for (int draws = 1; draws <= kDraws; ++draws) {
     maps.push_back(solve(SharedReceiver{{}, {draws, 3}, {}, {}}, scene, wanted));
+  }
   for (std::size_t cell = 0; cell < 9; ++cell) {
     for (const std::size_t layer : {std::size_t{0}, std::size_t{3}}) {
       std::vector<double> values;
@@ -228,7 +231,9 @@ TEST(SharedCells, QuantilesAreThoseOfTheDraws) {
         };
         EXPECT_NEAR(maps[i][layer + 1][cell], type7(0.5), 1e-3);
         EXPECT_NEAR(maps[i][layer + 2][cell], type7(0.95), 1e-3);
-        if (layer == 0) EXPECT_NEAR(maps[i][6][cell], std::sqrt(squares / draws), 1e-3);
+        if (layer == 0) {
+          EXPECT_NEAR(maps[i][6][cell], std::sqrt(squares / draws), 1e-3);
+        }
       }
       EXPECT_GT(*std::max_element(values.begin(), values.end()),
                 *std::min_element(values.begin(), values.end()) + 0.1);

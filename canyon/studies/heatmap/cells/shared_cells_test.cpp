@@ -207,8 +207,9 @@ TEST(SharedCells, CountsSatellitesAndMarksWhatIsNone) {
     scene.signals.visibility[satellite][cell] = visibility;
     scene.signals.excess_m[satellite][cell] = excess_m;
   };
-  for (std::size_t k = 0; k < n; ++k)
+  for (std::size_t k = 0; k < n; ++k) {
     for (std::size_t cell = 0; cell < 6; ++cell) set(k, cell, CellVisibility::LOS);
+  }
   set(0, 1, CellVisibility::NLOS, 12.5F);  // cell 1: two of them reflected, one blocked
   set(1, 1, CellVisibility::NLOS, 40.25F);
   set(2, 1, CellVisibility::Blocked);
@@ -218,8 +219,9 @@ TEST(SharedCells, CountsSatellitesAndMarksWhatIsNone) {
   scene.cells.state[4] = CellState::InsideBuilding;
   scene.cells.state[5] = CellState::OutsideArea;
   std::vector<Layer> wanted;
-  for (int layer = 0; layer <= static_cast<int>(Layer::SkyView); ++layer)
+  for (int layer = 0; layer <= static_cast<int>(Layer::SkyView); ++layer) {
     wanted.push_back(static_cast<Layer>(layer));
+  }
   const Maps maps = solve(SharedReceiver{{}, {}, {}, {}}, scene, wanted);
   const auto value = [&](Layer layer, std::size_t cell) {
     return maps[static_cast<std::size_t>(layer)][cell];
@@ -272,9 +274,11 @@ TEST(SharedCells, NeedsNoExcessForCountsAndDops) {
   const Maps with = solve(solver, scene, wanted);
   scene.signals.excess_m.clear();
   const Maps without = solve(solver, scene, wanted);
-  for (std::size_t k = 0; k < wanted.size(); ++k)
-    for (std::size_t i = 0; i < with[k].size(); ++i)
+  for (std::size_t k = 0; k < wanted.size(); ++k) {
+    for (std::size_t i = 0; i < with[k].size(); ++i) {
       EXPECT_TRUE(with[k][i] == without[k][i] || (std::isnan(with[k][i]) && std::isnan(without[k][i])));
+    }
+  }
 }
 
 // A grid cut otherwise gives the same, but for the directions, which are those of a tile's centre.
@@ -311,9 +315,11 @@ TEST(SharedCells, DoesNotDependOnHowAGridIsCut) {
       for (std::size_t i = 0; i < 256; ++i) {
         ASSERT_EQ(maps[5][i], expected[5][from(i)]);
         if (maps[5][i] == 0 || maps[6][i] > 100) continue;
-        for (std::size_t k = 0; k < 5; ++k)
-          if (std::abs(expected[k][from(i)]) < 1000)
+        for (std::size_t k = 0; k < 5; ++k) {
+          if (std::abs(expected[k][from(i)]) < 1000) {
             worst = std::max(worst, std::abs(double{maps[k][i]} - double{expected[k][from(i)]}));
+          }
+        }
         EXPECT_NEAR(maps[6][i], expected[6][from(i)], 1e-4F * maps[6][i]);
       }
     }

@@ -58,8 +58,9 @@ Values sample_map(const ReceiverConfig& receiver, const CellReceiverOptions& how
     const TileValues tile = map.compute(i);
     for (std::size_t c = 0; c < tile.state.size(); ++c) {
       if (tile.state[c] != CellState::Computed) continue;
-      for (std::size_t l = 0; l < values.size(); ++l)
+      for (std::size_t l = 0; l < values.size(); ++l) {
         values[l].push_back(static_cast<double>(tile.values[l * tile.state.size() + c]));
+      }
     }
   }
   return values;

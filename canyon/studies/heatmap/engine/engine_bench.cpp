@@ -49,8 +49,9 @@ void compute(benchmark::State& state, propagation::Model model, int order, doubl
       tbb::parallel_for(
           tbb::blocked_range<std::size_t>(0, map.unit_count(), 1),
           [&](const tbb::blocked_range<std::size_t>& range) {
-            for (std::size_t i = range.begin(); i != range.end(); ++i)
+            for (std::size_t i = range.begin(); i != range.end(); ++i) {
               benchmark::DoNotOptimize(map.compute(i).values.data());
+            }
           },
           tbb::simple_partitioner());
     });

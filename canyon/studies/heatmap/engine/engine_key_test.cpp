@@ -59,39 +59,18 @@ TEST(HeatmapKey, ChangesWithEverythingThatValuesDependOn) {
     change(changed);
     expect_new(key(changed, receiver), what);
   };
-  with_request(
-      "west", [](Request& r) { r.grid.west_m += 1e-9; });
-  with_request(
-      "south", [](Request& r) { r.grid.south_m += 1; });
-  with_request(
-      "spacing", [](Request& r) { r.grid.spacing_m = 2.5; });
-  with_request(
-      "columns", [](Request& r) { ++r.grid.columns; });
-  with_request(
-      "rows", [](Request& r) { ++r.grid.rows; });
-  with_request(
-      "tiles", [](Request& r) { r.grid.tile_size = 32; });
-  with_request(
-      "area",
-      [](Request& r) {
-        r.area = Area{{{{0, 0}, {1, 0}, {0, 1}}}};
-      });
-  with_request(
-      "area's corner",
-      [](Request& r) {
-        r.area = Area{{{{0, 0}, {1, 0}, {0, 2}}}};
-      });
-  with_request(
-      "altitudes",
-      [](Request& r) {
-        r.altitudes_m = {2, 15, 30};
-      });
-  with_request(
-      "times", [](Request& r) { r.times[1] = r.times[1] + std::chrono::nanoseconds(1); });
-  with_request(
-      "layers", [](Request& r) { std::swap(r.layers[0], r.layers[1]); });
-  with_request(
-      "draws", [](Request& r) { r.draws.draws = 65; });
+  with_request("west", [](Request& r) { r.grid.west_m += 1e-9; });
+  with_request("south", [](Request& r) { r.grid.south_m += 1; });
+  with_request("spacing", [](Request& r) { r.grid.spacing_m = 2.5; });
+  with_request("columns", [](Request& r) { ++r.grid.columns; });
+  with_request("rows", [](Request& r) { ++r.grid.rows; });
+  with_request("tiles", [](Request& r) { r.grid.tile_size = 32; });
+  with_request("area", [](Request& r) { r.area = Area{{{{0, 0}, {1, 0}, {0, 1}}}}; });
+  with_request("area's corner", [](Request& r) { r.area = Area{{{{0, 0}, {1, 0}, {0, 2}}}}; });
+  with_request("altitudes", [](Request& r) { r.altitudes_m = {2, 15, 30}; });
+  with_request("times", [](Request& r) { r.times[1] = r.times[1] + std::chrono::nanoseconds(1); });
+  with_request("layers", [](Request& r) { std::swap(r.layers[0], r.layers[1]); });
+  with_request("draws", [](Request& r) { r.draws.draws = 65; });
   with_request("seed", [](Request& r) { r.draws.seed = 2; });
   options::Document document;
   document.known = options::describe(request).paths();
@@ -110,80 +89,43 @@ TEST(HeatmapKey, ChangesWithEverythingThatValuesDependOn) {
   };
   using Options = receiver::ReceiverOptions;
   using Paths = propagation::PropagationOptions;
-  with_receiver(
-      "strength", [](Options&, Paths&) {});
-  with_receiver(
-      "model", [](Options&, Paths& p) { p.model = Model::Mirror; });
-  with_receiver(
-      "order", [](Options&, Paths& p) { p.reflection_order = 2; });
-  with_receiver(
-      "range", [](Options&, Paths& p) { p.max_range_m = 299; });
-  with_receiver(
-      "incidence", [](Options&, Paths& p) { p.max_incidence_rad = 1.5; });
-  with_receiver(
-      "ground", [](Options&, Paths& p) { p.ground_reflection = true; });
-  with_receiver(
-      "diffraction", [](Options&, Paths& p) { p.diffraction = true; });
-  with_receiver(
-      "diffuse", [](Options&, Paths& p) { p.diffuse = true; });
-  with_receiver(
-      "foliage", [](Options&, Paths& p) { p.through_foliage = true; });
-  with_receiver(
-      "edges", [](Options&, Paths& p) { p.edges.edge_radius_m = 1; });
-  with_receiver(
-      "edges of terrain", [](Options&, Paths& p) { p.edges.terrain = true; });
-  with_receiver(
-      "scattering", [](Options&, Paths& p) { p.scattering.bounces = 2; });
-  with_receiver(
-      "name", [](Options& o, Paths&) { o.name = "rover"; });
-  with_receiver(
-      "mask", [](Options& o, Paths&) { o.fix.elevation_mask_rad = 0.2; });
-  with_receiver(
-      "satellites", [](Options& o, Paths&) { o.fix.min_satellites = 5; });
-  with_receiver(
-      "weights", [](Options& o, Paths&) { o.fix.weights.weighting = positioning::Weighting::Cn0; });
-  with_receiver(
-      "C/N0 mask", [](Options& o, Paths&) { o.fix.cn0_mask_dbhz = 20; });
-  with_receiver(
-      "RAIM", [](Options& o, Paths&) { o.fix.raim.enabled = true; });
-  with_receiver(
-      "PDOP", [](Options& o, Paths&) { o.fix.max_pdop = 50; });
-  with_receiver(
-      "noise", [](Options& o, Paths&) { o.noise.ou.sigma_m_per_sqrt_s = 0.3; });
-  with_receiver(
-      "mean", [](Options& o, Paths&) { o.noise.ou.mu_m = 0.3; });
-  with_receiver(
-      "no noise", [](Options& o, Paths&) { o.noise.enabled = false; });
-  with_receiver(
-      "drift", [](Options& o, Paths&) { o.noise.drift_enabled = true; });
-  with_receiver(
-      "clock", [](Options& o, Paths&) { o.clock.bias_s = 1e-3; });
-  with_receiver(
-      "troposphere", [](Options& o, Paths&) { o.troposphere = true; });
-  with_receiver(
-      "corrected", [](Options& o, Paths&) { o.fix.correct_troposphere = true; });
-  with_receiver(
-      "antenna", [](Options& o, Paths&) { o.signal.antenna = signal::survey_antenna(); });
-  with_receiver(
-      "link", [](Options& o, Paths&) { o.signal.link.above_minimum_db = 1; });
-  with_receiver(
-      "offset", [](Options& o, Paths&) { o.signal.offset_db["GPS"] = 1; });
-  with_receiver(
-      "slabs", [](Options& o, Paths&) { o.signal.strength.slabs = false; });
-  with_receiver(
-      "bandwidth", [](Options& o, Paths&) { o.signal.front_end_bandwidth_hz = 2e7; });
-  with_receiver(
-      "spacing", [](Options& o, Paths&) { o.signal.dll.spacing_chips = 0.1; });
-  with_receiver(
-      "PLL", [](Options& o, Paths&) { o.signal.pll.loop_bandwidth_hz = 10; });
-  with_receiver(
-      "FLL", [](Options& o, Paths&) { o.signal.fll.loop_bandwidth_hz = 4; });
-  with_receiver(
-      "lock", [](Options& o, Paths&) { o.signal.lock.tracking_threshold_dbhz = 20; });
-  with_receiver(
-      "shadowing", [](Options& o, Paths&) { o.signal.shadowing.enabled = true; });
-  with_receiver(
-      "shadows", [](Options& o, Paths&) { o.signal.shadowing.frame_m = 5; });
+  with_receiver("strength", [](Options&, Paths&) {});
+  with_receiver("model", [](Options&, Paths& p) { p.model = Model::Mirror; });
+  with_receiver("order", [](Options&, Paths& p) { p.reflection_order = 2; });
+  with_receiver("range", [](Options&, Paths& p) { p.max_range_m = 299; });
+  with_receiver("incidence", [](Options&, Paths& p) { p.max_incidence_rad = 1.5; });
+  with_receiver("ground", [](Options&, Paths& p) { p.ground_reflection = true; });
+  with_receiver("diffraction", [](Options&, Paths& p) { p.diffraction = true; });
+  with_receiver("diffuse", [](Options&, Paths& p) { p.diffuse = true; });
+  with_receiver("foliage", [](Options&, Paths& p) { p.through_foliage = true; });
+  with_receiver("edges", [](Options&, Paths& p) { p.edges.edge_radius_m = 1; });
+  with_receiver("edges of terrain", [](Options&, Paths& p) { p.edges.terrain = true; });
+  with_receiver("scattering", [](Options&, Paths& p) { p.scattering.bounces = 2; });
+  with_receiver("name", [](Options& o, Paths&) { o.name = "rover"; });
+  with_receiver("mask", [](Options& o, Paths&) { o.fix.elevation_mask_rad = 0.2; });
+  with_receiver("satellites", [](Options& o, Paths&) { o.fix.min_satellites = 5; });
+  with_receiver("weights", [](Options& o, Paths&) { o.fix.weights.weighting = positioning::Weighting::Cn0; });
+  with_receiver("C/N0 mask", [](Options& o, Paths&) { o.fix.cn0_mask_dbhz = 20; });
+  with_receiver("RAIM", [](Options& o, Paths&) { o.fix.raim.enabled = true; });
+  with_receiver("PDOP", [](Options& o, Paths&) { o.fix.max_pdop = 50; });
+  with_receiver("noise", [](Options& o, Paths&) { o.noise.ou.sigma_m_per_sqrt_s = 0.3; });
+  with_receiver("mean", [](Options& o, Paths&) { o.noise.ou.mu_m = 0.3; });
+  with_receiver("no noise", [](Options& o, Paths&) { o.noise.enabled = false; });
+  with_receiver("drift", [](Options& o, Paths&) { o.noise.drift_enabled = true; });
+  with_receiver("clock", [](Options& o, Paths&) { o.clock.bias_s = 1e-3; });
+  with_receiver("troposphere", [](Options& o, Paths&) { o.troposphere = true; });
+  with_receiver("corrected", [](Options& o, Paths&) { o.fix.correct_troposphere = true; });
+  with_receiver("antenna", [](Options& o, Paths&) { o.signal.antenna = signal::survey_antenna(); });
+  with_receiver("link", [](Options& o, Paths&) { o.signal.link.above_minimum_db = 1; });
+  with_receiver("offset", [](Options& o, Paths&) { o.signal.offset_db["GPS"] = 1; });
+  with_receiver("slabs", [](Options& o, Paths&) { o.signal.strength.slabs = false; });
+  with_receiver("bandwidth", [](Options& o, Paths&) { o.signal.front_end_bandwidth_hz = 2e7; });
+  with_receiver("spacing", [](Options& o, Paths&) { o.signal.dll.spacing_chips = 0.1; });
+  with_receiver("PLL", [](Options& o, Paths&) { o.signal.pll.loop_bandwidth_hz = 10; });
+  with_receiver("FLL", [](Options& o, Paths&) { o.signal.fll.loop_bandwidth_hz = 4; });
+  with_receiver("lock", [](Options& o, Paths&) { o.signal.lock.tracking_threshold_dbhz = 20; });
+  with_receiver("shadowing", [](Options& o, Paths&) { o.signal.shadowing.enabled = true; });
+  with_receiver("shadows", [](Options& o, Paths&) { o.signal.shadowing.frame_m = 5; });
   with_receiver("steps", [](Options& o, Paths&) { o.signal.cn0_step_db = 1; });
   // A cell has no epoch before that a filter would remember.
   ReceiverConfig filtered = receiver;

@@ -97,12 +97,10 @@ std::vector<float> assemble(const Heatmap& map, const std::function<TileValues(s
   return all;
 }
 std::vector<float> computed(const Heatmap& map) {
-  return assemble(
-      map, [&](std::size_t i) { return map.compute(i); });
+  return assemble(map, [&](std::size_t i) { return map.compute(i); });
 }
 std::vector<float> stored(const Heatmap& map, const TileStore& store) {
-  return assemble(
-      map, [&](std::size_t i) { return store.load(i).value(); });
+  return assemble(map, [&](std::size_t i) { return store.load(i).value(); });
 }
 
 bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
@@ -290,10 +288,11 @@ TEST(Heatmap, TilesOfAnySizeGiveTheSameWithoutDraws) {
     for (std::size_t i = 0; i < other.size(); ++i) {
       if (std::isnan(other[i]) && std::isnan(maps[0][i])) continue;
       const double difference = std::abs(static_cast<double>(other[i]) - static_cast<double>(maps[0][i]));
-      if (difference < 0.05)
+      if (difference < 0.05) {
         largest = std::max(largest, difference);
-      else
+      } else {
         ++different;
+      }
     }
     std::cout << other.size() << " values, " << different << " different, others within " << largest << "\n";
     EXPECT_LT(different, other.size() / 2000);
@@ -563,10 +562,11 @@ void expect_as_receiver(const std::function<void(receiver::ReceiverOptions&)>& c
     }
     ++compared;
     EXPECT_FLOAT_EQ(values[request.grid.cells() + i], static_cast<float>(fixes) / 5);
-    if (fixes > 0)
+    if (fixes > 0) {
       EXPECT_FLOAT_EQ(values[i], static_cast<float>(sum / fixes));
-    else
+    } else {
       EXPECT_TRUE(std::isnan(values[i]));
+    }
     EXPECT_GE(values[2 * request.grid.cells() + i], 0);
   }
   EXPECT_GT(compared, 20U);
@@ -598,8 +598,9 @@ TEST(Heatmap, LineOfSightAndSkyNeedNoReceiver) {
   request.layers = {Layer::SkyView, Layer::SatellitesLos, Layer::Hdop};
   const std::vector<float> with_others = computed(map_of(Model::Mirror, request));
   std::size_t different = 0;
-  for (std::size_t i = 0; i < alone.size(); ++i)
+  for (std::size_t i = 0; i < alone.size(); ++i) {
     different += same_bytes<std::uint32_t>(alone[i]) != same_bytes<std::uint32_t>(with_others[i]);
+  }
   EXPECT_EQ(different, 0U);
   // The sky is the same at all times.
   const std::size_t a_time = request.grid.cells() * 2;
@@ -616,8 +617,9 @@ TEST(Heatmap, ResumesWhatIsLost) {
     TileStore store(folder / "tiles", map.key(), "");
     EXPECT_EQ(map.run(store).computed, map.unit_count());
   }
-  for (const char* lost : {"unit-000000000.tile", "unit-000000005.tile", "unit-000000017.tile"})
+  for (const char* lost : {"unit-000000000.tile", "unit-000000005.tile", "unit-000000017.tile"}) {
     EXPECT_TRUE(fs::remove(folder / "tiles" / lost)) << lost;
+  }
   TileStore store(folder / "tiles", map.key(), "");
   std::vector<std::size_t> reported;
   MapRunOptions options;

@@ -22,8 +22,9 @@ const GpsTime kStart = GpsTime::from_week(2300, 0);
 
 simulation::Trajectory drive(const std::vector<Vector2d>& corners, double speed_mps) {
   std::vector<simulation::Waypoint> places;
-  for (const Vector2d& corner : corners)
+  for (const Vector2d& corner : corners) {
     places.push_back({kFrame.geodetic_from_local({corner.x(), corner.y(), 20}), speed_mps});
+  }
   return simulation::Trajectory::from_waypoints(kStart, places, std::nullopt);
 }
 

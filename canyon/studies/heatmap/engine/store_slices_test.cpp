@@ -95,8 +95,9 @@ TEST_F(StoreSlices, CutOutOneTimeOfATile) {
 
 TEST_F(StoreSlices, AreEmptyWhereTheStoreHasNone) {
   const std::size_t lost = map_->unit_of(1, 2);
-  for (std::size_t i = 0; i < map_->unit_count(); ++i)
+  for (std::size_t i = 0; i < map_->unit_count(); ++i) {
     if (i != lost) store_->save(i, map_->compute(i));
+  }
   const auto slices = store_slices(*map_, *store_);
   EXPECT_FALSE(slices(1, 2));
   EXPECT_TRUE(slices(0, 2));
@@ -139,8 +140,9 @@ TEST(SlicesOverRuns, AreMeansAndTheBadEnd) {
 
 TEST_F(StoreSlices, PassOnThatATileIsDamaged) {
   map_->run(*store_);
-  for (const auto& file : std::filesystem::directory_iterator(folder_ / "tiles"))
+  for (const auto& file : std::filesystem::directory_iterator(folder_ / "tiles")) {
     if (file.path().extension() == ".tile") std::filesystem::resize_file(file, 100);
+  }
   const auto slices = store_slices(*map_, *store_);
   EXPECT_THROW((void)slices(0, 0), InputError);
 }

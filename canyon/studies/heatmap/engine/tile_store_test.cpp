@@ -123,10 +123,11 @@ TEST(TileStore, NamesDamagedFiles) {
     EXPECT_EQ(error.file(), file.string());
     EXPECT_NE(error.problem().find("damaged"), std::string::npos) << error.what();
     EXPECT_NE(error.cure().find("delete this file"), std::string::npos);
-    if (by_head)
+    if (by_head) {
       EXPECT_THROW((void)store.has(3), InputError);
-    else
+    } else {
       EXPECT_TRUE(store.has(3));
+    }
   };
   // Any byte of the head, and some of the values.
   for (std::size_t i = 0; i < 80; ++i) {
@@ -139,8 +140,9 @@ TEST(TileStore, NamesDamagedFiles) {
     bytes[i] = static_cast<char>(bytes[i] ^ 1);
     expect_damaged(bytes, false);
   }
-  for (const std::size_t size : {std::size_t{0}, std::size_t{79}, std::size_t{80}, good.size() - 1})
+  for (const std::size_t size : {std::size_t{0}, std::size_t{79}, std::size_t{80}, good.size() - 1}) {
     expect_damaged(good.substr(0, size), true);
+  }
   expect_damaged(good + "x", true);
   write_bytes(file, good);
   EXPECT_TRUE(same(store.load(3).value(), values_of(2)));
@@ -177,7 +179,9 @@ TEST(TileStore, RemovesItselfAndNothingElse) {
     if (visited) write_bytes(path / "notes.txt", "mine");
     store.remove();
     EXPECT_EQ(fs::exists(path), visited);
-    if (visited) EXPECT_EQ(std::distance(fs::directory_iterator(path), fs::directory_iterator()), 1);
+    if (visited) {
+      EXPECT_EQ(std::distance(fs::directory_iterator(path), fs::directory_iterator()), 1);
+    }
   }
 }
 
@@ -187,8 +191,9 @@ void expect_full(TileStore& store, const fs::path& path, const char* reason) {
   EXPECT_NE(std::string(error.what()).find(reason), std::string::npos) << error.what();
   EXPECT_FALSE(store.has(1));
   EXPECT_TRUE(same(store.load(0).value(), values_of(0)));
-  for (const auto& entry : fs::directory_iterator(path))
+  for (const auto& entry : fs::directory_iterator(path)) {
     EXPECT_EQ(entry.path().string().find(".part"), std::string::npos) << entry.path();
+  }
 }
 
 TEST(TileStore, FilesThatDoNotFitAreAnErrorAndOthersStay) {
@@ -212,8 +217,9 @@ TEST(TileStore, AFullDiskIsAnErrorAndOthersStay) {
   const TemporaryFolder folder;
   const fs::path disk = folder / "disk";
   fs::create_directory(disk);
-  if (mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=1m") != 0)
+  if (mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=1m") != 0) {
     GTEST_SKIP() << "SKIPPED: a small disk cannot be mounted here (" << std::strerror(errno) << ")";
+  }
   {
     TileStore store(disk / "tiles", "key", "");
     store.save(0, values_of(0));

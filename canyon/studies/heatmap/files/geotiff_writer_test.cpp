@@ -148,8 +148,9 @@ TEST(GeotiffWriter, ValidatorOfCogFindsNoFault) {
   const std::string validator = "/usr/bin/python3 -m osgeo_utils.samples.validate_cloud_optimized_geotiff ";
   if (test::run_program("/usr/bin/python3 -c 'import osgeo_utils.samples.validate_cloud_optimized_geotiff' "
                         "2>/dev/null")
-          .status != 0)
+          .status != 0) {
     GTEST_SKIP() << "SKIPPED: the judge python3-gdal is not installed here";
+  }
   const test::TemporaryFolder folder;
   test::SampleMap map(1100, 700);
   map.request.grid.tile_size = 256;

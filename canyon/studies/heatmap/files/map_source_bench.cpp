@@ -55,8 +55,9 @@ struct Map {
 
 void report(benchmark::State& state, const Map& map, const std::filesystem::path& folder) {
   double bytes = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     bytes += static_cast<double>(entry.file_size());
+  }
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   state.counters["MB"] = bytes / 1e6;

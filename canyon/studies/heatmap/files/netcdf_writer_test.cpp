@@ -84,8 +84,9 @@ TEST(NetcdfWriter, NcdumpReadsHeaderAndCoordinates) {
 }
 
 TEST(NetcdfWriter, XarrayReadsEveryValue) {
-  if (test::run_program(std::string(kPython) + " -c 'import xarray, netCDF4' 2>/dev/null").status != 0)
+  if (test::run_program(std::string(kPython) + " -c 'import xarray, netCDF4' 2>/dev/null").status != 0) {
     GTEST_SKIP() << "SKIPPED: the judge python3-xarray is not installed here";
+  }
   const test::TemporaryFolder folder;
   const test::SampleMap map = varied();
   write_netcdf(folder / "map.nc", map.source());

@@ -290,8 +290,9 @@ TEST(StoredMap, DamageIsSaidOrHarmless) {
         for (std::uint32_t column = 0; column < 60; column += 8) {
           const auto answer = stored.at(map.request.grid.centre(column, row), 15, map.request.times[0]);
           ASSERT_TRUE(answer);
-          for (std::size_t k = 0; k < 2; ++k)
+          for (std::size_t k = 0; k < 2; ++k) {
             EXPECT_TRUE(same(answer->values[k], test::SampleMap::value(k, 0, 0, column, row)));
+          }
         }
       }
     } catch (const InputError& error) {

@@ -37,8 +37,9 @@ TEST(Grid, RefusesBoxesThatAreNone) {
   EXPECT_THROW((void)Grid::covering(0, 2, 1, 1, 1), InputError);
   EXPECT_THROW((void)Grid::covering(nan, 0, 1, 1, 1), InputError);
   EXPECT_THROW((void)Grid::covering(0, 0, 1, std::numeric_limits<double>::infinity(), 1), InputError);
-  for (const double spacing : {0.0, -1.0, 0.009, 10'001.0, nan})
+  for (const double spacing : {0.0, -1.0, 0.009, 10'001.0, nan}) {
     EXPECT_THROW((void)Grid::covering(0, 0, 1, 1, spacing), InputError) << spacing;
+  }
   EXPECT_THROW((void)Grid::covering(0, 0, 3e7, 1, 0.01), InputError);
   EXPECT_NO_THROW((void)Grid::covering(0, 0, 2.1e7, 1, 0.01));
   Grid none = Grid::covering(0, 0, 5, 5, 1);
@@ -59,9 +60,11 @@ TEST(Grid, TilesHaveEveryCellOnce) {
       const Tile tile = grid.tile(i);
       EXPECT_LE(tile.columns, size);
       EXPECT_LE(tile.rows, size);
-      for (std::uint32_t r = 0; r < tile.rows; ++r)
-        for (std::uint32_t c = 0; c < tile.columns; ++c)
+      for (std::uint32_t r = 0; r < tile.rows; ++r) {
+        for (std::uint32_t c = 0; c < tile.columns; ++c) {
           ++seen.at(std::size_t{tile.first_row + r} * grid.columns + tile.first_column + c);
+        }
+      }
     }
     EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<std::ptrdiff_t>(seen.size())) << size;
   }
@@ -120,8 +123,9 @@ TEST(Area, MaskOfTilesIsThatOfEachCell) {
       }
     }
     EXPECT_GT(inside, 1000U);
-    if (area.rings.size() == 1 && area.rings[0].size() == 720)
+    if (area.rings.size() == 1 && area.rings[0].size() == 720) {
       EXPECT_NEAR(static_cast<double>(inside), 720 * 1600 * std::sin(2 * geodesy::kPi / 720) / 2, 20);
+    }
   }
 }
 

@@ -33,8 +33,12 @@ TEST(Layers, SayWhatTheyNeed) {
                             each.layer == Layer::MisleadingShare || of_rtk(each.layer);
     EXPECT_EQ(each.draws, statistics) << each.name;
     EXPECT_EQ(each.received, each.layer != Layer::SatellitesLos && each.layer != Layer::SkyView) << each.name;
-    if (each.draws) EXPECT_TRUE(each.error) << each.name;
-    if (each.error) EXPECT_TRUE(each.received) << each.name;
+    if (each.draws) {
+      EXPECT_TRUE(each.error) << each.name;
+    }
+    if (each.error) {
+      EXPECT_TRUE(each.received) << each.name;
+    }
   }
 }
 

@@ -141,8 +141,9 @@ class BareEmbree {
     for (std::size_t i = 0; i < count_; i += kWidth) {
       Packet rays = packets[i / kWidth];
       trace(valid.data(), bare_.scene.get(), context, rays);
-      for (std::size_t k = 0; k < std::min(kWidth, count_ - i); ++k)
+      for (std::size_t k = 0; k < std::min(kWidth, count_ - i); ++k) {
         blocked[i + k] = rays.tfar[k] < 0 ? 1 : 0;
+      }
     }
   }
 
@@ -295,8 +296,9 @@ void print_ratios() {
         direction = d;
         cells = std::size_t{t.columns} * t.rows;
         f.bare.prepare(t, d);
-        for (std::uint32_t i = 0; i < cells; ++i)
+        for (std::uint32_t i = 0; i < cells; ++i) {
           rays[i] = {canyon::heatmap::reference::place(t, i % t.columns, i / t.columns), d};
+        }
         for (Way& way : ways) {
           const double start = cpu_seconds();
           way.answer();

@@ -183,8 +183,9 @@ TEST(ShadowCaster, RowsCountNorthAndColumnsEast) {
   const auto row = static_cast<std::size_t>(std::lround(shadow.y() + 30.25));
   EXPECT_EQ(blocked[row * 50 + column], 1);
   std::size_t north = 0, south = 0;
-  for (std::size_t r = 0; r < 60; ++r)
+  for (std::size_t r = 0; r < 60; ++r) {
     for (std::size_t c = 0; c < 50; ++c) (r > 31 ? north : r < 29 ? south : north) += blocked[r * 50 + c];
+  }
   EXPECT_GT(north, 10u);
   EXPECT_EQ(south, 0u);
 }
@@ -211,8 +212,9 @@ TEST(ShadowCaster, TilesFitTogether) {
             const std::size_t here = std::size_t{r} * tile.columns + c;
             const std::size_t there = std::size_t{row + r} * all.columns + column + c;
             ASSERT_EQ(part[here], whole[there]) << size << ": " << column + c << ", " << row + r;
-            if (part_ranges[here] != whole_ranges[there])
+            if (part_ranges[here] != whole_ranges[there]) {
               ASSERT_NEAR(part_ranges[here], whole_ranges[there], 2e-5) << column + c << ", " << row + r;
+            }
           }
         }
       }
@@ -253,10 +255,11 @@ TEST(ShadowCaster, RangesToAWallGrowWithDistance) {
       const double x = reference::place(plane, c, r).x();
       const double range = x / std::cos(geodesy::radians(30));
       const bool hit = range <= 60 && 1.5 + range * std::sin(geodesy::radians(30)) < 40;
-      if (hit)
+      if (hit) {
         ASSERT_NEAR(found[std::size_t{r} * plane.columns + c], range, 1e-5) << x;
-      else
+      } else {
         ASSERT_EQ(found[std::size_t{r} * plane.columns + c], kInfinite) << x;
+      }
     }
   }
 }
@@ -297,8 +300,12 @@ TEST(ShadowCaster, CellsOnEdgesLeaveNoGaps) {
     for (int c = 0; c < 41; ++c) {
       const int x = c - 20 + 6, y = r - 20;
       const std::uint8_t b = blocked[static_cast<std::size_t>(r * 41 + c)];
-      if (std::abs(x) < 8 && std::abs(y) < 8) ASSERT_EQ(b, 1) << x << ", " << y;
-      if (std::abs(x) > 8 || std::abs(y) > 8) ASSERT_EQ(b, 0) << x << ", " << y;
+      if (std::abs(x) < 8 && std::abs(y) < 8) {
+        ASSERT_EQ(b, 1) << x << ", " << y;
+      }
+      if (std::abs(x) > 8 || std::abs(y) > 8) {
+        ASSERT_EQ(b, 0) << x << ", " << y;
+      }
     }
   }
 }
@@ -390,16 +397,16 @@ Mesh odd_city() {
     const Vector3d size(3 + 20 * unit(random), 3 + 20 * unit(random), 4 + 40 * unit(random));
     Mesh one = box(min, min + size, unit(random));
     std::vector<std::array<std::uint32_t, 3>> triangles = one.triangles;
-    if (i % 7 == 0)
+    if (i % 7 == 0) {
       for (auto& t : triangles) std::swap(t[1], t[2]);  // inside out
-    if (i % 3 == 0) {                                   // no floor
-      triangles.erase(std::remove_if(
-                          triangles.begin(), triangles.end(),
-                          [&](const auto& t) {
-                            return std::all_of(
-                                t.begin(), t.end(),
-                                [&](std::uint32_t v) { return one.vertices[v].z() == min.z(); });
-                          }),
+    }
+    if (i % 3 == 0) {  // no floor
+      triangles.erase(std::remove_if(triangles.begin(), triangles.end(),
+                                     [&](const auto& t) {
+                                       return std::all_of(t.begin(), t.end(), [&](std::uint32_t v) {
+                                         return one.vertices[v].z() == min.z();
+                                       });
+                                     }),
                       triangles.end());
     }
     if (i % 11 == 0) triangles.pop_back();  // a hole
@@ -439,7 +446,9 @@ TEST(ShadowCaster, AnswersOnManyThreadsAtOnce) {
   std::vector<std::vector<std::uint8_t>> alone, together(8);
   for (int i = 0; i < 8; ++i) alone.push_back(at(i));
   std::vector<std::thread> threads;
-  for (int i = 0; i < 8; ++i) threads.emplace_back([&, i] { together[static_cast<std::size_t>(i)] = at(i); });
+  for (int i = 0; i < 8; ++i) {
+    threads.emplace_back([&, i] { together[static_cast<std::size_t>(i)] = at(i); });
+  }
   for (std::thread& t : threads) t.join();
   EXPECT_EQ(alone, together);
 }
@@ -455,8 +464,9 @@ TEST(ShadowCaster, AgreesWithRaysOverHongKong) {
   const CellPlane plane = plane_over(bounds.min.x() + 0.5, bounds.min.y() + 0.5, bounds.max.x(),
                                      bounds.max.y(), 1, bounds.min.z() + 15);
   Differences sum;
-  for (int i = 0; i < 12; ++i)
+  for (int i = 0; i < 12; ++i) {
     compare_shadows(city.mesh, scene, caster, plane, direction_deg(10 + 137.5 * i, 5 + 80.0 * i / 11), sum);
+  }
   std::cout << sum << "\n";
   EXPECT_GT(sum.blocked, sum.cells / 10);
   EXPECT_LE(sum.farthest_m, 1e-3);

@@ -91,8 +91,9 @@ Mesh odd_buildings(double lift = 0) {
     Mesh one;
     city::append_box(one, "box", Surface::Building, Material::Concrete, min + lift * Vector3d::UnitZ(),
                      min + size + lift * Vector3d::UnitZ(), unit(random));
-    if (i % 7 == 0)
+    if (i % 7 == 0) {
       for (auto& t : one.triangles) std::swap(t[1], t[2]);
+    }
     if (i % 4 == 0) one.triangles.resize(one.triangles.size() - 1 - static_cast<std::size_t>(i) % 3);
     city::append_object(mesh, "odd", Surface::Building, Material::Concrete, one.vertices, one.triangles);
   }
@@ -210,8 +211,7 @@ void print(const char* what, const SignalCount& count) {
 
 TEST(TerrainHeights, AreThoseOfRays) {
   Mesh mesh;
-  append_terrain(
-      mesh, 100, 7.3, [](double x, double y) { return 5 * std::sin(x / 20) + 0.1 * y; });
+  append_terrain(mesh, 100, 7.3, [](double x, double y) { return 5 * std::sin(x / 20) + 0.1 * y; });
   append_terrain(mesh, 12, 4, [](double x, double) { return 14 + 0.2 * x; });  // a second sheet
   const TerrainHeights terrain(mesh);
   const raytrace::RayScene scene(mesh);
@@ -229,7 +229,9 @@ TEST(TerrainHeights, AreThoseOfRays) {
         const double height = heights[std::size_t{r} * tile.columns + c];
         none += !expected;
         ASSERT_EQ(std::isnan(height), !expected) << at.transpose();
-        if (expected) ASSERT_NEAR(height, *expected, 1e-3) << at.transpose();
+        if (expected) {
+          ASSERT_NEAR(height, *expected, 1e-3) << at.transpose();
+        }
       }
     }
   }
@@ -305,7 +307,9 @@ TEST(TileTracer, StatesOverSlopesAndBelowThem) {
     const auto height = environment.scene().terrain_height(place.x(), place.y());
     ASSERT_EQ(above.state[i] == CellState::NoTerrain, !height);
     without += !height;
-    if (height) ASSERT_NEAR(place.z(), *height + 2, 2e-3);
+    if (height) {
+      ASSERT_NEAR(place.z(), *height + 2, 2e-3);
+    }
     ASSERT_NE(above.state[i], CellState::UnderTerrain);
   }
   EXPECT_GT(without, 1000U);

@@ -93,8 +93,9 @@ city::City block_city() {
 
 std::vector<std::string> files_in(const std::filesystem::path& folder) {
   std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     names.push_back(entry.path().filename().string());
+  }
   std::sort(names.begin(), names.end());
   return names;
 }
@@ -173,8 +174,9 @@ TEST(MapPictures, OnePictureOfThePapersPanels) {
   EXPECT_EQ(png.height(), 2 * static_cast<int>(layout.height(3)));
   ValueCounts values;
   for (std::uint32_t row = 0; row < 60; ++row) {
-    for (std::uint32_t column = 0; column < 60; ++column)
+    for (std::uint32_t column = 0; column < 60; ++column) {
       if (map.state(column, row) == CellState::Computed) values.add(static_cast<float>(column));
+    }
   }
   for (std::size_t panel = 0; panel < 3; ++panel) {
     const drawing::Rect area = layout.map(panel);
@@ -183,15 +185,17 @@ TEST(MapPictures, OnePictureOfThePapersPanels) {
                        static_cast<int>(2 * (area.bottom() - area.height * row / 70)));
     };
     const ColourScale scale = make_colour_scale(map.request.layers[panel], values);
-    for (const int column : {2, 17, 41, 58})
+    for (const int column : {2, 17, 41, 58}) {
       EXPECT_TRUE(PngPixels::is(pixel(column + 0.5, 40.5), scale.colour(column))) << panel << " " << column;
+    }
     EXPECT_TRUE(PngPixels::is(pixel(27, 17), drawing::rgb(0xC9C9C9)));  // inside
     // The building's edge, from (-60, -30) on: darker than the grey inside.
     EXPECT_LT(pixel(20, 17) & 0xFFU, 0xB0U);
     // Stripes where there is no fix.
     std::set<std::uint32_t> stripes;
-    for (int i = 0; i < 8; ++i)
+    for (int i = 0; i < 8; ++i) {
       stripes.insert(png.pixel(static_cast<int>(2 * area.x) + 100 + i, static_cast<int>(2 * area.y) + 20));
+    }
     EXPECT_THAT(stripes, ElementsAre(0x56B4E9, 0xFFFFFF));
   }
 }
@@ -287,9 +291,11 @@ TEST(MapPictures, OddShapes) {
     const SheetLayout layout(map.request.grid, map.request.layers);
     const drawing::Point middle = layout.map(1).centre();
     std::set<std::uint32_t> colours;
-    for (int i = -3; i <= 3; ++i)
-      for (int k = -3; k <= 3; ++k)
+    for (int i = -3; i <= 3; ++i) {
+      for (int k = -3; k <= 3; ++k) {
         colours.insert(png.pixel(static_cast<int>(2 * middle.x) + i, static_cast<int>(2 * middle.y) + k));
+      }
+    }
     colours.erase(0xFFFFFF);
     EXPECT_FALSE(colours.empty()) << columns << " x " << rows;
   }
@@ -303,9 +309,10 @@ TEST(MapPictures, LongTitlesStayOnTheSheet) {
   const TemporaryFolder folder;
   write_map_pictures(folder.path(), source, {});
   const PngPixels png(test::read_bytes(folder / "map.png"));
-  for (int y = 0; y < 180; ++y)
+  for (int y = 0; y < 180; ++y) {
     for (int x = png.width() - 20; x < png.width(); ++x)
       ASSERT_EQ(png.pixel(x, y), 0xFFFFFFU) << x << " " << y;
+  }
 }
 
 TEST(MapPictures, RefusesWhatItCannotWrite) {

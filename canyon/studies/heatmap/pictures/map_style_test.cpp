@@ -81,8 +81,11 @@ TEST(MapStyle, FollowsPublishedTables) {
 }
 
 TEST(MapStyle, GreyTellsOrder) {
-  for (Colour (*map)(double) : {&inferno, &cividis, &drawing::viridis})
-    for (int i = 0; i < 100; ++i) EXPECT_LT(lightness(map(i / 100.0)), lightness(map((i + 1) / 100.0)));
+  for (Colour (*map)(double) : {&inferno, &cividis, &drawing::viridis}) {
+    for (int i = 0; i < 100; ++i) {
+      EXPECT_LT(lightness(map(i / 100.0)), lightness(map((i + 1) / 100.0)));
+    }
+  }
   // The grey of signed values tells how far they are from zero.
   for (int i = 0; i < 50; ++i) {
     EXPECT_LT(lightness(orange_purple(i / 100.0)), lightness(orange_purple((i + 1) / 100.0)));
