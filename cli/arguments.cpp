@@ -161,9 +161,9 @@ bool Option::has_name(std::string_view name) const {
 }
 
 bool Command::given(std::string_view name_of_option) const {
-  return std::any_of(
-      options.begin(), options.end(),
-      [name_of_option](const Option& option) { return option.given && option.has_name(name_of_option); });
+  return std::any_of(options.begin(), options.end(), [name_of_option](const Option& option) {
+    return option.given && option.has_name(name_of_option);
+  });
 }
 
 int run(Command& program, const std::string& version, int argc, char** argv) {

@@ -215,8 +215,7 @@ class MapRun {
   }
 
   void check_times(const orbit::Sky& sky) const {
-    for_option(
-        "--times", [&] { simulation::require_satellites(sky, request_.times); });
+    for_option("--times", [&] { simulation::require_satellites(sky, request_.times); });
   }
 
   [[nodiscard]] std::unique_ptr<heatmap::TileStore> open(const fs::path& folder,
@@ -299,19 +298,15 @@ class MapRun {
       files.emplace_back("map.nc");
     }
     if (formats_.geotiff) {
-      with_progress(
-          "writing GeoTIFF",
-          [&] {
-            for (std::string& name : heatmap::write_geotiffs(folder, map)) files.push_back(std::move(name));
-          });
+      with_progress("writing GeoTIFF", [&] {
+        for (std::string& name : heatmap::write_geotiffs(folder, map)) files.push_back(std::move(name));
+      });
     }
     if (formats_.png) {
-      with_progress(
-          "drawing",
-          [&] {
-            for (std::string& name : heatmap::write_map_pictures(folder, map, environment_->city()))
-              files.push_back(std::move(name));
-          });
+      with_progress("drawing", [&] {
+        for (std::string& name : heatmap::write_map_pictures(folder, map, environment_->city()))
+          files.push_back(std::move(name));
+      });
     }
     if (!quiet()) report(summary, folder, files, over);
   }

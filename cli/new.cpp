@@ -60,9 +60,9 @@ struct SortedFiles {
     if (!are_maps()) only(cities, 1, "give one city, or several maps");
   }
   [[nodiscard]] bool are_maps() const {
-    return std::all_of(
-        cities.begin(), cities.end(),
-        [](const fs::path& path) { return simulation::is_file_of<simulation::MapCity>(path); });
+    return std::all_of(cities.begin(), cities.end(), [](const fs::path& path) {
+      return simulation::is_file_of<simulation::MapCity>(path);
+    });
   }
 
  private:

@@ -74,12 +74,10 @@ class GazeboWorld final : public live::HostWorld {
   }
 
   void links(Id model, std::vector<Id>& ids) override {
-    for_each_link(
-        *at(model),
-        [&](const gazebo::physics::LinkPtr& link) {
-          ids.push_back(link->GetId());
-          links_[link->GetId()] = link;
-        });
+    for_each_link(*at(model), [&](const gazebo::physics::LinkPtr& link) {
+      ids.push_back(link->GetId());
+      links_[link->GetId()] = link;
+    });
   }
 
   std::optional<simulation::RigidPose> pose(Id link) override {
@@ -117,8 +115,8 @@ class GazeboWorld final : public live::HostWorld {
 
 std::shared_ptr<live::WorldScene> scene_of(const gazebo::physics::WorldPtr& world,
                                            const live::WorldScene::Options& options) {
-  return live::WorldScene::of(
-      world.get(), options, [&] { return std::make_unique<GazeboWorld>(world, options.visual); });
+  return live::WorldScene::of(world.get(), options,
+                              [&] { return std::make_unique<GazeboWorld>(world, options.visual); });
 }
 
 std::optional<live::HostOrigin> origin_of(const gazebo::physics::World& world) {

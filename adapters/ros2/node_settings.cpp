@@ -222,9 +222,8 @@ void check_fixed(const Visitor& v, const NodeSettings& settings) {
 /// A base station of rovers that are other nodes.
 bool is_base(const NodeSettings& settings) {
   return settings.pose_source == PoseSource::Fixed ||
-         std::any_of(
-             settings.streams.begin(), settings.streams.end(),
-             [](const std::string& stream) { return topic_of_stream(stream).has_value(); });
+         std::any_of(settings.streams.begin(), settings.streams.end(),
+                     [](const std::string& stream) { return topic_of_stream(stream).has_value(); });
 }
 
 /// Values by their paths; lists of mappings are left out.

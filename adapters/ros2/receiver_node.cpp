@@ -143,9 +143,9 @@ struct ReceiverNode::Impl {
       next_tick = std::chrono::steady_clock::now() + period;
       timer = node.create_wall_timer(period, [this] { guarded([this] { tick_clock(); }); });
     } else {
-      timer = rclcpp::create_timer(
-          &node, node.get_clock(), rclcpp::Duration(std::chrono::nanoseconds(tick_ns)),
-          [this] { guarded([this] { tick(); }); });
+      timer =
+          rclcpp::create_timer(&node, node.get_clock(), rclcpp::Duration(std::chrono::nanoseconds(tick_ns)),
+                               [this] { guarded([this] { tick(); }); });
     }
   }
 

@@ -64,8 +64,7 @@ void ReceiverTopics::publish(const live::ReceiverReport& report, const std::stri
     return message;
   };
   if (!health.finished) {
-    send(
-        fix_, [&] { return stated(fix_message<sensor_msgs::msg::NavSatFix>(head, epoch)); });
+    send(fix_, [&] { return stated(fix_message<sensor_msgs::msg::NavSatFix>(head, epoch)); });
     send(fix_velocity_,
          [&] { return velocity_message<geometry_msgs::msg::TwistWithCovarianceStamped>(head, epoch); });
 #ifdef CANYON_WITH_GPS_MSGS
@@ -76,19 +75,15 @@ void ReceiverTopics::publish(const live::ReceiverReport& report, const std::stri
     if (auto orientation = orientation_message<Orientation>(head, epoch))
       send(orientation_, [&] { return std::move(*orientation); });
 #endif
-    send(
-        gnss_multipath_, [&] { return multipath_message<canyon_msgs::msg::GnssMultipath>(head, epoch); });
+    send(gnss_multipath_, [&] { return multipath_message<canyon_msgs::msg::GnssMultipath>(head, epoch); });
     send(satellites_, [&] { return satellites_message<canyon_msgs::msg::GnssSatellites>(head, epoch); });
     // Phases are followed whether somebody listens or not.
     auto raw = raw_.message<canyon_msgs::msg::GnssRawObservations>(head, epoch);
     send(raw_observations_, [&] { return std::move(raw); });
     if (epoch != nullptr) {
-      send(
-          scan_,
-          [&] {
-            return scan_message<sensor_msgs::msg::LaserScan>(head, report.scan_ranges_m,
-                                                             report.scan_max_range_m);
-          });
+      send(scan_, [&] {
+        return scan_message<sensor_msgs::msg::LaserScan>(head, report.scan_ranges_m, report.scan_max_range_m);
+      });
     }
   }
   // The health goes out once a second, and where something has changed.
@@ -116,28 +111,22 @@ void ReceiverTopics::publish(const simulation::SensorBatch& batch, const inertia
     return zero_ns + (time.nanoseconds() - begin.nanoseconds());
   };
   for (const simulation::WheelsAtWork& sample : batch.wheels) {
-    send(
-        wheels_,
-        [&] {
-          return wheel_message<geometry_msgs::msg::TwistWithCovarianceStamped>(
-              head_of(stamp_of(sample.time), vehicle_frame), sample, *sensors.wheels);
-        });
+    send(wheels_, [&] {
+      return wheel_message<geometry_msgs::msg::TwistWithCovarianceStamped>(
+          head_of(stamp_of(sample.time), vehicle_frame), sample, *sensors.wheels);
+    });
   }
   for (const simulation::MagnetometerSample& sample : batch.magnetometer) {
-    send(
-        magnetic_field_,
-        [&] {
-          return magnetic_message<sensor_msgs::msg::MagneticField>(
-              head_of(stamp_of(sample.time), "magnetometer"), sample, *sensors.magnetometer);
-        });
+    send(magnetic_field_, [&] {
+      return magnetic_message<sensor_msgs::msg::MagneticField>(head_of(stamp_of(sample.time), "magnetometer"),
+                                                               sample, *sensors.magnetometer);
+    });
   }
   for (const simulation::BarometerSample& sample : batch.barometer) {
-    send(
-        air_pressure_,
-        [&] {
-          return pressure_message<sensor_msgs::msg::FluidPressure>(
-              head_of(stamp_of(sample.time), "barometer"), sample, *sensors.barometer);
-        });
+    send(air_pressure_, [&] {
+      return pressure_message<sensor_msgs::msg::FluidPressure>(head_of(stamp_of(sample.time), "barometer"),
+                                                               sample, *sensors.barometer);
+    });
   }
 }
 

@@ -323,9 +323,9 @@ bool ResultFiles::is_own(const fs::path& name) const {
 }
 
 bool ResultFiles::has_others() const {
-  return std::any_of(
-      last_.begin(), last_.end(),
-      [this](const std::string& name) { return mine_.count(name) == 0 && fs::exists(folder_ / name); });
+  return std::any_of(last_.begin(), last_.end(), [this](const std::string& name) {
+    return mine_.count(name) == 0 && fs::exists(folder_ / name);
+  });
 }
 
 std::size_t ResultFiles::finish() {

@@ -250,11 +250,9 @@ std::string valid_utf8(std::string_view text) {
 }
 
 std::size_t display_width(std::string_view utf8) {
-  return static_cast<std::size_t>(std::count_if(
-      utf8.begin(), utf8.end(),
-      [](char c) {
-        return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;  // continuation bytes take no column
-      }));
+  return static_cast<std::size_t>(std::count_if(utf8.begin(), utf8.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;  // continuation bytes take no column
+  }));
 }
 
 std::string xml_escaped(std::string_view text) {

@@ -35,9 +35,8 @@ struct Link {
 };
 
 std::size_t triangles_of(const std::vector<Object>& objects) {
-  return std::accumulate(
-      objects.begin(), objects.end(), std::size_t{0},
-      [](std::size_t sum, const Object& object) { return sum + object.triangle_count; });
+  return std::accumulate(objects.begin(), objects.end(), std::size_t{0},
+                         [](std::size_t sum, const Object& object) { return sum + object.triangle_count; });
 }
 
 /// Halves the objects across their longer side until each group is small enough.

@@ -48,12 +48,10 @@ struct Node {
 
 /// Whether no face looks sideways, and there is one.
 bool is_sheet(const Node& node, const std::vector<std::uint32_t>& triangles) {
-  return std::all_of(
-      triangles.begin(), triangles.end(),
-      [&node](std::uint32_t t) {
-        const Eigen::Vector3d normal = normal_of(node.vertices, node.triangles[t]);
-        return std::abs(normal.z()) >= kSheetNormalZ * normal.norm();
-      });
+  return std::all_of(triangles.begin(), triangles.end(), [&node](std::uint32_t t) {
+    const Eigen::Vector3d normal = normal_of(node.vertices, node.triangles[t]);
+    return std::abs(normal.z()) >= kSheetNormalZ * normal.norm();
+  });
 }
 
 Box bounds_of(const Node& node, const std::vector<std::uint32_t>& triangles) {
@@ -112,9 +110,8 @@ class MeshImport {
   }
 
   [[nodiscard]] bool names_terrain(const std::string& name) const {
-    return std::any_of(
-        options_.terrain_names.begin(), options_.terrain_names.end(),
-        [&name](const std::string& word) { return has_word(name, word); });
+    return std::any_of(options_.terrain_names.begin(), options_.terrain_names.end(),
+                       [&name](const std::string& word) { return has_word(name, word); });
   }
 
   /// Guesses that a city lies on its side: its terrain stands upright, no roof is above the ground, or its

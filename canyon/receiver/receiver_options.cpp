@@ -75,14 +75,11 @@ const gnss::Signal* unheard(const ReceiverOptions& o) {
 }
 
 bool is_tracked(const ReceiverOptions& o, std::string_view signal_name) {
-  return std::any_of(
-      gnss::kAllSystems.begin(), gnss::kAllSystems.end(),
-      [&](gnss::System system) {
-        const auto tracked = tracked_signals(o.tracks, system);
-        return std::any_of(
-            tracked.begin(), tracked.end(),
-            [&](const gnss::Signal* signal) { return signal->name == signal_name; });
-      });
+  return std::any_of(gnss::kAllSystems.begin(), gnss::kAllSystems.end(), [&](gnss::System system) {
+    const auto tracked = tracked_signals(o.tracks, system);
+    return std::any_of(tracked.begin(), tracked.end(),
+                       [&](const gnss::Signal* signal) { return signal->name == signal_name; });
+  });
 }
 
 bool is_among(const std::vector<std::string>& names, std::string_view name) {

@@ -80,12 +80,12 @@ struct LiveReceiver::Impl {
   }
 
   [[nodiscard]] receiver::Receiver make_receiver() const {
-    return simulation::make_receiver(config.receiver(), config.seed, environment, way ? way : road,
-                                     {disturbance::FaultTimeline::source(faults),
-                                      {"put elsewhere",
-                                       [at = put_elsewhere](std::uint64_t /*seed*/, const std::string&) {
-                                         return std::make_unique<HotRestart>(at);
-                                       }}});
+    return simulation::make_receiver(
+        config.receiver(), config.seed, environment, way ? way : road,
+        {disturbance::FaultTimeline::source(faults),
+         {"put elsewhere", [at = put_elsewhere](std::uint64_t /*seed*/, const std::string&) {
+            return std::make_unique<HotRestart>(at);
+          }}});
   }
   [[nodiscard]] std::shared_ptr<disturbance::FaultTimeline> make_faults() const {
     auto made =

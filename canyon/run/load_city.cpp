@@ -217,13 +217,10 @@ class PlaceBounds {
 
 /// Folders and archives of a city model.
 bool are_tiles(const std::vector<std::filesystem::path>& files) {
-  return std::all_of(
-      files.begin(), files.end(),
-      [](const std::filesystem::path& path) {
-        std::error_code ignored;
-        return std::filesystem::is_directory(path, ignored) ||
-               lower_case(path.extension().string()) == ".zip";
-      });
+  return std::all_of(files.begin(), files.end(), [](const std::filesystem::path& path) {
+    std::error_code ignored;
+    return std::filesystem::is_directory(path, ignored) || lower_case(path.extension().string()) == ".zip";
+  });
 }
 
 /// The trajectory and the fixed receivers; empty where not all of the way is known before the city.

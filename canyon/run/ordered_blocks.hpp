@@ -68,8 +68,8 @@ void for_each_in_order(std::size_t count, std::size_t block_size, int threads, c
     auto block = std::make_unique<Block>(std::min(block_size, count - first));
     arena.execute([&, first, slots = block.get()] {
       group.run([&make_item, first, slots] {
-        tbb::parallel_for(
-            std::size_t{0}, slots->size(), [&](std::size_t i) { make_item(first + i, (*slots)[i]); });
+        tbb::parallel_for(std::size_t{0}, slots->size(),
+                          [&](std::size_t i) { make_item(first + i, (*slots)[i]); });
       });
     });
     return block;

@@ -116,8 +116,8 @@ struct Simulation::Impl {
   }
   /// Where a sink or a receiver needs them.
   [[nodiscard]] std::optional<SensorRun> make_sensors(const std::vector<EpochSink*>& sinks) const {
-    const bool written = std::any_of(
-        sinks.begin(), sinks.end(), [](const EpochSink* sink) { return sink->uses_sensors(); });
+    const bool written =
+        std::any_of(sinks.begin(), sinks.end(), [](const EpochSink* sink) { return sink->uses_sensors(); });
     const bool fused =
         std::any_of(scenario.receivers.begin(), scenario.receivers.end(),
                     [](const ReceiverConfig& receiver) { return receiver.options.dead_reckoning.enabled; });

@@ -192,8 +192,7 @@ files : path or list of paths
             return std::make_shared<WithInputs<CityScene>>(std::move(city));
           },
           "path"_a, "seed"_a)
-      .def_property_readonly(
-          "_seed", [](const CityScene& self) { return self.city.seed; })
+      .def_property_readonly("_seed", [](const CityScene& self) { return self.city.seed; })
       .def(
           "save",
           [](CityScene& self, const std::filesystem::path& path) {
@@ -265,34 +264,28 @@ dict
       .def(
           "enu_of",
           [](const CityScene& self, const py::object& places) {
-            return converted(
-                places, "places",
-                [&](const Eigen::Vector3d& p) {
-                  const auto place = geodesy::Geodetic::from_degrees(p.x(), p.y(), p.z());
-                  geodesy::check_geodetic(place, "a place");
-                  return self.city.frame.local_from_geodetic(place);
-                });
+            return converted(places, "places", [&](const Eigen::Vector3d& p) {
+              const auto place = geodesy::Geodetic::from_degrees(p.x(), p.y(), p.z());
+              geodesy::check_geodetic(place, "a place");
+              return self.city.frame.local_from_geodetic(place);
+            });
           },
           "places"_a, "East, north, up [m] of (latitude_deg, longitude_deg, height_m), (3,) or (n, 3).")
       .def(
           "geodetic_of",
           [](const CityScene& self, const py::object& enu) {
-            return converted(
-                enu, "places",
-                [&](const Eigen::Vector3d& p) {
-                  const geodesy::Geodetic place = self.city.frame.geodetic_from_local(p);
-                  return Eigen::Vector3d(geodesy::degrees(place.latitude_rad),
-                                         geodesy::degrees(place.longitude_rad), place.height_m);
-                });
+            return converted(enu, "places", [&](const Eigen::Vector3d& p) {
+              const geodesy::Geodetic place = self.city.frame.geodetic_from_local(p);
+              return Eigen::Vector3d(geodesy::degrees(place.latitude_rad),
+                                     geodesy::degrees(place.longitude_rad), place.height_m);
+            });
           },
           "enu"_a, "(latitude_deg, longitude_deg, height_m) of east, north, up [m], (3,) or (n, 3).")
-      .def(
-          "__repr__",
-          [](const CityScene& self) {
-            return fmt::format("<canyon.City {}: {} triangles>",
-                               py::repr(py::str(self.city.name)).cast<std::string>(),
-                               self.city.mesh.triangles.size());
-          });
+      .def("__repr__", [](const CityScene& self) {
+        return fmt::format("<canyon.City {}: {} triangles>",
+                           py::repr(py::str(self.city.name)).cast<std::string>(),
+                           self.city.mesh.triangles.size());
+      });
   m.def("material_names", [] {
     std::vector<std::string> names;
     for (int i = 0; i <= static_cast<int>(city::Material::Foliage); ++i) {

@@ -220,12 +220,10 @@ py::dict table_of(const std::vector<EpochPtr>& epochs, const std::string& name) 
   for (const Column& column : table.columns) values.emplace_back(column);
   output::TableRows rows(table.kind, epochs.empty() ? tracking::SignalOptions{} : *epochs.front()->signal);
   for (const EpochPtr& epoch : epochs) {
-    rows.each(
-        epoch->epoch,
-        [&](const Row& row) {
-          times.push_back(unix_ns(row.epoch.observed.time));
-          for (Values& column : values) column.add(row);
-        });
+    rows.each(epoch->epoch, [&](const Row& row) {
+      times.push_back(unix_ns(row.epoch.observed.time));
+      for (Values& column : values) column.add(row);
+    });
   }
   py::dict columns;
   columns["time"] = datetimes(std::move(times));

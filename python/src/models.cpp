@@ -158,12 +158,9 @@ positioning::Fix solve(const Held& solver, geodesy::GpsTime time,
   }
   const auto n = static_cast<py::ssize_t>(satellites.size());
   problem.position_ecef_m = owning_array(std::move(places), {n, 3});
-  problem.range_m = numbers(
-      satellites, [](const auto& s) { return s.pseudorange_m - s.space_m; });
-  problem.sigma_m = numbers(
-      satellites, [](const auto& s) { return s.sigma_m; });
-  problem.cn0_dbhz = numbers(
-      satellites, [](const auto& s) { return s.measured->cn0_dbhz.value_or(kNan); });
+  problem.range_m = numbers(satellites, [](const auto& s) { return s.pseudorange_m - s.space_m; });
+  problem.sigma_m = numbers(satellites, [](const auto& s) { return s.sigma_m; });
+  problem.cn0_dbhz = numbers(satellites, [](const auto& s) { return s.measured->cn0_dbhz.value_or(kNan); });
   problem.doppler_hz =
       numbers(satellites, [](const auto& s) { return s.measured->doppler_hz.value_or(kNan); });
   problem.start_ecef_m = own.solved() ? py::object(array_of(own.position_ecef).attr("copy")()) : py::none();
@@ -250,10 +247,8 @@ void bind_models(py::module_& m) {
   using V = LentView;
   using A = BorrowedArrival;
   py::class_<P>(m, "ArrivingPath", "A path of a satellite that arrives.")
-      .def_property_readonly(
-          "kind", [](const P& p) { return std::string(propagation::name(p.path().kind)); })
-      .def_property_readonly(
-          "order", [](const P& p) { return p.path().order; })
+      .def_property_readonly("kind", [](const P& p) { return std::string(propagation::name(p.path().kind)); })
+      .def_property_readonly("order", [](const P& p) { return p.path().order; })
       .def_property_readonly(
           "arrival", [](const P& p) { return array_of(p.path().arrival); },
           "Unit vector, east, north, up, towards where it comes from.")
@@ -266,21 +261,18 @@ void bind_models(py::module_& m) {
           [](const P& p, double v) { p.path().amplitude_factor = finite(v, 0, "an amplitude factor"); },
           "Multiplies the path's amplitude, at least 0.");
   py::class_<V>(m, "ArrivingSatellite", "A satellite above the horizon of an antenna.")
-      .def_property_readonly(
-          "name", [](const V& v) { return gnss::to_string(v.id); })
-      .def_property_readonly(
-          "azimuth_rad", [](const V& v) { return v.view().line.azimuth_rad; })
-      .def_property_readonly(
-          "elevation_rad", [](const V& v) { return v.view().line.elevation_rad; })
+      .def_property_readonly("name", [](const V& v) { return gnss::to_string(v.id); })
+      .def_property_readonly("azimuth_rad", [](const V& v) { return v.view().line.azimuth_rad; })
+      .def_property_readonly("elevation_rad", [](const V& v) { return v.view().line.elevation_rad; })
       .def_property_readonly(
           "visibility", [](const V& v) { return std::string(propagation::name(v.view().paths.visibility)); })
-      .def_property_readonly(
-          "paths",
-          [](const V& v) {
-            std::vector<LentPath> paths;
-            for (std::size_t i = 0; i < v.view().paths.paths.size(); ++i) paths.push_back({v, i});
-            return paths;
-          })
+      .def_property_readonly("paths",
+                             [](const V& v) {
+                               std::vector<LentPath> paths;
+                               for (std::size_t i = 0; i < v.view().paths.paths.size(); ++i)
+                                 paths.push_back({v, i});
+                               return paths;
+                             })
       .def(
           "keep_paths",
           [](const V& v, const std::vector<std::size_t>& indices) {
@@ -291,30 +283,25 @@ void bind_models(py::module_& m) {
           },
           "indices"_a, "These of its paths stay, in this order; the others go.");
   py::class_<A>(m, "Arrival", "The signals that arrive at an antenna at one instant, valid during one call.")
-      .def_property_readonly(
-          "time", [](const A& a) { return datetime(a.antenna().time); })
-      .def_property_readonly(
-          "gps_ns", [](const A& a) { return a.antenna().time.nanoseconds(); })
-      .def_property_readonly(
-          "antenna_enu_m", [](const A& a) { return array_of(a.arrival().antenna_enu); })
-      .def_property_readonly(
-          "velocity_ecef_mps", [](const A& a) { return array_of(a.antenna().velocity_ecef); })
+      .def_property_readonly("time", [](const A& a) { return datetime(a.antenna().time); })
+      .def_property_readonly("gps_ns", [](const A& a) { return a.antenna().time.nanoseconds(); })
+      .def_property_readonly("antenna_enu_m", [](const A& a) { return array_of(a.arrival().antenna_enu); })
+      .def_property_readonly("velocity_ecef_mps",
+                             [](const A& a) { return array_of(a.antenna().velocity_ecef); })
       .def_property_readonly(
           "placement", [](const A& a) { return std::string(output::placement_word(a.arrival().placement)); })
-      .def_property_readonly(
-          "satellites",
-          [](const A& a) {
-            std::vector<LentView> views;
-            for (const SatelliteView& view : a.arrival().views) views.push_back({a, view.line.id});
-            return views;
-          })
+      .def_property_readonly("satellites",
+                             [](const A& a) {
+                               std::vector<LentView> views;
+                               for (const SatelliteView& view : a.arrival().views)
+                                 views.push_back({a, view.line.id});
+                               return views;
+                             })
       .def(
           "remove",
           [](const A& a, const std::string& name) {
             const auto id = gnss::parse_satellite(name);
-            if (id)
-              std::erase_if(
-                  a.arrival().views, [&](const auto& view) { return view.line.id == *id; });
+            if (id) std::erase_if(a.arrival().views, [&](const auto& view) { return view.line.id == *id; });
           },
           "satellite"_a)
       .def(

@@ -158,8 +158,8 @@ void PluginElements::warn_replaced() {
 }
 
 bool PluginElements::has_replaced(std::string_view path) const {
-  return std::any_of(
-      replaced_.begin(), replaced_.end(), [&](const auto& each) { return each.first == path; });
+  return std::any_of(replaced_.begin(), replaced_.end(),
+                     [&](const auto& each) { return each.first == path; });
 }
 
 std::optional<std::string> PluginElements::take(const std::string& name) {

@@ -91,9 +91,8 @@ const options::Description& plugin_description() {
 
 bool is_for_px4(const PluginElements& elements) {
   return elements.has("gpsNoise") ||
-         std::any_of(
-             std::begin(kPx4), std::end(kPx4),
-             [&](const Foreign& foreign) { return elements.has_replaced(foreign.name); });
+         std::any_of(std::begin(kPx4), std::end(kPx4),
+                     [&](const Foreign& foreign) { return elements.has_replaced(foreign.name); });
 }
 
 // Other texts are left for the reader to refuse.

@@ -290,9 +290,9 @@ void Visitor::numbers(const Field& f, std::vector<double>& value, const Range& r
   visit_value(f, std::move(of));
 }
 void Visitor::named_numbers(const Field& f, NamedNumbers& value, const Range& range, std::string_view form) {
-  const auto wrong = std::find_if(
-      value.begin(), value.end(),
-      [&](const auto& item) { return item.first.empty() || !range.holds(item.second); });
+  const auto wrong = std::find_if(value.begin(), value.end(), [&](const auto& item) {
+    return item.first.empty() || !range.holds(item.second);
+  });
   const auto read = [&](const Node& node, const Place& place) {
     read_named_numbers(node, range, form, place, value);
   };

@@ -175,12 +175,10 @@ class Visitor {
   /// The fields of a struct below a key; a reader calls its validate() for what ranges cannot check.
   template <typename Options>
   void part(std::string_view name, Options& options) {
-    section(
-        name,
-        [&] {
-          visit(*this, options);
-          validate(options);
-        });
+    section(name, [&] {
+      visit(*this, options);
+      validate(options);
+    });
   }
   /// Calls options.validate() where a section was read, and reports its error at the section.
   template <typename Options>

@@ -172,18 +172,15 @@ void TcpServer::serve() {
 }
 
 void TcpServer::send(std::string_view bytes) {
-  std::erase_if(
-      clients_, [&](Client& client) { return !push(client, bytes); });
+  std::erase_if(clients_, [&](Client& client) { return !push(client, bytes); });
 }
 
 void TcpServer::answer(std::uint64_t reader, std::string_view bytes) {
-  std::erase_if(
-      clients_,
-      [&](Client& client) {
-        if (client.number != reader) return false;
-        client.answered = std::chrono::steady_clock::now();
-        return !push(client, bytes);
-      });
+  std::erase_if(clients_, [&](Client& client) {
+    if (client.number != reader) return false;
+    client.answered = std::chrono::steady_clock::now();
+    return !push(client, bytes);
+  });
 }
 
 void TcpServer::add_handles(std::vector<int>& handles) const {

@@ -50,16 +50,13 @@ class Udp final : public BufferedTransport {
   }
   /// Datagrams that the system does not take are lost.
   void send(std::string_view bytes) override {
-    cut(
-        bytes,
-        [this](const asio::const_buffer& datagram) {
-          error_code lost;
-          socket_.send(datagram, 0, lost);
-        });
+    cut(bytes, [this](const asio::const_buffer& datagram) {
+      error_code lost;
+      socket_.send(datagram, 0, lost);
+    });
   }
   void serve() override {
-    receive(
-        socket_, [this](const udp::endpoint&, std::string_view bytes) { received_.add(0, bytes); });
+    receive(socket_, [this](const udp::endpoint&, std::string_view bytes) { received_.add(0, bytes); });
   }
   void add_handles(std::vector<int>& handles) const override {
     handles.push_back(const_cast<udp::socket&>(socket_).native_handle());
@@ -98,9 +95,9 @@ class UdpListener final : public BufferedTransport {
       if (peer.number == reader) send_to(peer, bytes);
   }
   void serve() override {
-    receive(
-        socket_,
-        [this](const udp::endpoint& from, std::string_view bytes) { received_.add(number_of(from), bytes); });
+    receive(socket_, [this](const udp::endpoint& from, std::string_view bytes) {
+      received_.add(number_of(from), bytes);
+    });
   }
   void add_handles(std::vector<int>& handles) const override {
     handles.push_back(const_cast<udp::socket&>(socket_).native_handle());
@@ -116,12 +113,10 @@ class UdpListener final : public BufferedTransport {
   };
 
   void send_to(const Peer& peer, std::string_view bytes) {
-    cut(
-        bytes,
-        [&](const asio::const_buffer& datagram) {
-          error_code lost;
-          socket_.send_to(datagram, peer.at, 0, lost);
-        });
+    cut(bytes, [&](const asio::const_buffer& datagram) {
+      error_code lost;
+      socket_.send_to(datagram, peer.at, 0, lost);
+    });
   }
   /// The number of the peer at an address. A new one takes the place of the one that is silent for longest
   /// where there are too many.
@@ -134,9 +129,8 @@ class UdpListener final : public BufferedTransport {
       return found->number;
     }
     if (peers_.size() == kMaxClients) {
-      peers_.erase(std::min_element(
-          peers_.begin(), peers_.end(),
-          [](const Peer& a, const Peer& b) { return a.received < b.received; }));
+      peers_.erase(std::min_element(peers_.begin(), peers_.end(),
+                                    [](const Peer& a, const Peer& b) { return a.received < b.received; }));
     }
     return peers_.emplace_back(Peer{from, ++met_, now}).number;
   }

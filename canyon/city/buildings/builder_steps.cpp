@@ -89,8 +89,7 @@ constexpr auto kUseKeys = {"building", "building:structure", "start_date"};
 constexpr auto kRoofKeys = {"roof:material", "building:roof:material"};
 
 bool has_any(const TagMap& tags, std::initializer_list<const char*> keys) {
-  return std::any_of(
-      keys.begin(), keys.end(), [&tags](const char* key) { return tags.count(key) > 0; });
+  return std::any_of(keys.begin(), keys.end(), [&tags](const char* key) { return tags.count(key) > 0; });
 }
 
 /// Takes all of these where there is none of them.
@@ -168,12 +167,10 @@ void append_ground(city::Mesh& mesh, const geodesy::LocalFrame& frame, const Ter
 }
 
 bool is_facade_known(const TagMap& tags) {
-  return std::any_of(
-      kFacadeKeys.begin(), kFacadeKeys.end(),
-      [&tags](const char* key) {
-        const auto found = tags.find(key);
-        return found != tags.end() && material_from_tag(found->second) != city::Material::Unknown;
-      });
+  return std::any_of(kFacadeKeys.begin(), kFacadeKeys.end(), [&tags](const char* key) {
+    const auto found = tags.find(key);
+    return found != tags.end() && material_from_tag(found->second) != city::Material::Unknown;
+  });
 }
 
 double length_tag_m(const TagMap& tags, const char* key, double low, double high, double otherwise) {

@@ -247,9 +247,8 @@ struct RayScene::Impl {
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.intersect1(city.scene.get(), &hit);
     // Embree may offer a triangle that it has split more than once.
-    std::sort(
-        found.begin(), found.end(),
-        [](const Crossing& a, const Crossing& b) { return a.triangle < b.triangle; });
+    std::sort(found.begin(), found.end(),
+              [](const Crossing& a, const Crossing& b) { return a.triangle < b.triangle; });
     found.erase(std::unique(found.begin(), found.end(),
                             [](const Crossing& a, const Crossing& b) { return a.triangle == b.triangle; }),
                 found.end());

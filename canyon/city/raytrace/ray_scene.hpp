@@ -146,8 +146,7 @@ inline constexpr int kLevelRays = 7;
 /// Whether most of the rays say that they leave a building, or most that they enter one (it is inside out).
 /// @param leaves walls that each ray meets from behind less those that it meets from the front
 [[nodiscard]] inline bool is_inside(const std::array<int, kLevelRays>& leaves) {
-  const auto inside = std::count_if(
-      leaves.begin(), leaves.end(), [](int walls) { return walls > 0; });
+  const auto inside = std::count_if(leaves.begin(), leaves.end(), [](int walls) { return walls > 0; });
   const auto inside_out = std::count_if(leaves.begin(), leaves.end(), [](int walls) { return walls < 0; });
   return std::max(inside, inside_out) > kLevelRays / 2;
 }

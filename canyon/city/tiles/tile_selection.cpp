@@ -313,12 +313,10 @@ class Selector {
   }
 
   void push_subtree(const std::shared_ptr<const ImplicitRoot>& root, const Node& node) {
-    attempt(
-        root->document->address,
-        [&] {
-          const std::string& base = root->document->address;
-          read_later({source_.resolve(base, with_place(root->subtree_uri, node)), nullptr, {}, root, node});
-        });
+    attempt(root->document->address, [&] {
+      const std::string& base = root->document->address;
+      read_later({source_.resolve(base, with_place(root->subtree_uri, node)), nullptr, {}, root, node});
+    });
   }
 
   void open_subtree(const Pending& pending) {

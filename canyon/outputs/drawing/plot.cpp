@@ -133,14 +133,12 @@ Rect draw_legend(Canvas& canvas, const Point& at, const std::vector<LegendEntry>
 }
 
 Picture draw_notice(const std::string& title, const std::string& subtitle, const std::string& notice) {
-  return render(
-      900, 220,
-      [&](Canvas& canvas) {
-        draw_title(canvas, 40, title, subtitle);
-        const Plot plot{{40, 84, 820, 96}, {}, {}, "", ""};
-        canvas.rectangle(plot.area, kGround, Stroke{kRule, 1});
-        plot.draw_note(canvas, notice);
-      });
+  return render(900, 220, [&](Canvas& canvas) {
+    draw_title(canvas, 40, title, subtitle);
+    const Plot plot{{40, 84, 820, 96}, {}, {}, "", ""};
+    canvas.rectangle(plot.area, kGround, Stroke{kRule, 1});
+    plot.draw_note(canvas, notice);
+  });
 }
 
 double nice_ceil(double x) {

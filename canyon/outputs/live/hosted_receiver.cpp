@@ -89,12 +89,10 @@ void HostedReceiver::begin_sensors() {
 
 void HostedReceiver::say_warnings() {
   for (std::size_t r = 0; r < run_->size(); ++r) {
-    sky_warnings_->take((*run_)[r],
-                        [&](const std::string& line, bool of_sky) {
-                          say(Tone::Warning,
-                              r == 0 ? line : fmt::format("{}: {}", options_.live.base()->options.name, line),
-                              of_sky);
-                        });
+    sky_warnings_->take((*run_)[r], [&](const std::string& line, bool of_sky) {
+      say(Tone::Warning, r == 0 ? line : fmt::format("{}: {}", options_.live.base()->options.name, line),
+          of_sky);
+    });
   }
 }
 

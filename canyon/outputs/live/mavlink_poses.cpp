@@ -90,17 +90,14 @@ class MavlinkPoses final : public PoseDecoder {
 
   void receive(const transport::Received& received,
                const std::function<void(const PoseReport&)>& each) override {
-    parsers_.of(received.reader)
-        .receive(
-            received.bytes,
-            [&](const mavlink::Frame& frame) {
-              std::visit(
-                  [&](const auto& message) {
-                    const std::optional<PoseReport> report = report_of(frame.sender, message);
-                    if (report && (report->position_m || report->place)) each(*report);
-                  },
-                  frame.message);
-            });
+    parsers_.of(received.reader).receive(received.bytes, [&](const mavlink::Frame& frame) {
+      std::visit(
+          [&](const auto& message) {
+            const std::optional<PoseReport> report = report_of(frame.sender, message);
+            if (report && (report->position_m || report->place)) each(*report);
+          },
+          frame.message);
+    });
   }
 
   [[nodiscard]] std::string request() override {

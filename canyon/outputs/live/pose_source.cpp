@@ -99,44 +99,40 @@ void PoseSource::watch_pace(double stamp_s, double now_s) {
 
 void PoseSource::receive(const transport::Received& received, std::int64_t now_ns,
                          const std::function<void()>& taken) {
-  decoder_->receive(
-      received,
-      [&](const PoseReport& report) {
-        if (!take(report, now_ns)) return;
-        if (report.stamp_s) watch_pace(*report.stamp_s, seconds(now_ns));
-        if (taken) taken();
-      });
+  decoder_->receive(received, [&](const PoseReport& report) {
+    if (!take(report, now_ns)) return;
+    if (report.stamp_s) watch_pace(*report.stamp_s, seconds(now_ns));
+    if (taken) taken();
+  });
 }
 
 void PoseSource::receive_log(const transport::Received& received, bool since_zero,
                              const std::function<void(std::int64_t)>& taken,
                              const std::function<bool()>& anew) {
-  decoder_->receive(
-      received,
-      [&](const PoseReport& report) {
-        if (!options_.id.empty() && report.id != options_.id) return;
-        constexpr double kLongest_s = 1e9;
-        const double stamp_s = report.stamp_s.value_or(std::nan(""));
-        const double step_s = stamp_s - last_stamp_s_.value_or(stamp_s);
-        if (step_s < -options_.track.timeout_s || step_s > kLongestGap_s) {
-          if (!anew()) {
-            ++of_another_clock_;
-            return;
-          }
-          track_.reset();
-          first_stamp_s_.reset();
-          last_stamp_s_.reset();
-          before_.reset();
-        }
-        const double now_s = stamp_s - (since_zero ? 0 : first_stamp_s_.value_or(stamp_s));
-        if (!(std::abs(now_s) < kLongest_s)) {
-          ++impossible_;
-          return;
-        }
-        if (!first_stamp_s_) first_stamp_s_ = stamp_s;
-        const auto now_ns = static_cast<std::int64_t>(std::llround(now_s * 1e9));
-        if (take(report, now_ns)) taken(now_ns);
-      });
+  decoder_->receive(received, [&](const PoseReport& report) {
+    if (!options_.id.empty() && report.id != options_.id) return;
+    constexpr double kLongest_s = 1e9;
+    const double stamp_s = report.stamp_s.value_or(std::nan(""));
+    const double step_s = stamp_s - last_stamp_s_.value_or(stamp_s);
+    if (step_s < -options_.track.timeout_s || step_s > kLongestGap_s) {
+      if (!anew()) {
+        ++of_another_clock_;
+        return;
+      }
+      track_.reset();
+      first_stamp_s_.reset();
+      last_stamp_s_.reset();
+      before_.reset();
+    }
+    const double now_s = stamp_s - (since_zero ? 0 : first_stamp_s_.value_or(stamp_s));
+    if (!(std::abs(now_s) < kLongest_s)) {
+      ++impossible_;
+      return;
+    }
+    if (!first_stamp_s_) first_stamp_s_ = stamp_s;
+    const auto now_ns = static_cast<std::int64_t>(std::llround(now_s * 1e9));
+    if (take(report, now_ns)) taken(now_ns);
+  });
 }
 
 bool PoseSource::take(const PoseReport& report, std::int64_t now_ns) {

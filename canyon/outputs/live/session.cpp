@@ -338,8 +338,8 @@ struct Session::Impl {
     sensed.clear();
     sensed.resize(names.size());
     if (!scenario.sensors.any()) return;
-    const bool written = std::any_of(
-        sinks->begin(), sinks->end(), [](const simulation::EpochSink* sink) { return sink->uses_sensors(); });
+    const bool written = std::any_of(sinks->begin(), sinks->end(),
+                                     [](const simulation::EpochSink* sink) { return sink->uses_sensors(); });
     const auto needs = [&](std::size_t r) {
       return written || (*receivers)[r].config().receiver().options.dead_reckoning.enabled ||
              sends_samples(r);
@@ -360,9 +360,9 @@ struct Session::Impl {
   }
 
   [[nodiscard]] bool sends_samples(std::size_t receiver) const {
-    return std::any_of(
-        streams.begin(), streams.end(),
-        [receiver](const auto& stream) { return stream->receiver() == receiver && stream->uses_sensors(); });
+    return std::any_of(streams.begin(), streams.end(), [receiver](const auto& stream) {
+      return stream->receiver() == receiver && stream->uses_sensors();
+    });
   }
 
   /// Samples that have ended at an instant go to streams at once, in real time, and wait for their epoch.
@@ -530,8 +530,8 @@ struct Session::Impl {
 
   /// Whether all vehicles that move have ended; without any, whether all have.
   [[nodiscard]] bool ended() const {
-    const bool moving = !std::all_of(
-        vehicles.begin(), vehicles.end(), [this](const Vehicle& vehicle) { return stands_still(vehicle); });
+    const bool moving = !std::all_of(vehicles.begin(), vehicles.end(),
+                                     [this](const Vehicle& vehicle) { return stands_still(vehicle); });
     return std::all_of(vehicles.begin(), vehicles.end(), [&](const Vehicle& vehicle) {
       return (moving && stands_still(vehicle)) || ended(vehicle);
     });

@@ -153,9 +153,8 @@ std::string material(const Row& row, int place) {
 
 // --- columns that several tables have
 
-constexpr Column kWeek = integer(
-    "gps_week", "week", "full GPS week, not modulo 1024",
-    [](const Row& r) -> std::int64_t { return r.epoch.observed.time.week(); });
+constexpr Column kWeek = integer("gps_week", "week", "full GPS week, not modulo 1024",
+                                 [](const Row& r) -> std::int64_t { return r.epoch.observed.time.week(); });
 constexpr Column kTow = integer(
     "gps_tow", "s", "second of the week, exact, 3 to 9 decimals",
     [](const Row& r) -> std::int64_t { return r.epoch.observed.time.nanosecond_of_week(); },
@@ -184,9 +183,9 @@ constexpr Column kCarrier = number(
 constexpr Column kCn0 =
     number("cn0_dbhz", "dB-Hz", 2, "C/N0 as the receiver states it", "nothing measured, or no signal model",
            &measured_if_any<&positioning::Measurement::cn0_dbhz>);
-constexpr Column kTrueCn0 = number(
-    "true_cn0_dbhz", "dB-Hz", 2, "C/N0 at the correlator, tracked or not",
-    "nothing arrives, or no signal model", [](const Row& r) { return r.signal->cn0_dbhz.value_or(kNone); });
+constexpr Column kTrueCn0 = number("true_cn0_dbhz", "dB-Hz", 2, "C/N0 at the correlator, tracked or not",
+                                   "nothing arrives, or no signal model",
+                                   [](const Row& r) { return r.signal->cn0_dbhz.value_or(kNone); });
 constexpr Column kLock = word(
     "lock",
     "`tracking`; `holding`: too weak to measure, for a moment; `searching`. Without a signal model all that "
@@ -196,8 +195,7 @@ constexpr Column kPhase = number(
     "carrier_phase_cycles", "cycles", 4, "carrier phase since its lock; it grows with the pseudorange",
     "no phase", [](const Row& r) { return r.link ? *r.signal->measurement->carrier_phase_cycles : kNone; });
 constexpr Column kPhaseLock = number(
-    "phase_lock_s", "s", 3, "time for which the phase has been continuous", "no phase",
-    [](const Row& r) {
+    "phase_lock_s", "s", 3, "time for which the phase has been continuous", "no phase", [](const Row& r) {
       return r.link ? r.epoch.observed.time - *r.signal->measurement->phase_since : kNone;
     });
 constexpr Column kCycleSlip = number(
@@ -210,32 +208,25 @@ constexpr Column kCycleSlip = number(
 constexpr std::array kEpochColumns{
     kWeek,
     kTow,
-    number(
-        "true_latitude_deg", "deg", 10, "geodetic latitude of the antenna", "never",
-        [](const Row& r) { return degrees(r.epoch.truth.position.latitude_rad); })
+    number("true_latitude_deg", "deg", 10, "geodetic latitude of the antenna", "never",
+           [](const Row& r) { return degrees(r.epoch.truth.position.latitude_rad); })
         .cf("latitude"),
-    number(
-        "true_longitude_deg", "deg", 10, "longitude of the antenna, east positive", "never",
-        [](const Row& r) { return degrees(r.epoch.truth.position.longitude_rad); })
+    number("true_longitude_deg", "deg", 10, "longitude of the antenna, east positive", "never",
+           [](const Row& r) { return degrees(r.epoch.truth.position.longitude_rad); })
         .cf("longitude"),
-    number(
-        "true_height_m", "m", 4, "height of the antenna above the ellipsoid", "never",
-        [](const Row& r) { return r.epoch.truth.position.height_m; })
+    number("true_height_m", "m", 4, "height of the antenna above the ellipsoid", "never",
+           [](const Row& r) { return r.epoch.truth.position.height_m; })
         .cf("height_above_reference_ellipsoid"),
-    text(
-        "status", "`fix` or `no fix`", "never",
-        [](const Row& r) { return std::string(status_word(fix_of(r))); }),
-    number(
-        "fix_latitude_deg", "deg", 10, "latitude of the fix", "no fix",
-        [](const Row& r) { return solved(r, degrees(fix_of(r).position.latitude_rad)); })
+    text("status", "`fix` or `no fix`", "never",
+         [](const Row& r) { return std::string(status_word(fix_of(r))); }),
+    number("fix_latitude_deg", "deg", 10, "latitude of the fix", "no fix",
+           [](const Row& r) { return solved(r, degrees(fix_of(r).position.latitude_rad)); })
         .cf("latitude"),
-    number(
-        "fix_longitude_deg", "deg", 10, "longitude of the fix", "no fix",
-        [](const Row& r) { return solved(r, degrees(fix_of(r).position.longitude_rad)); })
+    number("fix_longitude_deg", "deg", 10, "longitude of the fix", "no fix",
+           [](const Row& r) { return solved(r, degrees(fix_of(r).position.longitude_rad)); })
         .cf("longitude"),
-    number(
-        "fix_height_m", "m", 4, "height of the fix above the ellipsoid", "no fix",
-        [](const Row& r) { return solved(r, fix_of(r).position.height_m); })
+    number("fix_height_m", "m", 4, "height of the fix above the ellipsoid", "no fix",
+           [](const Row& r) { return solved(r, fix_of(r).position.height_m); })
         .cf("height_above_reference_ellipsoid"),
     number("error_east_m", "m", 4, "fix minus truth, east", "no fix", &error<0>)
         .in_view(F64)
@@ -255,39 +246,34 @@ constexpr std::array kEpochColumns{
     number("tdop", "", 4, "dilution of precision of time, over all constellation clocks", "no fix",
            &dop<&Dop::tdop>)
         .in_view(F64),
-    word(
-        "rating",
-        "rating of `pdop`: `Ideal` (below 1), `Excellent` (to 2), `Good` (to 5), `Moderate` (to 10), `Fair` "
-        "(to 20), `Poor`",
-        "no fix", positioning::DopRating::Poor,
-        [](const Row& r) {
-          const positioning::Fix& fix = fix_of(r);
-          return fix.solved() && fix.dop ? std::optional(positioning::rate_dop(fix.dop->pdop)) : std::nullopt;
-        }),
-    integer(
-        "tracked", "satellites", "satellites tracked, above the elevation mask",
-        [](const Row& r) -> std::int64_t { return r.epoch.observed.visible; })
+    word("rating",
+         "rating of `pdop`: `Ideal` (below 1), `Excellent` (to 2), `Good` (to 5), `Moderate` (to 10), `Fair` "
+         "(to 20), `Poor`",
+         "no fix", positioning::DopRating::Poor,
+         [](const Row& r) {
+           const positioning::Fix& fix = fix_of(r);
+           return fix.solved() && fix.dop ? std::optional(positioning::rate_dop(fix.dop->pdop))
+                                          : std::nullopt;
+         }),
+    integer("tracked", "satellites", "satellites tracked, above the elevation mask",
+            [](const Row& r) -> std::int64_t { return r.epoch.observed.visible; })
         .in_view(U16)
         .in_studies("tracked_of_epoch"),
-    integer(
-        "not_tracked", "satellites",
-        "satellites above the mask that are not tracked: nothing arrives, or too little",
-        [](const Row& r) -> std::int64_t { return r.epoch.observed.blocked; })
+    integer("not_tracked", "satellites",
+            "satellites above the mask that are not tracked: nothing arrives, or too little",
+            [](const Row& r) -> std::int64_t { return r.epoch.observed.blocked; })
         .in_view(U16),
-    integer(
-        "used", "satellites", "satellites in the fix; 0 without",
-        [](const Row& r) { return static_cast<std::int64_t>(used_count(fix_of(r))); })
+    integer("used", "satellites", "satellites in the fix; 0 without",
+            [](const Row& r) { return static_cast<std::int64_t>(used_count(fix_of(r))); })
         .in_view(U16)
         .in_studies("used_of_epoch"),
-    text(
-        "reason", "why there is no fix, as `too few satellites`", "fix",
-        [](const Row& r) {
-          return fix_of(r).solved() ? std::string()
-                                    : std::string(no_fix_reason(fix_of(r), r.epoch.placement));
-        }),
-    word(
-        "placement", "`free`, `inside building` or `under terrain`; `unknown` where a live run has no truth",
-        "never", raytrace::Placement::Unknown, [](const Row& r) { return r.epoch.placement; })
+    text("reason", "why there is no fix, as `too few satellites`", "fix",
+         [](const Row& r) {
+           return fix_of(r).solved() ? std::string()
+                                     : std::string(no_fix_reason(fix_of(r), r.epoch.placement));
+         }),
+    word("placement", "`free`, `inside building` or `under terrain`; `unknown` where a live run has no truth",
+         "never", raytrace::Placement::Unknown, [](const Row& r) { return r.epoch.placement; })
         .in_view(U8),
     number("true_velocity_east_mps", "m/s", 4, "velocity of the antenna, east", "never", &true_velocity<0>)
         .in_view(F64, "velocity_east_mps"),
@@ -323,54 +309,45 @@ constexpr std::array kEpochColumns{
            "no fix, or no satellite of the system used", &clock<gnss::System::BeiDou>),
     number("clock_qzss_s", "s", 13, "solved receiver clock minus QZSS's time",
            "no fix, or no satellite of the system used", &clock<gnss::System::QZSS>),
-    integer(
-        "excluded", "satellites", "satellites that RAIM excluded from this epoch's fix, or their Doppler",
-        [](const Row& r) { return static_cast<std::int64_t>(fix_of(r).excluded.size()); }),
-    number(
-        "consistent", "", 0, "`1` RAIM's test passed on what is used, `0` failed",
-        "RAIM off, or nothing redundant to test",
-        [](const Row& r) {
-          const auto& consistent = fix_of(r).consistent;
-          return consistent ? (*consistent ? 1.0 : 0.0) : kNone;
-        }),
-    text(
-        "faults",
-        "names of active faults ([faults.md](../faults.md)), separated by `; `; in quotes if they contain a "
-        "comma",
-        "no active fault", [](const Row& r) { return fault_names(r.epoch.faults); })
+    integer("excluded", "satellites", "satellites that RAIM excluded from this epoch's fix, or their Doppler",
+            [](const Row& r) { return static_cast<std::int64_t>(fix_of(r).excluded.size()); }),
+    number("consistent", "", 0, "`1` RAIM's test passed on what is used, `0` failed",
+           "RAIM off, or nothing redundant to test",
+           [](const Row& r) {
+             const auto& consistent = fix_of(r).consistent;
+             return consistent ? (*consistent ? 1.0 : 0.0) : kNone;
+           }),
+    text("faults",
+         "names of active faults ([faults.md](../faults.md)), separated by `; `; in quotes if they contain a "
+         "comma",
+         "no active fault", [](const Row& r) { return fault_names(r.epoch.faults); })
         .in_view(U16),
-    number(
-        "error_horizontal_m", "m", 4, "root of the sum of the squares of the errors east and north", "no fix",
-        [](const Row& r) { return horizontal_m(r.epoch.error_enu_m); })
+    number("error_horizontal_m", "m", 4, "root of the sum of the squares of the errors east and north",
+           "no fix", [](const Row& r) { return horizontal_m(r.epoch.error_enu_m); })
         .not_in_csv(),
-    number(
-        "clock_bias_s", "s", 13, "true receiver clock minus GPS time", "never",
-        [](const Row& r) { return r.epoch.observed.clock_bias_s; })
+    number("clock_bias_s", "s", 13, "true receiver clock minus GPS time", "never",
+           [](const Row& r) { return r.epoch.observed.clock_bias_s; })
         .not_in_csv()
         .in_view(F64),
-    number(
-        "clock_drift", "", 13, "true rate of the receiver clock, seconds a second", "never",
-        [](const Row& r) { return r.epoch.observed.clock_drift; })
+    number("clock_drift", "", 13, "true rate of the receiver clock, seconds a second", "never",
+           [](const Row& r) { return r.epoch.observed.clock_drift; })
         .not_in_csv()
         .in_view(F64),
-    word(
-        "fix_kind", "`none`, `single`, `differential`, `float`, `fixed`, `dead reckoning` or `combined`",
-        "never", positioning::FixKind::Combined, [](const Row& r) { return fix_of(r).kind(); })
+    word("fix_kind", "`none`, `single`, `differential`, `float`, `fixed`, `dead reckoning` or `combined`",
+         "never", positioning::FixKind::Combined, [](const Row& r) { return fix_of(r).kind(); })
         .in_view(U8),
-    number(
-        "correction_age_s", "s", 2, "age of the corrections in the fix", "no corrections in it",
-        [](const Row& r) {
-          const auto& fix = fix_of(r);
-          return positioning::corrected(fix.kind()) ? fix.correction_age_s.value_or(kNone) : kNone;
-        })
+    number("correction_age_s", "s", 2, "age of the corrections in the fix", "no corrections in it",
+           [](const Row& r) {
+             const auto& fix = fix_of(r);
+             return positioning::corrected(fix.kind()) ? fix.correction_age_s.value_or(kNone) : kNone;
+           })
         .in_view(F64),
-    word(
-        "baseline_kind", "kind of the vector from the base: `float` or `fixed`",
-        "no carrier phases of a base", positioning::FixKind::DeadReckoning,
-        [](const Row& r) {
-          const auto& baseline = fix_of(r).baseline;
-          return baseline ? std::optional(baseline->kind) : std::nullopt;
-        })
+    word("baseline_kind", "kind of the vector from the base: `float` or `fixed`",
+         "no carrier phases of a base", positioning::FixKind::DeadReckoning,
+         [](const Row& r) {
+           const auto& baseline = fix_of(r).baseline;
+           return baseline ? std::optional(baseline->kind) : std::nullopt;
+         })
         .in_view(U8),
     number(
         "ambiguity_ratio", "", 2,
@@ -379,33 +356,29 @@ constexpr std::array kEpochColumns{
         "no integer search",
         [](const Row& r) { return fix_of(r).baseline ? fix_of(r).baseline->ratio.value_or(kNone) : kNone; })
         .in_view(F32),
-    number(
-        "baseline_east_m", "m", 4, "vector from the base's stated antenna, east", "no such vector",
-        [](const Row& r) { return baseline(r, 0); })
+    number("baseline_east_m", "m", 4, "vector from the base's stated antenna, east", "no such vector",
+           [](const Row& r) { return baseline(r, 0); })
         .in_view(F64),
-    number(
-        "baseline_north_m", "m", 4, "vector from the base's stated antenna, north", "no such vector",
-        [](const Row& r) { return baseline(r, 1); })
+    number("baseline_north_m", "m", 4, "vector from the base's stated antenna, north", "no such vector",
+           [](const Row& r) { return baseline(r, 1); })
         .in_view(F64),
-    number(
-        "baseline_up_m", "m", 4, "vector from the base's stated antenna, up", "no such vector",
-        [](const Row& r) { return baseline(r, 2); })
+    number("baseline_up_m", "m", 4, "vector from the base's stated antenna, up", "no such vector",
+           [](const Row& r) { return baseline(r, 2); })
         .in_view(F64),
-    number(
-        "heading_deg", "deg", 4, "azimuth of the vector from a moving base, from north, clockwise, 0 to 360",
-        "no such vector, or the base does not move",
-        [](const Row& r) {
-          const auto& b = fix_of(r).baseline;
-          return b && b->moving_base ? wrapped_azimuth_deg(b->heading_rad(), 4) : kNone;
-        })
+    number("heading_deg", "deg", 4,
+           "azimuth of the vector from a moving base, from north, clockwise, 0 to 360",
+           "no such vector, or the base does not move",
+           [](const Row& r) {
+             const auto& b = fix_of(r).baseline;
+             return b && b->moving_base ? wrapped_azimuth_deg(b->heading_rad(), 4) : kNone;
+           })
         .in_view(F64),
-    number(
-        "heading_sigma_deg", "deg", 4, "standard deviation of that heading",
-        "no such vector, or the base does not move",
-        [](const Row& r) {
-          const auto& b = fix_of(r).baseline;
-          return b && b->moving_base ? degrees(b->heading_sigma_rad()) : kNone;
-        })
+    number("heading_sigma_deg", "deg", 4, "standard deviation of that heading",
+           "no such vector, or the base does not move",
+           [](const Row& r) {
+             const auto& b = fix_of(r).baseline;
+             return b && b->moving_base ? degrees(b->heading_sigma_rad()) : kNone;
+           })
         .in_view(F32),
     number(
         "wrong_fix", "", 0,
@@ -417,26 +390,24 @@ constexpr std::array kEpochColumns{
           return wrong ? (*wrong ? 1.0 : 0.0) : kNone;
         })
         .in_view(F32),
-    word(
-        "fusion", "the vehicle's sensors in the fix: `initialising` (not yet), `calibrating` or `navigating`",
-        "no dead reckoning", positioning::FusionPhase::Navigating,
-        [](const Row& r) {
-          const auto& fusion = fix_of(r).fusion;
-          return fusion ? std::optional(fusion->phase) : std::nullopt;
-        }),
-    number(
-        "vehicle_heading_deg", "deg", 4,
-        "heading of the vehicle by its sensors, from north, clockwise, 0 to 360", "not fused",
-        [](const Row& r) {
-          const auto& fix = fix_of(r);
-          return fix.fused() ? wrapped_azimuth_deg(fix.fusion->heading_rad, 4) : kNone;
-        }),
-    number(
-        "vehicle_heading_sigma_deg", "deg", 4, "standard deviation of that heading", "not fused",
-        [](const Row& r) {
-          const auto& fix = fix_of(r);
-          return fix.fused() ? degrees(fix.fusion->heading_sigma_rad) : kNone;
-        }),
+    word("fusion",
+         "the vehicle's sensors in the fix: `initialising` (not yet), `calibrating` or `navigating`",
+         "no dead reckoning", positioning::FusionPhase::Navigating,
+         [](const Row& r) {
+           const auto& fusion = fix_of(r).fusion;
+           return fusion ? std::optional(fusion->phase) : std::nullopt;
+         }),
+    number("vehicle_heading_deg", "deg", 4,
+           "heading of the vehicle by its sensors, from north, clockwise, 0 to 360", "not fused",
+           [](const Row& r) {
+             const auto& fix = fix_of(r);
+             return fix.fused() ? wrapped_azimuth_deg(fix.fusion->heading_rad, 4) : kNone;
+           }),
+    number("vehicle_heading_sigma_deg", "deg", 4, "standard deviation of that heading", "not fused",
+           [](const Row& r) {
+             const auto& fix = fix_of(r);
+             return fix.fused() ? degrees(fix.fusion->heading_sigma_rad) : kNone;
+           }),
 };
 
 constexpr std::array kSatelliteColumns{
@@ -509,34 +480,30 @@ constexpr std::array kSignalColumns{
     kWeek,
     kTow,
     kSatellite,
-    text(
-        "signal", "`L1CA`, `E5a`, `G2` ...", "never",
-        [](const Row& r) { return std::string(signal_of(r).name); }),
-    text(
-        "rinex_code",
-        "band and attribute in `receiver.obs`: `1C`, `5Q`; `X` where data and pilot are tracked together",
-        "never", [](const Row& r) { return std::string(signal_of(r).code); }),
+    text("signal", "`L1CA`, `E5a`, `G2` ...", "never",
+         [](const Row& r) { return std::string(signal_of(r).name); }),
+    text("rinex_code",
+         "band and attribute in `receiver.obs`: `1C`, `5Q`; `X` where data and pilot are tracked together",
+         "never", [](const Row& r) { return std::string(signal_of(r).code); }),
     kCarrier,
     kLock,
     kTrueCn0,
     kCn0,
-    number(
-        "excess_path_m", "m", 4, "code delay by paths", "not tracked",
-        [](const Row& r) {
-          return r.signal->lock == tracking::LockState::Tracking ? r.signal->excess_m : kNone;
-        }),
+    number("excess_path_m", "m", 4, "code delay by paths", "not tracked",
+           [](const Row& r) {
+             return r.signal->lock == tracking::LockState::Tracking ? r.signal->excess_m : kNone;
+           }),
     kPseudorange,
     kPseudorangeError,
     kNoise,
     kSigma,
-    number(
-        "estimated_ionosphere_m", "m", 4, "the receiver's estimate of it from the satellite's codes",
-        "not `combination: uncombined`, or one signal alone",
-        [](const Row& r) {
-          const auto& m = r.signal->measurement;
-          const auto& l1_m = r.satellite->estimated_ionosphere_m;
-          return m && l1_m ? *l1_m * std::pow(gnss::kL1_hz / m->carrier_frequency_hz, 2) : kNone;
-        }),
+    number("estimated_ionosphere_m", "m", 4, "the receiver's estimate of it from the satellite's codes",
+           "not `combination: uncombined`, or one signal alone",
+           [](const Row& r) {
+             const auto& m = r.signal->measurement;
+             const auto& l1_m = r.satellite->estimated_ionosphere_m;
+             return m && l1_m ? *l1_m * std::pow(gnss::kL1_hz / m->carrier_frequency_hz, 2) : kNone;
+           }),
     kDoppler,
     kPhase,
     kPhaseLock,

@@ -118,9 +118,8 @@ class TableRows {
   /// Calls `take(row)` for each row of an epoch, in the order of the CSV file.
   template <typename TakeRow>
   void each(const simulation::Epoch& epoch, TakeRow&& take) {
-    each(
-        epoch, &take,
-        [](void* to, const Row& row) { (*static_cast<std::remove_reference_t<TakeRow>*>(to))(row); });
+    each(epoch, &take,
+         [](void* to, const Row& row) { (*static_cast<std::remove_reference_t<TakeRow>*>(to))(row); });
   }
 
  private:

@@ -23,9 +23,8 @@ std::string_view placement_word(raytrace::Placement placement) {
 }
 
 bool measured(const receiver::SatelliteObservation& satellite) {
-  return satellite.measurement || std::any_of(
-                                      satellite.more.begin(), satellite.more.end(),
-                                      [](const auto& s) { return s.measurement.has_value(); });
+  return satellite.measurement || std::any_of(satellite.more.begin(), satellite.more.end(),
+                                              [](const auto& s) { return s.measurement.has_value(); });
 }
 
 std::optional<bool> wrong_fix(const simulation::Epoch& epoch) {

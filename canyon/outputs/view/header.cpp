@@ -76,15 +76,12 @@ Json words_json(const output::ViewWords& texts) {
     Json& all = words[std::string(name)] = Json::array();
     for (std::int64_t i = 0; i <= static_cast<std::int64_t>(last); ++i) all.push_back(word(i));
   };
-  list(
-      "status", positioning::FixStatus::NoSignal,
-      [](std::int64_t i) {
-        const auto s = static_cast<positioning::FixStatus>(i);
-        return s == positioning::FixStatus::Fix ? positioning::name(s) : positioning::reason(s);
-      });
-  list(
-      "path", propagation::PathKind::Transmitted,
-      [](std::int64_t i) { return propagation::name(static_cast<propagation::PathKind>(i)); });
+  list("status", positioning::FixStatus::NoSignal, [](std::int64_t i) {
+    const auto s = static_cast<positioning::FixStatus>(i);
+    return s == positioning::FixStatus::Fix ? positioning::name(s) : positioning::reason(s);
+  });
+  list("path", propagation::PathKind::Transmitted,
+       [](std::int64_t i) { return propagation::name(static_cast<propagation::PathKind>(i)); });
   list("body", propagation::Body::Kind::Crown,
        [](std::int64_t i) { return propagation::name(static_cast<propagation::Body::Kind>(i)); });
   for (const output::ViewTable& table : output::view_tables()) {

@@ -131,14 +131,12 @@ class Socket : public std::enable_shared_from_this<Socket> {
   };
 
   void read() {
-    stream_.async_read(
-        buffer_,
-        [self = shared_from_this()](error_code error, std::size_t) {
-          if (error) return self->leave();
-          std::string message = beast::buffers_to_string(self->buffer_.data());
-          self->buffer_.consume(self->buffer_.size());
-          self->ask(std::move(message));
-        });
+    stream_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
+      if (error) return self->leave();
+      std::string message = beast::buffers_to_string(self->buffer_.data());
+      self->buffer_.consume(self->buffer_.size());
+      self->ask(std::move(message));
+    });
   }
 
   /// The next message is read when the answer to this one is taken: who asks without end waits in line, and
@@ -415,23 +413,20 @@ std::string Server::address() const {
 }
 
 void Server::greet(std::vector<std::string> messages) {
-  asio::post(
-      impl_->io,
-      [shared = impl_->shared, messages = std::move(messages)]() mutable {
-        shared->greeting.clear();
-        for (std::string& message : messages)
-          shared->greeting.push_back(std::make_shared<const std::string>(std::move(message)));
-      });
+  asio::post(impl_->io, [shared = impl_->shared, messages = std::move(messages)]() mutable {
+    shared->greeting.clear();
+    for (std::string& message : messages)
+      shared->greeting.push_back(std::make_shared<const std::string>(std::move(message)));
+  });
 }
 
 void Server::send(std::string message) {
-  asio::post(
-      impl_->io,
-      [shared = impl_->shared, text = std::make_shared<const std::string>(std::move(message))] {
-        // One whose write fails at once leaves the set.
-        const std::vector<Socket*> sockets(shared->sockets.begin(), shared->sockets.end());
-        for (Socket* socket : sockets) socket->send(text, false);
-      });
+  asio::post(impl_->io,
+             [shared = impl_->shared, text = std::make_shared<const std::string>(std::move(message))] {
+               // One whose write fails at once leaves the set.
+               const std::vector<Socket*> sockets(shared->sockets.begin(), shared->sockets.end());
+               for (Socket* socket : sockets) socket->send(text, false);
+             });
 }
 
 bool Server::flush(std::chrono::milliseconds most) {

@@ -84,9 +84,9 @@ struct EdgeDiffraction::Impl {
         city(mesh, o.terrain) {}
 
   const EdgeSet& edges_of(const raytrace::PlacedInstance& placed) const {
-    return instances.of(
-        placed,
-        [this](const city::Mesh& mesh) { return std::make_unique<const EdgeSet>(mesh, options.terrain); });
+    return instances.of(placed, [this](const city::Mesh& mesh) {
+      return std::make_unique<const EdgeSet>(mesh, options.terrain);
+    });
   }
 
   /// Appends the candidates of every edge of one set.

@@ -292,11 +292,9 @@ struct DiffuseScattering::Impl {
     classify(direction, s);
     std::erase_if(s.classes, [&](const Class& of) { return of.first == of.last || of.power < min_power; });
     // Strongest first, so that rays are cast only for classes that may still be among the strongest.
-    std::sort(
-        s.classes.begin(), s.classes.end(),
-        [](const Class& a, const Class& b) {
-          return a.power != b.power ? a.power > b.power : a.first < b.first;
-        });
+    std::sort(s.classes.begin(), s.classes.end(), [](const Class& a, const Class& b) {
+      return a.power != b.power ? a.power > b.power : a.first < b.first;
+    });
     const auto stronger = [](const DiffusePath& a, const DiffusePath& b) {
       return a.power != b.power ? a.power > b.power : a.bin < b.bin;
     };

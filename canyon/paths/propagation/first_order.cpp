@@ -110,13 +110,11 @@ void FirstOrderSearch::sort_and_drop_doubles() {
 void FirstOrderSearch::keep_clear(const raytrace::RayScene& scene, const Vector3d& antenna,
                                   std::span<const Vector3d> directions) {
   const auto point = [](const Found& f) -> Vector3d { return f.path.point + f.lift_m * f.normal; };
-  clear_rays_.keep(
-      scene, found_, scene.surface_offset_m(antenna),
-      [&](const Found& f) {
-        const Vector3d leg = point(f) - antenna;
-        const double range = leg.norm();
-        return raytrace::Ray{antenna, leg / range, range};
-      });
+  clear_rays_.keep(scene, found_, scene.surface_offset_m(antenna), [&](const Found& f) {
+    const Vector3d leg = point(f) - antenna;
+    const double range = leg.norm();
+    return raytrace::Ray{antenna, leg / range, range};
+  });
   clear_rays_.keep(scene, found_, 0, [&](const Found& f) {
     return raytrace::Ray{point(f), directions[f.satellite]};
   });

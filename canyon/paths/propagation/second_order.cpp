@@ -226,11 +226,9 @@ void SecondOrderSearch::keep_clear(const raytrace::RayScene& scene, const Vector
   };
   const auto near = [](const Found& f) -> Vector3d { return f.path.point + f.lift_m * f.normal; };
   const auto far = [](const Found& f) -> Vector3d { return f.path.far_point + f.far_lift_m * f.far_normal; };
-  clear_rays_.keep(
-      scene, found_, scene.surface_offset_m(antenna),
-      [&](const Found& f) { return between(antenna, near(f)); });
-  clear_rays_.keep(
-      scene, found_, 0, [&](const Found& f) { return between(near(f), far(f)); });
+  clear_rays_.keep(scene, found_, scene.surface_offset_m(antenna),
+                   [&](const Found& f) { return between(antenna, near(f)); });
+  clear_rays_.keep(scene, found_, 0, [&](const Found& f) { return between(near(f), far(f)); });
   clear_rays_.keep(scene, found_, 0, [&](const Found& f) {
     return raytrace::Ray{far(f), directions[f.satellite]};
   });

@@ -263,8 +263,7 @@ Design place_and_design(const FilterState& filter, std::vector<RangedSatellite>&
 Eigen::Vector3d moved_by_ionosphere(const FilterState& filter, const FilterEpoch& epoch,
                                     const Eigen::Matrix3d& enu_from_ecef) {
   std::vector<RangedSatellite> above = epoch.satellites;
-  std::erase_if(
-      above, [](const RangedSatellite& satellite) { return !satellite.above_mask; });
+  std::erase_if(above, [](const RangedSatellite& satellite) { return !satellite.above_mask; });
   if (std::all_of(above.begin(), above.end(), [](const auto& each) { return each.ionosphere_m == 0; }))
     return Eigen::Vector3d::Zero();
   Design design = place_and_design(filter, above, enu_from_ecef);

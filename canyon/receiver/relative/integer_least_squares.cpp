@@ -269,8 +269,8 @@ std::optional<IntegerSolution> short_search(const VectorXd& real, const MatrixXd
   // The best known last.
   std::vector<Index> order(static_cast<std::size_t>(n));
   std::iota(order.begin(), order.end(), Index{0});
-  std::sort(
-      order.begin(), order.end(), [&](Index a, Index b) { return covariance(a, a) > covariance(b, b); });
+  std::sort(order.begin(), order.end(),
+            [&](Index a, Index b) { return covariance(a, a) > covariance(b, b); });
   const auto place = [&](Index i) { return order[static_cast<std::size_t>(i)]; };
   MatrixXd ordered(n, n);
   VectorXd z(n);

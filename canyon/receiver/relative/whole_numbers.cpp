@@ -236,13 +236,11 @@ std::optional<WholeNumbers> WholeNumberSearch::find_among(std::vector<std::size_
   std::vector<std::size_t> ordered, begins;
   for (const std::size_t fewer : kFewer) {
     for (std::size_t k = 0; k < fewer && !among.empty(); ++k, --remaining) {
-      std::erase_if(
-          among,
-          [&, worst = differences_[among.back()].id()](std::size_t i) {
-            if (differences_[i].id() != worst) return false;
-            ordered.push_back(i);
-            return true;
-          });
+      std::erase_if(among, [&, worst = differences_[among.back()].id()](std::size_t i) {
+        if (differences_[i].id() != worst) return false;
+        ordered.push_back(i);
+        return true;
+      });
     }
     if (remaining < kFewestSatellites) break;
     begins.push_back(ordered.size());

@@ -115,16 +115,13 @@ void visit_axes(options::Visitor& v, ImuAxes& axes) {
 }
 
 void visit_orientation(options::Visitor& v, SensorOrientation& o) {
-  v.section(
-      "orientation",
-      [&] {
-        v.number({"roll_deg", "deg",
-                  "turn of the sensor about its forward axis, left side up; after pitch and yaw"},
-                 o.roll_deg, {-180, 180});
-        v.number({"pitch_deg", "deg", "turn about its left axis, nose up; after yaw"}, o.pitch_deg,
-                 {-90, 90});
-        v.number({"yaw_deg", "deg", "turn about the vehicle's up axis, to the left"}, o.yaw_deg, {-180, 180});
-      });
+  v.section("orientation", [&] {
+    v.number(
+        {"roll_deg", "deg", "turn of the sensor about its forward axis, left side up; after pitch and yaw"},
+        o.roll_deg, {-180, 180});
+    v.number({"pitch_deg", "deg", "turn about its left axis, nose up; after yaw"}, o.pitch_deg, {-90, 90});
+    v.number({"yaw_deg", "deg", "turn about the vehicle's up axis, to the left"}, o.yaw_deg, {-180, 180});
+  });
 }
 
 void visit(options::Visitor& v, ImuOptions& o) {
@@ -141,11 +138,7 @@ void visit(options::Visitor& v, ImuOptions& o) {
     v.number({"up_m", "m", "sensor above that point"}, o.position_m.z(), {-1000, 1000});
   });
   visit_orientation(v, o.orientation);
-  v.section(
-      "gyroscope",
-      [&] {
-        (void)numbers_of(o.gyroscope, {&v, o.profile});
-      });
+  v.section("gyroscope", [&] { (void)numbers_of(o.gyroscope, {&v, o.profile}); });
   v.section("accelerometer", [&] { (void)numbers_of(o.accelerometer, {&v, o.profile}); });
   v.section("temperature", [&] {
     v.number({"air_c", "deg C", "of the air about the sensor"}, o.temperature.air_c, {-60, 85});

@@ -175,15 +175,13 @@ class CsvReader {
         first_record = file_.line();
       }
       if (!other) {
-        guard_record(
-            path_.report,
-            [&] {
-              try {
-                read_record(fields);
-              } catch (const InputError&) {
-                if (!(other = names())) throw;
-              }
-            });
+        guard_record(path_.report, [&] {
+          try {
+            read_record(fields);
+          } catch (const InputError&) {
+            if (!(other = names())) throw;
+          }
+        });
       }
       if (other) take_another_header(*line);
     }
@@ -202,12 +200,10 @@ class CsvReader {
     const char separator = separator_of(line);
     const Fields fields = csv_fields(line, separator);
     if (!given_->empty()) {
-      return std::all_of(
-          given_->begin(), given_->end(),
-          [&](const auto& column) {
-            const std::size_t at = index_of(fields, column.second, numbers_);
-            return at < fields.size() && (!numbers_ || column.first == "time" || number_of(fields[at]));
-          });
+      return std::all_of(given_->begin(), given_->end(), [&](const auto& column) {
+        const std::size_t at = index_of(fields, column.second, numbers_);
+        return at < fields.size() && (!numbers_ || column.first == "time" || number_of(fields[at]));
+      });
     }
     return std::count_if(fields.begin(), fields.end(), [](auto name) {
              return known(name).first < kQuantities;
@@ -332,8 +328,8 @@ class CsvReader {
 
   /// The column that trajectory.columns names for a quantity.
   void find_named(const Fields& header, std::string_view quantity, const std::string& given, bool numbers) {
-    const auto* const row = std::find_if(
-        kRows.begin(), kRows.end(), [&](const Row& r) { return r.name == quantity; });
+    const auto* const row =
+        std::find_if(kRows.begin(), kRows.end(), [&](const Row& r) { return r.name == quantity; });
     const auto fault = [&](std::string_view problem) {
       return file_.error(fmt::format("trajectory.columns.{}: {}", quantity, problem), columns_cure());
     };

@@ -241,12 +241,10 @@ class NmeaLog {
     const auto is_checked = [](const Report& r) { return r.checked; };
     // Where sentences have checksums, one without is cut short: its last number may be.
     if (std::any_of(reports.begin(), reports.end(), is_checked)) {
-      std::erase_if(
-          reports,
-          [&](const Report& r) {
-            if (!r.checked) report.guess(r.line, kDamaged, "left out");
-            return !r.checked;
-          });
+      std::erase_if(reports, [&](const Report& r) {
+        if (!r.checked) report.guess(r.line, kDamaged, "left out");
+        return !r.checked;
+      });
     }
     choose_kind();
   }

@@ -90,13 +90,11 @@ class TrackReader {
   /// Calls `read` for a value of a point; the point is bad where it throws InputError.
   template <typename Read>
   void guard(TrackPoint& point, const Read& read) {
-    guard_record(
-        report_,
-        [&] {
-          if (std::exchange(point.bad, true)) return;
-          read();
-          point.bad = false;
-        });
+    guard_record(report_, [&] {
+      if (std::exchange(point.bad, true)) return;
+      read();
+      point.bad = false;
+    });
   }
   [[nodiscard]] NoValue no_fix(const XmlTags& tags) const {
     return {file_.path(), tags.line(), "point without a fix"};
@@ -124,8 +122,7 @@ class TrackReader {
       } else if (tags.name.starts_with('/') && tags.name.substr(1) == name) {
         inside = false;
       } else if (inside && !extension) {
-        guard(
-            points_.back(), [&] { read_gpx_value(tags, points_.back()); });
+        guard(points_.back(), [&] { read_gpx_value(tags, points_.back()); });
       }
     }
     // The file ends within it.

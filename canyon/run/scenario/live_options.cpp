@@ -83,8 +83,7 @@ void visit(options::Visitor& v, PoseSourceOptions& o) {
 
 void visit(options::Visitor& v, LiveOptions& o) {
   static constexpr std::string_view kClocks[]{"wall", "stamps"};
-  v.list(
-      "poses", o.poses, [&](PoseSourceOptions& source) { visit(v, source); });
+  v.list("poses", o.poses, [&](PoseSourceOptions& source) { visit(v, source); });
   v.list("streams", o.streams, [&](StreamRequest& stream) { visit(v, stream); });
   v.choice({"clock", "", "clock of the run: wall (real time) or stamps (those of the poses)"}, o.clock,
            kClocks);

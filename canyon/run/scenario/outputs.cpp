@@ -60,13 +60,11 @@ void visit(options::Visitor& v, OutputConfig& o) {
   for (const Output& output : outputs()) {
     bool wanted = o.has(output.name);
     if (output.name == kWithGeneration) {
-      v.section(
-          output.name,
-          [&] {
-            if (v.reads()) wanted = true;
-            v.boolean({"enabled", "", output.help}, wanted);
-            visit_generation(v, o.ubx_generation);
-          });
+      v.section(output.name, [&] {
+        if (v.reads()) wanted = true;
+        v.boolean({"enabled", "", output.help}, wanted);
+        visit_generation(v, o.ubx_generation);
+      });
     } else {
       v.boolean({output.name, "", output.help}, wanted);
     }

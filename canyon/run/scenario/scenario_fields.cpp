@@ -266,19 +266,17 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
   std::vector<WaypointKeys> places;
   for (std::size_t i = 0; i < config.waypoints.size() && !v.reads(); ++i)
     places.push_back({keys_of(config, i), i < config.legs.size() ? config.legs[i] : TrajectoryConfig::Leg{}});
-  v.list(
-      "waypoints", places,
-      [&](WaypointKeys& keys) {
-        visit_place(v, keys.place, "corner of a drive with straight legs", kHeightNote);
-        visit_leg(v, keys.leg);
-        if (!v.reads()) return;
-        if (keys.leg.height_above_terrain_m && config.height_above_terrain_m)
-          throw v.fault(
-              "height_above_terrain_m", "is given at the waypoint and at the trajectory",
-              "keep one: the trajectory's follows the terrain, waypoints' are joined by straight lines");
-        add_place(v, keys.place, frame, config, keys.leg.height_above_terrain_m.has_value());
-        config.legs.push_back(keys.leg);
-      });
+  v.list("waypoints", places, [&](WaypointKeys& keys) {
+    visit_place(v, keys.place, "corner of a drive with straight legs", kHeightNote);
+    visit_leg(v, keys.leg);
+    if (!v.reads()) return;
+    if (keys.leg.height_above_terrain_m && config.height_above_terrain_m)
+      throw v.fault(
+          "height_above_terrain_m", "is given at the waypoint and at the trajectory",
+          "keep one: the trajectory's follows the terrain, waypoints' are joined by straight lines");
+    add_place(v, keys.place, frame, config, keys.leg.height_above_terrain_m.has_value());
+    config.legs.push_back(keys.leg);
+  });
   if (v.reads() && std::all_of(config.legs.begin(), config.legs.end(), [](const TrajectoryConfig::Leg& leg) {
         return leg == TrajectoryConfig::Leg{};
       }))

@@ -47,12 +47,10 @@ void merge_records(std::vector<Ephemeris>& into, std::vector<Ephemeris>&& from, 
   into.insert(into.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
   if constexpr (std::is_same_v<Ephemeris, KeplerEphemeris>) drop_mixed(into, report);
   // Stable, so that the record that came first stays.
-  std::stable_sort(
-      into.begin(), into.end(),
-      [](const Ephemeris& a, const Ephemeris& b) { return identity(a) < identity(b); });
-  into.erase(std::unique(
-                 into.begin(), into.end(),
-                 [](const Ephemeris& a, const Ephemeris& b) { return identity(a) == identity(b); }),
+  std::stable_sort(into.begin(), into.end(),
+                   [](const Ephemeris& a, const Ephemeris& b) { return identity(a) < identity(b); });
+  into.erase(std::unique(into.begin(), into.end(),
+                         [](const Ephemeris& a, const Ephemeris& b) { return identity(a) == identity(b); }),
              into.end());
   std::stable_sort(into.begin(), into.end(), [](const Ephemeris& a, const Ephemeris& b) {
     return std::tie(a.id, a.toe, a.transmission) < std::tie(b.id, b.toe, b.transmission);

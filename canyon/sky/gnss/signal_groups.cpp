@@ -59,28 +59,22 @@ void run_check(const options::Visitor& v, const options::Field& field, const Che
 }  // namespace
 
 bool in_group(std::string_view group, SatelliteId id, const Signal& signal, geodesy::GpsTime time) {
-  return all_names(
-      group,
-      [&](std::string_view name) {
-        if (name == signal.name || name == gnss::name(id.system) || name == block_of(id, time)) return true;
-        return id.system == System::BeiDou && name == beidou_orbit(id.number);
-      });
+  return all_names(group, [&](std::string_view name) {
+    if (name == signal.name || name == gnss::name(id.system) || name == block_of(id, time)) return true;
+    return id.system == System::BeiDou && name == beidou_orbit(id.number);
+  });
 }
 
 void check_group(std::string_view group) {
-  static_cast<void>(all_names(
-      group,
-      [&](std::string_view name) {
-        if (is_name(name)) return true;
-        std::array<std::string_view, kSystemCount> systems;
-        std::transform(
-            kAllSystems.begin(), kAllSystems.end(), systems.begin(),
-            [](System system) { return gnss::name(system); });
-        throw InputError(
-            fmt::format("'{}' is not a group of signals", name),
-            fmt::format("groups are systems ({}), signals (L1CA, B1I, ...), and {}; & joins them",
-                        fmt::join(systems, ", "), fmt::join(kinds(), ", ")));
-      }));
+  static_cast<void>(all_names(group, [&](std::string_view name) {
+    if (is_name(name)) return true;
+    std::array<std::string_view, kSystemCount> systems;
+    std::transform(kAllSystems.begin(), kAllSystems.end(), systems.begin(),
+                   [](System system) { return gnss::name(system); });
+    throw InputError(fmt::format("'{}' is not a group of signals", name),
+                     fmt::format("groups are systems ({}), signals (L1CA, B1I, ...), and {}; & joins them",
+                                 fmt::join(systems, ", "), fmt::join(kinds(), ", ")));
+  }));
 }
 
 double sum_of(const GroupValues& values, SatelliteId id, const Signal& signal, geodesy::GpsTime time) {

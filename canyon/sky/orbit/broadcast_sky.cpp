@@ -317,12 +317,10 @@ std::string BroadcastSky::source(gnss::SatelliteId id, GpsTime t) const {
 }
 
 bool BroadcastSky::covers(GpsTime t) const {
-  return std::any_of(
-      index_->satellites.begin(), index_->satellites.end(),
-      [&](const Index::Satellite& s) {
-        const Entry* entry = Index::choose(s, t, options_.allow_stale).entry;
-        return entry != nullptr && (entry->healthy || options_.allow_unhealthy);
-      });
+  return std::any_of(index_->satellites.begin(), index_->satellites.end(), [&](const Index::Satellite& s) {
+    const Entry* entry = Index::choose(s, t, options_.allow_stale).entry;
+    return entry != nullptr && (entry->healthy || options_.allow_unhealthy);
+  });
 }
 
 std::pair<GpsTime, GpsTime> BroadcastSky::span() const {

@@ -87,12 +87,10 @@ Sp3File joined_files(std::vector<Sp3File> files) {
   std::sort(joined.epochs.begin(), joined.epochs.end());
   joined.epochs.erase(std::unique(joined.epochs.begin(), joined.epochs.end()), joined.epochs.end());
   for (auto& [id, records] : joined.records) {
-    std::stable_sort(
-        records.begin(), records.end(),
-        [](const Sp3Record& a, const Sp3Record& b) {
-          const auto bad = [](const Sp3Record& r) { return !r.good_position || !r.good_clock; };
-          return a.t < b.t || (a.t == b.t && bad(a) < bad(b));
-        });
+    std::stable_sort(records.begin(), records.end(), [](const Sp3Record& a, const Sp3Record& b) {
+      const auto bad = [](const Sp3Record& r) { return !r.good_position || !r.good_clock; };
+      return a.t < b.t || (a.t == b.t && bad(a) < bad(b));
+    });
     records.erase(std::unique(records.begin(), records.end(),
                               [](const Sp3Record& a, const Sp3Record& b) { return a.t == b.t; }),
                   records.end());
@@ -276,8 +274,7 @@ class Reader {
           fmt::format("the header announces {} epochs, and {} are read", announced_, result_.epochs.size()),
           "the file may be cut short");
     }
-    note_without(
-        "position", [](const Sp3Record& r) { return r.good_position; });
+    note_without("position", [](const Sp3Record& r) { return r.good_position; });
     note_without("clock", [](const Sp3Record& r) { return r.good_clock; });
     result_.step_s = most_frequent_step();
     return std::move(result_);

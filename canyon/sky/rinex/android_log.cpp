@@ -245,11 +245,9 @@ class AndroidReader {
   }
 
   static void sort(std::vector<ObservedSignal>& signals) {
-    std::stable_sort(
-        signals.begin(), signals.end(),
-        [](const ObservedSignal& a, const ObservedSignal& b) {
-          return std::pair(a.id, gnss::index_of(*a.signal)) < std::pair(b.id, gnss::index_of(*b.signal));
-        });
+    std::stable_sort(signals.begin(), signals.end(), [](const ObservedSignal& a, const ObservedSignal& b) {
+      return std::pair(a.id, gnss::index_of(*a.signal)) < std::pair(b.id, gnss::index_of(*b.signal));
+    });
   }
 
   // --- signals

@@ -438,9 +438,9 @@ gnss::NavigationData read_rinex_navigation(const std::vector<std::filesystem::pa
   if (paths.empty()) throw InputError("no navigation file given");
   gnss::NavigationData all;
   for (const std::filesystem::path& path : paths) {
-    all.merge(read_as(
-        FileKind::RinexNavigation, path,
-        [&] { return Reader(TextFile(path, std::size_t{1} << 31, CutGzip::ReadToCut), wanted).read(); }));
+    all.merge(read_as(FileKind::RinexNavigation, path, [&] {
+      return Reader(TextFile(path, std::size_t{1} << 31, CutGzip::ReadToCut), wanted).read();
+    }));
   }
   tell_mixed(all);
   return all;

@@ -246,10 +246,8 @@ class Writer {
       }
       file_.write(variable, {first, 0, 0}, {count, receivers, size}, values.data());
     };
-    counts(
-        errors_, kErrorBins, [](const ReceiverRecord& r) { return r.errors.data(); });
-    counts(
-        hour_epochs_, 24, [](const ReceiverRecord& r) { return r.epochs.data(); });
+    counts(errors_, kErrorBins, [](const ReceiverRecord& r) { return r.errors.data(); });
+    counts(hour_epochs_, 24, [](const ReceiverRecord& r) { return r.epochs.data(); });
     counts(hour_available_, 24, [](const ReceiverRecord& r) { return r.available.data(); });
   }
 

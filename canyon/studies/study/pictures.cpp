@@ -79,29 +79,26 @@ class Sheet {
         drawn_(std::min(kMostDrawn, comparison.groups.size())) {}
 
   [[nodiscard]] drawing::Picture errors() const {
-    return draw(
-        "Cumulative horizontal errors", "share of epochs whose fix is not farther off",
-        [&](Canvas& canvas) {
-          Plot plot = make_plot("Horizontal error [m]", "Share of epochs");
-          plot.x = error_scale(comparison_, drawn_);
-          plot.y = share_scale();
-          draw_curves(
-              canvas, plot,
-              [&](const Group& group) {
-                const auto counts = pooled(group, &ReceiverRecord::errors);
-                const auto epochs = pooled(group, &ReceiverRecord::epochs);
-                const double total = std::accumulate(epochs.begin(), epochs.end(), 0.0);
-                std::vector<Point> curve;
-                double below = 0;
-                for (std::size_t i = 0; i < kErrorBins && total > 0; ++i) {
-                  below += counts[i];
-                  if (error_edge_m(i + 1) < plot.x.low) continue;
-                  if (error_edge_m(i) > plot.x.high) break;
-                  curve.push_back(plot.at(error_edge_m(i + 1), below / total));
-                }
-                return curve;
-              });
-        });
+    return draw("Cumulative horizontal errors", "share of epochs whose fix is not farther off",
+                [&](Canvas& canvas) {
+                  Plot plot = make_plot("Horizontal error [m]", "Share of epochs");
+                  plot.x = error_scale(comparison_, drawn_);
+                  plot.y = share_scale();
+                  draw_curves(canvas, plot, [&](const Group& group) {
+                    const auto counts = pooled(group, &ReceiverRecord::errors);
+                    const auto epochs = pooled(group, &ReceiverRecord::epochs);
+                    const double total = std::accumulate(epochs.begin(), epochs.end(), 0.0);
+                    std::vector<Point> curve;
+                    double below = 0;
+                    for (std::size_t i = 0; i < kErrorBins && total > 0; ++i) {
+                      below += counts[i];
+                      if (error_edge_m(i + 1) < plot.x.low) continue;
+                      if (error_edge_m(i) > plot.x.high) break;
+                      curve.push_back(plot.at(error_edge_m(i + 1), below / total));
+                    }
+                    return curve;
+                  });
+                });
   }
 
   [[nodiscard]] drawing::Picture availability() const {
@@ -174,25 +171,24 @@ class Sheet {
   }
 
   [[nodiscard]] drawing::Picture boxes() const {
-    return draw(
-        "Errors of runs", "95 % of each run's horizontal error: quartiles, 5 % to 95 % of runs",
-        [&](Canvas& canvas) {
-          Plot plot = make_plot("", "Horizontal error, 95 % [m]");
-          std::vector<std::vector<double>> values(drawn_);
-          std::vector<double> all;
-          for (std::size_t g = 0; g < drawn_; ++g) {
-            for (const ReceiverRecord* record : comparison_.groups[g].records) {
-              const auto value = record == nullptr ? std::nullopt : compared_figures()[2].of(*record);
-              if (value) values[g].push_back(*value), all.push_back(*value);
-            }
-          }
-          plot.y = drawing::make_scale(all, 0);
-          plot.x.high = static_cast<double>(std::max<std::size_t>(1, drawn_));
-          plot.draw_ground(canvas);
-          for (std::size_t g = 0; g < drawn_; ++g) draw_box(canvas, plot, g, values[g]);
-          plot.draw_frame(canvas);
-          legend(canvas, plot);
-        });
+    return draw("Errors of runs", "95 % of each run's horizontal error: quartiles, 5 % to 95 % of runs",
+                [&](Canvas& canvas) {
+                  Plot plot = make_plot("", "Horizontal error, 95 % [m]");
+                  std::vector<std::vector<double>> values(drawn_);
+                  std::vector<double> all;
+                  for (std::size_t g = 0; g < drawn_; ++g) {
+                    for (const ReceiverRecord* record : comparison_.groups[g].records) {
+                      const auto value = record == nullptr ? std::nullopt : compared_figures()[2].of(*record);
+                      if (value) values[g].push_back(*value), all.push_back(*value);
+                    }
+                  }
+                  plot.y = drawing::make_scale(all, 0);
+                  plot.x.high = static_cast<double>(std::max<std::size_t>(1, drawn_));
+                  plot.draw_ground(canvas);
+                  for (std::size_t g = 0; g < drawn_; ++g) draw_box(canvas, plot, g, values[g]);
+                  plot.draw_frame(canvas);
+                  legend(canvas, plot);
+                });
   }
 
  private:

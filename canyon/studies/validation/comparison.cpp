@@ -251,9 +251,8 @@ class Comparer {
   }
 
   static bool has_system(const std::vector<const gnss::Signal*>& signals, gnss::System system) {
-    return std::any_of(
-        signals.begin(), signals.end(),
-        [system](const gnss::Signal* signal) { return signal->system == system; });
+    return std::any_of(signals.begin(), signals.end(),
+                       [system](const gnss::Signal* signal) { return signal->system == system; });
   }
 
   [[nodiscard]] ComparedSatellite::Prediction predict(const propagation::SatelliteView& view,

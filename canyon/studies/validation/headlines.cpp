@@ -166,17 +166,14 @@ const Headline* headline_with(const std::vector<Headline>& headlines, std::strin
 }
 
 std::string value_text(const Headline& h) {
-  return pair_text(
-      h, h.measured, h.simulated,
-      [&h](double value) { return fmt::format("{:.{}f}", value, h.info.decimals); });
+  return pair_text(h, h.measured, h.simulated,
+                   [&h](double value) { return fmt::format("{:.{}f}", value, h.info.decimals); });
 }
 
 std::string interval_text(const Headline& h) {
-  return pair_text(
-      h, h.measured_interval, h.simulated_interval,
-      [&h](const Interval& i) {
-        return fmt::format("{:.{}f} to {:.{}f}", i.low, h.info.decimals, i.high, h.info.decimals);
-      });
+  return pair_text(h, h.measured_interval, h.simulated_interval, [&h](const Interval& i) {
+    return fmt::format("{:.{}f} to {:.{}f}", i.low, h.info.decimals, i.high, h.info.decimals);
+  });
 }
 
 }  // namespace canyon::validation

@@ -66,12 +66,10 @@ std::vector<std::string> keep_systems(const std::set<gnss::System>& wanted,
                     gnss::name(system), fmt::join(names, ", "), gnss::signals_of(system).front().name));
   }
   for (rinex::ObservationEpoch& epoch : epochs) {
-    std::erase_if(
-        epoch.signals,
-        [&](const rinex::ObservedSignal& s) {
-          const auto at = found.find(s.id.system);
-          return wanted.count(s.id.system) == 0 || (any && at != found.end() && !at->second.first);
-        });
+    std::erase_if(epoch.signals, [&](const rinex::ObservedSignal& s) {
+      const auto at = found.find(s.id.system);
+      return wanted.count(s.id.system) == 0 || (any && at != found.end() && !at->second.first);
+    });
   }
   return warnings;
 }

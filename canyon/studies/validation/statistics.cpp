@@ -13,8 +13,7 @@ namespace canyon::validation {
 namespace {
 
 [[maybe_unused]] bool all_finite(std::span<const double> values) {
-  return std::all_of(
-      values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
 
 std::vector<double> sorted_copy(std::span<const double> values) {
@@ -122,8 +121,7 @@ std::optional<double> kolmogorov_smirnov(std::span<const double> a, std::span<co
 }
 
 RankedSample::RankedSample(std::vector<Item> items) : items_(std::move(items)) {
-  std::sort(
-      items_.begin(), items_.end(), [](const Item& a, const Item& b) { return a.score < b.score; });
+  std::sort(items_.begin(), items_.end(), [](const Item& a, const Item& b) { return a.score < b.score; });
 }
 
 // Mann-Whitney: pairs in which the NLOS observation scores above the LOS one, equals half.

@@ -99,11 +99,9 @@ CleanedRing clean(const std::vector<Point2>& raw) {
 }
 
 bool is_placed(const std::vector<Point2>& ring) {
-  return std::all_of(
-      ring.begin(), ring.end(),
-      [](const Point2& p) {
-        return std::abs(p.x()) <= kFarthestPoint_m && std::abs(p.y()) <= kFarthestPoint_m;  // false for NaN
-      });
+  return std::all_of(ring.begin(), ring.end(), [](const Point2& p) {
+    return std::abs(p.x()) <= kFarthestPoint_m && std::abs(p.y()) <= kFarthestPoint_m;  // false for NaN
+  });
 }
 
 constexpr std::size_t kMostHoles = 3000;  // GEOS's triangulation takes the square of them
@@ -195,8 +193,7 @@ Box2 bounds(const std::vector<Polygon2>& polygons) {
 class Grid2 {
  public:
   void add(std::uint32_t index, const Box2& box) {
-    for_cells(
-        box, [&](std::uint64_t cell) { cells_[cell].push_back(index); });
+    for_cells(box, [&](std::uint64_t cell) { cells_[cell].push_back(index); });
   }
   // Indices in ascending order, each once.
   [[nodiscard]] std::vector<std::uint32_t> near(const Box2& box) const {

@@ -570,8 +570,8 @@ MapData CityModel::finish(const std::filesystem::path& name) {
 }
 
 bool attribute_matters(std::string_view name) {
-  return std::any_of(
-             kSameAs.begin(), kSameAs.end(), [name](const auto& pair) { return pair.first == name; }) ||
+  return std::any_of(kSameAs.begin(), kSameAs.end(),
+                     [name](const auto& pair) { return pair.first == name; }) ||
          std::find(kOthers.begin(), kOthers.end(), name) != kOthers.end();
 }
 

@@ -116,28 +116,20 @@ class GmlParser {
     if (parser.failure_ || parser.ended_) XML_StopParser(parser.parser_.get(), XML_FALSE);
   }
   static void on_begin(void* self, const XML_Char* name, const XML_Char** attributes) {
-    guard(
-        self, [&](GmlParser& parser) { parser.begin(local_name(name), attributes); });
+    guard(self, [&](GmlParser& parser) { parser.begin(local_name(name), attributes); });
   }
   static void on_end(void* self, const XML_Char*) {
-    guard(
-        self, [](GmlParser& parser) { parser.end(); });
+    guard(self, [](GmlParser& parser) { parser.end(); });
   }
   static void on_text(void* self, const XML_Char* text, int length) {
-    guard(
-        self,
-        [&](GmlParser& parser) {
-          parser.add_text({text, static_cast<std::size_t>(length)});
-        });
+    guard(self, [&](GmlParser& parser) { parser.add_text({text, static_cast<std::size_t>(length)}); });
   }
   static void on_entity(void* self, const XML_Char* name, int, const XML_Char*, int, const XML_Char*,
                         const XML_Char*, const XML_Char*, const XML_Char*) {
-    guard(
-        self,
-        [&](GmlParser& parser) {
-          parser.fail(fmt::format("declares the entity '{}', which is not read", name),
-                      "city models need none: remove the declaration");
-        });
+    guard(self, [&](GmlParser& parser) {
+      parser.fail(fmt::format("declares the entity '{}', which is not read", name),
+                  "city models need none: remove the declaration");
+    });
   }
 
   void begin(std::string_view name, const XML_Char** attributes) {

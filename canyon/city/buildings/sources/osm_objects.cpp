@@ -21,8 +21,8 @@ namespace {
 constexpr double kBoxMargin_deg = 0.02;
 
 bool tags_matter(const osmium::TagList& list, bool foliage) {
-  return std::any_of(
-      list.begin(), list.end(), [&](const osmium::Tag& tag) { return key_matters(tag.key(), foliage); });
+  return std::any_of(list.begin(), list.end(),
+                     [&](const osmium::Tag& tag) { return key_matters(tag.key(), foliage); });
 }
 
 void make_set(std::vector<OsmId>& ids) {
@@ -151,9 +151,8 @@ class ObjectReader {
   }
 
   void read_ways() {
-    read_newest(
-        files_, osmium::osm_entity_bits::way, objects_.ways,
-        [&](const osmium::OSMObject& object) { add_way(static_cast<const osmium::Way&>(object)); });
+    read_newest(files_, osmium::osm_entity_bits::way, objects_.ways,
+                [&](const osmium::OSMObject& object) { add_way(static_cast<const osmium::Way&>(object)); });
   }
 
   void add_way(const osmium::Way& way) {
@@ -393,9 +392,9 @@ bool is_passage(const TagMap& tags) {
 
 std::string reason_to_leave_out(const TagMap& tags, std::string_view value) {
   const auto says = [&](const auto& words, const auto& of_own) {
-    return std::any_of(
-        words.begin(), words.end(),
-        [&](std::string_view word) { return value == word || of_own(tag(tags, std::string(word).c_str())); });
+    return std::any_of(words.begin(), words.end(), [&](std::string_view word) {
+      return value == word || of_own(tag(tags, std::string(word).c_str()));
+    });
   };
   if (says(kGoneValues, [](std::string_view own) { return !own.empty() && !is_no(own); }) ||
       says(kNotThereValues, [](std::string_view own) { return own == "yes"; }))

@@ -195,12 +195,10 @@ std::string render_sheet(const SkySheet& sheet, const std::function<void(Canvas&
 std::function<void(Canvas&)> chart(const SkyDrawing& drawing) {
   return [&drawing](Canvas& canvas) {
     const SkyLens lens = sky_sheet_lens(drawing.projection, false);
-    draw_sheet(
-        canvas, drawing, lens,
-        [&](Canvas& c) {
-          c.circle(kCentre, kRadius, kGround);
-          draw_sky_mask(c, lens, drawing.mask);
-        });
+    draw_sheet(canvas, drawing, lens, [&](Canvas& c) {
+      c.circle(kCentre, kRadius, kGround);
+      draw_sky_mask(c, lens, drawing.mask);
+    });
   };
 }
 

@@ -72,11 +72,9 @@ constexpr std::array<std::array<double, 2>, 8> kRooks{{{0.0625, 0.4375},
 
 /// Calls work(row) for each of `rows` rows of pixels, on all cores.
 void for_rows(int rows, const std::function<void(int)>& work) {
-  tbb::parallel_for(
-      tbb::blocked_range<int>(0, rows, 4),
-      [&work](const tbb::blocked_range<int>& range) {
-        for (int row = range.begin(); row != range.end(); ++row) work(row);
-      });
+  tbb::parallel_for(tbb::blocked_range<int>(0, rows, 4), [&work](const tbb::blocked_range<int>& range) {
+    for (int row = range.begin(); row != range.end(); ++row) work(row);
+  });
 }
 
 /// The object that each triangle belongs to.

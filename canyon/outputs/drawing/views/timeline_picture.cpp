@@ -65,11 +65,9 @@ class Timeline {
   }
 
   [[nodiscard]] static bool has_strength(const TimelineDrawing& drawing) {
-    return std::any_of(
-        drawing.points.begin(), drawing.points.end(),
-        [](const TimelinePoint& p) {
-          return std::isfinite(p.cn0_los_dbhz) || std::isfinite(p.cn0_nlos_dbhz);
-        });
+    return std::any_of(drawing.points.begin(), drawing.points.end(), [](const TimelinePoint& p) {
+      return std::isfinite(p.cn0_los_dbhz) || std::isfinite(p.cn0_nlos_dbhz);
+    });
   }
 
  private:

@@ -73,12 +73,10 @@ DeviceEpoch DeviceEpochs::next(const simulation::Epoch& epoch) {
 }
 
 canyon::rtcm::CorrectionsDecoder& DeviceEpochs::decoder_of(std::uint64_t reader) {
-  return decoders_.of(
-      reader,
-      [this](gnss::SatelliteId id) -> std::optional<int> {
-        const auto found = channels_.find(id);
-        return found == channels_.end() ? std::nullopt : std::optional(found->second);
-      });
+  return decoders_.of(reader, [this](gnss::SatelliteId id) -> std::optional<int> {
+    const auto found = channels_.find(id);
+    return found == channels_.end() ? std::nullopt : std::optional(found->second);
+  });
 }
 
 void DeviceEpochs::receive(std::uint64_t reader, std::string_view bytes) {

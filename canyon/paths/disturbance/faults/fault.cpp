@@ -295,22 +295,18 @@ int last_number(gnss::System system) {
 }
 
 bool is_system(std::string_view name) {
-  return std::any_of(
-      gnss::kAllSystems.begin(), gnss::kAllSystems.end(),
-      [&](gnss::System system) {
-        return lower_case(std::string(name)) == lower_case(std::string(gnss::name(system)));
-      });
+  return std::any_of(gnss::kAllSystems.begin(), gnss::kAllSystems.end(), [&](gnss::System system) {
+    return lower_case(std::string(name)) == lower_case(std::string(gnss::name(system)));
+  });
 }
 
 }  // namespace
 
 bool holds(const SatelliteSet& set, gnss::SatelliteId id) {
-  return set.empty() || std::any_of(
-                            set.begin(), set.end(),
-                            [&](const std::string& name) {
-                              return is_system(name) ? gnss::system_from_name(name) == id.system
-                                                     : gnss::parse_satellite(name) == id;
-                            });
+  return set.empty() || std::any_of(set.begin(), set.end(), [&](const std::string& name) {
+           return is_system(name) ? gnss::system_from_name(name) == id.system
+                                  : gnss::parse_satellite(name) == id;
+         });
 }
 
 void check_satellites(const SatelliteSet& set) {

@@ -89,18 +89,16 @@ struct Blocks {
     std::size_t best = columns * rows;
     double nearest = 1e300;
     for (int quadrant = 0; quadrant < 4; ++quadrant) {
-      for_each(
-          block, quadrant,
-          [&](std::size_t i) {
-            if (cells.state[i] != CellState::Computed) return;
-            const std::size_t column = i % columns, row = i / columns;
-            const double dx = static_cast<double>(column) - x, dy = static_cast<double>(row) - y;
-            const double apart = dx * dx + dy * dy;
-            if (apart < nearest || (apart == nearest && i < best)) {
-              nearest = apart;
-              best = i;
-            }
-          });
+      for_each(block, quadrant, [&](std::size_t i) {
+        if (cells.state[i] != CellState::Computed) return;
+        const std::size_t column = i % columns, row = i / columns;
+        const double dx = static_cast<double>(column) - x, dy = static_cast<double>(row) - y;
+        const double apart = dx * dx + dy * dy;
+        if (apart < nearest || (apart == nearest && i < best)) {
+          nearest = apart;
+          best = i;
+        }
+      });
     }
     return best;
   }

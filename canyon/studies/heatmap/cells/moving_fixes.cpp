@@ -138,20 +138,18 @@ void MovingFixes::filter_lane(std::size_t lane, const std::vector<std::uint8_t>&
   for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
     const double step_s = length_of(kAxes[axis]) * cells_.plane.spacing_m / movement_.how.pace_mps;
     for (const int sign : {1, -1}) {
-      sweep(
-          sign * kAxes[axis][0], sign * kAxes[axis][1],
-          [&](std::size_t cell, std::size_t before) {
-            WayFilter& way = filters[cell];
-            way = before == cells ? WayFilter() : filters[before];
-            way.go(fixes[cell], step_s, filter);
-            if (!(way.at.horizontal_m2 > 0) || (!axes.empty() && axes[cell] != axis)) return;
-            const float weight = 1 / way.at.horizontal_m2;
-            Fix& sum = sums[cell];
-            sum.east_m += weight * std::hypot(way.at.east_m, way.at.north_m);
-            sum.up_m += weight * (lane == 0 ? way.at.up_m : std::abs(way.at.up_m));
-            sum.horizontal_m2 += weight * static_cast<float>(way.stated_m2);
-            sum.vertical_m2 += weight;
-          });
+      sweep(sign * kAxes[axis][0], sign * kAxes[axis][1], [&](std::size_t cell, std::size_t before) {
+        WayFilter& way = filters[cell];
+        way = before == cells ? WayFilter() : filters[before];
+        way.go(fixes[cell], step_s, filter);
+        if (!(way.at.horizontal_m2 > 0) || (!axes.empty() && axes[cell] != axis)) return;
+        const float weight = 1 / way.at.horizontal_m2;
+        Fix& sum = sums[cell];
+        sum.east_m += weight * std::hypot(way.at.east_m, way.at.north_m);
+        sum.up_m += weight * (lane == 0 ? way.at.up_m : std::abs(way.at.up_m));
+        sum.horizontal_m2 += weight * static_cast<float>(way.stated_m2);
+        sum.vertical_m2 += weight;
+      });
     }
   }
   for (std::size_t cell = 0; cell < cells; ++cell) {

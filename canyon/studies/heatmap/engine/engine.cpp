@@ -71,9 +71,8 @@ class Progress {
 
 template <class Values, class Less>
 bool is_ascending(const Values& values, const Less& less) {
-  return std::adjacent_find(
-             values.begin(), values.end(), [&](const auto& a, const auto& b) { return !less(a, b); }) ==
-         values.end();
+  return std::adjacent_find(values.begin(), values.end(),
+                            [&](const auto& a, const auto& b) { return !less(a, b); }) == values.end();
 }
 
 FirstSignal first_signal_of(const receiver::ReceiverOptions& options) {
@@ -107,16 +106,12 @@ void visit(options::Visitor& v, Request& o) {
   static constexpr std::string_view kAltitudeKinds[]{"terrain", "ellipsoid"};
   v.part("grid", o.grid);
   if (o.area) {
-    v.list(
-        "area", o.area->rings,
-        [&v](std::vector<Eigen::Vector2d>& ring) {
-          v.list(
-              "ring", ring,
-              [&v](Eigen::Vector2d& corner) {
-                v.number({"east_m", "m", ""}, corner.x(), {});
-                v.number({"north_m", "m", ""}, corner.y(), {});
-              });
-        });
+    v.list("area", o.area->rings, [&v](std::vector<Eigen::Vector2d>& ring) {
+      v.list("ring", ring, [&v](Eigen::Vector2d& corner) {
+        v.number({"east_m", "m", ""}, corner.x(), {});
+        v.number({"north_m", "m", ""}, corner.y(), {});
+      });
+    });
   }
   v.numbers({"altitudes_m", "m", "of the antenna"}, o.altitudes_m, {-100e3, 100e3});
   v.choice({"altitude_kind", "", "above the terrain, or above the WGS 84 ellipsoid"}, o.altitude_kind,

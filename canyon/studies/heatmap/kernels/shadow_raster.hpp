@@ -101,8 +101,7 @@ class BitRaster {
     bits_.assign(stride_ * rows, 0);
   }
   void add(const RasterPoint& a, const RasterPoint& b, const RasterPoint& c) {
-    scan_triangle(
-        a, b, c, columns_, rows_, [this](int row, int first, int last) { mark(row, first, last); });
+    scan_triangle(a, b, c, columns_, rows_, [this](int row, int first, int last) { mark(row, first, last); });
   }
   /// Sets the bits [first, last] of a row.
   void mark(int row, int first, int last) {

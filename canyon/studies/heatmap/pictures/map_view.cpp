@@ -93,9 +93,8 @@ double cell_height(const StoredMap& map, const Eigen::Vector2d& centre, double a
 }
 
 bool has_terrain(const city::City& city) {
-  return std::any_of(
-      city.mesh.objects.begin(), city.mesh.objects.end(),
-      [](const city::Object& o) { return o.surface == city::Surface::Terrain; });
+  return std::any_of(city.mesh.objects.begin(), city.mesh.objects.end(),
+                     [](const city::Object& o) { return o.surface == city::Surface::Terrain; });
 }
 
 /// Writes chunks and collects their entries in the header.
