@@ -373,13 +373,13 @@ receivers:
   Collector batch;
   (void)simulation.run({&batch});
   const auto scene = std::make_shared<CityScene>(city::synthetic_city({}));
-  Run live(parse_live_config(kLive, "host"), scene, simulation.begin());
+  simulation::Run live(parse_live_config(kLive, "host"), scene, simulation.begin());
   ASSERT_EQ(batch.epochs.size(), 82U);
   int differential = 0;
   for (std::size_t k = 0; k < batch.epochs.size(); k += 2) {
     const Epoch& expected = batch.epochs[k];
     const geodesy::GpsTime time = expected.truth.time;
-    std::vector<Run::Due> due{{1, time, live.fixed_pose(1, time)},
+    std::vector<simulation::Run::Due> due{{1, time, live.fixed_pose(1, time)},
                               {0, time, simulation.antenna_pose(0, time)}};
     const std::vector<LiveReceiver::Step> steps = live.make(due, false);
     EXPECT_EQ(steps[0].epoch.receiver, 1U);
@@ -425,12 +425,12 @@ TEST(Corrections, OfAHostNeedABase) {
 TEST(Corrections, FaultsOfAHostReachItsBase) {
   const auto scene = std::make_shared<CityScene>(city::synthetic_city({}));
   const LiveConfig config = parse_live_config(kLive, "host");
-  Run live(config, scene, *config.start);
+  simulation::Run live(config, scene, *config.start);
   EXPECT_EQ(live.order(), (std::vector<std::size_t>{1, 0}));
   const auto base_at = [&](double seconds) {
     const geodesy::GpsTime time = live[0].at(seconds);
     const Pose rover = pose_of({{0, 0, 1.5}}, {scene->city.frame}, time);
-    std::vector<Run::Due> due{{1, time, live.fixed_pose(1, time)}, {0, time, rover}};
+    std::vector<simulation::Run::Due> due{{1, time, live.fixed_pose(1, time)}, {0, time, rover}};
     return live.make(due, false).front().epoch;
   };
   EXPECT_TRUE(base_at(0).observed.fix.measured());

@@ -76,7 +76,7 @@ struct LiveReceiver::Impl {
     }
     warnings = config.warnings;
     check(config.receiver());
-    felt = vehicle_sensors(config.sensors, config.receiver());
+    sensors = vehicle_sensors(config.sensors, config.receiver());
   }
 
   [[nodiscard]] receiver::Receiver make_receiver() const {
@@ -125,8 +125,8 @@ struct LiveReceiver::Impl {
   Epoch make_epoch(const Pose& truth, propagation::Arrival& arrival, const SensorBatch* samples) {
     arrival.messages = unowned(sky->navigation);
     const auto given = std::exchange(corrections, nullptr);
-    if (felt) felt->readings = {};
-    if (felt && samples != nullptr) felt->readings = readings_of(*samples, config.sensors, start);
+    if (sensors) sensors->readings = {};
+    if (sensors && samples != nullptr) sensors->readings = readings_of(*samples, config.sensors, start);
     const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(truth.position);
     Epoch epoch;
     epoch.truth = truth;
@@ -143,7 +143,7 @@ struct LiveReceiver::Impl {
                           environment.sky(),
                           environment.klobuchar(),
                           given.get(),
-                          felt ? &*felt : nullptr});
+                          sensors ? &*sensors : nullptr});
     epoch.navigation = arrival.messages.get();  // disturbances may have replaced them
     epoch.faults = epoch.observed.events.faults;
     if (epoch.observed.fix.solved())
@@ -235,7 +235,7 @@ struct LiveReceiver::Impl {
   std::vector<std::string> warnings;
   bool warned_of_station = false;
   std::shared_ptr<const relative::Corrections> corrections;  // that came since the last step
-  std::optional<receiver::VehicleSensors> felt;              // by a receiver with dead reckoning
+  std::optional<receiver::VehicleSensors> sensors;              // by a receiver with dead reckoning
 };
 
 LiveReceiver::LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
@@ -289,7 +289,7 @@ void LiveReceiver::set_config(LiveConfig config) {
   impl_->warnings.insert(impl_->warnings.end(), config.warnings.begin(), config.warnings.end());
   config.receivers.resize(1);
   impl_->config = std::move(config);
-  impl_->felt = vehicle_sensors(impl_->config.sensors, impl_->config.receiver());
+  impl_->sensors = vehicle_sensors(impl_->config.sensors, impl_->config.receiver());
   impl_->make_environment();
   impl_->begin_anew();
 }

@@ -146,16 +146,18 @@ struct Jump {
     live.emplace(parse_live_config(std::string(kLive) + "profile: ublox-m10\n", "plugin"), wall(),
                  *live_config().start);
     antenna.position_m = {-500, 0, 2};
-    antenna.continuous = continuous;
+    inputs.continuous = continuous;
   }
   receiver::ReceiverEpoch to(double seconds) {
     if (seconds == 60) antenna.position_m.y() += 60;
-    Epoch epoch = live->observe(seconds, antenna).epoch;
+    const geodesy::LocalFrame& frame = live->environment().city().frame;
+    Epoch epoch = live->observe(pose_of(antenna, {frame}, live->at(seconds)), inputs).epoch;
     error_m = epoch.error_enu_m.head<2>().norm();
     return epoch.observed;
   }
   std::optional<LiveReceiver> live;
   RigidPose antenna;
+  EpochInputs inputs;
   double error_m = 0;
 };
 
