@@ -47,13 +47,13 @@ TEST_F(StreamPublisher, SendsEachEpochAsNmea) {
 }
 
 TEST_F(StreamPublisher, SendsTheBasesEpochs) {
-  auto of_base = std::make_shared<simulation::LiveReceiver::Step>(sample.step);
-  of_base->epoch.receiver = 1;
-  sample.step.base = of_base;
+  simulation::LiveReceiver::Step of_base = sample.step;
+  of_base.epoch.receiver = 1;
   sample.report.step = &sample.step;
+  sample.report.base = &of_base;
   const canyon::test::TemporaryFolder folder;
   output::ReceiverDescription rover{"car"}, base{"base"};
-  base.station_ecef = of_base->epoch.truth_ecef;
+  base.station_ecef = of_base.epoch.truth_ecef;
   live::make_stream_publisher("stream", "base/rtcm=file:" + (folder / "base.rtcm").string(), {rover, base})
       ->publish(sample.report);
   live::make_stream_publisher("stream", "rtcm=file:" + (folder / "car.rtcm").string(), {rover, base})

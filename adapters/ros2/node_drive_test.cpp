@@ -157,7 +157,7 @@ TEST(NodeDrive, ABaseThatIsNowhereIsTold) {
   Drove drive(kDrive +
               "receivers:\n  - {name: car, profile: ublox-f9p, rtk: true, corrections: {from: base}}\n" +
               "  - {name: base, profile: ublox-f9p}\n");
-  drive.hosted->update(0, [](std::string&) {
+  drive.hosted->update(0, [&](std::string&) {
     return live::HostedReceiver::Antennas{drive.simulation->antenna_pose(0, drive.simulation->begin())};
   });
   EXPECT_THAT(drive.said, ElementsAre(HasSubstr("the base has no place")));

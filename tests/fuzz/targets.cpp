@@ -40,6 +40,7 @@
 #include "canyon/run/motion/trajectory.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/sky/orbit/precise_sky.hpp"
+#include "canyon/sky/rinex/android_log.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
 #include "canyon/sky/rinex/navigation_writer.hpp"
 #include "canyon/sky/rinex/observation_reader.hpp"
@@ -391,7 +392,7 @@ void receive_poses(const fs::path& path) {
   }
   std::string reason;
   const auto motion = source.track().at(1'000'000'000, reason);
-  if (motion && !motion->pose.position_m.allFinite()) std::abort();
+  if (motion && !motion->position_m.allFinite()) std::abort();
   (void)source.take_notes();
   live::PoseSource log(options, frame);
   log.receive_log(

@@ -56,7 +56,7 @@ class Live {
     session_ = std::make_unique<live::Session>(
         scenario, std::make_shared<simulation::CityScene>(simulation::load_city(scenario)));
     thread_ = std::thread([this] {
-      live::RunOptions options;
+      live::SessionOptions options;
       options.stop = &stop_;
       figures_ = session_->run({&height_}, options);
     });
@@ -64,7 +64,7 @@ class Live {
   ~Live() { end(); }
   Live(const Live&) = delete;
   Live& operator=(const Live&) = delete;
-  live::Figures end() {
+  live::SessionFigures end() {
     stop_ = true;
     if (thread_.joinable()) thread_.join();
     return figures_;
@@ -74,7 +74,7 @@ class Live {
  private:
   std::unique_ptr<live::Session> session_;
   std::atomic<bool> stop_{false};
-  live::Figures figures_;
+  live::SessionFigures figures_;
   Height height_;
   std::thread thread_;
 };
@@ -163,7 +163,7 @@ void fly_arducopter(const std::string& parameters, const std::string& stream, co
                      }))
       << "height " << live.height_m();
   EXPECT_TRUE(copter.running());
-  const live::Figures figures = live.end();
+  const live::SessionFigures figures = live.end();
   EXPECT_GT(figures.poses, 500U);
   EXPECT_EQ(figures.missed, 0U);
 }
