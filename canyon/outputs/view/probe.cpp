@@ -81,7 +81,9 @@ Probe::Question Probe::read(const Json& json) const {
 std::string Probe::trace(const Question& question, std::optional<std::int64_t> id) {
   simulation::LiveReceiver& receiver = receivers_[question.receiver];
   receiver.restart();
-  simulation::LiveReceiver::Step step = receiver.observe(question.time_s, {question.place});
+  // It stands upright at its own place.
+  simulation::LiveReceiver::Step step = receiver.observe(
+      {receiver.at(question.time_s), scene_->city.frame.geodetic_from_local(question.place)});
   step.epoch.arrival = &step.arrival;
 
   const receiver::ReceiverOptions& options = receiver.config().receiver().options;
