@@ -187,6 +187,7 @@ TEST_F(StreamPublisher, WritesAnyFormatToAFileThatIsWholeAtTheEnd) {
 TEST_F(StreamPublisher, BringsThePathsBehindAnEpoch) {
   const canyon::test::TemporaryFolder folder;
   const auto file = folder / "paths.csv";
+  sample.step.epoch.arrival = &sample.step.arrival;
   live::make_stream_publisher("stream", "paths_csv=file:" + file.string(), {{}})->publish(sample.report);
   const std::string text = canyon::test::read_bytes(file);
   // The reflection of G17 is its only path.

@@ -32,9 +32,10 @@ class LinkPoseSource final : public PoseSource {
       return std::nullopt;
     }
     // The engine's velocity of the point where the sensor is; the offset is in the link's frame.
-    const auto motion = motion_.at(nanoseconds(now), {rigid_pose(sensor_on_link_ + link->WorldPose()),
-                                                      eigen(link->WorldLinearVel(sensor_on_link_.Pos())),
-                                                      eigen(link->WorldAngularVel())});
+    simulation::RigidPose engine = rigid_pose(sensor_on_link_ + link->WorldPose());
+    engine.linear_velocity = eigen(link->WorldLinearVel(sensor_on_link_.Pos()));
+    engine.angular_velocity = eigen(link->WorldAngularVel());
+    const auto motion = motion_.at(nanoseconds(now), engine);
     if (!motion) reason = fmt::format("the physics engine has no finite pose of link {}", name_);
     return motion;
   }
