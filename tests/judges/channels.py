@@ -6,8 +6,8 @@
 CANYON, DATA, OUT, and names are those of transfer.py, whose runs in OUT are used again. Prints, of each recording and of the
 mean of the seeds:
   frozen   share of measurements whose Doppler is that of the epoch before to the last digit, by C/N0 [dB-Hz]; their number in a row
-  onsets   errors of pseudoranges that rise above 80 m: how many, after how many of them the satellite was missing in the
-           epoch before, median C/N0
+  onsets   errors of pseudoranges that rise above 80 m, from below 40 m if there is no gap: how many, how many of them follow an
+           epoch without the satellite, median C/N0
   lost     share of satellites that are not tracked, by elevation [deg], where the map's skyline is 15 deg lower and more
 The last two are of `canyon validate` with the drive's scenario: satellites that the recording never tracks are left out.
 """
@@ -24,7 +24,7 @@ import transfer
 
 CN0 = (0, 12, 16, 20, 24, 28, 60)
 ELEVATIONS = (10, 25, 40, 55, 90)
-LARGE_M, CLEAR_DEG = 80, 15
+LARGE_M, SMALL_M, CLEAR_DEG = 80, 40, 15
 
 
 def dopplers(text):
@@ -42,7 +42,8 @@ def dopplers(text):
             epoch, count = epoch + 1, int(line[29:32])
             names = [line[k:k + 3] for k in range(32, len(line.rstrip()), 3)]
             while len(names) < count:
-                names += [n for n in (next(lines)[k:k + 3] for k in range(32, 68, 3)) if n.strip()]
+                more = next(lines).rstrip()
+                names += [more[k:k + 3] for k in range(32, len(more), 3)]
             for name in names[:count]:
                 take(found, name, types[""], next(lines), 0, epoch)
         elif line.startswith(">"):
@@ -92,16 +93,15 @@ def errors_and_losses(tables):
     """Number of onsets, those after a gap, their C/N0; counts by elevation in clear view: all, and lost."""
     s = tables["satellites"]
     tracked = ~np.isnan(s["cn0_dbhz"]) & (s["lock"] == 1)
-    large = tracked & (np.abs(s["pseudorange_error_m"]) > LARGE_M)
-    before = {}  # satellite: its last tracked epoch, and whether its error was large
+    before = {}  # satellite: its last tracked epoch, and whether its error has not been small since it was large
     onsets, gaps, strengths = 0, 0, []
     for k in np.flatnonzero(tracked):
         last, was_large = before.get(s["satellite"][k], (-2, False))
-        adjacent = last == s["epoch"][k] - 1
-        if large[k] and not (adjacent and was_large) and s["epoch"][k] > 0:
+        error, adjacent = abs(s["pseudorange_error_m"][k]), last == s["epoch"][k] - 1
+        if error > LARGE_M and not (adjacent and was_large) and s["epoch"][k] > 0:
             onsets, gaps = onsets + 1, gaps + (not adjacent)
             strengths.append(s["cn0_dbhz"][k])
-        before[s["satellite"][k]] = s["epoch"][k], large[k]
+        before[s["satellite"][k]] = s["epoch"][k], error > LARGE_M or (adjacent and was_large and error > SMALL_M)
     outlines = tables["skylines"]["elevation"].reshape(-1, 120)[tables["epochs"]["skyline"][s["epoch"]]] / 2.0
     hidden = outlines[np.arange(len(outlines)), (s["azimuth_deg"] // 3).astype(int) % 120]
     clear = s["elevation_deg"] - hidden >= CLEAR_DEG

@@ -289,6 +289,11 @@ class Drive:
                 f"trajectory: {{file: {self.data / truth}, format: urbannav}}\n"
                 f"receivers: [{{name: rover, profile: {profile}, {receiver}}}]\nseed: 1\n")
 
+    def forget(self, runs):
+        """Removes runs of other programs or scenarios."""
+        for old in self.out.glob(runs):
+            shutil.rmtree(old)
+
     def simulate(self, model, seed):
         text = {"Canyon": lambda: scenario_text(self.name),
                 "mirror": lambda: scenario_text(self.name, "\n    propagation: {model: mirror}", surroundings="open"),
@@ -301,17 +306,19 @@ class Drive:
             partly = self.out / f"{model}-{seed}.part"
             subprocess.run([self.canyon, "simulate", file, "-o", partly, "--seed", str(seed), "--threads", "1", "--quiet"],
                            check=True, timeout=1200, stderr=subprocess.PIPE)
-            for old in self.out.glob(f"{model}-{seed}-*"):  # of other programs or scenarios
-                shutil.rmtree(old)
+            self.forget(f"{model}-{seed}-*")
             partly.rename(folder)
         self.simulated[model, seed] = Observations(folder / "receiver.obs", [folder / "sky.nav"], self.truth)
 
     def add_white(self, seed, sigma_m):
         """The receiver under an open sky, with white noise on its pseudoranges."""
         clean = self.simulated["open", 1]
-        folder = self.out / f"white-{seed}"
-        folder.mkdir(exist_ok=True)
-        (folder / "receiver.obs").write_text(with_noise(clean.path.read_text(), sigma_m, np.random.default_rng(seed)))
+        folder = self.out / f"white-{seed}-{digest(clean.digest, repr(float(sigma_m)))}"
+        if not folder.exists():
+            text = with_noise(clean.path.read_text(), sigma_m, np.random.default_rng(seed))
+            self.forget(f"white-{seed}-*")
+            folder.mkdir()
+            (folder / "receiver.obs").write_text(text)
         self.simulated["white", seed] = Observations(folder / "receiver.obs", clean.navigation, self.truth)
 
     def rtklib(self, observations, options):
@@ -486,12 +493,15 @@ def judge(args):
     drives = [Drive(args, name) for name in args.only]
     progress.run("simulating", [lambda d=d, m=m, s=s: d.simulate(m, s) for d in drives
                                 for m, s in [*itertools.product(("Canyon", "mirror"), seeds), ("open", 1)]])
-    for d in drives:  # noise of pseudoranges that gives the recorded median error
-        trial_m = 10
+    trial_m = 10
+
+    def white(d):
+        """Noise of pseudoranges that gives the recorded median error."""
         d.add_white(0, trial_m)
         own, trial = (np.nanmedian(np.linalg.norm(d.solve(o, PROFILES_OWN), axis=1)) for o in (d.recorded, d.simulated["white", 0]))
         for s in seeds:
             d.add_white(s, trial_m * own / trial)
+    progress.run("noise", [lambda d=d: white(d) for d in drives])
     keep = slice(None, None, 7 if args.quick else 1)
     rtklib = {d.name: dict(list(rtklib_settings(RECORDINGS[d.name][5]).items())[keep]) for d in drives}
     canyon = dict(list(CANYON_SETTINGS.items())[slice(None, None, 5 if args.quick else 1)])
