@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Judge: run 1 of Tokyo (a car, a mosaic-X5, July 2024) beside simulations of it, by receivers and obstacles.
 
     tokyo.py CANYON DATA OUT [--seeds 1] [--duration S] [--only NAME ...]

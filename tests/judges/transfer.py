@@ -1,80 +1,79 @@
-#!/usr/bin/env python3
-"""Judge: is the order of positioning settings the same on recorded and on simulated observations of one drive?
+#!/usr/bin/python3
+"""Judge: do filters and settings that are better on a recording come out better on simulations of its drive?
 
-    transfer.py CANYON DATA OUT [--seeds 3] [--only NAME ...] [--picture FILE.svg]
+    transfer.py CANYON DATA OUT [--seeds 10] [--only NAME ...] [--jobs 2] [--quick]
 
 CANYON is the program, DATA the folder of the recordings (urbannav-tst-20190428, urbannav-tst-20210517,
-berlin-potsdamer-platz, hongkong), OUT a folder for the runs. Each drive is simulated from its scenario in examples/ with
-the errors of sky.errors and a mask of 5 deg. RTKLIB's rnx2rtkp solves recorded and simulated observations with
-each setting; `canyon validate` does so with Canyon's settings. Horizontal errors are against the drive's truth.
-The figures are Kendall's tau-b of the settings' medians and 95 % values, recorded against the mean of the
-seeds, with the central 90 % of 2,000 bootstrap samples of the settings. Solved epochs differ between settings.
+berlin-potsdamer-platz, hongkong), OUT a folder for runs and results: what was computed once is read again, until the program, a
+scenario or a setting changes. Each drive is simulated from its scenario in examples/, with the constellations that
+were recorded, errors of sky.errors and a mask of 5 deg. Recorded and simulated observations are then solved alike:
 
-    transfer.py --self-test      checks the statistics; ctest runs this
+  filters   25 filters (fix_filters.py) of single fixes by `canyon validate`: mean error up to 100 m, share of epochs beyond 10, 30 m
+  RTKLIB    settings of rnx2rtkp: share of all epochs within 10, 20, 30 m; an epoch without a fix is not within
+  Canyon    the same of settings of `canyon validate`, epoch by epoch
 
-Exit status: 0 done, 1 self-test failed, 2 bad input, 77 rnx2rtkp or data missing.
+Of the pairs of settings that the recording decides (90 % of bootstraps by blocks of 60 s) the table states the share whose
+difference, in the mean of the seeds, has the recorded sign; how many recorded differences lie in the 90 % interval of
+the next seed (Student); Kendall's tau beside that of a perfect simulator. Rivals stand in the same table: see RIVALS.
+OUT/transfer.json has all figures. --quick: one recording, two seeds, few settings.
+
+Exit status: 0 done, 2 bad input, 77 rnx2rtkp or data missing.
 """
 import argparse
+import concurrent.futures
+import datetime
+import gzip
+import hashlib
 import itertools
 import json
 import math
-import random
+import re
 import shutil
-import statistics
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import numpy as np
+
+import fix_filters
+import pairs
+
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-MIN_FIXES = 50  # a setting with fewer epochs on either side is left out
 SYSTEMS = {"GPS": 1, "GLONASS": 4, "BeiDou": 32}  # RTKLIB's pos1-navsys
+LETTERS = {"GPS": "G", "GLONASS": "R", "BeiDou": "C"}
 T21 = "urbannav-tst-20210517"
-RECORDINGS = {  # name: scenario, profile, observations, truth, ephemerides, second constellation
+T21_SKY = [f"{T21}/hksc137c.21n", f"{T21}/hksc137c.21f"]
+RECORDINGS = {  # name: scenario, profile, observations, truth, ephemerides, constellations that are recorded and have ephemerides
+    "tst-21-f9p": ("urbannav_tst_2021.yaml", "ublox-f9p", f"{T21}/20210517.light-urban.tste.ublox.f9p.splitter.obs",
+                   f"{T21}/UrbanNav_TST_GT.txt", T21_SKY, ["GPS", "BeiDou"]),
+    "tst-21-m8t": ("urbannav_tst_2021.yaml", "ublox-m8t", f"{T21}/20210517.light-urban.tste.ublox.m8t.GC.obs",
+                   f"{T21}/UrbanNav_TST_GT.txt", T21_SKY, ["GPS", "BeiDou"]),
     "tst-19-m8t": ("urbannav_tst_m8t.yaml", "ublox-m8t", "urbannav-tst-20190428/COM3_190428_124409.obs",
                    "urbannav-tst-20190428/groundTruth_TST.csv",
-                   ["urbannav-tst-20190428/hksc1180.19n", "urbannav-tst-20190428/hksc1180.19b"], "BeiDou"),
-    "tst-21-f9p": ("urbannav_tst_2021.yaml", "ublox-f9p", f"{T21}/20210517.light-urban.tste.ublox.f9p.splitter.obs",
-                   f"{T21}/UrbanNav_TST_GT.txt", [f"{T21}/hksc137c.21n", f"{T21}/hksc137c.21f"], "BeiDou"),
-    "tst-21-m8t": ("urbannav_tst_2021.yaml", "ublox-m8t", f"{T21}/20210517.light-urban.tste.ublox.m8t.GC.obs",
-                   f"{T21}/UrbanNav_TST_GT.txt", [f"{T21}/hksc137c.21n", f"{T21}/hksc137c.21f"], "BeiDou"),
-    "tst-21-phone": ("urbannav_tst_2021.yaml", "phone", f"{T21}/20210517.light-urban.tste.google.pixel4.obs",
-                     f"{T21}/UrbanNav_TST_GT.txt", [f"{T21}/hksc137c.21n", f"{T21}/hksc137c.21f"], "BeiDou"),
+                   ["urbannav-tst-20190428/hksc1180.19n", "urbannav-tst-20190428/hksc1180.19b"], ["GPS", "BeiDou"]),
     "berlin-m8": ("berlin_m8.yaml", "ublox-m8t", "berlin-potsdamer-platz/Berlin_Potsdamer_Platz.obs",
                   "berlin-potsdamer-platz/truth.csv",
-                  ["berlin-potsdamer-platz/brdc1580.16n", "berlin-potsdamer-platz/brdc1580.16g"], "GLONASS"),
+                  ["berlin-potsdamer-platz/brdc1580.16n", "berlin-potsdamer-platz/brdc1580.16g"], ["GPS", "GLONASS"]),
+    "tst-21-phone": ("urbannav_tst_2021.yaml", "phone", f"{T21}/20210517.light-urban.tste.google.pixel4.obs",
+                     f"{T21}/UrbanNav_TST_GT.txt", T21_SKY, ["GPS"]),
 }
+RIVALS = {  # name: what it is
+    "mirror": "the paper's model on the same map and receiver: propagation.model mirror, surroundings open",
+    "white": "white noise with the recorded median error: of fixes, or of pseudoranges under an open sky",
+    "Gauss-Markov": "noise of fixes with the recorded median error and a correlation time of 30 s",
+    "Gazebo": "NavSat of Gazebo Sim: no noise unless a world asks for it (gz-sensors src/NavSatSensor.cc, SDFormat noise type none)",
+    "PX4": "x = 0.76 x + 0.016 m times white noise at 8 Hz: 2.5 cm (src/modules/simulation/sensor_gps_sim)",
+    "ArduPilot": "no noise, 100 ms late (SIM_GPS1_HNSE 0, SIM_GPS1_LAG_MS 100; libraries/SITL/SIM_GPS.cpp)",
+}
+REACHES_M = (10, 20, 30)
+FILTER_FIGURES = ("mean error up to 100 m", "beyond 10 m", "beyond 30 m")
 
 
-def kendall(x, y):
-    """Kendall's tau-b of two equally long lists; NaN if one of them is constant."""
-    s = tx = ty = 0
-    for i in range(len(x)):
-        for j in range(i):
-            a = (x[i] > x[j]) - (x[i] < x[j])
-            b = (y[i] > y[j]) - (y[i] < y[j])
-            s, tx, ty = s + a * b, tx + a * a, ty + b * b
-    return s / math.sqrt(tx * ty) if tx and ty else math.nan
-
-
-def interval(x, y, draws=2000):
-    """The central 90 % of tau over bootstrap samples of the pairs."""
-    rng = random.Random(1)
-    taus = []
-    for _ in range(draws):
-        pick = rng.choices(range(len(x)), k=len(x))
-        taus.append(kendall([x[i] for i in pick], [y[i] for i in pick]))
-    taus = sorted(t for t in taus if not math.isnan(t))
-    return (taus[len(taus) // 20], taus[len(taus) - 1 - len(taus) // 20]) if taus else (math.nan, math.nan)
-
-
+# Kept for other judges.
 def quantile(values, share):
     """Linear between the two nearest ranks; NaN of nothing."""
-    v = sorted(values)
-    if not v:
-        return math.nan
-    at = share * (len(v) - 1)
-    low = int(at)
-    return v[low] + (at - low) * (v[min(low + 1, len(v) - 1)] - v[low])
+    return float(np.quantile(values, share)) if len(values) else math.nan
 
 
 def judge_arguments(about, seeds):
@@ -86,50 +85,165 @@ def judge_arguments(about, seeds):
     return parser
 
 
+def scenario_text(name, receiver="", mask=5, surroundings=None):
+    """The drive's scenario with its profile, the recorded constellations, a mask and the errors of the sky; `receiver` adds keys."""
+    file, profile, systems = (RECORDINGS[name][i] for i in (0, 1, 5))
+    lines = []
+    for line in (EXAMPLES / file).read_text().splitlines():
+        if line.startswith("    profile:"):
+            line = f"    profile: {profile}" + receiver
+        if line.startswith("  systems:"):
+            line = f"  systems: [{', '.join(systems)}]"
+        if surroundings and line.startswith("surroundings:"):
+            continue
+        lines.append(line.replace("elevation_mask_deg: 10", f"elevation_mask_deg: {mask}"))
+        if line == "sky:":
+            lines.append("  errors: true")
+    return "\n".join(lines + ([f"surroundings: {surroundings}"] if surroundings else [])) + "\n"
+
+
+def scenario(data, out, name):
+    """Writes scenario_text(name) to `out`, beside links to the data; for judges of other things."""
+    for folder in {Path(p).parts[0] for r in RECORDINGS.values() for p in r[2:4]} | {"hongkong"}:
+        if not (out / folder).exists():
+            (out / folder).symlink_to((data / folder).resolve())
+    (out / "scenario.yaml").write_text(scenario_text(name))
+    return out / "scenario.yaml"
+
+
 def read_truth(path):
-    """Time of week [s]: latitude, longitude [deg]; both formats of UrbanNav."""
+    """Rows of time of week [s], latitude, longitude [deg]; both formats of UrbanNav."""
     truth = []
     for line in Path(path).read_text().splitlines():
-        cells = line.replace(",", " ").split()
         try:
-            c = [float(x) for x in cells]
+            c = [float(x) for x in line.replace(",", " ").split()]
         except ValueError:
             continue
         if len(c) == 5:
             truth.append((c[1], c[2], c[3]))
         elif len(c) > 10:
             truth.append((c[2], c[3] + c[4] / 60 + c[5] / 3600, c[6] + c[7] / 60 + c[8] / 3600))
-    return sorted(truth)
+    return np.array(sorted(truth))
 
 
-def errors(pos, truth):
-    """Horizontal errors [m] of the fixes of an RTKLIB file whose time lies between two truths at most 1.5 s apart."""
-    found, at = [], 0
-    for line in Path(pos).read_text().splitlines():
-        c = line.split()
-        if line.startswith("%") or len(c) < 7:
+class Truth:
+    """East, north [m] of the antenna by time of week."""
+
+    def __init__(self, path):
+        rows = read_truth(path)
+        self.t, self.origin = rows[:, 0], rows[len(rows) // 2, 1:]
+        latitude = math.radians(self.origin[0])
+        root = 1 - 0.00669437999 * math.sin(latitude) ** 2  # WGS 84
+        north = 6_378_137 * (1 - 0.00669437999) / root ** 1.5
+        self.metres_per_degree = np.radians([6_378_137 / root ** 0.5 * math.cos(latitude), north])
+        self.places = self.metres(rows[:, 1:])
+
+    def metres(self, degrees):
+        """East, north of the origin, which is a place of the drive."""
+        return (degrees - self.origin)[:, ::-1] * self.metres_per_degree
+
+    def known(self, t):
+        """Whether `t` lies between two truths at most 1.5 s apart."""
+        after = np.clip(np.searchsorted(self.t, t), 1, len(self.t) - 1)
+        inside = (t >= self.t[0] - 1e-3) & (t <= self.t[-1] + 1e-3)
+        return inside & (self.t[after] - self.t[after - 1] <= 1.5)
+
+    def at(self, t):
+        return np.stack([np.interp(t, self.t, self.places[:, k]) for k in (0, 1)], axis=1)
+
+
+EPOCH_OF_RINEX_2 = re.compile(r" (\d\d) ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d) ?([ \d]\d\.\d{7})  [01]")
+
+
+def epochs_of(text):
+    """Times of week [s] of the epochs of RINEX 2 or 3."""
+    found = []
+    for line in text.splitlines():
+        if line.startswith(">"):
+            cells = line.split()[1:7]
+        elif match := EPOCH_OF_RINEX_2.match(line):
+            cells = ["20" + match[1], *match.groups()[1:]]
+        else:
             continue
-        t, lat, lon = float(c[1]), float(c[2]), float(c[3])
-        while at + 2 < len(truth) and truth[at + 1][0] < t:
-            at += 1
-        (t0, lat0, lon0), (t1, lat1, lon1) = truth[at], truth[at + 1]
-        if not t0 - 1e-3 <= t <= t1 + 1e-3 or t1 - t0 > 1.5:
-            continue
-        w = (t - t0) / (t1 - t0)
-        north = (lat - lat0 - w * (lat1 - lat0)) * 111_200
-        east = (lon - lon0 - w * (lon1 - lon0)) * 111_320 * math.cos(math.radians(lat0))
-        found.append(math.hypot(north, east))
+        day = datetime.date(*(int(c) for c in cells[:3])).isoweekday() % 7
+        found.append(day * 86400 + int(cells[3]) * 3600 + int(cells[4]) * 60 + float(cells[5]))
+    return np.array(found)
+
+
+def nearest(t, times, values):
+    """Rows of `values`, at `times`, for the epochs `t`: the nearest within half an interval, else NaN."""
+    found = np.full((len(t), values.shape[1]), np.nan)
+    if not len(times) or not len(t):
+        return found
+    at = np.clip(np.searchsorted(t, times), 1, len(t) - 1)
+    at -= times - t[at - 1] < t[at] - times
+    close = np.abs(t[at] - times) < np.median(np.diff(t)) / 2
+    found[at[close]] = values[close]
     return found
 
 
-def rtklib_settings(second):
+def digest(*parts):
+    return hashlib.sha1("\0".join(parts).encode()).hexdigest()[:20]
+
+
+class Observations:
+    """A RINEX file with its ephemerides; `t` are the epochs with a truth."""
+
+    def __init__(self, path, navigation, truth):
+        text = path.read_text()
+        self.path, self.navigation, self.truth = path, navigation, truth
+        self.digest = digest(text, *(n.read_text() for n in navigation))
+        self.t = epochs_of(text)
+        self.t = self.t[truth.known(self.t)]
+
+
+def tables_of(header, data):
+    """Table: column: values of an unpacked chunk of a view (docs/view-format.md)."""
+    counts = np.frombuffer(data, "<u4", 2 * int.from_bytes(data[8:12], "little"), 16).reshape(-1, 2)
+    at, found = 16 + counts.nbytes, {}
+    for index, rows in counts:
+        table = header["tables"][index]
+        for column in table["columns"]:
+            kind = np.dtype(f"<{column['type'][0]}{int(column['type'][1:]) // 8}")
+            values, at = int(rows) * column.get("values", 1), -(-at // 8) * 8
+            found.setdefault(table["name"], {})[column["name"]] = np.frombuffer(data, kind, values, at)
+            at += values * kind.itemsize
+    return found
+
+
+def track(folder):
+    """Columns of the recorded receiver's epochs in a view, and their times of week [s] as `tow`."""
+    header = json.loads((folder / "view.json").read_text())
+    chunk = next(c for c in header["chunks"] if c["kind"] == "track" and c["receiver"] == 0)
+    columns = tables_of(header, gzip.decompress((folder / chunk["file"]).read_bytes()))["epochs"]
+    return {**columns, "tow": header["time"]["gps_tow"] + columns["time_s"]}
+
+
+def with_noise(text, sigma_m, rng):
+    """RINEX 3 with white noise on each pseudorange."""
+    types, system, lines = {}, None, []
+    for line in text.splitlines():
+        if line[60:].startswith("SYS / # / OBS TYPES"):
+            system = line[0] if line[0] != " " else system
+            types.setdefault(system, []).extend(line[7:60].split())
+        elif line[:1] in types and not line[60:].startswith(("SYS", "END")):
+            for k, kind in enumerate(types[line[0]]):
+                cell = line[3 + 16 * k:17 + 16 * k]
+                if kind[0] == "C" and cell.strip():
+                    line = f"{line[:3 + 16 * k]}{float(cell) + rng.normal(0, sigma_m):14.3f}{line[17 + 16 * k:]}"
+        lines.append(line)
+    return "\n".join(lines) + "\n"
+
+
+def rtklib_settings(systems):
     """Name: lines of rnx2rtkp's options."""
-    names = {"GPS": 1, second: SYSTEMS[second], f"GPS+{second}": 1 + SYSTEMS[second]}
+    sets = [s for n in range(1, len(systems) + 1) for s in itertools.combinations(systems, n)]
     settings = {}
-    for name, bits in names.items():
-        base = f"pos1-navsys={bits}\npos1-frequency=l1\npos1-posmode=single\npos1-ionoopt=brdc\npos1-tropopt=saas\n" \
-               "out-outhead=off\nout-timesys=gpst\nout-timeform=tow\nout-timendec=3\nout-solformat=llh\n"
-        for mask in (5, 10, 15, 20, 25, 30, 35):
+    for used in sets:
+        base = f"pos1-navsys={sum(SYSTEMS[s] for s in used)}\npos1-frequency=l1\npos1-posmode=single\npos1-ionoopt=brdc\n" \
+               "pos1-tropopt=saas\nout-outhead=off\nout-timesys=gpst\nout-timeform=tow\nout-timendec=3\nout-solformat=llh\n"
+        name = "+".join(used)
+        for mask in (5, 15, 25, 35):
             settings[f"{name}, mask {mask}"] = base + f"pos1-elmask={mask}\n"
         for cn0 in (25, 30, 35):
             settings[f"{name}, C/N0 {cn0}"] = base + "pos1-elmask=10\npos1-snrmask_r=on\npos1-snrmask_L1=" \
@@ -138,171 +252,294 @@ def rtklib_settings(second):
     return settings
 
 
-def rtklib(options, observations, navigation, truth, folder):
-    """Errors of rnx2rtkp's fixes with these options."""
-    (folder / "rtk.conf").write_text(options)
-    subprocess.run(["rnx2rtkp", "-k", folder / "rtk.conf", "-o", folder / "rtk.pos", observations, *navigation],
-                   check=True, timeout=300, capture_output=True)
-    return errors(folder / "rtk.pos", truth)
+CANYON_SETTINGS = {f"{weights}, RAIM {raim}, mask {mask}": (weights, raim, mask)
+                   for weights, raim, mask in itertools.product(("equal", "elevation", "cn0"), ("true", "false"), (5, 20))}
+PROFILES_OWN = ("cn0", "false", 10)  # weights, RAIM and mask of the fixes that filters take
 
 
-def scenario(data, out, name, extra="", mask=5):
-    """Writes the drive's scenario with its profile, a mask and the errors of the sky; `extra` goes into the receiver."""
-    file, profile = RECORDINGS[name][:2]
-    lines = []
-    for line in (EXAMPLES / file).read_text().splitlines():
-        if line.startswith("    profile:"):
-            line = f"    profile: {profile}" + extra
-        lines.append(line.replace("elevation_mask_deg: 10", f"elevation_mask_deg: {mask}"))
-        if line == "sky:":
-            lines.append("  errors: true")
-    path = out / "scenario.yaml"
-    for folder in ("hongkong", "urbannav-tst-20190428", T21, "berlin-potsdamer-platz"):
-        if not (out / folder).exists():
-            (out / folder).symlink_to((data / folder).resolve())
-    path.write_text("\n".join(lines) + "\n")
-    return path
+class Drive:
+    """One recording, its simulations, and what solvers make of them; all results are kept in a folder."""
+
+    def __init__(self, args, name):
+        self.name, self.canyon, self.out = name, args.canyon, args.out / name
+        self.results = self.out / "results"
+        self.results.mkdir(parents=True, exist_ok=True)
+        self.program = hashlib.sha1(args.canyon.read_bytes()).hexdigest()[:20]
+        self.data = args.data
+        scenario(args.data, self.out, name)
+        self.truth = Truth(args.data / RECORDINGS[name][3])
+        self.recorded = Observations(args.data / RECORDINGS[name][2], [args.data / n for n in RECORDINGS[name][4]], self.truth)
+        self.simulated = {}  # (model, seed): Observations
+
+    def kept(self, key, compute):
+        """Errors (epochs, 2) [m], computed once."""
+        path = self.results / f"{key}.npy"
+        if not path.exists():
+            errors = compute()
+            partly = path.with_name(f"{key}.part.npy")
+            np.save(partly, errors.astype(np.float32))
+            partly.rename(path)
+        return np.load(path)
+
+    def open_scene(self, navigation, receiver, errors):
+        latitude, longitude = self.truth.origin
+        _, profile, _, truth, _, systems = RECORDINGS[self.name]
+        return (f"city: {{open: true, origin: {{latitude_deg: {latitude}, longitude_deg: {longitude}, height_m: 0}}}}\n"
+                f"sky: {{navigation: [{', '.join(map(str, navigation))}], systems: [{', '.join(systems)}], errors: {errors}}}\n"
+                f"trajectory: {{file: {self.data / truth}, format: urbannav}}\n"
+                f"receivers: [{{name: rover, profile: {profile}, {receiver}}}]\nseed: 1\n")
+
+    def forget(self, runs):
+        """Removes runs of other programs or scenarios."""
+        for old in self.out.glob(runs):
+            shutil.rmtree(old)
+
+    def simulate(self, model, seed):
+        text = {"Canyon": lambda: scenario_text(self.name),
+                "mirror": lambda: scenario_text(self.name, "\n    propagation: {model: mirror}", surroundings="open"),
+                "open": lambda: self.open_scene(self.recorded.navigation, "elevation_mask_deg: 5", "true")}[model]()
+        text += "outputs: [rinex_observation, rinex_navigation]\n"
+        folder = self.out / f"{model}-{seed}-{digest(self.program, text)}"
+        if not (folder / "receiver.obs").exists():
+            file = self.out / f"{model}-{seed}.yaml"
+            file.write_text(text)
+            partly = self.out / f"{model}-{seed}.part"
+            subprocess.run([self.canyon, "simulate", file, "-o", partly, "--seed", str(seed), "--threads", "1", "--quiet"],
+                           check=True, timeout=1200, stderr=subprocess.PIPE)
+            self.forget(f"{model}-{seed}-*")
+            partly.rename(folder)
+        self.simulated[model, seed] = Observations(folder / "receiver.obs", [folder / "sky.nav"], self.truth)
+
+    def add_white(self, seed, sigma_m):
+        """The receiver under an open sky, with white noise on its pseudoranges."""
+        clean = self.simulated["open", 1]
+        folder = self.out / f"white-{seed}-{digest(clean.digest, repr(float(sigma_m)))}"
+        if not folder.exists():
+            text = with_noise(clean.path.read_text(), sigma_m, np.random.default_rng(seed))
+            self.forget(f"white-{seed}-*")
+            folder.mkdir()
+            (folder / "receiver.obs").write_text(text)
+        self.simulated["white", seed] = Observations(folder / "receiver.obs", clean.navigation, self.truth)
+
+    def rtklib(self, observations, options):
+        """Errors of rnx2rtkp's fixes."""
+        key = digest("rtklib", observations.digest, options)
+
+        def compute():
+            conf, pos = self.results / f"{key}.conf", self.results / f"{key}.pos"
+            conf.write_text(options)
+            subprocess.run(["rnx2rtkp", "-k", conf, "-o", pos, observations.path, *observations.navigation],
+                           check=True, timeout=300, capture_output=True)
+            rows = [line.split()[1:4] for line in pos.read_text().splitlines() if line[:1] != "%" and len(line.split()) > 6]
+            rows = np.array(rows, dtype=float).reshape(-1, 3)
+            conf.unlink(), pos.unlink()
+            return nearest(observations.t, rows[:, 0], self.truth.metres(rows[:, 1:]) - self.truth.at(rows[:, 0]))
+        return self.kept(key, compute)
+
+    def solve(self, observations, setting):
+        """Errors of Canyon's fixes, epoch by epoch: `canyon validate` takes the observations as a recording under an open sky, of an
+        antenna that stands at the truth's origin. Skylines along a drive would take most of the time."""
+        weights, raim, mask = setting
+        text = self.open_scene(observations.navigation, f"elevation_mask_deg: {mask}, weights: {{weighting: {weights}}}, "
+                               f"raim: {{enabled: {raim}}}, position_filter: {{enabled: false}}, signal: {{enabled: false}}", "false")
+        key = digest("canyon", self.program, observations.digest, "standing", text.replace(str(observations.path.parent), ""))
+
+        def compute():
+            file, view = self.results / f"{key}.yaml", self.results / f"{key}.view"
+            file.write_text(text)
+            subprocess.run([self.canyon, "validate", file, "--obs", observations.path, "--truth", "{},{},0".format(*self.truth.origin),
+                            "--view", view, "--threads", "1", "--quiet"], check=True, timeout=600, capture_output=True)
+            rows = track(view)
+            shutil.rmtree(view), file.unlink()
+            places = np.stack([rows["error_east_m"], rows["error_north_m"]], axis=1)
+            places[rows["status"] != 1] = np.nan
+            return nearest(observations.t, rows["tow"], places) - self.truth.at(observations.t)
+        return self.kept(key, compute)
 
 
-def run_rtklib(canyon, data, out, name, seeds):
-    """Setting: (recorded p50, p95), list over seeds of simulated (p50, p95)."""
-    _, _, obs, truth_file, nav, second = RECORDINGS[name]
-    truth = read_truth(data / truth_file)
-    folder = out / name
-    folder.mkdir(parents=True, exist_ok=True)
-    sets = [(data / obs, [data / f for f in nav])]
-    for seed in range(1, seeds + 1):
-        run = folder / f"seed{seed}"
-        subprocess.run([canyon, "simulate", scenario(data, folder, name), "-o", run, "--seed", str(seed), "--quiet"],
-                       check=True, timeout=1200)
-        sets.append((run / "receiver.obs", [run / "sky.nav"]))
-    figures = {}
-    for setting, options in rtklib_settings(second).items():
-        found = [rtklib(options, o, n, truth, folder) for o, n in sets]
-        if min(map(len, found)) >= MIN_FIXES:
-            pairs = [(quantile(e, 0.5), quantile(e, 0.95), len(e)) for e in found]
-            figures[setting] = pairs[0], pairs[1:]
-    return figures
+class Progress:
+    """Runs pieces of work, and says how far they are."""
+
+    def __init__(self, jobs):
+        self.jobs, self.start = jobs, time.monotonic()
+
+    def run(self, what, work):
+        """`work`: functions without arguments. Returns their results."""
+        pause, said = (2 if sys.stderr.isatty() else 30), time.monotonic()
+        with concurrent.futures.ThreadPoolExecutor(self.jobs) as pool:
+            futures = [pool.submit(w) for w in work]
+            try:
+                for k, future in enumerate(concurrent.futures.as_completed(futures)):
+                    future.result()
+                    if time.monotonic() - said > pause:
+                        said = time.monotonic()
+                        print(f"{what}: {k + 1} of {len(futures)}, {said - self.start:.0f} s", file=sys.stderr, flush=True)
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
+        return [f.result() for f in futures]
 
 
-def run_canyon(canyon, data, out, name, seeds):
-    """As run_rtklib, with Canyon's weights and RAIM, each epoch alone and by the filter."""
-    folder = out / name
-    folder.mkdir(parents=True, exist_ok=True)
-    figures = {}
-    for weights, raim, mask in itertools.product(("equal", "elevation", "cn0"), ("true", "false"), (5, 20)):
-        extra = f"\n    weights: {{weighting: {weights}}}\n    raim: {{enabled: {raim}}}"
-        path = scenario(data, folder, name, extra, mask)
-        values = {}
-        for seed in range(1, seeds + 1):
-            text = subprocess.run([canyon, "validate", path, "--obs", data / RECORDINGS[name][2], "--json", "-",
-                                   "--quiet", "--seed", str(seed)], check=True, timeout=1200, capture_output=True,
-                                  text=True).stdout
-            for kind, pair in canyon_figures(json.loads(text)).items():
-                values.setdefault(kind, []).append(pair)
-        for kind, pairs in values.items():
-            figures[f"{kind}, {weights}, RAIM {raim}, mask {mask}"] = pairs[0][0], [p[1] for p in pairs]
-    return figures
+def block_of(t):
+    return round(pairs.BLOCK_S / np.median(np.diff(t)))
 
 
-def canyon_figures(report):
-    """Kind of position: ((recorded p50, p95, epochs), (simulated p50, p95, epochs)) of a report of `canyon validate`."""
-    kinds = {"single": "position", "filter": "filtered_position"}
-    figures = {}
-    for kind, key in kinds.items():
-        sides = [report["models"][0][key][side] for side in ("measured", "simulated")]
-        figures[kind] = tuple((s["horizontal_error_m"]["p50"], s["horizontal_error_m"]["p95"], s["fixes"]) for s in sides)
-    return figures
+def of_filters(t, fixes, truth):
+    """Figures of FILTER_FIGURES of each (epoch, filter): error up to 100 m, and whether it is beyond 10, 30 m."""
+    error = np.linalg.norm(fix_filters.run(t, fixes) - truth[:, None], axis=2)
+    error = np.where(np.isnan(error), 1e9, error)
+    return np.minimum(error, 100), error > 10, error > 30
 
 
-def between(figures, i):
-    """Mean tau of figure `i` between two seeds: what one recording can reach of another; NaN with one seed."""
-    seeds = list(zip(*([s[i] for s in f[1]] for f in figures.values())))
-    taus = [kendall(a, b) for a, b in itertools.combinations(seeds, 2)]
-    return statistics.fmean(taus) if taus else math.nan
+def noises(drive, errors, seeds):
+    """Rival: fixes of each seed, at the recorded epochs."""
+    t, truth = drive.recorded.t, drive.truth.at(drive.recorded.t)
+    sigma = np.nanmedian(np.linalg.norm(errors, axis=1)) / math.sqrt(2 * math.log(2))  # the median of two such axes
+
+    def markov(sigma, correlation, rng):
+        kept = correlation(np.diff(t, prepend=t[0] - 1e9))[:, None]
+        x, steps = np.zeros_like(truth), rng.normal(0, sigma, truth.shape) * np.sqrt(1 - kept ** 2)
+        for k in range(len(t)):
+            x[k] = kept[k] * x[k - 1] + steps[k]
+        return x
+    draws = [np.random.default_rng([seed, 7]) for seed in range(1, seeds + 1)]
+    return {"white": [truth + r.normal(0, sigma, truth.shape) for r in draws],
+            "Gauss-Markov": [truth + markov(sigma, lambda dt: np.exp(-dt / 30), r) for r in draws],
+            "Gazebo": [truth],
+            "PX4": [truth + markov(0.016 / math.sqrt(1 - 0.76 ** 2), lambda dt: 0.76 ** (8 * dt), r) for r in draws],
+            "ArduPilot": [drive.truth.at(t - 0.1)]}
 
 
-def table(name, program, figures):
-    """Prints settings and taus; returns recorded and simulated medians and 95 % values."""
-    recorded = [[f[0][i] for f in figures.values()] for i in (0, 1)]
-    simulated = [[statistics.fmean(s[i] for s in f[1]) for f in figures.values()] for i in (0, 1)]
-    print(f"\n{name}, {program}: {len(figures)} settings")
-    print(f"{'setting':40} recorded p50  p95  fixes   simulated p50  p95  fixes")
-    for i, (setting, (rec, sim)) in enumerate(figures.items()):
-        print(f"{setting:40} {rec[0]:12.1f} {rec[1]:5.0f} {rec[2]:6}   {simulated[0][i]:12.1f} {simulated[1][i]:5.0f} "
-              f"{statistics.fmean(s[2] for s in sim):6.0f}")
-    for i, what in enumerate(("medians", "95 %")):
-        low, high = interval(recorded[i], simulated[i])
-        seeds = [kendall(recorded[i], [f[1][k][i] for f in figures.values()]) 
-                 for k in range(len(next(iter(figures.values()))[1]))]
-        print(f"Kendall's tau of {what}: {kendall(recorded[i], simulated[i]):.2f} (90 % interval {low:.2f} to {high:.2f}; "
-              f"single seeds {' '.join(f'{t:.2f}' for t in seeds)}; "
-              f"seed with seed {between(figures, i):.2f})", flush=True)
-    return recorded, simulated
+def judge_filters(drive, seeds):
+    """Figures by model of the 25 filters."""
+    recorded = drive.recorded
+    errors = drive.solve(recorded, PROFILES_OWN)
+    truth = drive.truth.at(recorded.t)
+    own = of_filters(recorded.t, truth + errors, truth)
+    models = {m: [of_filters(recorded.t, f, truth) for f in fixes] for m, fixes in noises(drive, errors, seeds).items()}
+    for model in ("Canyon", "mirror"):
+        models[model] = []
+        for o in (drive.simulated[model, s] for s in range(1, seeds + 1)):
+            at = drive.truth.at(o.t)
+            models[model].append(of_filters(o.t, at + drive.solve(o, PROFILES_OWN), at))
+    values = {m: [[np.mean(s[f], axis=0) for s in sets] for f in range(3)] for m, sets in models.items()}
+    return {"settings": fix_filters.NAMES, "figures": FILTER_FIGURES, **compared(recorded, own, values)}
 
 
-def picture(path, points):
-    """An SVG: recorded (x) against simulated (y) medians on logarithmic axes; points: {recording: (x, y)}."""
-    colours = ("#1f6fb4", "#d9541e", "#2c9942", "#8a4bb0", "#7a6a20")
-    flat = [v for x, y in points.values() for v in (*x, *y)]
-    low, high = math.log10(min(flat)) - 0.05, math.log10(max(flat)) + 0.05
-
-    def at(v):
-        return 420 * (math.log10(v) - low) / (high - low)
-    svg = ['<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 640 500" font-family="sans-serif" font-size="13">',
-           '<rect width="640" height="500" fill="white"/>',
-           '<path d="M60 440V20H480V440ZM60 440L480 20" fill="none" stroke="#888"/>']
-    for v in (1, 2, 5, 10, 20, 50, 100, 200):
-        if low < math.log10(v) < high:
-            svg.append(f'<path d="M{60 + at(v):.1f} 440v5M60 {440 - at(v):.1f}h-5" stroke="#888"/>'
-                       f'<text x="{60 + at(v):.1f}" y="460" text-anchor="middle">{v}</text>'
-                       f'<text x="50" y="{444 - at(v):.1f}" text-anchor="end">{v}</text>')
-    svg.append('<text x="270" y="485" text-anchor="middle">recorded median error [m]</text>'
-               '<text transform="translate(18 230) rotate(-90)" text-anchor="middle">simulated median error [m]</text>')
-    for k, (name, (x, y)) in enumerate(points.items()):
-        svg.append(f'<g fill="{colours[k % 5]}"><circle cx="500" cy="{40 + 22 * k}" r="4"/>'
-                   f'<text x="510" y="{44 + 22 * k}" fill="black">{name}</text>')
-        svg += [f'<circle cx="{60 + at(a):.1f}" cy="{440 - at(b):.1f}" r="4" fill-opacity="0.7"/>' for a, b in zip(x, y)]
-        svg.append("</g>")
-    Path(path).write_text("\n".join(svg) + "\n</svg>\n")
+def compared(recorded, own, values):
+    """pairs.compare() of each figure, of each model."""
+    return {"recorded": [np.mean(v, axis=0) for v in own], "simulated": {m: [np.mean(x, axis=0) for x in v] for m, v in values.items()},
+            "models": {m: [pairs.compare(own[f].astype(float), np.array(v[f]), block_of(recorded.t)) for f in range(3)]
+                       for m, v in values.items()}}
 
 
-def self_test():
-    near = math.isclose
-    assert kendall([1, 2, 3, 4], [10, 20, 30, 40]) == 1 and kendall([1, 2, 3], [3, 2, 1]) == -1
-    assert near(kendall([1, 2, 3, 4, 5], [3, 4, 1, 2, 5]), 0.2)       # 6 pairs agree, 4 do not
-    assert near(kendall([1, 1, 2, 3], [1, 2, 3, 4]), 5 / math.sqrt(30))  # a tie: tau-b
-    assert math.isnan(kendall([1, 1], [1, 2]))
-    assert near(quantile([4, 1, 3, 2], 0.5), 2.5) and near(quantile(range(101), 0.95), 95)
-    low, high = interval([1, 2, 3, 4, 5, 6, 7, 8], [2, 1, 4, 3, 6, 5, 8, 7], 300)
-    assert -1 < low < kendall([1, 2, 3, 4, 5, 6, 7, 8], [2, 1, 4, 3, 6, 5, 8, 7]) < high <= 1
-    assert near(between({"a": (None, [(1,), (1,)]), "b": (None, [(2,), (3,)]), "c": (None, [(3,), (2,)])}, 0), 1 / 3)
-    assert interval([1, 2, 3], [1, 2, 3], 300) == (1, 1)
-    print("statistics are right")
+def judge_settings(drive, solve, settings, models, seeds):
+    """Figures by model of settings. `solve(observations, setting)` gives errors."""
+    def within(observations):
+        errors = np.stack([np.linalg.norm(solve(observations, s), axis=1) for s in settings.values()], axis=1)
+        return [np.where(np.isnan(errors), np.inf, errors) <= reach for reach in REACHES_M]
+    own = within(drive.recorded)
+    values = {}
+    for m in models:
+        seen = [within(drive.simulated[m, s]) for s in range(1, seeds + 1)]
+        values[m] = [[np.mean(s[f], axis=0) for s in seen] for f in range(3)]
+    return {"settings": list(settings), "figures": [f"within {r} m" for r in REACHES_M], **compared(drive.recorded, own, values)}
+
+
+def share(value):
+    return "-" if value is None or math.isnan(value) else f"{value:.2f}".replace("0.", ".", 1)
+
+
+def table(judged):
+    """The table of the page, and pooled shares below."""
+    models = ["Canyon", *RIVALS]
+    lines = ["| recording | of | decided pairs | " + " | ".join(models) + " | covered | tau; perfect |",
+             "|" + "---|" * (len(models) + 5)]
+    pooled = {}
+    for name, tests in judged.items():
+        for test, found in tests.items():
+            own = found["models"]["Canyon"]
+            cells = []
+            for m in models:
+                figures = found["models"].get(m)
+                cells.append(" ".join(share(f["agreement"]) for f in figures) if figures else "-")
+                for k, f in enumerate(figures or []):
+                    if f["decided"]:
+                        right, all_ = pooled.setdefault((test, k, m), (0, 0))
+                        pooled[test, k, m] = right + f["agreement"] * f["decided"], all_ + f["decided"]
+            first = own[0]
+            lines.append(f"| {name} | {test} | {' '.join(str(f['decided']) for f in own)} | {' | '.join(cells)} | "
+                         f"{share(first['coverage'])} | {share(first['tau'])}; {share(first['ceiling'])} |")
+    for test in dict.fromkeys(t for t, _, _ in pooled):
+        def all_of(m):
+            found = [pooled.get((test, k, m)) for k in range(3)]
+            return " ".join(share(f[0] / f[1]) if f else "-" for f in found) if any(found) else "-"
+        counts = " ".join(str(pooled.get((test, k, "Canyon"), (0, 0))[1]) for k in range(3))
+        lines.append(f"| all | {test} | {counts} | " + " | ".join(map(all_of, models)) + " | | |")
+    return "\n".join(lines)
+
+
+def chance(judged):
+    """Agreement of the odd and of the even seeds alone: how far chance moves a figure."""
+    lines = ["", "Canyon's odd and even seeds alone, at the first figure:"]
+    for name, tests in judged.items():
+        lines.append(f"{name}: " + ", ".join(f"{t} " + " ".join(share(h) for h in f["models"]["Canyon"][0]["halves"])
+                                             for t, f in tests.items()))
+    return "\n".join(lines)
+
+
+def judge(args):
+    progress, seeds = Progress(args.jobs), range(1, args.seeds + 1)
+    drives = [Drive(args, name) for name in args.only]
+    progress.run("simulating", [lambda d=d, m=m, s=s: d.simulate(m, s) for d in drives
+                                for m, s in [*itertools.product(("Canyon", "mirror"), seeds), ("open", 1)]])
+    trial_m = 10
+
+    def white(d):
+        """Noise of pseudoranges that gives the recorded median error."""
+        d.add_white(0, trial_m)
+        own, trial = (np.nanmedian(np.linalg.norm(d.solve(o, PROFILES_OWN), axis=1)) for o in (d.recorded, d.simulated["white", 0]))
+        for s in seeds:
+            d.add_white(s, trial_m * own / trial)
+    progress.run("noise", [lambda d=d: white(d) for d in drives])
+    keep = slice(None, None, 7 if args.quick else 1)
+    rtklib = {d.name: dict(list(rtklib_settings(RECORDINGS[d.name][5]).items())[keep]) for d in drives}
+    canyon = dict(list(CANYON_SETTINGS.items())[slice(None, None, 5 if args.quick else 1)])
+    work = []
+    for model in ("recorded", "Canyon", "mirror", "white"):
+        for d in drives:
+            for o in [d.recorded] if model == "recorded" else [d.simulated[model, s] for s in seeds]:
+                work += [lambda d=d, o=o, s=s: d.rtklib(o, s) for s in rtklib[d.name].values()]
+                if model != "white":
+                    work.append(lambda d=d, o=o: d.solve(o, PROFILES_OWN))
+                if model in ("recorded", "Canyon"):
+                    work += [lambda d=d, o=o, s=s: d.solve(o, s) for s in canyon.values()]
+    progress.run("solving", work)
+    judged = {}
+    for d in drives:
+        judged[d.name] = {"filters": judge_filters(d, args.seeds),
+                          "RTKLIB": judge_settings(d, d.rtklib, rtklib[d.name], ("Canyon", "mirror", "white"), args.seeds),
+                          "Canyon": judge_settings(d, d.solve, canyon, ("Canyon",), args.seeds)}
+    return judged
 
 
 def main():
-    if sys.argv[1:] == ["--self-test"]:
-        self_test()
-        return 0
-    parser = judge_arguments(__doc__, 3)
+    parser = judge_arguments(__doc__, 10)
     parser.add_argument("--only", nargs="+", choices=RECORDINGS, default=list(RECORDINGS))
-    parser.add_argument("--programs", nargs="+", choices=("RTKLIB", "Canyon"), default=["RTKLIB", "Canyon"])
-    parser.add_argument("--picture", type=Path)
+    parser.add_argument("--jobs", type=int, default=2, help="programs at once")
+    parser.add_argument("--quick", action="store_true")
     args = parser.parse_args()
+    if args.quick:
+        args.seeds, args.only = 2, ["tst-19-m8t"]
+    if args.seeds < 2:
+        parser.error("at least two seeds")
     if not shutil.which("rnx2rtkp") or not all((args.data / RECORDINGS[n][2]).exists() for n in args.only):
-        print("rnx2rtkp or the recordings are missing")
+        print(f"SKIPPED: rnx2rtkp or the recordings in {args.data} are missing")
         return 77
-    points = {}
-    for name in args.only:
-        for program in args.programs:
-            solve = run_rtklib if program == "RTKLIB" else run_canyon
-            figures = solve(args.canyon, args.data, args.out, name, args.seeds)
-            recorded, simulated = table(name, program, figures)
-            if program == "RTKLIB":
-                points[name] = recorded[0], simulated[0]
-    if args.picture and points:
-        picture(args.picture, points)
+    judged = judge(args)
+    print(table(judged))
+    print(chance(judged))
+    (args.out / "transfer.json").write_text(json.dumps(judged, indent=1, default=lambda a: a.tolist()) + "\n")
     return 0
 
 
