@@ -213,7 +213,7 @@ RunMaker::RunMaker(const StudyPlan& plan) : impl_(std::make_unique<Impl>(plan)) 
 RunMaker::~RunMaker() = default;
 
 simulation::Scenario RunMaker::scenario(std::size_t number) const {
-  const Run run = impl_->plan.run(number);
+  const StudyRun run = impl_->plan.run(number);
   simulation::Scenario scenario = impl_->plan.scenario(run);
   const Axis* drives = impl_->plan.drives();
   if (drives == nullptr) return scenario;
@@ -227,7 +227,7 @@ simulation::Scenario RunMaker::scenario(std::size_t number) const {
 
 std::optional<RunRecord> RunMaker::make(std::size_t number, int threads,
                                         const std::atomic<bool>* stop) const {
-  const Run run = impl_->plan.run(number);
+  const StudyRun run = impl_->plan.run(number);
   RunRecord record;
   record.number = number;
   for (const AxisValue& value : run.at) record.at.push_back(value.text);

@@ -283,8 +283,8 @@ void StudyPlan::make_points() {
   }
 }
 
-Run StudyPlan::run(std::size_t number) const {
-  Run run;
+StudyRun StudyPlan::run(std::size_t number) const {
+  StudyRun run;
   run.number = number;
   run.at.resize(study_.axes.size());
   // The last axis runs fastest, points slowest.
@@ -356,7 +356,7 @@ options::Document StudyPlan::document(const std::vector<AxisValue>& at) const {
   return document;
 }
 
-simulation::Scenario StudyPlan::scenario(const Run& run) const {
+simulation::Scenario StudyPlan::scenario(const StudyRun& run) const {
   Node root = base_;
   for (std::size_t i = 0; i < run.at.size(); ++i) {
     for (const auto& [key, tree] : settings_of(study_.axes[i], run.at[i])) {
@@ -387,7 +387,7 @@ simulation::Scenario StudyPlan::scenario(const Run& run) const {
   return scenario;
 }
 
-void StudyPlan::draw_unknowns(const Run& run, simulation::Scenario& scenario) const {
+void StudyPlan::draw_unknowns(const StudyRun& run, simulation::Scenario& scenario) const {
   for (std::size_t i = 0; i < run.at.size(); ++i) {
     if (study_.axes[i].kind != Axis::Kind::Unknowns) continue;
     draws_->apply(static_cast<std::size_t>(*parse_integer(run.at[i].text)) - 1, scenario);
@@ -415,7 +415,7 @@ void StudyPlan::try_values() {
   std::set<std::string> files;
   std::string scenarios;
   const auto try_at = [&](const std::vector<Level>& levels) {
-    Run run;
+    StudyRun run;
     for (std::size_t i = 0; i < levels.size(); ++i) run.at.push_back(value_at(study_.axes[i], levels[i]));
     simulation::Scenario tried = scenario(run);
     FileHasher hasher;

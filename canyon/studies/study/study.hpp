@@ -43,7 +43,7 @@ void visit(options::Visitor& v, Study& o);
 [[nodiscard]] const options::Description& study_description();
 
 /// One run before it is made.
-struct Run {
+struct StudyRun {
   std::size_t number = 0;
   std::vector<AxisValue> at;  ///< one for each axis
   std::uint64_t seed = 0;     ///< of the scenario
@@ -60,10 +60,10 @@ class StudyPlan {
 
   [[nodiscard]] const Study& study() const { return study_; }
   [[nodiscard]] std::size_t size() const { return size_; }
-  [[nodiscard]] Run run(std::size_t number) const;
+  [[nodiscard]] StudyRun run(std::size_t number) const;
   /// The scenario of a run; with an axis of drives its trajectory is empty until set_drive(). Throws as
   /// simulation::read_scenario(), naming the study where a value of its is to blame.
-  [[nodiscard]] simulation::Scenario scenario(const Run& run) const;
+  [[nodiscard]] simulation::Scenario scenario(const StudyRun& run) const;
   /// Names of all receivers of all runs.
   [[nodiscard]] const std::vector<std::string>& receivers() const { return receivers_; }
   /// Hash of all that results depend on, contents of files among it, and not where these lie.
@@ -85,7 +85,7 @@ class StudyPlan {
   void try_values();
   void check_size() const;
   [[nodiscard]] options::Document document(const std::vector<AxisValue>& at) const;
-  void draw_unknowns(const Run& run, simulation::Scenario& scenario) const;
+  void draw_unknowns(const StudyRun& run, simulation::Scenario& scenario) const;
 
   Study study_;
   options::Node base_;  // the scenario's tree

@@ -123,7 +123,7 @@ runs: 10
 )");
   ASSERT_EQ(plan.size(), 20U);
   for (std::size_t point = 0; point < 10; ++point) {
-    const canyon::study::Run one = plan.run(2 * point), two = plan.run(2 * point + 1);
+    const canyon::study::StudyRun one = plan.run(2 * point), two = plan.run(2 * point + 1);
     EXPECT_EQ(one.at[0].text, two.at[0].text);
     EXPECT_NE(one.at[1].text, two.at[1].text);
     EXPECT_EQ(plan.scenario(one).seed, plan.scenario(two).seed);
