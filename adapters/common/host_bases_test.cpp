@@ -130,6 +130,9 @@ TEST(HostBases, WaitsForABaseThatComesLaterAndGoes) {
   field.receivers.back().reset();
   field.run(90);  // corrections are used for a minute
   EXPECT_EQ(kind_of(rover), FixKind::Single);
+  field.add("tower", 2, {300, 0, 20});
+  field.run(60);
+  EXPECT_EQ(kind_of(rover), FixKind::Fixed);
 }
 
 TEST(HostBases, BeginsAnewWithTheWorld) {

@@ -25,11 +25,10 @@ CorrectionLinks::Node& CorrectionLinks::node(std::size_t receiver) {
 
 void CorrectionLinks::connect(std::size_t rover, std::size_t base, bool states_place,
                               const receiver::ReceiverOptions& options, std::uint64_t seed) {
-  Node& of = node(rover);
+  Node& of = node(rover) = {};
   of.base = base;
   of.states_place = states_place;
   of.link.emplace(options.corrections, seed, options.name);
-  of.station.reset();
   if (options.corrections.virtual_station) of.station.emplace();
 }
 

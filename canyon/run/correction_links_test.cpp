@@ -380,7 +380,7 @@ receivers:
     const Epoch& expected = batch.epochs[k];
     const geodesy::GpsTime time = expected.truth.time;
     std::vector<simulation::Run::Due> due{{1, time, live.fixed_pose(1, time)},
-                              {0, time, simulation.antenna_pose(0, time)}};
+                                          {0, time, simulation.antenna_pose(0, time)}};
     const std::vector<LiveReceiver::Step> steps = live.make(due, false);
     EXPECT_EQ(steps[0].epoch.receiver, 1U);
     for (const auto& [a, b] :
@@ -442,6 +442,26 @@ TEST(Corrections, FaultsOfAHostReachItsBase) {
   EXPECT_THAT(test::error_of([&] { (void)LiveReceiver(config, scene, *config.start); }).what(),
               HasSubstr("simulation::Run"));
   EXPECT_THAT(test::error_of([&] { live.end_fault("none"); }).what(), HasSubstr("none"));
+}
+
+// The link has the options that a receiver is given while it runs.
+TEST(Corrections, OfARunFollowTheOptionsOfItsReceiver) {
+  const auto scene = std::make_shared<CityScene>(city::synthetic_city({}));
+  const LiveConfig config = parse_live_config(kLive, "host");
+  simulation::Run live(config, scene, *config.start);
+  const auto kind_at = [&](double seconds) {
+    const geodesy::GpsTime time = live[0].at(seconds);
+    const std::vector<simulation::Run::Due> due{{1, time, live.fixed_pose(1, time)},
+                                                {0, time, pose_of({{0, 0, 150}}, {scene->city.frame}, time)}};
+    return live.make(due, false).back().epoch.observed.fix.kind();
+  };
+  for (const double seconds : {0.0, 1.0, 2.0}) (void)kind_at(seconds);
+  EXPECT_EQ(kind_at(3), positioning::FixKind::Differential);
+  live[0].set_config(changed_live_config(live[0].config(), "corrections.outages_s: [0]", "change"));
+  for (const double seconds : {4.0, 5.0, 6.0}) EXPECT_EQ(kind_at(seconds), positioning::FixKind::Single);
+  live[0].set_config(changed_live_config(live[0].config(), "corrections.outages_s: [100, 110]", "change"));
+  for (const double seconds : {7.0, 8.0, 9.0}) (void)kind_at(seconds);
+  EXPECT_EQ(kind_at(10), positioning::FixKind::Differential);
 }
 
 }  // namespace

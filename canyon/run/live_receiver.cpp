@@ -12,7 +12,7 @@
 #include "canyon/paths/disturbance/disturbance.hpp"
 #include "canyon/run/environment.hpp"
 #include "canyon/run/motion/antenna_pose.hpp"
-#include "canyon/run/run_receiver.hpp"
+#include "canyon/run/receiver_surroundings.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/run/sensor_run.hpp"
 #include "canyon/run/trace_places.hpp"
@@ -79,18 +79,29 @@ struct LiveReceiver::Impl {
     sensors = vehicle_sensors(config.sensors, config.receiver());
   }
 
+  /// Its options are decided by sky, errors and city. Behind its own disturbances, the streets that it drives
+  /// along (a fixed one has none) and its faults.
   [[nodiscard]] receiver::Receiver make_receiver() const {
-    return simulation::make_receiver(
-        config.receiver(), config.seed, environment, way ? way : road,
-        {disturbance::FaultTimeline::source(faults),
-         {"put elsewhere", [at = put_elsewhere](std::uint64_t /*seed*/, const std::string&) {
-            return std::make_unique<HotRestart>(at);
-          }}});
+    const ReceiverConfig& of = config.receiver();
+    std::vector<disturbance::DisturbanceSource> sources =
+        of.fixed ? of.disturbances : with_streets(of, environment.city(), way ? way : road);
+    sources.push_back(disturbance::FaultTimeline::source(faults));
+    sources.push_back({"put elsewhere", [at = put_elsewhere](std::uint64_t /*seed*/, const std::string&) {
+                         return std::make_unique<HotRestart>(at);
+                       }});
+    receiver::ReceiverOptions options = with_surroundings(of, environment.scene(), environment.city());
+    decide_options(options, environment.errors().get(), &environment.sky());
+    return {std::move(options), config.seed, sources, of.models};
+  }
+  /// City and sky as effects of faults find them around the receiver.
+  void surround(disturbance::FaultTimeline& timeline) const {
+    timeline.set_surroundings({sky->sky, std::shared_ptr<const city::City>(scene, &scene->city),
+                               std::shared_ptr<const raytrace::RayScene>(scene, &scene->scene)});
   }
   [[nodiscard]] std::shared_ptr<disturbance::FaultTimeline> make_faults() const {
     auto made =
         std::make_shared<disturbance::FaultTimeline>(start, config.faults, config.receiver().options.name);
-    made->set_surroundings(surroundings(scene, sky->sky));
+    surround(*made);
     return made;
   }
   /// The host's time of the last step, or of the first one.
@@ -123,7 +134,7 @@ struct LiveReceiver::Impl {
 
   /// Measurements, fix and its error at a known place. `arrival` is disturbed in place.
   Epoch make_epoch(const Pose& truth, propagation::Arrival& arrival, const SensorBatch* samples) {
-    arrival.messages = unowned(sky->navigation);
+    arrival.messages = {sky, &sky->navigation};
     const auto given = std::exchange(corrections, nullptr);
     if (sensors) sensors->readings = {};
     if (sensors && samples != nullptr) sensors->readings = readings_of(*samples, config.sensors, start);
@@ -156,7 +167,7 @@ struct LiveReceiver::Impl {
   void make_environment() {
     arrivals.reset();
     environment = simulation::make_environment(scene, *sky, config.sky, config.seed);
-    faults->set_surroundings(surroundings(scene, sky->sky));
+    surround(*faults);
   }
 
   /// Begins the step at `t`. @param under_sky the sky is the caller's, and reaches to it
@@ -192,6 +203,7 @@ struct LiveReceiver::Impl {
   }
 
   void begin_anew() {
+    ++begun;
     if (arrivals) arrivals->forget();
     road->clear();
     corrections.reset();
@@ -232,10 +244,11 @@ struct LiveReceiver::Impl {
   std::optional<Place> last_place;
   double last_s = -std::numeric_limits<double>::infinity();
   bool said_empty = false;
+  int begun = 0;
   std::vector<std::string> warnings;
   bool warned_of_station = false;
   std::shared_ptr<const relative::Corrections> corrections;  // that came since the last step
-  std::optional<receiver::VehicleSensors> sensors;              // by a receiver with dead reckoning
+  std::optional<receiver::VehicleSensors> sensors;           // by a receiver with dead reckoning
 };
 
 LiveReceiver::LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
@@ -391,8 +404,28 @@ void LiveReceiver::restart() {
   impl_->restart();
 }
 
+int LiveReceiver::begun() const {
+  return impl_->begun;
+}
+
 std::vector<std::string> LiveReceiver::take_warnings() {
   return std::exchange(impl_->warnings, {});
+}
+
+std::vector<const LiveReceiver*> end_fault(std::span<LiveReceiver* const> receivers,
+                                           const std::string& name) {
+  std::vector<const LiveReceiver*> ended;
+  std::optional<InputError> refused;
+  for (LiveReceiver* const each : receivers) {
+    try {
+      each->end_fault(name);
+      ended.push_back(each);
+    } catch (const InputError& error) {
+      refused = error;
+    }
+  }
+  if (ended.empty() && refused) throw *refused;
+  return ended;
 }
 
 }  // namespace canyon::simulation

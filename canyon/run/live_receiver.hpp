@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -101,6 +102,8 @@ class LiveReceiver {
 
   /// As constructed: faults are those of config() again.
   void restart();
+  /// How often it has begun anew, by set_config(), restart() or a time that went back.
+  [[nodiscard]] int begun() const;
 
   /// Puts a fault on the running timeline; the receiver goes on. @param text an item of a scenario's
   /// `faults:`, YAML or JSON; without `from_s` it begins with the next step. Returns its name; a fault of
@@ -118,5 +121,9 @@ class LiveReceiver {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Ends a fault in those of `receivers` that have it, which need not be all; returns them. Throws InputError
+/// where none has it.
+std::vector<const LiveReceiver*> end_fault(std::span<LiveReceiver* const> receivers, const std::string& name);
 
 }  // namespace canyon::simulation

@@ -12,13 +12,12 @@ using geodesy::GpsTime;
 
 Run::Run(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
          std::shared_ptr<const BuiltSky> sky, std::shared_ptr<const disturbance::Road> way)
-    : configs_(config.receivers),
-      seed_(config.seed),
-      linked_(!config.bases_elsewhere || config.base() != nullptr) {
+    : configs_(config.receivers), seed_(config.seed) {
   if (!scene) throw InputError("a run needs a scene");
   for (ReceiverConfig& receiver : configs_)
     if (receiver.fixed) receiver.fixed->settle(scene->city.frame);
-  if (linked_) links_ = {configs_, seed_};
+  // Else its one receiver's base is in another run.
+  if (!config.bases_elsewhere || config.base() != nullptr) links_ = {configs_, seed_};
   order_.resize(configs_.size());
   std::iota(order_.begin(), order_.end(), std::size_t{0});
   order_ = links_.order(std::move(order_));
@@ -30,6 +29,7 @@ Run::Run(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
     config.warnings.clear();  // they are said once
   }
   last_.resize(configs_.size());
+  begun_.resize(configs_.size());
 }
 
 std::optional<Pose> Run::fixed_pose(std::size_t receiver, GpsTime time) const {
@@ -37,13 +37,14 @@ std::optional<Pose> Run::fixed_pose(std::size_t receiver, GpsTime time) const {
   return Pose{time, configs_[receiver].fixed->place};
 }
 
-std::vector<LiveReceiver::Step> Run::make(std::span<Due> due, bool parallel) {
+std::vector<LiveReceiver::Step> Run::make(std::span<const Due> due, bool parallel) {
   std::vector<DueEpoch> epochs;
   epochs.reserve(due.size());
   for (const Due& each : due) {
     std::optional<GpsTime>& last = last_[each.receiver];
     if (last && each.time - *last < 0) restart();
     last = each.time;
+    renew_link(each.receiver);
     epochs.push_back({each.receiver, each.time});
   }
   std::vector<LiveReceiver::Step> steps(due.size());
@@ -63,9 +64,19 @@ std::vector<LiveReceiver::Step> Run::make(std::span<Due> due, bool parallel) {
 }
 
 void Run::restart() {
-  for (LiveReceiver& receiver : receivers_) receiver.restart();
+  for (std::size_t r = 0; r < receivers_.size(); ++r) {
+    receivers_[r].restart();
+    renew_link(r);
+  }
   last_.assign(receivers_.size(), std::nullopt);
-  if (linked_) links_ = {configs_, seed_};
+}
+
+void Run::renew_link(std::size_t receiver) {
+  const LiveReceiver& of = receivers_[receiver];
+  if (std::exchange(begun_[receiver], of.begun()) == of.begun()) return;
+  if (const auto base = links_.base_of(receiver)) {
+    links_.connect(receiver, *base, configs_[*base].fixed.has_value(), of.config().receiver().options, seed_);
+  }
 }
 
 std::string Run::add_fault(const std::string& text, const std::string& source) {
@@ -75,17 +86,9 @@ std::string Run::add_fault(const std::string& text, const std::string& source) {
 }
 
 void Run::end_fault(const std::string& name) {
-  std::optional<InputError> refused;
-  std::size_t ended = 0;
-  for (LiveReceiver& receiver : receivers_) {
-    try {
-      receiver.end_fault(name);
-      ++ended;
-    } catch (const InputError& error) {
-      refused = error;
-    }
-  }
-  if (ended == 0 && refused) throw *refused;
+  std::vector<LiveReceiver*> all;
+  for (LiveReceiver& receiver : receivers_) all.push_back(&receiver);
+  (void)simulation::end_fault(all, name);
 }
 
 void finish_sinks(std::span<EpochSink* const> sinks, const EpochSink* broken, std::exception_ptr failure) {

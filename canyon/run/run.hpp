@@ -47,7 +47,7 @@ class Run {
   /// corrections that have come for it. Epochs of a receiver must be in order of time, and behind those of
   /// its base; a time that goes back begins the run anew.
   /// @param parallel make epochs of receivers that need nothing of each other on several threads
-  [[nodiscard]] std::vector<LiveReceiver::Step> make(std::span<Due> due, bool parallel);
+  [[nodiscard]] std::vector<LiveReceiver::Step> make(std::span<const Due> due, bool parallel);
 
   /// As constructed.
   void restart();
@@ -57,13 +57,16 @@ class Run {
   void end_fault(const std::string& name);
 
  private:
+  /// Makes the link to a receiver that has begun anew, with its options of now.
+  void renew_link(std::size_t receiver);
+
   std::vector<LiveReceiver> receivers_;
   std::vector<ReceiverConfig> configs_;
   std::uint64_t seed_;
-  bool linked_;  // else its one receiver's base is in another run
   CorrectionLinks links_;
   std::vector<std::size_t> order_;
   std::vector<std::optional<geodesy::GpsTime>> last_;  // epoch of each
+  std::vector<int> begun_;                             // LiveReceiver::begun() of each, as links know it
 };
 
 /// Finishes sinks, but `broken` that has failed (its file stays absent); null: all. Rethrows the first

@@ -102,7 +102,7 @@ struct Simulation::Impl {
     return simulation::vehicle_pose(scenario, plan.trajectory, environment, t);
   }
   [[nodiscard]] Run make_run() const {
-    LiveConfig config(scenario);
+    LiveConfig config = live_config(scenario, plan.begin, plan.schedule.interval_s());
     config.with_sensors = scenario.sensors.any();
     return {std::move(config), city_scene, plan.begin, sky,
             road_of(scenario, plan.trajectory, environment.city().frame)};
@@ -260,9 +260,7 @@ class Simulation::Epochs {
         run_(impl.make_run()),
         sensors_(impl.make_sensors(sinks)),
         placements_(run_.size()),
-        progress_(options.progress, impl.plan.epochs()) {
-    for (std::size_t r = 0; r < run_.size(); ++r) (void)run_[r].take_warnings();  // report() has them
-  }
+        progress_(options.progress, impl.plan.epochs()) {}
 
   /// Epochs of all receivers at the block's instants, until the run is stopped.
   void take(EpochBlock& block) {

@@ -7,7 +7,7 @@
 
 #include "canyon/base/text_file.hpp"
 #include "canyon/run/load_city.hpp"
-#include "canyon/run/run_receiver.hpp"
+#include "canyon/run/receiver_surroundings.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/run/simulator.hpp"
 #include "tests/support/loaded_city.hpp"

@@ -1,5 +1,5 @@
 // Streets through Simulation and LiveReceiver.
-#include "canyon/run/run_receiver.hpp"
+#include "canyon/run/receiver_surroundings.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

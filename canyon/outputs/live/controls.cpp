@@ -174,26 +174,21 @@ std::string add_fault(const OptionsRequest& request, const Receivers& receivers)
   return text;
 }
 
-/// Ends a fault in those receivers that have it, which need not be all; their names. Throws InputError where
-/// none has it.
+/// Ends a fault on those timelines that have it; the names of their receivers.
 std::vector<std::string> end_on_timelines(const Receivers& receivers, const std::string& name) {
-  std::vector<std::string> ended;
-  std::optional<InputError> refused;
+  std::vector<simulation::LiveReceiver*> all;
   for (const AdjustableReceiver& each : receivers) {
-    bool found = false;
-    for (simulation::LiveReceiver* const one : {each.receiver, each.base}) {
-      if (one == nullptr) continue;
-      try {
-        one->end_fault(name);
-        found = true;
-      } catch (const InputError& error) {
-        refused = error;
-      }
-    }
-    if (found) ended.push_back(each.name);
+    all.push_back(each.receiver);
+    if (each.base != nullptr) all.push_back(each.base);
   }
-  if (ended.empty() && refused) throw *refused;
-  return ended;
+  const auto ended = simulation::end_fault(all, name);
+  const auto has = [&](const simulation::LiveReceiver* one) {
+    return std::find(ended.begin(), ended.end(), one) != ended.end();
+  };
+  std::vector<std::string> names;
+  for (const AdjustableReceiver& each : receivers)
+    if (has(each.receiver) || has(each.base)) names.push_back(each.name);
+  return names;
 }
 
 std::string end_fault(const OptionsRequest& request, const Receivers& receivers) {

@@ -75,7 +75,9 @@ HostedReceiver::~HostedReceiver() = default;
 void HostedReceiver::start_receiver() {
   auto& fixed = options_.live.receiver().fixed;
   if (fixed) fixed->settle(frame_.enu);
-  run_.emplace(options_.live, city_ ? city_ : open_field(frame_), start_);
+  simulation::LiveConfig config = options_.live;
+  if (config.base() != nullptr) config.receivers[1].options.corrections = {};  // it takes none here
+  run_.emplace(std::move(config), city_ ? city_ : open_field(frame_), start_);
   if (tracer_) receiver().set_tracer(tracer_);
   say_warnings();
   make_rtcm();
@@ -347,14 +349,19 @@ void visit_host(options::Visitor& v, HostOptions& o, std::string& frame_id,
 }
 
 void HostBases::add(HostedReceiver& receiver, std::uint64_t vehicle) {
-  members_.push_back({&receiver, vehicle});
+  auto place = std::find_if(members_.begin(), members_.end(),
+                            [](const Member& member) { return member.receiver == nullptr; });
+  if (place == members_.end()) place = members_.emplace(place);
+  *place = {&receiver, vehicle};
 }
 
 void HostBases::remove(const HostedReceiver& receiver) {
   for (std::size_t m = 0; m < members_.size(); ++m) {
-    if (members_[m].receiver == &receiver) members_[m].receiver = nullptr;
-    const auto base = links_.base_of(m);
-    if (base && members_[*base].receiver == nullptr) links_.disconnect(m);
+    if (members_[m].receiver != &receiver) continue;
+    members_[m] = {};
+    links_.disconnect(m);
+    for (std::size_t rover = 0; rover < members_.size(); ++rover)
+      if (links_.base_of(rover) == m) links_.disconnect(rover);
   }
 }
 

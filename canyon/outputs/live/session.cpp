@@ -181,10 +181,7 @@ struct Session::Impl {
   }
 
   void make_receivers() {
-    simulation::LiveConfig config(scenario);
-    config.start = start;
-    config.rate_hz = 1 / schedule.interval_s();
-    config.warnings.clear();  // they are the scenario's, and said once
+    simulation::LiveConfig config = simulation::live_config(scenario, start, schedule.interval_s());
     config.with_sensors = scenario.sensors.any();
     receivers.emplace(std::move(config), scene, start);
     // Prepared now, so that the first epoch is not late.

@@ -43,12 +43,10 @@ Probe::Probe(const simulation::Simulation& simulation, std::shared_ptr<simulatio
 
 Probe::Probe(const simulation::Scenario& scenario, geodesy::GpsTime begin, double interval_s,
              std::shared_ptr<simulation::CityScene> scene, std::size_t paths_per_satellite, double last_s)
-    : scene_(std::move(scene)), paths_per_satellite_(paths_per_satellite), last_s_(last_s) {
-  std::shared_ptr<const simulation::BuiltSky> sky;
-  for (std::size_t r = 0; r < scenario.receivers.size(); ++r) {
-    receivers_.emplace_back(simulation::live_config(scenario, r, begin, interval_s), scene_, begin, sky);
-    sky = receivers_.back().shared_sky();
-  }
+    : scene_(std::move(scene)),
+      paths_per_satellite_(paths_per_satellite),
+      receivers_(simulation::live_config(scenario, begin, interval_s), scene_, begin),
+      last_s_(last_s) {
   for (const Eigen::Vector3d& vertex : scene_->city.mesh.vertices) {
     low_ = low_.cwiseMin(vertex);
     high_ = high_.cwiseMax(vertex);

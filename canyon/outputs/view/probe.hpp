@@ -9,7 +9,7 @@
 
 #include "canyon/base/json.hpp"
 #include "canyon/run/environment.hpp"
-#include "canyon/run/live_receiver.hpp"
+#include "canyon/run/run.hpp"
 #include "canyon/run/simulator.hpp"
 
 namespace canyon::view {
@@ -42,7 +42,7 @@ class Probe {
 
   std::shared_ptr<simulation::CityScene> scene_;
   std::size_t paths_per_satellite_;
-  std::vector<simulation::LiveReceiver> receivers_;
+  simulation::Run receivers_;  // each asked alone
   double last_s_;
   /// By the city and its origin.
   Eigen::Vector3d low_ = Eigen::Vector3d::Zero(), high_ = Eigen::Vector3d::Zero();

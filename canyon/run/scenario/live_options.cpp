@@ -210,13 +210,11 @@ void visit(options::Visitor& v, LiveConfig& config) {
   check_base(v, config);
 }
 
-LiveConfig live_config(const Scenario& scenario, std::size_t receiver, geodesy::GpsTime start,
-                       double interval_s) {
+LiveConfig live_config(const Scenario& scenario, geodesy::GpsTime start, double interval_s) {
   LiveConfig config(scenario);
   config.start = start;
   config.rate_hz = 1 / interval_s;
-  config.receivers = {scenario.receivers.at(receiver)};
-  config.warnings.clear();  // they are the scenario's, and said once
+  config.warnings.clear();
   return config;
 }
 

@@ -207,7 +207,7 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
                                                        const ReceiverConfig& receiver);
 
 /// A scenario of a host that brings city and motion itself, of one receiver and, behind it, the base in the
-/// host's world, if any.
+/// host's world, if any; of runs and sessions with all their receivers.
 struct LiveConfig : Scenario {
   LiveConfig() { receivers.resize(1); }
   explicit LiveConfig(Scenario scenario) : Scenario(std::move(scenario)) {}
@@ -225,9 +225,8 @@ struct LiveConfig : Scenario {
 /// The scenario's keys `sky`, `start`, `rate_hz`, `seed` and `geoid_undulation_m`, and beside them those of
 /// the receiver without brackets, and `base` with `name`, `profile` and `fixed`.
 void visit(options::Visitor& v, LiveConfig& o);
-/// A receiver of a scenario as a host drives it, with `start` and `rate_hz` of the host.
-[[nodiscard]] LiveConfig live_config(const Scenario& scenario, std::size_t receiver, geodesy::GpsTime start,
-                                     double interval_s);
+/// A scenario as a Run takes it, with this `start` and interval; what warnings it has were said.
+[[nodiscard]] LiveConfig live_config(const Scenario& scenario, geodesy::GpsTime start, double interval_s);
 
 /// Reads YAML with the fields of a LiveConfig and `faults`, whose times count from the host's time 0. `name`
 /// stands in messages; Scenario::warnings has what may be a mistake. Relative paths belong to the folder of

@@ -21,7 +21,7 @@
 #include "canyon/receiver/positioning/position_filter.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/run/ordered_blocks.hpp"
-#include "canyon/run/run_receiver.hpp"
+#include "canyon/run/receiver_surroundings.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 #include "canyon/studies/validation/statistics.hpp"

@@ -7,7 +7,7 @@
 
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/run/environment.hpp"
-#include "canyon/run/run_receiver.hpp"
+#include "canyon/run/receiver_surroundings.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/studies/heatmap/cells/cell_solver.hpp"
 

@@ -19,7 +19,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/receiver/own_draws.hpp"
 #include "canyon/run/ordered_blocks.hpp"
-#include "canyon/run/run_receiver.hpp"
+#include "canyon/run/receiver_surroundings.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/run/simulator.hpp"
 #include "canyon/studies/heatmap/cells/cell_solver.hpp"

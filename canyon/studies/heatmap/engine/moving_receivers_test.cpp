@@ -12,7 +12,7 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/receiver/receiver.hpp"
-#include "canyon/run/run_receiver.hpp"
+#include "canyon/run/receiver_surroundings.hpp"
 #include "canyon/run/scenario/profile.hpp"
 #include "canyon/run/simulator.hpp"
 #include "canyon/studies/heatmap/engine/engine.hpp"

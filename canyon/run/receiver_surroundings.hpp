@@ -1,17 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "canyon/city/raytrace/ray_scene.hpp"
-#include "canyon/paths/disturbance/faults/fault_timeline.hpp"
 #include "canyon/paths/disturbance/streets.hpp"
 #include "canyon/receiver/receiver.hpp"
-#include "canyon/run/environment.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 
 namespace canyon::simulation {
@@ -36,22 +33,5 @@ namespace canyon::simulation {
 [[nodiscard]] receiver::ReceiverOptions with_surroundings(const ReceiverConfig& receiver,
                                                           const raytrace::RayScene& scene,
                                                           const city::City& city);
-
-/// The receiver that every driver of epochs makes of a configuration: its options decided by sky, errors and
-/// city, behind its own disturbances, the streets that it drives along (a fixed one has none) and `more`.
-/// @param road of the vehicle; null: nothing moves
-[[nodiscard]] receiver::Receiver make_receiver(const ReceiverConfig& config, std::uint64_t seed,
-                                               const Environment& environment,
-                                               std::shared_ptr<const disturbance::Road> road,
-                                               const std::vector<disturbance::DisturbanceSource>& more);
-
-/// City and sky as effects of faults find them around a receiver.
-[[nodiscard]] disturbance::FaultTimeline::Surroundings surroundings(const std::shared_ptr<CityScene>& scene,
-                                                                    std::shared_ptr<const orbit::Sky> sky);
-
-/// A pointer without ownership for Arrival::messages; `data` must outlive it.
-[[nodiscard]] inline std::shared_ptr<const gnss::NavigationData> unowned(const gnss::NavigationData& data) {
-  return {std::shared_ptr<const gnss::NavigationData>(), &data};
-}
 
 }  // namespace canyon::simulation

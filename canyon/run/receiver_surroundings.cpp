@@ -1,4 +1,4 @@
-#include "canyon/run/run_receiver.hpp"
+#include "canyon/run/receiver_surroundings.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -7,28 +7,8 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/run/sky_builder.hpp"
 
 namespace canyon::simulation {
-
-receiver::Receiver make_receiver(const ReceiverConfig& config, std::uint64_t seed,
-                                 const Environment& environment,
-                                 std::shared_ptr<const disturbance::Road> road,
-                                 const std::vector<disturbance::DisturbanceSource>& more) {
-  std::vector<disturbance::DisturbanceSource> sources =
-      config.fixed ? config.disturbances : with_streets(config, environment.city(), std::move(road));
-  sources.insert(sources.end(), more.begin(), more.end());
-  receiver::ReceiverOptions options = with_surroundings(config, environment.scene(), environment.city());
-  decide_options(options, environment.errors().get(), &environment.sky());
-  return {std::move(options), seed, sources, config.models};
-}
-
-disturbance::FaultTimeline::Surroundings surroundings(const std::shared_ptr<CityScene>& scene,
-                                                      std::shared_ptr<const orbit::Sky> sky) {
-  return {std::move(sky), std::shared_ptr<const city::City>(scene, &scene->city),
-          std::shared_ptr<const raytrace::RayScene>(scene, &scene->scene)};
-}
-
 namespace {
 
 bool has_vegetation(const city::City& city) {
