@@ -48,7 +48,6 @@ struct City {
   ReadReport notes;  ///< what the import left out, guessed or repaired
   /// Ellipsoidal height of mean sea level in the city [m]; 0 where nothing is known of it.
   double geoid_undulation_m = 0;
-  bool states_heights = false;  ///< its map states the heights of most buildings, or has their surfaces
   /// The seed of what its facades draw beside materials (propagation::Propagator).
   std::uint64_t seed = 0;
 

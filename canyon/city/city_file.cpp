@@ -26,7 +26,7 @@
 //   CRC-32
 //             (zlib's, of the 20 bytes before it and of the packed bytes), the packed bytes (zlib stream)
 // INFO  u64 vertices, u64 triangles, f64 latitude, longitude [rad], height [m], heading [rad],
-//       from version 2 on f64 geoid undulation [m], from 3 on u8 heights are stated, name, u32 notes and each
+//       from version 2 on f64 geoid undulation [m], in 3 u8 that nothing reads, name, u32 notes and each
 //       note, u32 objects and of each: name, u8 surface, u32 triangles; from version 2 on u8 facades of each
 //       object. A text is u32 bytes and its bytes; notes of a loss or a guess begin with its name and ": ".
 // VERT  f64 x y z of each vertex [m]; byte planes: all first bytes of the 3 n numbers, all second bytes, ...
@@ -121,7 +121,7 @@ void write_block(OutputFile& file, std::string_view tag, const std::string& raw)
 std::uint32_t version_of(const City& city) {
   const auto named = [](const Object& object) { return object.facades != FacadeMix::ByBuilding; };
   const bool any = std::any_of(city.mesh.objects.begin(), city.mesh.objects.end(), named);
-  return city.states_heights ? 3 : city.geoid_undulation_m != 0 || any ? 2 : 1;
+  return city.geoid_undulation_m != 0 || any ? 2 : 1;
 }
 
 std::string info_block(const City& city, std::uint32_t version) {
@@ -133,7 +133,6 @@ std::string info_block(const City& city, std::uint32_t version) {
   put(info, city.frame.origin().height_m);
   put(info, city.frame.heading_rad());
   if (version > 1) put(info, city.geoid_undulation_m);
-  if (version > 2) put(info, static_cast<std::uint8_t>(city.states_heights));
   put_text(info, city.name);
   const std::vector<ReadReport::Entry> notes = city.notes.entries();
   put(info, static_cast<std::uint32_t>(notes.size()));
@@ -281,7 +280,7 @@ class CityFileReader {
       if (!(std::abs(city.geoid_undulation_m) <= 1000))
         damaged("header", "its geoid undulation is impossible");
     }
-    city.states_heights = version_ >= 3 && take<std::uint8_t>(from) != 0;
+    if (version_ == 3) (void)take<std::uint8_t>(from);
     city.name = take_text(from);
     const std::uint32_t notes = take_count(from, 4);
     for (std::uint32_t i = 0; i < notes; ++i) {

@@ -49,7 +49,6 @@ void expect_equal(const City& a, const City& b) {
   EXPECT_EQ(a.frame.origin().height_m, b.frame.origin().height_m);
   EXPECT_EQ(a.frame.heading_rad(), b.frame.heading_rad());
   EXPECT_EQ(a.geoid_undulation_m, b.geoid_undulation_m);
-  EXPECT_EQ(a.states_heights, b.states_heights);
   EXPECT_TRUE(a.mesh.vertices == b.mesh.vertices);
   EXPECT_TRUE(a.mesh.triangles == b.mesh.triangles);
   EXPECT_TRUE(a.mesh.materials == b.mesh.materials);
@@ -121,7 +120,7 @@ TEST(CityFile, GivesBackExactlyWhatWasWritten) {
 }
 
 // The version is the first that has what the city has.
-TEST(CityFile, HoldsTheGeoidUndulationAndWhetherHeightsAreStated) {
+TEST(CityFile, HoldsTheGeoidUndulation) {
   const TemporaryFolder folder;
   City city = small_city();
   write_city_file(folder / "a.canyon", city);
@@ -130,10 +129,6 @@ TEST(CityFile, HoldsTheGeoidUndulationAndWhetherHeightsAreStated) {
   write_city_file(folder / "b.canyon", city);
   EXPECT_EQ(read_bytes(folder / "b.canyon")[8], 2);
   expect_equal(city, read_city_file(folder / "b.canyon"));
-  city.states_heights = true;
-  write_city_file(folder / "e.canyon", city);
-  EXPECT_EQ(read_bytes(folder / "e.canyon")[8], 3);
-  expect_equal(city, read_city_file(folder / "e.canyon"));
   city.geoid_undulation_m = std::nan("");
   write_city_file(folder / "c.canyon", city);
   EXPECT_THAT(error_of(folder / "d.canyon", read_bytes(folder / "c.canyon")), HasSubstr("undulation"));

@@ -6,12 +6,12 @@
 #include <array>
 #include <cmath>
 #include <iterator>
-#include <unordered_map>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/random.hpp"
+#include "canyon/city/building_draws.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
 
@@ -42,44 +42,6 @@ bool is_wall(const Mesh& mesh, std::uint32_t triangle) {
   return std::abs(normal.z()) <= kSteepest_cos * normal.norm();
 }
 
-/// A building and its triangles.
-struct Unit {
-  std::string key;
-  FacadeMix facades;
-  std::vector<std::uint32_t> triangles;
-};
-
-std::vector<Unit> units_of_parts(const Mesh& mesh, const Object& object) {
-  TriangleIndices triangles(
-      mesh.triangles.begin() + object.first_triangle,
-      mesh.triangles.begin() + object.first_triangle + static_cast<std::ptrdiff_t>(object.triangle_count));
-  weld(mesh.vertices, triangles);
-  std::vector<Unit> units;
-  for (std::vector<std::uint32_t>& part : connected_components(triangles, mesh.vertices.size())) {
-    for (std::uint32_t& triangle : part) triangle += object.first_triangle;
-    units.push_back({fmt::format("{}#{}", object.name, units.size() + 1), object.facades, std::move(part)});
-  }
-  return units;
-}
-
-std::vector<Unit> buildings_of(const Mesh& mesh) {
-  std::vector<const Object*> objects;
-  for (const Object& object : mesh.objects)
-    if (object.surface == Surface::Building) objects.push_back(&object);
-  if (objects.size() == 1) return units_of_parts(mesh, *objects.front());
-  std::vector<Unit> units;
-  std::unordered_map<std::string, int> seen;
-  for (const Object* object : objects) {
-    Unit unit{object->name, object->facades, {}};
-    const int number = ++seen[object->name];
-    if (number > 1) unit.key += fmt::format("#{}", number);
-    for (std::uint32_t t = 0; t < object->triangle_count; ++t)
-      unit.triangles.push_back(object->first_triangle + t);
-    units.push_back(std::move(unit));
-  }
-  return units;
-}
-
 const FacadeType& draw(const std::map<std::string, double>& shares, double uniform) {
   double sum = 0;
   const FacadeType* last = nullptr;
@@ -100,13 +62,6 @@ FacadeMix mix_of(FacadeMix mix, double height_m, FacadeMix named) {
   if (mix != FacadeMix::ByBuilding) return mix;
   if (named != FacadeMix::ByBuilding) return named;
   return height_m < kLow_m ? FacadeMix::Traditional : FacadeMix::UrbanStock;
-}
-
-double height_of(const Mesh& mesh, const Unit& unit) {
-  Box box;
-  for (const std::uint32_t triangle : unit.triangles)
-    for (const std::uint32_t vertex : mesh.triangles[triangle]) extend(box, mesh.vertices[vertex]);
-  return box.max.z() - box.min.z();
 }
 
 }  // namespace
@@ -180,11 +135,12 @@ std::string dress_facades(City& city, const FacadeOptions& options, bool keep_na
   Mesh& mesh = city.mesh;
   std::array<std::size_t, kTypes.size()> counts{};
   std::size_t kept = 0, buildings = 0;
-  for (const Unit& unit : buildings_of(mesh)) {
-    const FacadeType& type = draw(facade_shares(options, height_of(mesh, unit), unit.facades),
-                                  RandomStream(seed, "facades/" + unit.key).uniform());
+  for (const Building& building : buildings_of(mesh)) {
+    const Box box = bounds_of(mesh, building);
+    const FacadeType& type = draw(facade_shares(options, box.max.z() - box.min.z(), building.facades),
+                                  RandomStream(seed, "facades/" + building.key).uniform());
     std::size_t walls = 0, dressed = 0;
-    for (const std::uint32_t triangle : unit.triangles) {
+    for (const std::uint32_t triangle : building.triangles) {
       if (!is_wall(mesh, triangle)) continue;
       ++walls;
       Material& material = mesh.materials[triangle];

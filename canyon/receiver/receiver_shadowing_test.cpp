@@ -19,6 +19,7 @@ ReceiverOptions shadowed(double clear_db, double shadow_db, double enter, double
   ReceiverOptions options = plain();
   options.signal.shadowing.enabled = true;
   options.signal.shadowing.numbers = {clear_db, 0, shadow_db, 0, enter, leave};
+  options.signal.shadowing.skyline.share = 0;
   return options;
 }
 
@@ -47,19 +48,16 @@ TEST(ReceiverShadowing, LeavesEveryOtherPathAlone) {
   EXPECT_EQ(a.excess_m, b.excess_m);
 }
 
-/// Obstacles all around that take at least 30 dB from every path of the test's satellite.
+/// High obstacles all around.
 ReceiverOptions walled_in() {
   ReceiverOptions options = shadowed(0, 0, 0, 1);
   disturbance::SkylineOptions& skyline = options.signal.shadowing.skyline;
   skyline.share = 1;
   skyline.height_m = 100;
-  skyline.distance_m = 1;
-  skyline.distance_sigma = 0;
-  skyline.foliage_share = 0;
   return options;
 }
 
-TEST(ReceiverShadowing, ObstaclesOnTheSkylineLetEchoesOfFacadesPass) {
+TEST(ReceiverShadowing, ObstaclesWeakenAllPaths) {
   Receiver with(walled_in(), 3), without(plain(), 3);
   const auto lost_db = [&](PathKind kind) {
     const auto echo = [kind](const orbit::LineOfSight&) {
@@ -71,13 +69,13 @@ TEST(ReceiverShadowing, ObstaclesOnTheSkylineLetEchoesOfFacadesPass) {
     return *observe_one(without, 0, echo).cn0_dbhz - *observe_one(with, 0, echo).cn0_dbhz;
   };
   EXPECT_GT(lost_db(PathKind::Diffracted), 15);
-  EXPECT_NEAR(lost_db(PathKind::Reflected), 0, 1e-9);
+  EXPECT_GT(lost_db(PathKind::Reflected), 15);
 }
 
 // A label says what happened: who is behind an obstacle is not in line of sight.
 TEST(ReceiverShadowing, LabelsSayWhatIsTracked) {
   const auto echo = [](const orbit::LineOfSight& line) {
-    Path path = mirror_path(Eigen::Vector3d(1, 0, 1).normalized(), 60, 0.5);
+    Path path = mirror_path(Eigen::Vector3d::UnitZ(), 60, 0.5);  // over the obstacles
     path.point = 0.5 * path.arrival;
     return std::vector<Path>{direct_path(line), path};
   };
@@ -104,14 +102,14 @@ TEST(ReceiverShadowing, VehiclesWithDrawsOfTheirOwnMeetTheSameObstacles) {
   options.signal.shadowing.skyline.share = 0.5;
   options.signal.shadowing.skyline.height_m = 18;
   options.own_draws = true;
-  options.name = "first";
-  Receiver one(options, 3);
-  options.name = "second";
-  Receiver other(options, 3);
   int hidden = 0;
-  for (int i = 0; i < 100; ++i) {
-    const double taken_db = observe_one(one, i, clear, north(40.0 * i)).obstacles_db;
-    EXPECT_EQ(taken_db, observe_one(other, i, clear, north(40.0 * i)).obstacles_db);
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    options.name = "first";
+    Receiver one(options, seed);
+    options.name = "second";
+    Receiver other(options, seed);
+    const double taken_db = observe_one(one, 0, clear).obstacles_db;
+    EXPECT_EQ(taken_db, observe_one(other, 0, clear).obstacles_db);
     hidden += taken_db > 10;
   }
   EXPECT_GT(hidden, 10);

@@ -93,7 +93,6 @@ propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::S
       arrival.placement = scene.placement(arrival.antenna_enu);
     }
   }
-  arrival.scene = &scene;
   arrival.height_above_ground_m = scene.height_above_ground(arrival.antenna_enu);
   const orbit::Observer observer(standpoint.antenna_ecef);
   arrival.views.reserve(satellites.size());

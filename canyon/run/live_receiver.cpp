@@ -89,7 +89,8 @@ struct LiveReceiver::Impl {
     sources.push_back({"put elsewhere", [at = put_elsewhere](std::uint64_t /*seed*/, const std::string&) {
                          return std::make_unique<HotRestart>(at);
                        }});
-    receiver::ReceiverOptions options = with_surroundings(of, environment.scene(), environment.city());
+    receiver::ReceiverOptions options =
+        with_surroundings(of, environment.scene(), environment.city(), config.seed);
     decide_options(options, environment.errors().get(), &environment.sky());
     return {std::move(options), config.seed, sources, of.models};
   }

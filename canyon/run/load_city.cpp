@@ -13,6 +13,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/city/building_draws.hpp"
 #include "canyon/city/buildings/sources/city_files.hpp"
 #include "canyon/city/buildings/sources/geoid.hpp"
 #include "canyon/city/buildings/sources/model_kind.hpp"
@@ -284,10 +285,12 @@ void keep_about(city::City& city, const std::array<double, 4>& bbox_deg) {
       fmt::format("{} objects farther than {:g} m from the trajectory are left out", dropped, kAboutWay_m));
 }
 
-city::City draw_facades(city::City city, const CityConfig& config, std::uint64_t seed) {
+city::City draw_buildings(city::City city, const CityConfig& config, std::uint64_t seed) {
   const bool keep = config.facades.keeps_named(config.is<MapCity>());
   const std::string drawn = city::dress_facades(city, config.facades, keep, seed);
-  if (!drawn.empty()) city.notes.say(ReadReport::Level::Remark, drawn);
+  const std::string raised = city::raise_roofs(city, config.roofs_m, seed);
+  for (const std::string& each : {drawn, raised})
+    if (!each.empty()) city.notes.say(ReadReport::Level::Remark, each);
   city.seed = seed;
   return city;
 }
@@ -302,11 +305,11 @@ city::City load_city_source(const CityConfig& config) {
 }
 
 city::City load_city(const CityConfig& config, std::uint64_t seed) {
-  return draw_facades(load_city_source(config), config, seed);
+  return draw_buildings(load_city_source(config), config, seed);
 }
 
 city::City draw_city(city::City source, const Scenario& scenario) {
-  city::City city = draw_facades(std::move(source), scenario.city, scenario.seed);
+  city::City city = draw_buildings(std::move(source), scenario.city, scenario.seed);
   if (const auto shift = draw_city_shift(scenario.city.georeference, scenario.seed)) {
     move_city(city, *shift);
     city.notes.say(ReadReport::Level::Remark, describe(*shift));

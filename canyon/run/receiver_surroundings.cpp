@@ -6,6 +6,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
+#include "canyon/base/random.hpp"
 #include "canyon/city/city.hpp"
 
 namespace canyon::simulation {
@@ -56,26 +57,6 @@ double closed_sky(const raytrace::RayScene& scene, std::span<const Eigen::Vector
 
 namespace {
 
-/// Whether most roofs are flat, as in maps that were made of outlines. In those of OpenStreetMap few houses
-/// have a tag of their roof (Tsim Sha Tsui: 8 % of the area).
-bool has_flat_roofs(const city::City& city) {
-  constexpr double kFlat = 0.996;  // cosine of 5 deg
-  double flat_m2 = 0, sloped_m2 = 0;
-  for (const city::Object& object : city.mesh.objects) {
-    if (object.surface != city::Surface::Building) continue;
-    for (std::uint32_t i = 0; i < object.triangle_count; ++i) {
-      const auto& [a, b, c] = city.mesh.triangles[object.first_triangle + i];
-      const std::vector<Eigen::Vector3d>& at = city.mesh.vertices;
-      const Eigen::Vector3d twice = (at[b] - at[a]).cross(at[c] - at[a]);
-      if (twice.z() > kFlat * twice.norm())
-        flat_m2 += twice.norm() / 2;
-      else if (twice.z() > 0.1 * twice.norm())
-        sloped_m2 += twice.norm() / 2;
-    }
-  }
-  return sloped_m2 < 0.2 * (flat_m2 + sloped_m2);
-}
-
 /// closed_sky() of the grid of with_surroundings().
 double closed_sky_of(const raytrace::RayScene& scene, const city::City& city) {
   constexpr int kSide = 10;
@@ -93,22 +74,14 @@ double closed_sky_of(const raytrace::RayScene& scene, const city::City& city) {
 }  // namespace
 
 receiver::ReceiverOptions with_surroundings(const ReceiverConfig& receiver, const raytrace::RayScene& scene,
-                                            const city::City& city) {
+                                            const city::City& city, std::optional<std::uint64_t> seed) {
   receiver::ReceiverOptions options = receiver.options;
   disturbance::ShadowingOptions& shadowing = options.signal.shadowing;
-  if (!shadowing.enabled) return options;
-  const bool streets = receiver.streets.enabled && !receiver.fixed, green = has_vegetation(city);
-  if (shadowing.environment == disturbance::ShadowingEnvironment::Auto) {
-    shadowing.environment = disturbance::of_surroundings(
-        closed_sky_of(scene, city), !city.states_heights && !green && has_flat_roofs(city));
-  }
-  disturbance::SkylineOptions& skyline = shadowing.skyline;
-  if ((streets || green) && !skyline.foliage_share) {
-    const disturbance::SkylineOptions all = disturbance::skyline_numbers(shadowing);
-    if (!skyline.share) skyline.share = *all.share * (1 - *all.foliage_share);
-    skyline.foliage_share = 0;
-  }
-  if (streets && !skyline.moving_share) skyline.moving_share = 0;
+  if (!shadowing.enabled || shadowing.environment != disturbance::ShadowingEnvironment::Auto) return options;
+  shadowing.environment = disturbance::of_surroundings(closed_sky_of(scene, city));
+  if (shadowing.skyline.share || !seed) return options;
+  const auto [low, high] = disturbance::obstacle_shares(shadowing.environment);
+  shadowing.skyline.share = low + (high - low) * RandomStream(*seed, "surroundings").uniform();
   return options;
 }
 

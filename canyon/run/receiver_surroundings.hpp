@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -28,10 +29,11 @@ namespace canyon::simulation {
 [[nodiscard]] double closed_sky(const raytrace::RayScene& scene, std::span<const Eigen::Vector3d> antennas);
 /// Options of a receiver with definite obstacles: ShadowingEnvironment::Auto is decided by closed_sky() 2 m
 /// above the ground on a grid of ten by ten places over the city, independent of the antenna's place.
-/// Whatever the map or ReceiverConfig::streets have is not among the obstacles that the map lacks: trees, and
-/// traffic.
+/// @param seed then draws SkylineOptions::share where it is empty (disturbance::obstacle_shares()), one for
+/// all receivers; empty: the middle
 [[nodiscard]] receiver::ReceiverOptions with_surroundings(const ReceiverConfig& receiver,
                                                           const raytrace::RayScene& scene,
-                                                          const city::City& city);
+                                                          const city::City& city,
+                                                          std::optional<std::uint64_t> seed);
 
 }  // namespace canyon::simulation

@@ -35,14 +35,13 @@ Scenario example(const std::string& keys = {}) {
   return parse_scenario(std::string(file.text()) + keys, canyon::test::shared_data("urbannav_tst.yaml"));
 }
 
-// 8 % of the area of its roofs slopes, by tags of OpenStreetMap.
 TEST(UrbanNavDrive, StreetsAreDenseByTheMap) {
   CANYON_SHARED_DATA(data, "hongkong/buildings.dae");
   const city::City city = canyon::test::loaded_city(example().city);
   ReceiverConfig receiver;
   receiver.options.signal.shadowing.enabled = true;
   receiver.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Auto;
-  EXPECT_EQ(with_surroundings(receiver, raytrace::RayScene(city.mesh), city).signal.shadowing.environment,
+  EXPECT_EQ(with_surroundings(receiver, raytrace::RayScene(city.mesh), city, 1).signal.shadowing.environment,
             disturbance::ShadowingEnvironment::Dense);
 }
 

@@ -60,19 +60,8 @@ std::optional<Distribution> level_of(const ReceiverConfig& receiver) {
 std::optional<Distribution> skyline_of(const ReceiverConfig& receiver) {
   const tracking::SignalOptions& signal = receiver.options.signal;
   if (!signal.enabled || !signal.shadowing.active() || signal.shadowing.skyline.share) return std::nullopt;
-  switch (signal.shadowing.environment) {
-    case ShadowingEnvironment::Dense:
-      return uniform(0.2, 0.6, "");
-    case ShadowingEnvironment::Urban:
-      return uniform(0, 0.4, "");
-    case ShadowingEnvironment::Suburban:
-      return uniform(0, 0.2, "");
-    case ShadowingEnvironment::Auto:
-      return uniform(0, 0.8, "");
-    case ShadowingEnvironment::Open:
-      break;
-  }
-  return std::nullopt;
+  const auto [low, high] = disturbance::obstacle_shares(signal.shadowing.environment);
+  return uniform(low, high, "");
 }
 
 /// The distribution of the share of buildings with coated glass: from traditional to thermally_efficient
@@ -207,6 +196,7 @@ std::map<std::string, double> Draws::apply(std::size_t draw, Scenario& scenario)
 void forget(Scenario& scenario) {
   scenario.city.facades.mix = city::FacadeOptions().mix;
   scenario.city.facades.shares.clear();
+  scenario.city.roofs_m = 0;
   for (ReceiverConfig& receiver : scenario.receivers) {
     tracking::SignalOptions& signal = receiver.options.signal;
     signal.installation = tracking::Installation::Nominal;

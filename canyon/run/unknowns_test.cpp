@@ -29,10 +29,10 @@ receivers: [{profile: )" + receiver + "}]\n" +
 
 TEST(Unknowns, WhatIsSaidNarrowsOrRemovesThem) {
   EXPECT_THAT(priors_of(scenario_of("ublox-m8t")),
-              ElementsAre("level: -10 to 6 dB, uniform", "skyline: 0 to 0.8, uniform",
+              ElementsAre("level: -10 to 6 dB, uniform", "skyline: 0 to 0.75, uniform",
                           HasSubstr("facades: coated glass on 0 to 0.7")));
   EXPECT_THAT(priors_of(scenario_of("ublox-m8t, signal: {installation: roof}", "surroundings: dense\n")),
-              ElementsAre("level: normal, 4 dB about the installation's", "skyline: 0.2 to 0.6, uniform",
+              ElementsAre("level: normal, 4 dB about the installation's", "skyline: 0.25 to 0.75, uniform",
                           HasSubstr("facades")));
   EXPECT_THAT(priors_of(scenario_of("ublox-m8t", "shadowing: {skyline: {share: 0.3}}\n",
                                     "synthetic: {seed: 2}, facades: {mix: urban_stock}")),
@@ -62,7 +62,7 @@ TEST(Unknowns, DrawsFillTheirDistributions) {
     for (const auto& [name, share] : drawn.city.facades.shares) sum += share;
     EXPECT_NEAR(sum, 1, 1e-12);
     levels.insert(static_cast<int>((values.at("level") + 10) / 16 * kN));
-    shares.insert(static_cast<int>(values.at("skyline") / 0.8 * kN));
+    shares.insert(static_cast<int>(values.at("skyline") / 0.75 * kN));
     simulation::Scenario same = scenario;
     EXPECT_EQ(again.apply(k, same), values);
   }

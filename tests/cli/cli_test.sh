@@ -710,7 +710,7 @@ P
   # Draws of what nobody said.
   sed 's/profile: ideal/profile: ublox-m8t/' judge.yaml >open.yaml
   runs 0 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 3 --json e.json
-  says out "level: -10 to 6 dB" "skyline: 0 to 0.8" "within the 90 % interval"
+  says out "level: -10 to 6 dB" "skyline: 0 to 0.75" "within the 90 % interval"
   python3 -c 'import json; e = json.load(open("e.json")); d = e["recordings"][0]["draws"]; assert len({x["unknowns"]["level"] for x in d}) == 3 and e["coverage"]["figures"] == 5, e' || fail "e.json is not of three draws"
   runs 0 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 2 --known level,facades; says out "skyline" "satellites used"; says err "90 % intervals of 2 draws are intervals of 33 %: write --ensemble 19"
   ! grep -q "^- level" out || fail "a known level was drawn"
@@ -877,7 +877,7 @@ validate_real)
   needs_data urbannav-tst-20190428/COM3_190428_124409.obs
   drive=$data/urbannav-tst-20190428
   # Without what the map lacks: the figures of docs/results.md.
-  sed -e "s#hongkong/#$data/hongkong/#; s#urbannav-tst-20190428/#$drive/#g; /^surroundings:/d" "$root/examples/urbannav_tst_m8t.yaml" >tst.yaml
+  sed -e "s#hongkong/#$data/hongkong/#; s#urbannav-tst-20190428/#$drive/#g; /^surroundings:/d; /^  roofs_m:/d" "$root/examples/urbannav_tst_m8t.yaml" >tst.yaml
   runs 0 "$canyon" validate tst.yaml --obs "$drive/COM3_190428_124409.obs" --align --models mirror,specular --json figures.json
   says out "city moved by" "first half" "second half" "242 epochs" reflected
   python3 - <<'P' || fail "the drive's figures are not those of docs/results.md"

@@ -8,11 +8,12 @@ mean of the seeds:
   frozen   share of measurements whose Doppler is that of the epoch before to the last digit, by C/N0 [dB-Hz]; their number in a row
   onsets   errors of pseudoranges that rise above 80 m, from below 40 m if there is no gap: how many, how many of them follow an
            epoch without the satellite, median C/N0
-  lost     share of satellites that are not tracked, by elevation [deg], where the map's skyline is 15 deg lower and more
+  lost     share of satellites that are not tracked, by elevation [deg] and by angle over the map's skyline [deg]
 The last two are of `canyon validate` with the drive's scenario: satellites that the recording never tracks are left out.
 """
 import gzip
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -24,7 +25,9 @@ import transfer
 
 CN0 = (0, 12, 16, 20, 24, 28, 60)
 ELEVATIONS = (10, 25, 40, 55, 90)
-LARGE_M, SMALL_M, CLEAR_DEG = 80, 40, 15
+CLEARANCES = (-90, -15, -5, 5, 15, 91)
+LARGE_M, SMALL_M = 80, 40
+LEAST = 30  # satellites in a cell that is printed
 
 
 def dopplers(text):
@@ -89,8 +92,9 @@ def view_tables(folder, receiver):
     return {t: {n: np.concatenate(v) for n, v in columns.items()} for t, columns in joined.items()}
 
 
-def errors_and_losses(tables):
-    """Number of onsets, those after a gap, their C/N0; counts by elevation in clear view: all, and lost."""
+def errors_and_losses(tables, map_tables):
+    """Number of onsets, those after a gap, their C/N0; counts by elevation and clearance: all, and lost. The skylines are those of
+    `map_tables`, of the same epochs."""
     s = tables["satellites"]
     tracked = ~np.isnan(s["cn0_dbhz"]) & (s["lock"] == 1)
     before = {}  # satellite: its last tracked epoch, and whether its error has not been small since it was large
@@ -102,25 +106,26 @@ def errors_and_losses(tables):
             onsets, gaps = onsets + 1, gaps + (not adjacent)
             strengths.append(s["cn0_dbhz"][k])
         before[s["satellite"][k]] = s["epoch"][k], error > LARGE_M or (adjacent and was_large and error > SMALL_M)
-    outlines = tables["skylines"]["elevation"].reshape(-1, 120)[tables["epochs"]["skyline"][s["epoch"]]] / 2.0
+    outlines = map_tables["skylines"]["elevation"].reshape(-1, 120)[map_tables["epochs"]["skyline"][s["epoch"]]] / 2.0
     hidden = outlines[np.arange(len(outlines)), (s["azimuth_deg"] // 3).astype(int) % 120]
-    clear = s["elevation_deg"] - hidden >= CLEAR_DEG
-    band = np.searchsorted(ELEVATIONS, s["elevation_deg"], side="right") - 1
-    counts = np.array([[np.sum(clear & (band == b)), np.sum(clear & (band == b) & ~tracked)] for b in range(len(ELEVATIONS) - 1)]).T
+    places = s["elevation_deg"], s["elevation_deg"] - hidden
+    counts = np.array([np.histogram2d(*(p[which] for p in places), bins=(ELEVATIONS, CLEARANCES))[0]
+                       for which in (np.ones_like(tracked), ~tracked)])
     return onsets, gaps, strengths, counts
 
 
 def shares(counts):
-    return " ".join("  -" if not n else f"{share:3.0%}" for n, share in zip(counts[0], counts[1] / np.maximum(counts[0], 1)))
+    return " ".join("  -" if n < LEAST else f"{share:3.0%}" for n, share in zip(counts[0], counts[1] / np.maximum(counts[0], 1)))
 
 
 def say(what, found, seeds=1):
     """A line of sums over `seeds`."""
     (counts, rows), seen = found
     onsets, gaps, strengths = seen[0] / seeds, seen[1] / seeds, seen[2]
+    lost = " / ".join(shares(seen[3][:, elevation]) for elevation in range(len(ELEVATIONS) - 1))
     print(f"  {what:9} frozen {shares(counts)}, in a row {np.median(rows) if rows else 0:.0f} "
           f"({max(rows, default=0)} at most); onsets {onsets:.0f}, after a gap {gaps:.0f}, "
-          f"at {np.median(strengths) if strengths else np.nan:.0f} dB-Hz; lost {shares(seen[3])}", flush=True)
+          f"at {np.median(strengths) if strengths else np.nan:.0f} dB-Hz; lost {lost}", flush=True)
 
 
 def main():
@@ -130,28 +135,34 @@ def main():
     if not all((args.data / transfer.RECORDINGS[n][2]).exists() for n in args.only):
         print(f"SKIPPED: the recordings in {args.data} are missing")
         return 77
-    print(f"frozen by C/N0 {CN0} dB-Hz, lost by elevation {ELEVATIONS} deg")
+    print(f"frozen by C/N0 {CN0} dB-Hz; lost by elevation {ELEVATIONS} deg (/), over the skyline {CLEARANCES} deg")
     for name in args.only:
         drive = transfer.Drive(args, name)
-        sums, recorded = [np.zeros((2, len(CN0) - 1)), []], None
-        seen_sums = [0, 0, [], np.zeros((2, len(ELEVATIONS) - 1))]
+        sums = [np.zeros((2, len(CN0) - 1)), []]
+        seen_sums = [0, 0, [], np.zeros((2, len(ELEVATIONS) - 1, len(CLEARANCES) - 1))]
+
+        def view(seed, text):
+            """Tables of the recorded and of the simulated receiver."""
+            folder, file = drive.out / "channels.view", drive.out / "channels.yaml"
+            shutil.rmtree(folder, ignore_errors=True)
+            file.write_text(text)
+            subprocess.run([args.canyon, "validate", file, "--obs", drive.recorded.path, "--view", folder, "--seed", str(seed), "--threads",
+                            "1", "--quiet"], check=True, timeout=600, capture_output=True)
+            tables = [view_tables(folder, receiver) for receiver in (0, 1)]
+            shutil.rmtree(folder)
+            return tables
+
+        scenario = transfer.scenario_text(name)
+        own = view(1, re.sub("  roofs_m: .*\n", "", scenario))[0]  # skylines as the map has them
         for seed in range(1, args.seeds + 1):
             drive.simulate("Canyon", seed)
             counts, rows = frozen(drive.simulated["Canyon", seed])
             sums[0] += counts
             sums[1] += rows
-            view = drive.out / "channels.view"
-            shutil.rmtree(view, ignore_errors=True)
-            file = drive.out / "channels.yaml"
-            file.write_text(transfer.scenario_text(name))
-            subprocess.run([args.canyon, "validate", file, "--obs", drive.recorded.path, "--view", view, "--seed", str(seed), "--threads",
-                            "1", "--quiet"], check=True, timeout=600, capture_output=True)
-            recorded = recorded or errors_and_losses(view_tables(view, 0))
-            for k, value in enumerate(errors_and_losses(view_tables(view, 1))):
+            for k, value in enumerate(errors_and_losses(view(seed, scenario)[1], own)):
                 seen_sums[k] = seen_sums[k] + value
-            shutil.rmtree(view)
         print(name)
-        say("recorded", (frozen(drive.recorded), recorded))
+        say("recorded", (frozen(drive.recorded), errors_and_losses(own, own)))
         say("simulated", (sums, seen_sums), args.seeds)
     return 0
 

@@ -37,6 +37,7 @@ seed: 1
 SKYLINE = "surroundings: dense\nshadowing: {{skyline: {{{}}}}}"
 VARIANTS = {  # name: receiver's keys, scenario's keys
     "septentrio-mosaic, open": ("profile: septentrio-mosaic", "surroundings: open"),
+    "septentrio-mosaic, auto": ("profile: septentrio-mosaic", "surroundings: auto"),
     "septentrio-mosaic, urban": ("profile: septentrio-mosaic", "surroundings: urban"),
     "septentrio-mosaic, dense": ("profile: septentrio-mosaic", "surroundings: dense"),
     "survey, open": ("profile: survey", "surroundings: open"),
@@ -46,11 +47,7 @@ VARIANTS = {  # name: receiver's keys, scenario's keys
     "f9p, urban": ("profile: ublox-f9p", "surroundings: urban"),
     "dense, share 0.2": ("profile: survey", SKYLINE.format("share: 0.2")),
     "dense, share 0": ("profile: survey", SKYLINE.format("share: 0")),
-    "dense, height 6": ("profile: survey", SKYLINE.format("height_m: 6")),
-    "dense, distance 20": ("profile: survey", SKYLINE.format("distance_m: 20")),
-    "dense, length 100": ("profile: survey", SKYLINE.format("length_m: 100")),
-    "dense, moving 0": ("profile: survey", SKYLINE.format("moving_share: 0")),
-    "dense, share 0.2, length 100": ("profile: survey", SKYLINE.format("share: 0.2, length_m: 100")),
+    "dense, height 5": ("profile: survey", SKYLINE.format("height_m: 5")),
     "urban, frame 20": ("profile: survey", "surroundings: urban\nshadowing: {frame_m: 20}"),
 }
 

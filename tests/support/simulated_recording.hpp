@@ -48,6 +48,7 @@ trajectory:
   speed_mps: 6
   height_above_terrain_m: 1.5
 receivers: [{name: car, profile: ideal, elevation_mask_deg: 10}]
+shadowing: {skyline: {share: 0}}
 )",
                                                                folder_ / "scenario.yaml");
     if (change) change(scenario.receivers.front());

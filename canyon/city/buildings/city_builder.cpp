@@ -469,8 +469,6 @@ class Builder {
     const std::string text = format_report(report());
     for (const std::string_view line : split(trim(text), '\n')) notes.say(Level::Remark, line);
     const BuildReport& r = report();
-    const std::size_t stated = r.heights_tagged + r.surveyed;
-    result_.city.states_heights = stated > r.heights_from_levels + r.heights_default;
     add_guesses(notes, r, map_, options_.heights, terrain_ == nullptr);
     if (terrain_ != nullptr) notes.append(terrain_->notes());
     notes.append(map_.notes);

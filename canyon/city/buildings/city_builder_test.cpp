@@ -178,7 +178,6 @@ TEST(CityBuilder, TheOriginIsTheMiddleUnlessGiven) {
   EXPECT_NEAR(box.min.y() + box.max.y(), 0, 1e-3);
   EXPECT_EQ(built.city.frame.origin().height_m, 0);
   EXPECT_EQ(built.report.heights_default, 1U);
-  EXPECT_FALSE(built.city.states_heights);
   // Foliage does not move it.
   sketch.add("way/2", FeatureKind::Wood, {}, {{sketch.box(500, 0, 900, 300), {}}});
   BuildOptions options;

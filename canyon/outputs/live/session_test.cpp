@@ -292,7 +292,7 @@ TEST(Session, StandardFormsOfPosesByUdpMoveTheReceiver) {
   const int port = test::free_port();
   const std::string address = "udp-listen://127.0.0.1:" + std::to_string(port);
   const Scenario s = scenario("live: {wait_s: 0.2, poses: [{from: '" + address + "', timeout_s: 0.3}]}\n",
-                              "rate_hz: 20\nduration_s: 2\n");
+                              "rate_hz: 20\nduration_s: 2\n", "receivers: [{name: rover, profile: ideal}]\n");
   Kept kept;
   std::atomic<bool> over{false};
   std::thread driver([&] {

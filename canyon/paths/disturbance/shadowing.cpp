@@ -93,14 +93,11 @@ void DirectShadowing::apply(const propagation::Antenna& antenna, propagation::Ar
   before_ = antenna;
   shadowing_.go_to(way_m_, arrival.height_above_ground_m);
   if (arrival.placement != raytrace::Placement::Free) return;
-  skyline_.go_to(arrival.antenna_enu.head<2>(), arrival.height_above_ground_m, antenna.time);
+  skyline_.go_to(arrival.antenna_enu.head<2>(), arrival.height_above_ground_m);
   for (propagation::SatelliteView& view : arrival.views) {
     for (propagation::Path& path : view.paths.paths) {
-      double level_db = 0;
-      if (meets_obstacles(path) && skyline_.top_rad(std::atan2(path.arrival.x(), path.arrival.y())) > 0) {
-        level_db = skyline_.level_db(path.arrival,
-                                     above_skyline_rad(arrival.scene, arrival.antenna_enu, path.arrival));
-      }
+      if (path.kind == propagation::PathKind::Transmitted) continue;
+      double level_db = skyline_.level_db(path.arrival);
       if (path.kind == propagation::PathKind::Direct) {
         level_db +=
             shadowing_.of(geodesy::enu_from_azimuth_elevation(view.line.azimuth_rad, view.line.elevation_rad))

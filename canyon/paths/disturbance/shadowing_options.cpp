@@ -69,10 +69,10 @@ ShadowingParameters shadowing_parameters(const ShadowingOptions& options, double
   return suburban ? interpolated(kSuburban, elevation_deg) : interpolated(kUrban, elevation_deg);
 }
 
-ShadowingEnvironment of_surroundings(double closed_sky, bool outlines) {
+ShadowingEnvironment of_surroundings(double closed_sky) {
   if (closed_sky < 0.02) return ShadowingEnvironment::Open;
   if (closed_sky < 0.07) return ShadowingEnvironment::Suburban;
-  return outlines && closed_sky >= 0.15 ? ShadowingEnvironment::Dense : ShadowingEnvironment::Urban;
+  return closed_sky < 0.15 ? ShadowingEnvironment::Urban : ShadowingEnvironment::Dense;
 }
 
 void ShadowingOptions::validate() const {
@@ -88,34 +88,41 @@ double SkylineOptions::share_above(double above_m) const {
   return (1 + x) * std::exp(-x);
 }
 
+std::pair<double, double> obstacle_shares(ShadowingEnvironment environment) {
+  switch (environment) {
+    case ShadowingEnvironment::Urban:
+      return {0, 0.5};
+    case ShadowingEnvironment::Suburban:
+      return {0, 0.2};
+    case ShadowingEnvironment::Dense:
+      return {0.25, 0.75};
+    case ShadowingEnvironment::Open:
+      return {0, 0};
+    case ShadowingEnvironment::Auto:
+      break;
+  }
+  return {0, 0.75};
+}
+
 SkylineOptions skyline_numbers(const ShadowingOptions& options) {
   SkylineOptions o = options.skyline;
-  if (!o.share) o.share = options.environment == ShadowingEnvironment::Dense ? 0.45 : 0;
-  if (!o.foliage_share) o.foliage_share = 0.2;
-  if (!o.moving_share) o.moving_share = 0.15;
+  const auto [low, high] = obstacle_shares(options.environment);
+  if (!o.share) o.share = (low + high) / 2;
   return o;
 }
 
 void visit(options::Visitor& v, SkylineOptions& o) {
-  v.number({"share", "", "share of azimuths with an obstacle that the map lacks",
-            "0.45 in dense surroundings, else 0"},
+  v.number({"share", "", "share of azimuths with an obstacle on the ground that the map lacks",
+            "dense 0.5, urban 0.25, suburban 0.1; drawn by the seed where surroundings are auto"},
            o.share, {0, 1});
-  v.number({"height_m", "m", "mean height of obstacles above 2 m"}, o.height_m, {0, 100, true});
-  v.number({"distance_m", "m", "median distance of obstacles"}, o.distance_m, {1, 100});
-  v.number({"foliage_share", "", "share of obstacles that are vegetation; left out: 0.2"}, o.foliage_share,
-           {0, 1});
-  v.number({"length_m", "m", "way after which other obstacles are met"}, o.length_m, {1, 1000});
-  v.number({"moving_share", "",
-            "share of the variance of heights that changes with time, by traffic; left out: 0.15"},
-           o.moving_share, {0, 1});
-  v.number({"moving_s", "s", "time in which that part changes"}, o.moving_s, {0.1, 1e4});
+  v.number({"height_m", "m", "mean height of these obstacles above 2 m"}, o.height_m, {0, 100, true});
 }
 
 void visit_environment(options::Visitor& v, std::string_view key, ShadowingEnvironment& environment) {
   static constexpr std::string_view kEnvironments[]{"urban", "suburban", "dense", "open", "auto"};
   v.choice(
       {key, "",
-       "statistics of shadows: urban, suburban, dense (urban, with many obstacles that the map lacks) or "
+       "statistics of shadows: urban, suburban, dense (urban, with more obstacles that the map lacks) or "
        "open (none); auto: one of them by the city"},
       environment, kEnvironments);
 }

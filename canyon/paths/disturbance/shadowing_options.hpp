@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "canyon/base/options/fwd.hpp"
 
@@ -16,7 +17,7 @@ namespace canyon::disturbance {
 enum class ShadowingEnvironment {
   Urban,     ///< as published for streets of a city
   Suburban,  ///< as published for low houses with trees
-  Dense,     ///< Urban, and a skyline of obstacles that the map lacks (SkylineOptions)
+  Dense,     ///< Urban, and more obstacles that the map lacks (SkylineOptions)
   Open,      ///< nothing casts a shadow
   Auto,      ///< Open, Suburban, Urban or Dense by the city, see of_surroundings(); else Urban
 };
@@ -32,22 +33,20 @@ struct ShadowingParameters {
   [[nodiscard]] double shadowed_share() const { return enter / (enter + leave); }
 };
 
-/// Obstacles that a map lacks, on its skyline: parts of roofs, trees, awnings, signs, footbridges, buses,
-/// people. They rise at a distance to a height in a share of the azimuths, and are fixed in the world. An
-/// antenna above their tops sees over them. What is left out, skyline_numbers() says.
+/// Obstacles on the ground that a map lacks: trees, awnings, signs, footbridges, buses, people. They rise at
+/// a distance to a height in a share of the azimuths, and are fixed in the world. An antenna above their tops
+/// sees over them.
 struct SkylineOptions {
-  std::optional<double> share;          ///< of azimuths with an obstacle, [0, 1]
-  double height_m = 8;                  ///< mean of heights above kBase_m: gamma, shape 2; (0, 100]
-  double distance_m = 8;                ///< median of distances: log-normal; [1, 100]
-  double distance_sigma = 0.4;          ///< standard deviation of the distances' logarithm; no key
-  std::optional<double> foliage_share;  ///< of obstacles that are vegetation, [0, 1]; others have an edge
-  double length_m = 25;                 ///< way after which other obstacles are met, [1, 1000]
-  std::optional<double> moving_share;   ///< of the variance of heights: changes by traffic, [0, 1]
-  double moving_s = 20;                 ///< time in which that part changes, [0.1, 1e4]
+  std::optional<double> share;  ///< of azimuths with an obstacle, [0, 1]; empty: skyline_numbers()
+  double height_m = 8;          ///< mean of heights above kBase_m: gamma, shape 2; (0, 100]
 
   /// Height above the ground at which obstacles begin [m]: the roof of a car.
   static constexpr double kBase_m = 2;
-  /// Share of the obstacles whose tops are higher than this above the ground [m]; 1 up to kBase_m.
+  /// Median of the distances [m], and deviation of their logarithm: log-normal.
+  static constexpr double kDistance_m = 8, kDistanceSigma = 0.4;
+  /// Way after which other obstacles are met [m].
+  static constexpr double kLength_m = 25;
+  /// Share of the obstacles whose tops are higher than this above it [m]; 1 up to kBase_m.
   [[nodiscard]] double share_above(double above_m) const;
   void validate() const;
 };
@@ -74,14 +73,15 @@ struct ShadowingOptions {
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-/// The obstacles, with nothing left out: as the environment has it.
+/// Shares of azimuths with an obstacle, from and to, that are equally likely where no more is known.
+[[nodiscard]] std::pair<double, double> obstacle_shares(ShadowingEnvironment environment);
+/// The obstacles, with nothing left out: the middle of obstacle_shares().
 [[nodiscard]] SkylineOptions skyline_numbers(const ShadowingOptions& options);
 
 /// ShadowingEnvironment::Auto made definite.
 /// @param closed_sky share of directions from 15 to 60 deg that the city hides, [0, 1]: below 0.02 open,
-/// below 0.07 suburban, else urban; from 0.15 on dense (docs/shadowing.md)
-/// @param outlines whether the map has flat roofs at heights that it does not state, and nothing else
-[[nodiscard]] ShadowingEnvironment of_surroundings(double closed_sky, bool outlines);
+/// below 0.07 suburban, below 0.15 urban, else dense (docs/shadowing.md)
+[[nodiscard]] ShadowingEnvironment of_surroundings(double closed_sky);
 /// Visits their fields. The environment is also a field of a scenario, by the key `surroundings`.
 void visit_environment(options::Visitor& v, std::string_view key, ShadowingEnvironment& environment);
 void visit(options::Visitor& v, SkylineOptions& o);

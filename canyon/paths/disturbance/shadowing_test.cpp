@@ -52,11 +52,10 @@ class One {
 
 TEST(ShadowingOptions, SurroundingsFollowTheSkyAndTheMap) {
   using E = ShadowingEnvironment;
-  EXPECT_EQ(of_surroundings(0, true), E::Open);
-  EXPECT_EQ(of_surroundings(0.05, true), E::Suburban);
-  EXPECT_EQ(of_surroundings(0.1, true), E::Urban);
-  EXPECT_EQ(of_surroundings(0.3, true), E::Dense);
-  EXPECT_EQ(of_surroundings(0.3, false), E::Urban);
+  EXPECT_EQ(of_surroundings(0), E::Open);
+  EXPECT_EQ(of_surroundings(0.05), E::Suburban);
+  EXPECT_EQ(of_surroundings(0.1), E::Urban);
+  EXPECT_EQ(of_surroundings(0.3), E::Dense);
   ShadowingOptions options;
   options.enabled = true;
   options.environment = E::Open;

@@ -8,21 +8,18 @@
 #include <span>
 #include <vector>
 
-#include "canyon/base/geodesy/gps_time.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/paths/disturbance/shadowing_options.hpp"
-#include "canyon/paths/propagation/paths.hpp"
 
 namespace canyon::disturbance {
 
-/// Obstacles that a map lacks, about one antenna: in each azimuth one or none, with a height, a distance and
-/// a kind, standing on the map's skyline: parts of roofs, buildings that the map has too low, in the open
-/// what stands on the ground. It is a field over places, fixed in the world: a second pass and other
-/// receivers meet the same obstacles. SkylineOptions has the distributions.
+/// Obstacles on the ground that a map lacks, about one antenna: in each azimuth one or none, with a height
+/// and a distance. It is a field over places, fixed in the world: a second pass and other receivers meet the
+/// same obstacles. SkylineOptions has the distributions.
 ///
 /// Normal numbers stand at nodes of azimuth, each with a square lattice of places. A place blends the four
 /// nodes about it, an azimuth the two beside it, with weights of unit norm, so that every number is normal
-/// with unit variance. A part of the variance changes with time, for traffic.
+/// with unit variance.
 class Skyline {
  public:
   /// Obstacles of skyline_numbers(). Throws InputError where SkylineOptions::validate() does.
@@ -30,26 +27,24 @@ class Skyline {
 
   /// Whether there are no obstacles.
   [[nodiscard]] bool empty() const { return *numbers_.share == 0; }
-  /// Moves the antenna. Calls may come in any order of time and place.
+  /// Moves the antenna. Calls may come in any order of place.
   /// @param place east, north in the city's frame [m]; @param height_m of the antenna above the ground [m]
-  void go_to(const Eigen::Vector2d& place, double height_m, geodesy::GpsTime time);
-  /// The level that the obstacles leave of a path at the place of the last go_to() [dB], at most 0.
+  void go_to(const Eigen::Vector2d& place, double height_m);
+  /// The level that the obstacles leave of a path at the place of the last go_to() [dB], at most 0: the
+  /// diffraction over a rounded edge (ITU-R P.526-15, 4.1 and 4.2) at L1.
   /// @param arrival direction that the path comes from: unit, ENU; below the horizon as above it
-  /// @param above_rad its angle over the map's skyline: above_skyline_rad()
-  [[nodiscard]] double level_db(const Eigen::Vector3d& arrival, double above_rad) const;
-  /// Angle of the obstacle's top over the map's skyline in an azimuth (clockwise from north) [rad], [0,
-  /// pi/2); 0 without one.
+  [[nodiscard]] double level_db(const Eigen::Vector3d& arrival) const;
+  /// Elevation of the obstacle's top in an azimuth (clockwise from north) [rad], [0, pi/2); 0 without one.
   [[nodiscard]] double top_rad(double azimuth_rad) const;
 
  private:
   struct Obstacle {
     double slope;  ///< tangent of its top's elevation; at most 0: none
     double distance_m;
-    bool foliage;
   };
   [[nodiscard]] Obstacle obstacle(double azimuth_rad) const;
-  /// A number of unit variance at the antenna's place, in an azimuth node. @param slot of time
-  [[nodiscard]] double number(std::uint64_t field, std::size_t node, std::int64_t slot) const;
+  /// A number of unit variance at the antenna's place, in an azimuth node.
+  [[nodiscard]] double number(std::uint64_t field, std::size_t node) const;
 
   SkylineOptions numbers_;
   std::uint64_t root_;
@@ -57,17 +52,10 @@ class Skyline {
   double height_m_ = 0;
   /// The numbers of an azimuth node.
   struct Node {
-    double height, distance, kind;
+    double height, distance;
   };
   std::vector<Node> nodes_;
 };
-
-/// Whether obstacles on the skyline can be in the path's way: a facade is below them.
-[[nodiscard]] bool meets_obstacles(const propagation::Path& path);
-/// Angle of a direction (unit, ENU; below the horizon as above it) over the city's skyline in its azimuth
-/// [rad], within 1.5 deg; 0 where the city hides it. @param scene null: an open field
-[[nodiscard]] double above_skyline_rad(const raytrace::RayScene* scene, const Eigen::Vector3d& antenna_enu,
-                                       const Eigen::Vector3d& direction);
 
 /// Normal numbers over the sky that are alike in directions close to each other: those of nodes all over it,
 /// blended. A direction has the same number, whatever other directions are requested.

@@ -262,8 +262,7 @@ struct Arrival {
   /// Rotation of the frame that the views' paths are given in.
   Eigen::Matrix3d ecef_from_enu = Eigen::Matrix3d::Identity();
   Eigen::Vector3d antenna_enu = Eigen::Vector3d::Zero();  ///< the antenna in that frame [m]
-  double height_above_ground_m = 0;           ///< of the antenna: raytrace::RayScene::height_above_ground()
-  const raytrace::RayScene* scene = nullptr;  ///< of the city, which must outlive this; null: an open field
+  double height_above_ground_m = 0;  ///< of the antenna: raytrace::RayScene::height_above_ground()
   /// Other waves at the antenna; powers add.
   std::vector<Interference> interference{};
   /// Orbits and clocks that the satellites broadcast, which the fix uses. Null: the true ones.

@@ -212,6 +212,10 @@ void visit(Visitor& v, CityConfig& city) {
   visit_source<tiles::TileOptions>(v, city);
   visit_source<city::SyntheticCityOptions>(v, city);
   v.part("facades", city.facades);
+  v.number({"roofs_m", "m",
+            "mean height by which buildings are higher than the map has them, drawn for each by the seed: "
+            "for maps of outlines and antennas near the ground"},
+           city.roofs_m, {0, 100});
   v.part("georeference", city.georeference);
 }
 

@@ -62,6 +62,7 @@ struct CityConfig {
   /// Where mean sea level is, of any city; by default as the city's file says.
   buildings::TerrainOptions sea_level;
   city::FacadeOptions facades;
+  double roofs_m = 0;  ///< city::raise_roofs() by this mean [m], [0, 100]
   Georeference georeference;
 
   /// The source where it is of this kind, else null.

@@ -64,10 +64,10 @@ std::vector<std::string> scenarios_with_every_key() {
       "{enabled: true, theta_per_s: 0.02, mu_m: 0, sigma_m_per_sqrt_s: 0.2, doppler_sigma_hz: 0.1, "
       "drift: {enabled: false}}";
   const std::string shadowing =
-      "{enabled: true, environment: urban, skyline: {share: 0.1, height_m: 5, distance_m: 6, foliage_share: "
-      "0.5, length_m: 10, moving_share: 0.1, moving_s: 5}, frame_m: 4}";
+      "{enabled: true, environment: urban, skyline: {share: 0.1, height_m: 6}, frame_m: 4}";
   return {
-      "city: {facades: {mix: europe, named: keep}, mesh: f, origin: {latitude_deg: 1, longitude_deg: 2, "
+      "city: {facades: {mix: europe, named: keep}, roofs_m: 2, mesh: f, origin: {latitude_deg: 1, "
+      "longitude_deg: 2, "
       "height_m: 3}, "
       "offset: {east_m: 1, north_m: 2, up_m: 3}, heading_deg: 4, scale: 1, up_axis: Z, terrain_names: [a, "
       "b]}\n"

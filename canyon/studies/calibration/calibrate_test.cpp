@@ -88,6 +88,7 @@ TEST(Calibrate, KnownReceiverComesBack) {
     signal.link.above_minimum_db -= 5;
     signal.shadowing.skyline.share = 0.3;
     signal.lock.tracking_threshold_dbhz = 16;
+    signal.lock.acquisition_threshold_dbhz = 25;
     signal.cn0_step_db = 0.25;
   });
   Drive drive = drive_of(recorded, shadowed);

@@ -163,6 +163,7 @@ struct RunMaker::Impl {
         plan.drives() == nullptr ? simulation::city_config(scenario) : scenario.city;
     simulation::CityConfig plain = config;
     plain.georeference = {};
+    plain.roofs_m = 0;
     // A source knows whether facades are drawn, and not which.
     if (plain.facades.drawn()) {
       plain.facades.mix = city::FacadeOptions().mix;
@@ -170,7 +171,8 @@ struct RunMaker::Impl {
     }
     const std::string source_key = options::exact_text(plain);
     const simulation::Georeference& place = scenario.city.georeference;
-    const bool by_seed = scenario.city.facades.drawn() || place.sigma_m > 0 || place.heading_sigma_rad > 0;
+    const bool by_seed = scenario.city.facades.drawn() || config.roofs_m > 0 || place.sigma_m > 0 ||
+                         place.heading_sigma_rad > 0;
     std::string key = "as read " + source_key;
     if (drawn) key = options::exact_text(config) + (by_seed ? std::to_string(scenario.seed) : "");
     const auto triangles = [](const city::City& city) {

@@ -58,8 +58,8 @@ class Comparer {
       : recording_(recording),
         environment_(environment),
         registration_(registration),
-        options_(
-            long_since_on(simulation::with_surroundings(receiver, environment.scene(), environment.city()))),
+        options_(long_since_on(
+            simulation::with_surroundings(receiver, environment.scene(), environment.city(), seed))),
         propagator_(environment.make_propagator(receiver.propagation)),
         receiver_(options_, seed, simulation::with_streets(receiver, environment.city(), road()),
                   receiver.models),

@@ -149,7 +149,7 @@ class Downtown {
         simulation::parse_profile(std::string(simulation::built_in_profile("ublox-m8t").text), "p").receiver;
     receiver_.options.filter = {};
     receiver_.options.signal.shadowing.enabled = true;
-    receiver_.options.signal.shadowing.skyline.share = 0.5;
+    receiver_.options.signal.shadowing.skyline.share = 1;
     receiver_.options.signal.dll.narrow_below_dbhz = 30;  // above the threshold of acquisition
     receiver_.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Suburban;
     draws_.draws = 4;

@@ -108,15 +108,12 @@ const SteadyCell::Reflector& SteadyCell::reflector(std::size_t satellite, const 
 
 void SteadyCell::stand_at(const Vector3d& place, const raytrace::RayScene& scene) {
   obstacles_.clear();
-  stand_ = place;
-  scene_ = &scene;
   const double height_m = scene.height_above_ground(place);
-  for (disturbance::Skyline& each : skylines_) each.go_to(place.head<2>(), height_m, sky_.time());
+  for (disturbance::Skyline& each : skylines_) each.go_to(place.head<2>(), height_m);
   for (std::size_t k = 0; k < direct_factors_.size(); ++k) {
     const SteadySatellite& satellite = sky_.satellites()[k];
-    const double above_rad = disturbance::above_skyline_rad(scene_, place, satellite.direction);
     for (std::size_t d = 0; d < skylines_.size(); ++d) {
-      const double level_db = skylines_[d].level_db(satellite.direction, above_rad);
+      const double level_db = skylines_[d].level_db(satellite.direction);
       direct_factors_[k][d + 1] =
           static_cast<float>(satellite.direct_factor[d + 1] * std::pow(10, level_db / 20));
     }
@@ -134,10 +131,9 @@ const float* SteadyCell::obstacles(const Vector3d& arrival) {
   const auto [found, made] = obstacles_.try_emplace(key);
   if (made) {
     found->second.resize(sky_.padded(), 1);
-    const double above_rad = disturbance::above_skyline_rad(scene_, stand_, rounded.normalized());
     for (std::size_t d = 0; d + 1 < static_cast<std::size_t>(sky_.lanes()); ++d) {
       found->second[d + 1] =
-          static_cast<float>(std::pow(10, skylines_[d].level_db(rounded.normalized(), above_rad) / 20));
+          static_cast<float>(std::pow(10, skylines_[d].level_db(rounded.normalized()) / 20));
     }
   }
   return found->second.data();
@@ -160,9 +156,7 @@ void SteadyCell::gather(std::size_t satellite, std::span<const NodePath> far, co
       p.amplitude = signal::path_amplitude(path, s.line.elevation_rad, s.carrier_hz, options_.signal.antenna,
                                            options_.signal.strength);
     }
-    p.factor = path.kind == PathKind::Direct        ? direct_factors_[satellite].data()
-               : disturbance::meets_obstacles(path) ? obstacles(path.arrival)
-                                                    : nullptr;
+    p.factor = path.kind == PathKind::Direct ? direct_factors_[satellite].data() : obstacles(path.arrival);
   }
   std::size_t bundles = 0;
   for (const NodePath& path : far) {
@@ -174,7 +168,7 @@ void SteadyCell::gather(std::size_t satellite, std::span<const NodePath> far, co
     p.rate_mps = path.rate_mps;
     p.amplitude = path.amplitude * phasor(longer_m / s.wavelength_m);
     p.diffuse = path.diffuse;
-    if (arrival.z() < 0) p.factor = obstacles(arrival);
+    p.factor = obstacles(arrival);
     if (path.diffuse) {
       const std::size_t at = bundles++ * sky_.padded();
       assert(at < s.fade_re.size());

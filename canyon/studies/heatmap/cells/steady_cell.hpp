@@ -99,8 +99,6 @@ class SteadyCell {
   bool moves_;
   CellFix fix_;
   std::vector<disturbance::Skyline> skylines_;  // [draw]
-  const raytrace::RayScene* scene_ = nullptr;   // of stand_at()
-  Eigen::Vector3d stand_ = Eigen::Vector3d::Zero();
   std::unordered_map<std::uint64_t, Reflector> reflectors_;
   std::unordered_map<std::uint64_t, std::vector<float>>
       obstacles_;                                   // by rounded arrival, of the present stand

@@ -115,9 +115,9 @@ TEST(CellMethods, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
   }
 }
 
-// With nodes 6 m apart: medians of errors over places within 5 %, their 95th percentiles within 20 %: pieces
-// of facades that scatter differently are hardly longer than nodes are apart, and obstacles stand on the
-// skyline as the node sees it. Availability within 1.5 %.
+// With nodes 6 m apart: medians of errors over places within 6 %, their 95th percentiles within 20 %: pieces
+// of facades that scatter differently are hardly longer than nodes are apart, and obstacles are
+// those about the node. Availability within 1.5 %.
 // docs/heatmap.md has the same over larger samples, and for Hong Kong.
 TEST(CellMethods, HoldTheirBoundsBetweenNodes) {
   const std::vector<Layer> layers{Layer::HorizontalErrorP50, Layer::HorizontalErrorP95,
@@ -136,7 +136,7 @@ TEST(CellMethods, HoldTheirBoundsBetweenNodes) {
       std::cout << info(layers[l]).name << ", " << p << " of " << a.size() << " cells: " << expected
                 << " m run, " << found << " m in steady state\n";
       // The most distant tail hangs on single obstacles, which are those about the middle of a block.
-      const double within = p == 0.5 ? 0.05 : 0.2;
+      const double within = p == 0.5 ? 0.06 : 0.2;
       EXPECT_NEAR(found, expected, within * expected) << info(layers[l]).name << " " << p;
     }
   }

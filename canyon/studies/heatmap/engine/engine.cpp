@@ -318,7 +318,7 @@ Heatmap::Heatmap(const simulation::Environment& environment, simulation::Receive
     throw InputError("a heat map takes no weights and positions of a program's own",
                      "run the receiver at places of interest instead");
   }
-  receiver.options = simulation::with_surroundings(receiver, environment.scene(), environment.city());
+  receiver.options = simulation::with_surroundings(receiver, environment.scene(), environment.city(), {});
   simulation::decide_options(receiver.options, environment.errors().get(), &environment.sky());
   // Each cell stands by itself, without an epoch before; MovingFixes joins them.
   const positioning::PositionFilterOptions filter = std::exchange(receiver.options.filter, {});
@@ -328,7 +328,7 @@ Heatmap::Heatmap(const simulation::Environment& environment, simulation::Receive
   choose_motion(request, receiver, filter.enabled);
   if (base) {
     base->fixed->settle(environment.city().frame);
-    base->options = simulation::with_surroundings(*base, environment.scene(), environment.city());
+    base->options = simulation::with_surroundings(*base, environment.scene(), environment.city(), {});
     simulation::decide_options(base->options, environment.errors().get(), &environment.sky());
   }
   impl_ = std::make_unique<Impl>(environment, std::move(receiver), std::move(base), std::move(request),

@@ -67,7 +67,7 @@ std::vector<double> mapped(const ReceiverConfig& receiver, double north_m, Motio
 std::vector<double> driven(const ReceiverConfig& receiver, double north_m,
                            const std::vector<double>& east_m) {
   receiver::ReceiverOptions options =
-      simulation::with_surroundings(receiver, downtown().scene(), downtown().city());
+      simulation::with_surroundings(receiver, downtown().scene(), downtown().city(), {});
   simulation::decide_options(options, downtown().errors().get(), &downtown().sky());
   const propagation::Propagator propagator = downtown().make_propagator(receiver.propagation);
   const geodesy::LocalFrame& frame = downtown().city().frame;
