@@ -63,11 +63,10 @@ std::string raise_roofs(City& city, double mean_m, std::uint64_t seed) {
     RandomStream stream(seed, "roofs/" + building.key);
     const double up_m = -mean_m / 2 * (std::log(1 - stream.uniform()) + std::log(1 - stream.uniform()));
     const Box box = bounds_of(mesh, building);
-    const double middle = (box.min.z() + box.max.z()) / 2;
     sum_m += up_m;
     for (const std::uint32_t triangle : building.triangles) {
       for (const std::uint32_t vertex : mesh.triangles[triangle]) {
-        if (mesh.vertices[vertex].z() < middle || raised[vertex]) continue;
+        if (2 * mesh.vertices[vertex].z() < box.min.z() + box.max.z() || raised[vertex]) continue;
         raised[vertex] = true;
         mesh.vertices[vertex].z() += up_m;
       }

@@ -145,7 +145,7 @@ TEST(ReceiverShadowing, ChangesNothingElseAtALevelOfNought) {
 
 TEST(ReceiverShadowing, GivesMultipathItsWeight) {
   // Small echoes err by their amplitude over the direct one's: 10 dB are a factor of 3.2.
-  const auto rms_m = [](ReceiverOptions options) {
+  const auto rms_m = [](const ReceiverOptions& options) {
     double square = 0;
     constexpr int kCount = 60;
     for (int i = 0; i < kCount; ++i) {

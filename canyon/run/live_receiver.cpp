@@ -58,12 +58,12 @@ std::shared_ptr<CityScene> checked(std::shared_ptr<CityScene> scene) {
 }  // namespace
 
 struct LiveReceiver::Impl {
-  Impl(LiveConfig c, std::shared_ptr<CityScene> s, GpsTime t, std::shared_ptr<const BuiltSky> given,
-       std::shared_ptr<const disturbance::Road> known)
+  Impl(LiveConfig c, std::shared_ptr<CityScene> s, GpsTime t, bool shared,
+       std::shared_ptr<const BuiltSky> given, std::shared_ptr<const disturbance::Road> known)
       : config(std::move(c)),
         scene(checked(std::move(s))),
         start(t),
-        sky(given ? std::move(given) : make_sky(start)),
+        sky(shared ? std::move(given) : make_sky(start)),
         sky_begin(start),
         environment(simulation::make_environment(scene, *sky, config.sky, config.seed)),
         way(std::move(known)),
@@ -75,6 +75,8 @@ struct LiveReceiver::Impl {
           "give the configuration to a simulation::Run, which makes the epochs of both");
     }
     warnings = config.warnings;
+    const auto own = sky->report.warnings();  // another receiver says those of a shared one
+    if (!shared) warnings.insert(warnings.end(), own.begin(), own.end());
     check(config.receiver());
     sensors = vehicle_sensors(config.sensors, config.receiver());
   }
@@ -254,10 +256,8 @@ struct LiveReceiver::Impl {
 
 LiveReceiver::LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
                            std::shared_ptr<const BuiltSky> sky, std::shared_ptr<const disturbance::Road> way)
-    : impl_(std::make_unique<Impl>(std::move(config), std::move(scene), start, sky, std::move(way))) {
-  const auto own = impl_->sky->report.warnings();  // another receiver says those of a shared one
-  if (!sky) impl_->warnings.insert(impl_->warnings.end(), own.begin(), own.end());
-}
+    : impl_(std::make_unique<Impl>(std::move(config), std::move(scene), start, sky != nullptr, std::move(sky),
+                                   std::move(way))) {}
 LiveReceiver::~LiveReceiver() = default;
 LiveReceiver::LiveReceiver(LiveReceiver&&) noexcept = default;
 

@@ -566,9 +566,11 @@ TEST(Session, APoseOfNoAntennaDoesNotEndTheRun) {
     const std::string csv = (folder / "epochs.csv").string();
     Kept kept;
     (void)run(
-        scenario("live: {poses: [{from: 'file:" + log +
-                     "'}], speed: 100, streams: [{format: epochs_csv, to: 'file:" + csv + "'}]}\n",
-                 "rate_hz: 10\n", "receivers: [{name: rover, profile: ideal, lever_arm: {forward_m: 1}}]\n"),
+        scenario(
+            fmt::format("live: {{poses: [{{from: 'file:{}'}}], speed: 100, streams: [{{format: epochs_csv, "
+                        "to: 'file:{}'}}]}}\n",
+                        log, csv),
+            "rate_hz: 10\n", "receivers: [{name: rover, profile: ideal, lever_arm: {forward_m: 1}}]\n"),
         kept);
     EXPECT_EQ(kept.epochs.size(), 21U) << bad;
     EXPECT_EQ(lines_of(csv), 22U) << bad;

@@ -218,6 +218,7 @@ void StreetOptions::validate() const {
   if (vehicle_shares.empty()) return;
   double sum = 0;
   std::vector<std::string_view> names;
+  names.reserve(kVehicles.size());
   for (const VehicleClass& each : kVehicles) names.push_back(each.name);
   for (const auto& [name, share] : vehicle_shares) {
     if (std::find(names.begin(), names.end(), name) == names.end()) {

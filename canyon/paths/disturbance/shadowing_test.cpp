@@ -280,6 +280,7 @@ TEST(Shadowing, FollowsItsSeed) {
   const auto levels = [](std::uint64_t seed) {
     One shadowing(custom(0.2, 0.3), seed);
     std::vector<double> result;
+    result.reserve(20);
     for (int i = 0; i < 20; ++i) result.push_back(shadowing.level_db(3.0 * i));
     return result;
   };
@@ -371,6 +372,7 @@ TEST(Shadowing, DoesNotDependOnWhoElseIsAsked) {
   const ShadowingOptions options = custom(0.2, 0.3);
   Shadowing alone(options, 8, "test"), forward(options, 8, "test"), backward(options, 8, "test");
   std::vector<Eigen::Vector3d> sky;
+  sky.reserve(12);
   for (int i = 0; i < 12; ++i) sky.push_back(direction_deg(137.5 * i, 5 + 7 * i));
   for (int i = 0; i < 300; ++i) {
     alone.go_to(3.0 * i);

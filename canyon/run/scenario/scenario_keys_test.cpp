@@ -173,6 +173,7 @@ std::vector<std::string> scenarios_with_every_key() {
           "[[0, -5, -5], [90, 3, -10]], antenna_lower_rows: [[0, -6, "
           "-6], [90, 2, "
           "-11]]}}, {name: c, fixed: {east_m: 1, north_m: 2, up_m: 30}}]\n",
+      // NOLINTNEXTLINE(bugprone-suspicious-missing-comma)
       "city: {open: true, origin: {latitude_deg: 1, longitude_deg: 2}}\nsky: {sp3: f}\n"
       "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
       "city: {osm: [f, f], terrain: f, geoid_undulation_m: 2, bbox: [1, 2, 3, 4], lod: 2, crs: EPSG:25832, "
