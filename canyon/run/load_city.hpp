@@ -26,10 +26,10 @@ namespace canyon::simulation {
 [[nodiscard]] buildings::BuiltCity read_city(
     const CityConfig& config, const std::function<void(std::size_t, std::size_t)>& progress = {});
 
-/// The city of one run, by the scenario's seed: read about the trajectory, its facades drawn, and moved as
-/// the georeference says. City::notes say what was left out and guessed of its source, "facades drawn: 62
-/// coated_glass, 38 concrete", and "city moved by east 2.1 m, north -0.4 m, turned 0.20 deg (georeference)".
-/// Facades as given and a place whose standard deviations are all 0 are not touched.
+/// The city of one run, by the scenario's seed: read about the trajectory, its facades and roofs drawn, and
+/// moved as the georeference says. City::notes say what was left out and guessed of its source, "facades
+/// drawn: 62 coated_glass, 38 concrete", and "city moved by east 2.1 m, north -0.4 m, turned 0.20 deg
+/// (georeference)". Facades as given and a place whose standard deviations are all 0 are not touched.
 [[nodiscard]] city::City load_city(const Scenario& scenario);
 
 /// A city without a scenario. It stands where its source says: CityConfig::georeference is not applied.

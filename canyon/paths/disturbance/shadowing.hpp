@@ -98,9 +98,9 @@ class Shadowing {
   std::vector<SkyNodes::Share> shares_;
 };
 
-/// Obstacles that the map lacks, at one antenna: shadows on every satellite's direct path (Shadowing), and
-/// obstacles on those and on paths around edges (Skyline). The obstacles move, too. Antennas of one seed and
-/// name that drive the same way meet the same shadows; all of one seed meet the same skyline.
+/// What the map lacks, at one antenna: shadows on every satellite's direct path (Shadowing), and obstacles on
+/// all of its paths (Skyline). Antennas of one seed and name that drive the same way meet the same shadows;
+/// all of one seed meet the same skyline.
 class DirectShadowing : public Disturbance {
  public:
   /// Throws InputError where options.validate() does.

@@ -46,7 +46,7 @@ struct SkylineOptions {
   static constexpr double kDistance_m = 8, kDistanceSigma = 0.4;
   /// Way after which other obstacles are met [m].
   static constexpr double kLength_m = 25;
-  /// Share of the obstacles whose tops are higher than this above it [m]; 1 up to kBase_m.
+  /// Share of the obstacles whose tops are higher than this above the ground [m]; 1 up to kBase_m.
   [[nodiscard]] double share_above(double above_m) const;
   void validate() const;
 };

@@ -33,7 +33,7 @@ std::shared_ptr<const tracking::LaneCodeLock> lane_lock_of(
 SteadySky::SteadySky(const simulation::Environment& environment, const receiver::ReceiverOptions& options,
                      int most_bundles, const DrawOptions& draws, int lanes, const Vector3d& centre,
                      geodesy::GpsTime time)
-    : lanes_(lanes), padded_(tracking::LaneCodeLock::padded(static_cast<std::size_t>(lanes))), time_(time) {
+    : lanes_(lanes), padded_(tracking::LaneCodeLock::padded(static_cast<std::size_t>(lanes))) {
   const geodesy::LocalFrame& frame = environment.city().frame;
   const Vector3d centre_ecef = frame.ecef_from_local(centre);
   const orbit::Observer observer(centre_ecef);

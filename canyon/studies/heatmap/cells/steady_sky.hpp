@@ -58,7 +58,6 @@ class SteadySky {
   void phases_of(std::size_t satellite, std::uint64_t reflector, float* re, float* im) const;
   /// Skyline of each draw, at no place yet; empty where there are no obstacles. A task has a copy of its own.
   [[nodiscard]] const std::vector<disturbance::Skyline>& skylines() const { return skylines_; }
-  [[nodiscard]] geodesy::GpsTime time() const { return time_; }
 
  private:
   struct Draws {
@@ -75,7 +74,6 @@ class SteadySky {
 
   int lanes_;
   std::size_t padded_;
-  geodesy::GpsTime time_;
   std::vector<SteadySatellite> satellites_;
   std::vector<FixSatellite> fix_satellites_;
   std::vector<Eigen::Vector3d> directions_;
