@@ -80,7 +80,7 @@ void set_header(Header& header, const Head& head) {
   return epoch != nullptr && epoch->observed.fix.solved();
 }
 
-/// The covariance of a NavSatFix or GPSFix: east, north, up [m^2], known.
+/// The covariance of a NavSatFix or GPSFix: east, north, up [m^2]; unknown where a fault states none.
 template <class Message>
 void set_position_covariance(Message& message, const positioning::Fix& fix) {
   for (std::size_t row = 0; row < 3; ++row) {
@@ -89,7 +89,8 @@ void set_position_covariance(Message& message, const positioning::Fix& fix) {
           fix.covariance_enu(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column));
     }
   }
-  message.position_covariance_type = Message::COVARIANCE_TYPE_KNOWN;
+  message.position_covariance_type =
+      fix.covariance_enu.isZero(0) ? Message::COVARIANCE_TYPE_UNKNOWN : Message::COVARIANCE_TYPE_KNOWN;
 }
 
 /// Whether the antenna could be asked for a signal of it that then did not come.

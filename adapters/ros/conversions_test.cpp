@@ -498,7 +498,13 @@ TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfEpochs) {
                                     "wrong_fix",
                                     "fusion",
                                     "vehicle_heading_deg",
-                                    "vehicle_heading_sigma_deg"};
+                                    "vehicle_heading_sigma_deg",
+                                    "velocity_covariance_east_m2ps2",
+                                    "velocity_covariance_east_north_m2ps2",
+                                    "velocity_covariance_east_up_m2ps2",
+                                    "velocity_covariance_north_m2ps2",
+                                    "velocity_covariance_north_up_m2ps2",
+                                    "velocity_covariance_up_m2ps2"};
   simulation::Epoch epoch = distinct_epoch();
   epoch.observed.fix.solution = positioning::FixKind::Differential;
   epoch.observed.fix.correction_age_s = 1.5;

@@ -196,6 +196,7 @@ struct Receiver::State {
     if (!positioning::is_sound(epoch.fix)) refuse(epoch.fix);
     if (epoch.fix.solved() && options.fix_noise.any()) add_noise(epoch.fix);
     if (epoch.events.forced) force(*epoch.events.forced, context.antenna, epoch);
+    edit(epoch);
     for (SatelliteObservation& satellite : epoch.satellites)
       satellite.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), satellite.id);
     return epoch;
@@ -240,10 +241,7 @@ struct Receiver::State {
                     ReceiverEpoch& epoch) {
     positioning::Fix& fix = epoch.fix;
     if (forced.kind == disturbance::StatedFix::None) {
-      positioning::Fix none;
-      none.available = fix.available;
-      none.fusion = fix.fusion;
-      fix = std::move(none);
+      fix = without_fix(fix);
       return;
     }
     if (!fix.measured()) {
@@ -276,6 +274,42 @@ struct Receiver::State {
     if (!good) fix.baseline.reset();
   }
 
+  /// States other fixes than its own, as FixEdit says.
+  void edit(ReceiverEpoch& epoch) {
+    const std::vector<disturbance::FixEdit>& edits = epoch.events.fix_edits;
+    if (edits.empty()) return own_fixes.clear();
+    if (std::any_of(edits.begin(), edits.end(), [](const auto& each) { return each.of.has_value(); }))
+      own_fixes.emplace_back(epoch.time, epoch.fix);
+    for (const disturbance::FixEdit& each : edits) {
+      positioning::Fix& fix = epoch.fix;
+      if (each.of) {  // the last one by then, else the first that is known
+        auto then = own_fixes.begin();
+        while (std::next(then) != own_fixes.end() && std::next(then)->first <= *each.of) ++then;
+        fix = then->second;
+      }
+      if (each.dropped) {
+        fix = without_fix(fix);
+      } else if (fix.solved()) {
+        fix.position_ecef += geodesy::enu_from_ecef_rotation(fix.position).transpose() * each.offset_m;
+        fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
+        if (each.kind) fix.solution = static_cast<positioning::FixKind>(*each.kind);
+        const double factor = each.sigma_factor * each.sigma_factor;
+        fix.covariance_enu *= factor;
+        if (fix.velocity_covariance_enu) *fix.velocity_covariance_enu *= factor;
+        if (each.sigma_m)
+          fix.covariance_enu = Eigen::Vector3d::Constant(*each.sigma_m * *each.sigma_m).asDiagonal();
+        if (each.without_satellites) fix.used.clear();
+      }
+    }
+  }
+
+  [[nodiscard]] static positioning::Fix without_fix(const positioning::Fix& fix) {
+    positioning::Fix none;
+    none.available = fix.available;
+    none.fusion = fix.fusion;
+    return none;
+  }
+
   const ReceiverOptions options;
   const std::uint64_t seed;
   const std::string draws;  ///< name of its random streams
@@ -293,6 +327,7 @@ struct Receiver::State {
   std::optional<geodesy::GpsTime> last;
   Eigen::Vector3d last_antenna;
   std::optional<disturbance::Restart> restarted;
+  std::vector<std::pair<geodesy::GpsTime, positioning::Fix>> own_fixes;  ///< while a fault states old ones
 };
 
 Receiver::Receiver(ReceiverOptions options, std::uint64_t seed,

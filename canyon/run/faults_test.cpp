@@ -245,6 +245,40 @@ TEST(ForceFault, StatesTheFixThatItIsTold) {
   }
 }
 
+// East at 10 m/s with ideal measurements: what is stated tells which epoch it is of.
+TEST(FixFault, StatesOldOffOrOversureFixes) {
+  const auto east_errors = [](const std::string& fix) {
+    std::string text = text_of("{from_s: 3, until_s: 8, fix: {" + fix + "}}", "");
+    const std::string still = "position: {east_m: 0, north_m: 0, up_m: 2}";
+    text.replace(text.find(still), still.size(),
+                 "waypoints: [{east_m: 0, north_m: 0, up_m: 2}, {east_m: 100, north_m: 0, up_m: 2}], "
+                 "speed_mps: 10");
+    std::vector<double> errors;
+    for (const Seen& seen : run(text)) errors.push_back(std::round(seen.epoch.error_enu_m.x()));
+    return errors;
+  };
+  EXPECT_THAT(east_errors("stuck: true"), ElementsAre(0, 0, 0, 0, -10, -20, -30, -40, 0, 0, 0));
+  EXPECT_THAT(east_errors("late_s: 2"), ElementsAre(0, 0, 0, 0, -10, -20, -20, -20, 0, 0, 0));
+  EXPECT_THAT(east_errors("repeat: 2"), ElementsAre(0, 0, 0, 0, -10, 0, -10, 0, 0, 0, 0));
+  EXPECT_THAT(east_errors("east_m: 20, growth_s: 4"), ElementsAre(0, 0, 0, 0, 5, 10, 15, 20, 0, 0, 0));
+
+  const auto all =
+      run("{from_s: 3, until_s: 8, fix: {state: fixed, accuracy_m: 0.01, without_satellites: true}}", "");
+  const positioning::Fix& fix = all[4].epoch.observed.fix;
+  EXPECT_EQ(fix.kind(), positioning::FixKind::Fixed);
+  EXPECT_TRUE(fix.covariance_enu.isApprox(1e-4 * Eigen::Matrix3d::Identity()));
+  EXPECT_THAT(fix.used, IsEmpty());
+  const auto factor = run("{from_s: 3, fix: {accuracy_factor: 0.1}}", "");
+  EXPECT_TRUE(factor[4].epoch.observed.fix.covariance_enu.isApprox(
+      0.01 * all[1].epoch.observed.fix.covariance_enu, 1e-3));
+  const auto dropped = run("{from_s: 3, fix: {drop: 0.5}}", "");
+  const auto gone = std::count_if(dropped.begin(), dropped.end(), [](const Seen& seen) {
+    return seen.epoch.observed.fix.kind() == positioning::FixKind::None;
+  });
+  EXPECT_GT(gone, 0);
+  EXPECT_LT(gone, 8);
+}
+
 // A fault that names satellites which the sky lacks would have no effect.
 TEST(Faults, OfSatellitesThatTheSkyHasNotAreRefused) {
   const auto refused = [](const std::string& fault) {

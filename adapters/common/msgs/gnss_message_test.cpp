@@ -139,8 +139,17 @@ TEST(GnssMessage, SaysWhatItLacksOfEpochs) {
        [](const M& m) -> test::Said { return geodesy::degrees(m.fix().baseline().heading_sigma_rad()); }},
       {"wrong_fix", [](const M& m) -> test::Said { return m.fix().wrong_fix() ? 1.0 : 0.0; }},
   };
-  const std::set<std::string> lacks{"rating", "error_horizontal_m", "fusion", "vehicle_heading_deg",
-                                    "vehicle_heading_sigma_deg"};
+  const std::set<std::string> lacks{"rating",
+                                    "error_horizontal_m",
+                                    "fusion",
+                                    "vehicle_heading_deg",
+                                    "vehicle_heading_sigma_deg",
+                                    "velocity_covariance_east_m2ps2",
+                                    "velocity_covariance_east_north_m2ps2",
+                                    "velocity_covariance_east_up_m2ps2",
+                                    "velocity_covariance_north_m2ps2",
+                                    "velocity_covariance_north_up_m2ps2",
+                                    "velocity_covariance_up_m2ps2"};
   SampleReport sample;
   sample.step.epoch = test::with_baseline(test::corrected(sample.step.epoch, positioning::FixKind::Fixed),
                                           positioning::FixKind::Fixed, true);

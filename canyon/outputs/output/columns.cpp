@@ -112,6 +112,11 @@ template <int i, int j>
 double covariance(const Row& row) {
   return solved(row, fix_of(row).covariance_enu(i, j));
 }
+template <int i, int j>
+double velocity_covariance(const Row& row) {
+  const auto& covariance = fix_of(row).velocity_covariance_enu;
+  return covariance ? solved(row, (*covariance)(i, j)) : kNone;
+}
 template <gnss::System system>
 double clock(const Row& row) {
   const auto& biases = fix_of(row).clock_bias_s;
@@ -408,6 +413,19 @@ constexpr std::array kEpochColumns{
              const auto& fix = fix_of(r);
              return fix.fused() ? degrees(fix.fusion->heading_sigma_rad) : kNone;
            }),
+    number("velocity_covariance_east_m2ps2", "m^2/s^2", 8,
+           "variance of the velocity east that the receiver states", "no velocity",
+           &velocity_covariance<0, 0>),
+    number("velocity_covariance_east_north_m2ps2", "m^2/s^2", 8, "covariance of east and north",
+           "no velocity", &velocity_covariance<0, 1>),
+    number("velocity_covariance_east_up_m2ps2", "m^2/s^2", 8, "covariance of east and up", "no velocity",
+           &velocity_covariance<0, 2>),
+    number("velocity_covariance_north_m2ps2", "m^2/s^2", 8, "variance north", "no velocity",
+           &velocity_covariance<1, 1>),
+    number("velocity_covariance_north_up_m2ps2", "m^2/s^2", 8, "covariance of north and up", "no velocity",
+           &velocity_covariance<1, 2>),
+    number("velocity_covariance_up_m2ps2", "m^2/s^2", 8, "variance up", "no velocity",
+           &velocity_covariance<2, 2>),
 };
 
 constexpr std::array kSatelliteColumns{

@@ -34,6 +34,16 @@ struct ForcedFix {
   Eigen::Vector3d velocity_error_mps = Eigen::Vector3d::Zero(), velocity_sigma_mps = Eigen::Vector3d::Zero();
 };
 
+/// What a receiver states instead of its fix, for tests of what follows it.
+struct FixEdit {
+  std::optional<geodesy::GpsTime> of;                  ///< it states the fix that it had then
+  Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  ///< east, north, up, added
+  std::optional<StatedFix> kind;
+  std::optional<double> sigma_m;  ///< of each axis; 0: it states none
+  double sigma_factor = 1;        ///< of all deviations that it states
+  bool without_satellites = false, dropped = false;
+};
+
 /// Events of a receiver itself at one epoch, whatever arrives at its antenna.
 struct ReceiverEvents {
   /// Offsets of the oscillator, added to the receiver's own clock [s, s/s].
@@ -42,6 +52,7 @@ struct ReceiverEvents {
   int weeks_off = 0, utc_off_s = 0;
   std::optional<Restart> restart{};
   std::optional<ForcedFix> forced{};
+  std::vector<FixEdit> fix_edits{};
   std::vector<std::string> faults{};  ///< names of those at work (FaultTimeline)
 };
 

@@ -194,4 +194,50 @@ void ForceFault::happen(const propagation::Antenna& antenna, ReceiverEvents& eve
   events.forced = forced_;
 }
 
+void visit(options::Visitor& v, FixFaultOptions& o) {
+  static constexpr std::string_view kStates[]{"own", "single", "differential", "float", "fixed"};
+  constexpr options::Range kMetres{-1e6, 1e6};
+  v.boolean({"stuck", "", "the fix of the begin is stated on and on, with fresh times"}, o.stuck);
+  v.number({"late_s", "s", "the fix of so long ago is stated, with fresh times"}, o.late_s, {0, 1e4});
+  v.integer({"repeat", "", "each fix is stated so many times"}, o.repeat, 1, 1'000'000);
+  v.number({"drop", "", "share of epochs without a fix, at random"}, o.drop, {0, 1});
+  v.number({"east_m", "m", "added to the position"}, o.east_m, kMetres);
+  v.number({"north_m", "m", "added to the position"}, o.north_m, kMetres);
+  v.number({"up_m", "m", "added to the position"}, o.up_m, kMetres);
+  v.number({"growth_s", "s", "time over which that grows to its whole; 0: at once"}, o.growth_s, {0, 1e6});
+  v.choice({"state", "", "kind of fix that is stated"}, o.state, kStates);
+  v.number({"accuracy_m", "m", "standard deviation of each axis that is stated; 0: none", "its own"},
+           o.accuracy_m, {0, 1e6});
+  v.number({"accuracy_factor", "", "of the standard deviations that are stated"}, o.accuracy_factor,
+           {0, 1000, true});
+  v.boolean({"without_satellites", "", "states 0 satellites"}, o.without_satellites);
+}
+
+FixFault::FixFault(const FixFaultOptions& options, const FaultContext& context)
+    : options_(options),
+      begin_(context.begin),
+      repeated_(context.begin),
+      stream_(context.seed, context.receiver + "/fix/" + context.name) {}
+
+void FixFault::happen(const propagation::Antenna& antenna, ReceiverEvents& events) {
+  const double since_s = antenna.time - begin_;
+  FixEdit edit;
+  if (times_ == 0) repeated_ = antenna.time;
+  times_ = (times_ + 1) % options_.repeat;
+  if (options_.stuck)
+    edit.of = begin_;
+  else if (options_.late_s > 0)
+    edit.of = begin_ + std::max(0.0, since_s - options_.late_s);
+  else if (options_.repeat > 1)
+    edit.of = repeated_;
+  const double grown = options_.growth_s > 0 ? std::min(1.0, since_s / options_.growth_s) : 1;
+  edit.offset_m = grown * Eigen::Vector3d(options_.east_m, options_.north_m, options_.up_m);
+  if (options_.state != StatedFix::None) edit.kind = options_.state;
+  edit.sigma_m = options_.accuracy_m;
+  edit.sigma_factor = options_.accuracy_factor;
+  edit.without_satellites = options_.without_satellites;
+  edit.dropped = options_.drop > 0 && stream_.uniform() < options_.drop;
+  events.fix_edits.push_back(edit);
+}
+
 }  // namespace canyon::disturbance

@@ -69,6 +69,21 @@ struct ForceOptions {
 };
 void visit(options::Visitor& v, ForceOptions& o);
 
+/// A receiver, or what stands behind it, that states its fix wrongly; measurements stay right.
+struct FixFaultOptions {
+  bool stuck = false;                        ///< the fix of the begin, with fresh stamps
+  double late_s = 0;                         ///< the fix of so long ago, with fresh stamps, [0, 1e4]
+  int repeat = 1;                            ///< each fix is stated so many times, [1, 1e6]
+  double drop = 0;                           ///< share of epochs without a fix, at random, [0, 1]
+  double east_m = 0, north_m = 0, up_m = 0;  ///< added, +-1e6
+  double growth_s = 0;                       ///< the offset grows to its whole over this time, [0, 1e6]
+  StatedFix state = StatedFix::None;         ///< the kind of fix that is stated; None: its own
+  std::optional<double> accuracy_m;          ///< standard deviation of each axis that is stated; 0: none
+  double accuracy_factor = 1;                ///< of the standard deviations that are stated, (0, 1000]
+  bool without_satellites = false;           ///< states 0 satellites
+};
+void visit(options::Visitor& v, FixFaultOptions& o);
+
 class OscillatorFault final : public Disturbance {
  public:
   OscillatorFault(const OscillatorOptions& options, const FaultContext& context)
@@ -120,6 +135,18 @@ class ForceFault final : public Disturbance {
   ForcedFix forced_;
   RandomStream stream_;
   std::optional<geodesy::GpsTime> last_;
+};
+
+class FixFault final : public Disturbance {
+ public:
+  FixFault(const FixFaultOptions& options, const FaultContext& context);
+  void happen(const propagation::Antenna& antenna, ReceiverEvents& events) override;
+
+ private:
+  FixFaultOptions options_;
+  geodesy::GpsTime begin_, repeated_;
+  int times_ = 0;  // that the fix of repeated_ was stated
+  RandomStream stream_;
 };
 
 }  // namespace canyon::disturbance
