@@ -51,6 +51,7 @@ void add_iq(Command& app);
 void add_heatmap_query(Command& heatmap);
 void add_rtk(Command& app);
 void add_study(Command& app);
+void add_bench(Command& app);
 void add_view(Command& app);
 void add_completion(Command& app);
 /// @param version what the pages name

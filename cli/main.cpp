@@ -63,6 +63,7 @@ int run_program(int argc, char** argv) {
   add_correlation(program);
   add_rtk(program);
   add_study(program);
+  add_bench(program);
   add_view(program);
   add_completion(program);
   add_manual(program, "canyon " CANYON_VERSION);

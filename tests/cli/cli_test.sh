@@ -1667,6 +1667,40 @@ P
   runs 2 "$canyon" "${many[@]}" --unknowns 1 --out bad; says err --unknowns
   runs 2 "$canyon" "${many[@]}" --unknowns 4 --known roofs --out bad; one_line; says err --known facades
   runs 2 "$canyon" "${many[@]}" --unknowns 4 --runs 4 --out bad; says err --runs --unknowns ;;
+bench)
+  runs 0 "$canyon" bench list
+  says out 'outlier-100' 'a downtown of towers'
+  # Same version, same bytes, on any number of threads.
+  runs 0 "$canyon" bench make one --only open drift --threads 1 --quiet
+  runs 0 "$canyon" bench make two --only open drift --threads 2 --quiet
+  for file in truth fixes imu wheels events; do cmp one/drift/$file.csv two/drift/$file.csv || fail "$file.csv depends on threads"; done
+  says one/drift/events.csv 'drift,'
+  says one/drift/card.yaml 'bench: 1' 'receiver: ublox-m10'
+  for file in one/drift/receiver.obs one/drift/sky.nav one/drift/scenario.yaml; do [ -s "$file" ] || fail "no $file"; done
+  # A program that passes the fixes on follows the drift, and does not meet a limit.
+  cut -d, -f1,3,4 one/drift/fixes.csv | awk -F, '$2 != ""' >one/passed.csv
+  printf '%s\n' 'limits: [{drives: [drift], followed: 0.5}, {drives: [open], p95_m: 5}]' >limits.yaml
+  runs 1 "$canyon" bench run one --limits limits.yaml --json s.json --junit s.xml -- \
+    sh -c 'cut -d, -f1,3,4 "$1"/fixes.csv | awk -F, "\$2 != \"\"" >"$2"' sh '{drive}' '{estimate}'
+  says err "drift, mine: followed of 'drift' is 1, limit 0.5" '1 drives beyond the limits'
+  says out 'diverged s' 'mine'
+  says s.xml 'tests=' 'failures="1"'
+  python3 -c 'import json; r = json.load(open("s.json"))["results"]; m = [x for x in r if x["estimate"] == "mine" and x["drive"] == "drift"][0]; assert abs(m["events"][0]["followed"] - 1) < 0.01 and m["availability"] > 0.99, m' ||
+    fail "s.json"
+  says one/score.html '<img width=' 'drift'
+  runs 0 "$canyon" bench score one --estimate none=nowhere/{drive}.csv --quiet
+  says err 'drift: there is no nowhere/drift.csv; it counts as absent'
+  runs 2 "$canyon" bench make three --only outlyer-100
+  says err "there is no drive 'outlyer-100'; did you mean 'outlier-100'?"; one_line
+  runs 2 "$canyon" bench score . ; says err 'has no drives; make them: canyon bench make'
+  runs 2 "$canyon" bench run one; says err 'there is no program to run'
+  echo 'time_s,latitude_deg,longitude_deg
+1,x,2' >bad.csv
+  runs 2 "$canyon" bench score one --estimate bad=bad.csv; says err "bad.csv:2: 'x' in latitude_deg is no number"; one_line
+  printf 'time_s\n1\n' >bad.csv
+  runs 2 "$canyon" bench score one --estimate bad=bad.csv; says err "bad.csv:1: there is no column 'latitude_deg'"
+  ;;
+
 study_ranks)
   sed -i '$a receivers: [{name: car}]\nduration_s: 2' small.yaml
   printf '%s\n' 'scenario: small.yaml' 'axes: [{seeds: 40}]' >study.yaml

@@ -1,0 +1,247 @@
+#include "canyon/studies/bench/drives.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "canyon/base/geodesy/time_scales.hpp"
+#include "canyon/base/options/read.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/outputs/output/epoch_values.hpp"
+#include "canyon/outputs/output/sensor_arrays.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+
+namespace canyon::bench {
+
+/// Texts of examples/bench; CMakeLists.txt makes them.
+extern const char* const drives_yaml;
+
+namespace {
+
+/// What counts as a lasting error of the fix.
+constexpr double kLasting_m = 5, kLasting_s = 2;
+
+void visit_parts(options::Visitor& v, const char* name, std::vector<ScenarioPart>& parts) {
+  v.list(name, parts, [&](ScenarioPart& each) {
+    v.text({"name", "", "how drives name it"}, each.name);
+    v.text({"scenario", "", "YAML"}, each.scenario);
+  });
+}
+
+const std::string& part_named(const std::vector<ScenarioPart>& parts, const std::string& name) {
+  const auto at = std::find_if(parts.begin(), parts.end(), [&](const auto& p) { return p.name == name; });
+  if (at == parts.end()) throw InputError(fmt::format("the bench has no '{}'", name));
+  return at->scenario;
+}
+
+/// "1.25"; nothing for what is not known.
+std::string cell(double value, int decimals) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "";
+}
+
+class DriveSink final : public simulation::EpochSink {
+ public:
+  DriveSink(const simulation::Simulation& simulation, BenchDrive drive, std::string profile,
+            std::filesystem::path folder)
+      : simulation_(simulation),
+        drive_(std::move(drive)),
+        profile_(std::move(profile)),
+        folder_(std::move(folder)),
+        sensors_(simulation.scenario().sensors, simulation.begin()) {}
+
+  [[nodiscard]] bool uses_sensors() const override { return true; }
+
+  void write(const simulation::Epoch& epoch) override {
+    if (epoch.receiver != 0) return;
+    if (epoch.sensors != nullptr) sensors_.add(*epoch.sensors);
+    const double t = epoch.truth.time - simulation_.begin();
+    const Eigen::Vector3d& v = epoch.truth.velocity_enu_mps;
+    truth_ += fmt::format("{:.3f},{:.9f},{:.9f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n", t,
+                          geodesy::degrees(epoch.truth.position.latitude_rad),
+                          geodesy::degrees(epoch.truth.position.longitude_rad), epoch.truth.position.height_m,
+                          v.x(), v.y(), v.z(), std::fmod(450 - geodesy::degrees(epoch.truth.yaw_rad), 360.0));
+    write_fix(t, epoch.observed.fix);
+    follow_events(t, epoch);
+    last_s_ = t;
+  }
+
+  void finish() override {
+    end_event();
+    write_file(
+        folder_ / "truth.csv",
+        "time_s,latitude_deg,longitude_deg,height_m,velocity_east_mps,velocity_north_mps,velocity_up_mps,"
+        "heading_deg\n" +
+            truth_);
+    write_file(
+        folder_ / "fixes.csv",
+        "time_s,kind,latitude_deg,longitude_deg,height_m,velocity_east_mps,velocity_north_mps,velocity_up_"
+        "mps,cov_ee_m2,cov_en_m2,cov_eu_m2,cov_nn_m2,cov_nu_m2,cov_uu_m2,vcov_ee_m2ps2,vcov_en_m2ps2,vcov_"
+        "eu_m2ps2,vcov_nn_m2ps2,vcov_nu_m2ps2,vcov_uu_m2ps2,satellites,hdop,pdop\n" +
+            fixes_);
+    write_file(folder_ / "events.csv",
+               "start_s,end_s,kind,bias_east_m,bias_north_m,bias_up_m,nlos\n" + events_);
+    write_sensor(
+        "imu", {"specific_force", "angular_rate"},
+        "time_s,specific_force_x_mps2,specific_force_y_mps2,specific_force_z_mps2,angular_rate_x_radps,"
+        "angular_rate_y_radps,angular_rate_z_radps\n");
+    write_sensor("wheels", {"speed"}, "time_s,speed_left_mps,speed_right_mps\n");
+    const auto& scenario = simulation_.scenario();
+    const std::int64_t unix_ns = geodesy::unix_from_gps(simulation_.begin());
+    write_file(
+        folder_ / "card.yaml",
+        fmt::format("bench: {}\nname: {}\nabout: \"{}\"\nneeds: [{}]\nreceiver: {}\nseed: {}\n"
+                    "begin_unix_s: {}.{:09}\nduration_s: {:.3f}\nimu_axes: forward, left, up\n",
+                    catalogue().bench, drive_.name, drive_.about, fmt::join(drive_.needs, ", "), profile_,
+                    scenario.seed, unix_ns / 1'000'000'000, unix_ns % 1'000'000'000, last_s_));
+  }
+
+ private:
+  struct Event {
+    double start_s = 0, end_s = 0;
+    std::string kind;
+    Eigen::Vector3d bias = Eigen::Vector3d::Zero();
+    int fixes = 0, epochs = 0;
+    std::set<std::string> nlos;
+  };
+
+  void write_fix(double t, const positioning::Fix& fix) {
+    fixes_ += fmt::format("{:.3f},{}", t, static_cast<int>(fix.kind()));
+    if (!fix.solved()) {
+      fixes_ += std::string(18, ',') + ",0,,\n";
+      return;
+    }
+    fixes_ += fmt::format(",{:.9f},{:.9f},{:.4f}", geodesy::degrees(fix.position.latitude_rad),
+                          geodesy::degrees(fix.position.longitude_rad), fix.position.height_m);
+    const double none = std::numeric_limits<double>::quiet_NaN();
+    const Eigen::Vector3d v = fix.velocity_enu_mps.value_or(Eigen::Vector3d::Constant(none));
+    for (const double each : v) fixes_ += "," + cell(each, 4);
+    const bool stated = !fix.covariance_enu.isZero(0);
+    const auto covariance = [&](const Eigen::Matrix3d& c, bool known, int decimals) {
+      for (int i = 0; i < 3; ++i)
+        for (int j = i; j < 3; ++j) fixes_ += "," + (known ? cell(c(i, j), decimals) : "");
+    };
+    covariance(fix.covariance_enu, stated, 6);
+    covariance(fix.velocity_covariance_enu.value_or(Eigen::Matrix3d::Zero()),
+               stated && fix.velocity_covariance_enu.has_value(), 8);
+    fixes_ += fmt::format(",{},{},{}\n", fix.used.size(), fix.dop ? cell(fix.dop->hdop, 2) : "",
+                          fix.dop ? cell(fix.dop->pdop, 2) : "");
+  }
+
+  /// An event is a fault's time, or a stretch of errors above 5 m that no fault explains.
+  void follow_events(double t, const simulation::Epoch& epoch) {
+    const bool off = epoch.error_enu_m.head<2>().norm() > kLasting_m;
+    std::string kind = output::fault_names(epoch.faults);
+    if (kind.empty() && off) kind = "street";
+    if (kind != event_.kind) {
+      end_event();
+      event_.start_s = t;
+      event_.kind = kind;
+    }
+    event_.end_s = t;
+    ++event_.epochs;
+    if (kind.empty() || !epoch.error_enu_m.allFinite()) return;
+    event_.bias += epoch.error_enu_m;
+    ++event_.fixes;
+    for (const receiver::SatelliteObservation& satellite : epoch.observed.satellites)
+      if (satellite.used && satellite.visibility == propagation::Visibility::NLOS)
+        event_.nlos.insert(gnss::to_string(satellite.id));
+  }
+
+  void end_event() {
+    const bool lasting = event_.kind != "street" || event_.end_s - event_.start_s >= kLasting_s;
+    if (!event_.kind.empty() && lasting) {
+      const Eigen::Vector3d bias = 2 * event_.fixes > event_.epochs
+                                       ? Eigen::Vector3d(event_.bias / event_.fixes)
+                                       : Eigen::Vector3d::Constant(std::nan(""));
+      events_ +=
+          fmt::format("{:.3f},{:.3f},{},{},{},{},{}\n", event_.start_s, event_.end_s, event_.kind,
+                      cell(bias.x(), 3), cell(bias.y(), 3), cell(bias.z(), 3), fmt::join(event_.nlos, " "));
+    }
+    event_ = {};
+  }
+
+  /// Samples of a sensor as a table; lost ones are empty.
+  void write_sensor(const std::string& sensor, const std::vector<std::string>& names, std::string text) {
+    std::vector<const output::SensorArray*> columns;
+    for (const output::SensorArray& array : sensors_.arrays()) {
+      const bool wanted = array.name == "time_s" || std::count(names.begin(), names.end(), array.name) > 0;
+      if (array.sensor == sensor && wanted) columns.push_back(&array);
+    }
+    if (columns.empty()) return;
+    for (std::size_t row = 0; row < columns[0]->values.size(); ++row) {
+      for (const output::SensorArray* array : columns)
+        for (std::size_t k = 0; k < array->columns; ++k)
+          text += (array == columns[0] ? "" : ",") + cell(array->values[row * array->columns + k], 6);
+      text += '\n';
+    }
+    write_file(folder_ / (sensor + ".csv"), text);
+  }
+
+  const simulation::Simulation& simulation_;
+  BenchDrive drive_;
+  std::string profile_;
+  std::filesystem::path folder_;
+  output::SensorArrays sensors_;
+  std::string truth_, fixes_, events_;
+  Event event_;
+  double last_s_ = 0;
+};
+
+}  // namespace
+
+void visit(options::Visitor& v, Catalogue& o) {
+  v.integer({"bench", "", "version: same version, same bytes"}, o.bench, 1, 1000);
+  v.text({"common", "", "YAML that all scenarios have"}, o.common);
+  visit_parts(v, "towns", o.towns);
+  visit_parts(v, "ways", o.ways);
+  v.list("drives", o.drives, [&](BenchDrive& each) {
+    v.text({"name", "", "of its folder"}, each.name);
+    v.text({"about", "", "what goes wrong"}, each.about);
+    v.text({"town", "", "where"}, each.town);
+    v.text({"way", "", "along which way"}, each.way);
+    v.texts({"needs", "", "what estimators need"}, each.needs);
+    v.text({"faults", "", "YAML of faults"}, each.faults);
+  });
+}
+
+const Catalogue& catalogue() {
+  static const Catalogue all = [] {
+    Catalogue read;
+    options::Document document;
+    document.file = "drives.yaml";
+    document.kind = "bench";
+    document.page = "docs/bench.md";
+    options::read_yaml(drives_yaml, document, "it needs drives", read);
+    return read;
+  }();
+  return all;
+}
+
+std::string scenario_of(const BenchDrive& drive, const std::string& profile, std::uint64_t seed,
+                        const OwnPlace& own) {
+  const Catalogue& all = catalogue();
+  std::string text = all.common;
+  text += own.scenario.empty() ? part_named(all.towns, drive.town) + part_named(all.ways, drive.way)
+                               : own.scenario;
+  const bool rtk = profile == "ublox-f9p";
+  text += fmt::format("receivers:\n  - {{name: rover, profile: {}{}}}\n", profile,
+                      rtk ? ", rtk: true, corrections: {from: base, rate_hz: 1, latency_s: 0.3}" : "");
+  if (rtk)
+    text += fmt::format(
+        "  - {{name: base, profile: {}, signal: {{antenna: survey}}, fixed: {{east_m: 900, north_m: 300, "
+        "up_m: "
+        "30}}}}\n",
+        profile);
+  if (!drive.faults.empty()) text += "faults: " + drive.faults + "\n";
+  return text + fmt::format("seed: {}\n", seed);
+}
+
+std::unique_ptr<simulation::EpochSink> make_drive_sink(const simulation::Simulation& simulation,
+                                                       const BenchDrive& drive, const std::string& profile,
+                                                       const std::filesystem::path& folder) {
+  return std::make_unique<DriveSink>(simulation, drive, profile, folder);
+}
+
+}  // namespace canyon::bench
