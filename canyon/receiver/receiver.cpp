@@ -298,7 +298,10 @@ struct Receiver::State {
         if (fix.velocity_covariance_enu) *fix.velocity_covariance_enu *= factor;
         if (each.sigma_m)
           fix.covariance_enu = Eigen::Vector3d::Constant(*each.sigma_m * *each.sigma_m).asDiagonal();
-        if (each.without_satellites) fix.used.clear();
+        if (each.without_satellites) {
+          fix.used.clear();
+          fix.claimed = true;
+        }
       }
     }
   }

@@ -243,6 +243,20 @@ TEST(WheelRun, WheelsOfATurnDiffer) {
   EXPECT_FALSE(run.next(kBegin + 0.19));
 }
 
+TEST(WheelRun, WheelsSlip) {
+  inertial::WheelOptions options;
+  options.scale = options.slip = options.tick_m = 0;
+  options.slips = {{0.1, 0.3, 3}};
+  WheelRun run(options, 1, kBegin, [&](GpsTime) {
+    Pose pose;
+    pose.position = Geodetic::from_degrees(50, 8, 100);
+    pose.velocity_enu_mps = {5, 0, 0};
+    return pose;
+  });
+  for (const double factor : {1, 3, 3, 1})
+    EXPECT_NEAR(run.next(kBegin + 9)->sample.speed_mps[0], 5 * factor, 1e-9);
+}
+
 TEST(InertialRun, OptionsAreChecked) {
   const auto refusal = [](const std::string& imu) {
     return canyon::test::refusal(

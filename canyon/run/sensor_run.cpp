@@ -97,6 +97,8 @@ std::optional<WheelsAtWork> WheelRun::next(geodesy::GpsTime until) {
   for (std::size_t w = 0; w < sum.size(); ++w) {
     result.true_mps[w] = sum[w] / (3 * steps);
     way_m[w] = result.true_mps[w] * result.dt_s;
+    for (const inertial::SensorFault& slip : options_.slips)
+      if (slip.holds(interval->to_s)) way_m[w] *= slip.factor;
   }
   result.sample = sensor_.measure(way_m, result.dt_s);
   return result;

@@ -128,6 +128,7 @@ struct [[nodiscard]] Fix {
   /// Single, Differential, Float or Fixed: the kind of solution by the satellites' measurements. kind() also
   /// says where there is no position, or no measurement in it.
   FixKind solution = FixKind::Single;
+  bool claimed = false;  ///< stated as measured by 0 satellites (disturbance::FixEdit)
   /// Age of the corrections in use: time of this epoch minus that of the base's observations [s], 0 or more;
   /// has no meaning where corrected(kind()) is false.
   std::optional<double> correction_age_s;
@@ -167,13 +168,13 @@ struct [[nodiscard]] Fix {
 
   [[nodiscard]] bool solved() const { return status == FixStatus::Fix; }
   /// Satellites of this epoch are in the position.
-  [[nodiscard]] bool measured() const { return solved() && !used.empty(); }
+  [[nodiscard]] bool measured() const { return solved() && (!used.empty() || claimed); }
   /// The vehicle's sensors are in the position.
   [[nodiscard]] bool fused() const { return fusion && fusion->phase != FusionPhase::Initialising; }
   /// DeadReckoning is a prediction, of a position filter or of the vehicle's sensors.
   [[nodiscard]] FixKind kind() const {
     if (!solved()) return FixKind::None;
-    if (used.empty()) return FixKind::DeadReckoning;
+    if (!measured()) return FixKind::DeadReckoning;
     return fused() && solution == FixKind::Single ? FixKind::Combined : solution;
   }
 };

@@ -254,6 +254,10 @@ std::optional<ImuSample> Imu::measure(const ImuInput& mean, double time_s, doubl
       accelerometer_.measure(force, force, dt_s, random_,
                              warmer_k * (per_kelvin_.specific_force_mps2 +
                                          scale_per_kelvin_.specific_force_mps2.cwiseProduct(force)));
+  const std::vector<SensorFault>& frozen = options_.frozen;
+  if (std::any_of(frozen.begin(), frozen.end(), [&](const SensorFault& each) { return each.holds(time_s); }))
+    sample.measured = last_;
+  last_ = sample.measured;
   sample.time_s = time_s + options_.time_offset_s;
   if (options_.time_jitter_s > 0) sample.time_s += options_.time_jitter_s * random_.normal();
   if (options_.lost > 0 && random_.uniform() < options_.lost) return std::nullopt;

@@ -145,6 +145,7 @@ class Imu {
   [[nodiscard]] std::optional<ImuSample> measure(const ImuInput& mean, double time_s, double dt_s);
 
  private:
+  ImuInput last_;  // measured, before it froze
   ImuOptions options_;
   RandomStream random_;
   Triad gyroscope_, accelerometer_;

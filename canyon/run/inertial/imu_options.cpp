@@ -157,6 +157,14 @@ void visit(options::Visitor& v, ImuOptions& o) {
   v.number({"time_offset_s", "s", "stated times less the true ones"}, o.time_offset_s, {-10, 10});
   v.number({"time_jitter_s", "s", "standard deviation of the stated times"}, o.time_jitter_s, {0, 1});
   v.number({"lost", "", "share of samples that are lost"}, o.lost, {0, 1, false, true});
+  v.list("frozen", o.frozen, [&](SensorFault& each) { visit(v, each); });
+}
+
+void visit(options::Visitor& v, SensorFault& o) {
+  constexpr options::Range kTimes{0, 1e8};
+  v.number({"from_s", "s", "begin of a time in which the sensor fails, since the run's begin"}, o.from_s,
+           kTimes);
+  v.number({"until_s", "s", "end of that time"}, o.until_s, kTimes);
 }
 
 }  // namespace canyon::inertial

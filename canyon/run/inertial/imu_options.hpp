@@ -67,6 +67,16 @@ struct VibrationOptions {
 };
 
 /// An inertial measurement unit on the vehicle: gyroscopes and accelerometers at one point.
+/// A time in which a sensor fails, in seconds since the run's begin.
+struct SensorFault {
+  double from_s = 0, until_s = 0;  ///< [0, 1e8]
+  double factor = 1;               ///< of wheels: stated way over the true one, [0, 100]
+
+  [[nodiscard]] bool holds(double time_s) const { return time_s > from_s && time_s <= until_s; }
+};
+/// Visits its times.
+void visit(options::Visitor& v, SensorFault& o);
+
 struct ImuOptions {
   ImuProfile profile = ImuProfile::Automotive;
   double rate_hz = 100;  ///< [1, 10,000]
@@ -79,6 +89,7 @@ struct ImuOptions {
   std::vector<VibrationOptions> vibration;
   double time_offset_s = 0, time_jitter_s = 0;  ///< of the stated times, [-10, 10], [0, 1]
   double lost = 0;                              ///< share of samples, [0, 1)
+  std::vector<SensorFault> frozen;              ///< it repeats its last sample, with fresh times
 };
 
 /// Errors of three equal sensors in SI units.

@@ -149,6 +149,10 @@ void visit(options::Visitor& v, WheelOptions& o) {
   v.number({"slip_time_s", "s", "time constant of the slip"}, o.slip_time_s, {0.01, 1000});
   v.boolean({"direction", "", "sensors tell forwards from backwards; false: speeds have no sign"},
             o.direction);
+  v.list("slips", o.slips, [&](SensorFault& each) {
+    visit(v, each);
+    v.number({"factor", "", "stated way over the true one: 3 spins, 0 blocks"}, each.factor, {0, 100});
+  });
 }
 
 }  // namespace canyon::inertial

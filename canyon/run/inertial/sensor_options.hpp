@@ -70,6 +70,7 @@ struct WheelOptions {
   double slip = 0.003;     ///< standard deviation of each wheel's relative slip, [0, 0.5]
   double slip_time_s = 1;  ///< time constant of the slip, [0.01, 1000]
   bool direction = true;   ///< the sensors tell forwards from backwards
+  std::vector<SensorFault> slips;  ///< they spin or block
 };
 
 void visit(options::Visitor& v, WheelOptions& o);

@@ -133,6 +133,7 @@ class DriveSink final : public simulation::EpochSink {
   void follow_events(double t, const simulation::Epoch& epoch) {
     const bool off = epoch.error_enu_m.head<2>().norm() > kLasting_m;
     std::string kind = output::fault_names(epoch.faults);
+    if (kind.empty()) kind = sensor_fault(t);
     if (kind.empty() && off) kind = "street";
     if (kind != event_.kind) {
       end_event();
@@ -147,6 +148,15 @@ class DriveSink final : public simulation::EpochSink {
     for (const receiver::SatelliteObservation& satellite : epoch.observed.satellites)
       if (satellite.used && satellite.visibility == propagation::Visibility::NLOS)
         event_.nlos.insert(gnss::to_string(satellite.id));
+  }
+
+  [[nodiscard]] std::string sensor_fault(double t) const {
+    const inertial::SensorOptions& sensors = simulation_.scenario().sensors;
+    const auto any = [t](const std::vector<inertial::SensorFault>& faults) {
+      return std::any_of(faults.begin(), faults.end(), [t](const auto& each) { return each.holds(t); });
+    };
+    if (sensors.imu && any(sensors.imu->frozen)) return "frozen IMU";
+    return sensors.wheels && any(sensors.wheels->slips) ? "slip of wheels" : "";
   }
 
   void end_event() {
@@ -194,6 +204,7 @@ class DriveSink final : public simulation::EpochSink {
 void visit(options::Visitor& v, Catalogue& o) {
   v.integer({"bench", "", "version: same version, same bytes"}, o.bench, 1, 1000);
   v.text({"common", "", "YAML that all scenarios have"}, o.common);
+  v.text({"sensors", "", "YAML of sensors"}, o.sensors);
   visit_parts(v, "towns", o.towns);
   visit_parts(v, "ways", o.ways);
   v.list("drives", o.drives, [&](BenchDrive& each) {
@@ -203,6 +214,7 @@ void visit(options::Visitor& v, Catalogue& o) {
     v.text({"way", "", "along which way"}, each.way);
     v.texts({"needs", "", "what estimators need"}, each.needs);
     v.text({"faults", "", "YAML of faults"}, each.faults);
+    v.text({"sensors", "", "YAML of sensors", "those of all"}, each.sensors);
   });
 }
 
@@ -222,7 +234,7 @@ const Catalogue& catalogue() {
 std::string scenario_of(const BenchDrive& drive, const std::string& profile, std::uint64_t seed,
                         const OwnPlace& own) {
   const Catalogue& all = catalogue();
-  std::string text = all.common;
+  std::string text = all.common + (drive.sensors.empty() ? all.sensors : drive.sensors);
   text += own.scenario.empty() ? part_named(all.towns, drive.town) + part_named(all.ways, drive.way)
                                : own.scenario;
   const bool rtk = profile == "ublox-f9p";

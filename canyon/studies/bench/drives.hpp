@@ -20,11 +20,12 @@ struct BenchDrive {
   std::string name, about, town, way;
   std::vector<std::string> needs;  ///< what an estimator needs to do well: fixes, imu, wheels, raw
   std::string faults;              ///< YAML of `faults:`; empty: clean physics
+  std::string sensors;             ///< YAML; empty: those of the catalogue
 };
 /// examples/bench/drives.yaml. Same version, same bytes.
 struct Catalogue {
   int bench = 0;
-  std::string common;
+  std::string common, sensors;
   std::vector<ScenarioPart> towns, ways;
   std::vector<BenchDrive> drives;
 };
