@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <optional>
 
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
@@ -64,15 +65,22 @@ std::vector<const bench::BenchDrive*> chosen(const std::vector<std::string>& onl
   return drives;
 }
 
-/// City, sky, start and trajectory of the user's map and track, as `canyon new` writes them.
-bench::OwnPlace own_place(const std::vector<std::string>& files, const fs::path& bench) {
-  if (files.empty()) return {};
-  const std::string yaml = new_scenario(files, (bench / "map.yaml").string()).yaml;
+/// City, start and trajectory of the user's map and track, as `canyon new` writes them.
+bench::OwnPlace own_place(const std::vector<std::string>& files, const fs::path& folder) {
   bench::OwnPlace own;
+  if (files.empty()) return own;
   bool taken = false;
-  for (const std::string_view line : split(yaml, '\n')) {
-    if (!line.empty() && line[0] != ' ') taken = line.starts_with("city:") || line.starts_with("trajectory:");
-    if (taken) own.scenario += std::string(line) + "\n";
+  const NewScenario made = new_scenario(files, (folder / "scenario.yaml").string());
+  for (const std::string_view line : split(made.yaml, '\n')) {
+    if (!line.empty() && line[0] != ' ') {
+      taken = false;
+      for (const char* key : {"city:", "trajectory:", "start:", "duration_s:"})
+        taken = taken || line.starts_with(key);
+    }
+    if (!taken) continue;
+    own.scenario += std::string(line) + "\n";
+    if (line.starts_with("  speed_mps:"))
+      own.scenario += "  acceleration_mps2: 2\n";  // inertial sensors need it
   }
   own.scenario += "surroundings: auto\n";
   return own;
@@ -117,9 +125,9 @@ int run_make(const MakeArguments& arguments) {
   const auto drives = chosen(arguments.only);
   const fs::path out = arguments.out;
   ResultFiles files(out, "bench");
-  const bench::OwnPlace own = own_place(arguments.map, out);
   const std::vector<std::string> receivers =
       arguments.receivers.empty() ? std::vector<std::string>{"ublox-m10"} : arguments.receivers;
+  std::optional<bench::OwnPlace> own;
   std::vector<fs::path> made;
   for (const bench::BenchDrive* drive : drives) {
     for (const std::string& receiver : receivers) {
@@ -127,9 +135,11 @@ int run_make(const MakeArguments& arguments) {
         std::string name = drive->name;
         if (receivers.size() > 1) name += "-" + receiver;
         if (arguments.seeds > 1) name += fmt::format("-{}", seed);
-        fs::create_directories(out / name);
-        make_drive(arguments, *drive, receiver, bench::scenario_of(*drive, receiver, seed, own), out / name);
-        made.push_back(out / name);
+        const fs::path folder = out / name;
+        fs::create_directories(folder);
+        if (!own) own = own_place(arguments.map, folder);  // its paths count from the folder of a drive
+        make_drive(arguments, *drive, receiver, bench::scenario_of(*drive, receiver, seed, *own), folder);
+        made.push_back(folder);
       }
     }
   }

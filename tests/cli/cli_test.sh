@@ -1690,6 +1690,13 @@ bench)
   says one/score.html '<img width=' 'drift'
   runs 0 "$canyon" bench score one --estimate none=nowhere/{drive}.csv --quiet
   says err 'drift: there is no nowhere/drift.csv; it counts as absent'
+  # The user's map and track; times of the track are its own.
+  cp "$root/tests/data/formats/house.osm.pbf" map.osm.pbf
+  runs 0 "$canyon" new map.osm.pbf -o drive.yaml
+  runs 0 "$canyon" simulate drive.yaml -o track --quiet
+  runs 0 "$canyon" bench make mapped --only drift --map map.osm.pbf --quiet
+  runs 0 "$canyon" bench make tracked --only drift --map map.osm.pbf track/epochs.csv --quiet
+  for folder in mapped tracked; do [ "$(wc -l <$folder/drift/truth.csv)" -gt 50 ] || fail "no drive in $folder"; done
   runs 2 "$canyon" bench make three --only outlyer-100
   says err "there is no drive 'outlyer-100'; did you mean 'outlier-100'?"; one_line
   runs 2 "$canyon" bench score . ; says err 'has no drives; make them: canyon bench make'

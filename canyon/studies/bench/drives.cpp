@@ -235,6 +235,10 @@ std::string scenario_of(const BenchDrive& drive, const std::string& profile, std
                         const OwnPlace& own) {
   const Catalogue& all = catalogue();
   std::string text = all.common + (drive.sensors.empty() ? all.sensors : drive.sensors);
+  if (!own.scenario.empty()) {  // it has its own start, or dates
+    const std::size_t at = text.find("start:");
+    text.erase(at, text.find('\n', at) + 1 - at);
+  }
   text += own.scenario.empty() ? part_named(all.towns, drive.town) + part_named(all.ways, drive.way)
                                : own.scenario;
   const bool rtk = profile == "ublox-f9p";
