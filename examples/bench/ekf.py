@@ -16,6 +16,7 @@ import numpy as np
 
 METRES_PER_DEGREE = 111_320.0
 RESET_S = 3
+STEP = 5  # samples of the gyroscope that make one prediction
 
 
 def rows(path):
@@ -83,7 +84,8 @@ def main():
     parser.add_argument("--robust", action="store_true")
     parser.add_argument("--gate", type=float, default=9.21, help="of the squared, normalized innovation (9.21); inf: none")
     args = parser.parse_args()
-    fixes, imu, wheels = (rows(args.drive / f"{name}.csv") for name in ("fixes", "imu", "wheels"))
+    fixes, wheels = rows(args.drive / "fixes.csv"), rows(args.drive / "wheels.csv")
+    imu = np.genfromtxt(args.drive / "imu.csv", delimiter=",", names=True)
     origin = next((f for f in fixes if not math.isnan(f["latitude_deg"])), None)
     if origin is None:
         raise SystemExit(f"{args.drive}/fixes.csv has no fix")
@@ -92,11 +94,11 @@ def main():
     ekf, at, lines = Filter(args.robust, args.gate), 0, []
     last = 0.0
     for fix in fixes:
-        while at < len(imu) and imu[at]["time_s"] <= fix["time_s"] + 1e-9:
-            time, rate = imu[at]["time_s"], -imu[at]["angular_rate_z_radps"]  # left turns are positive about the axis that points up
-            speed = np.interp(time, speeds[:, 0], speeds[:, 1]) if at % 5 == 0 and len(speeds) else math.nan
+        while at + STEP <= len(imu) and imu["time_s"][at + STEP - 1] <= fix["time_s"] + 1e-9:
+            time, rate = imu["time_s"][at + STEP - 1], -np.mean(imu["angular_rate_z_radps"][at:at + STEP])  # left turns are positive
+            speed = np.interp(time, speeds[:, 0], speeds[:, 1]) if len(speeds) else math.nan
             ekf.predict(time - last, 0.0 if math.isnan(rate) else rate, speed)
-            last, at = time, at + 1
+            last, at = time, at + STEP
         if not math.isnan(fix["latitude_deg"]):
             c = np.array([[fix["cov_ee_m2"], fix["cov_en_m2"]], [fix["cov_en_m2"], fix["cov_nn_m2"]]])
             if np.isnan(c).any() or c[0, 0] <= 0:
