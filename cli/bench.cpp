@@ -94,6 +94,7 @@ void make_drive(const MakeArguments& arguments, const bench::BenchDrive& drive, 
   auto sinks = output::make_file_sinks(*ready.simulation, folder);
   sinks.push_back(bench::make_drive_sink(*ready.simulation, drive, profile, folder));
   std::vector<simulation::EpochSink*> all;
+  all.reserve(sinks.size());
   for (const auto& sink : sinks) all.push_back(sink.get());
   RunArguments run_arguments;
   run_arguments.threads = arguments.threads;
@@ -194,13 +195,15 @@ int score_bench(const ScoreArguments& arguments) {
     for (const auto& [name, track] : tracks[drive.name]) {
       bench::Result& result =
           results.emplace_back(bench::Result{drive.name, name, bench::score(drive, track, recovered_m), {}});
+      const std::string begin = name + "=";
       const bool mine = std::any_of(arguments.estimates.begin(), arguments.estimates.end(),
-                                    [&](const std::string& each) { return each.starts_with(name + "="); });
+                                    [&](const std::string& each) { return each.starts_with(begin); });
       if (mine) result.violations = bench::violations(drive.name, result.score, limits);
     }
   }
   if (!arguments.quiet && arguments.json != "-") {
     std::vector<TextRow> rows;
+    rows.reserve(results.size());
     for (const bench::Result& each : results) rows.push_back(bench::result_cells(each));
     print_table(bench::result_head(), rows);
   }

@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/read.hpp"
 #include "canyon/base/statistics.hpp"
