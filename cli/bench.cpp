@@ -8,7 +8,6 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/outputs/output/sinks.hpp"
-#include "canyon/run/load_city.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/studies/bench/drives.hpp"
 #include "canyon/studies/bench/page.hpp"
@@ -66,8 +65,8 @@ std::vector<const bench::BenchDrive*> chosen(const std::vector<std::string>& onl
 }
 
 /// City, start and trajectory of the user's map and track, as `canyon new` writes them.
-bench::OwnPlace own_place(const std::vector<std::string>& files, const fs::path& folder) {
-  bench::OwnPlace own;
+std::string own_place(const std::vector<std::string>& files, const fs::path& folder) {
+  std::string own;
   if (files.empty()) return own;
   bool taken = false;
   const NewScenario made = new_scenario(files, (folder / "scenario.yaml").string());
@@ -78,11 +77,10 @@ bench::OwnPlace own_place(const std::vector<std::string>& files, const fs::path&
         taken = taken || line.starts_with(key);
     }
     if (!taken) continue;
-    own.scenario += std::string(line) + "\n";
-    if (line.starts_with("  speed_mps:"))
-      own.scenario += "  acceleration_mps2: 2\n";  // inertial sensors need it
+    own += std::string(line) + "\n";
+    if (line.starts_with("  speed_mps:")) own += "  acceleration_mps2: 2\n";  // inertial sensors need it
   }
-  own.scenario += "surroundings: auto\n";
+  own += "surroundings: auto\n";
   return own;
 }
 
@@ -128,7 +126,7 @@ int run_make(const MakeArguments& arguments) {
   ResultFiles files(out, "bench");
   const std::vector<std::string> receivers =
       arguments.receivers.empty() ? std::vector<std::string>{"ublox-m10"} : arguments.receivers;
-  std::optional<bench::OwnPlace> own;
+  std::optional<std::string> own;
   std::vector<fs::path> made;
   for (const bench::BenchDrive* drive : drives) {
     for (const std::string& receiver : receivers) {

@@ -219,6 +219,11 @@ struct Receiver::State {
     fusion.reset();
   }
 
+  static void move(positioning::Fix& fix, const Eigen::Vector3d& enu_m) {
+    fix.position_ecef += geodesy::enu_from_ecef_rotation(fix.position).transpose() * enu_m;
+    fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
+  }
+
   /// Adds FixNoiseOptions' noise.
   void add_noise(positioning::Fix& fix) {
     const FixNoiseOptions& o = options.fix_noise;
@@ -228,8 +233,7 @@ struct Receiver::State {
     };
     Eigen::Vector3d moved = Eigen::Vector3d::Zero();
     add({o.horizontal_m, o.horizontal_m, o.vertical_m}, moved, fix.covariance_enu);
-    fix.position_ecef += geodesy::enu_from_ecef_rotation(fix.position).transpose() * moved;
-    fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
+    move(fix, moved);
     if (!fix.velocity_enu_mps || !fix.velocity_covariance_enu) return;
     add({o.horizontal_mps, o.horizontal_mps, o.vertical_mps}, *fix.velocity_enu_mps,
         *fix.velocity_covariance_enu);
@@ -290,8 +294,7 @@ struct Receiver::State {
       if (each.dropped) {
         fix = without_fix(fix);
       } else if (fix.solved()) {
-        fix.position_ecef += geodesy::enu_from_ecef_rotation(fix.position).transpose() * each.offset_m;
-        fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
+        move(fix, each.offset_m);
         if (each.kind) fix.solution = static_cast<positioning::FixKind>(*each.kind);
         const double factor = each.sigma_factor * each.sigma_factor;
         fix.covariance_enu *= factor;

@@ -6,10 +6,12 @@
 #include <cmath>
 #include <set>
 
+#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/options/read.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/outputs/output/epoch_values.hpp"
+#include "canyon/outputs/output/number.hpp"
 #include "canyon/outputs/output/sensor_arrays.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 
@@ -36,11 +38,6 @@ const std::string& part_named(const std::vector<ScenarioPart>& parts, const std:
   return at->scenario;
 }
 
-/// "1.25"; nothing for what is not known.
-std::string cell(double value, int decimals) {
-  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "";
-}
-
 class DriveSink final : public simulation::EpochSink {
  public:
   DriveSink(const simulation::Simulation& simulation, BenchDrive drive, std::string profile,
@@ -61,7 +58,8 @@ class DriveSink final : public simulation::EpochSink {
     truth_ += fmt::format("{:.3f},{:.9f},{:.9f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n", t,
                           geodesy::degrees(epoch.truth.position.latitude_rad),
                           geodesy::degrees(epoch.truth.position.longitude_rad), epoch.truth.position.height_m,
-                          v.x(), v.y(), v.z(), std::fmod(450 - geodesy::degrees(epoch.truth.yaw_rad), 360.0));
+                          v.x(), v.y(), v.z(),
+                          output::wrapped_azimuth_deg(geodesy::kPi / 2 - epoch.truth.yaw_rad, 4));
     write_fix(t, epoch.observed.fix);
     follow_events(t, epoch);
     last_s_ = t;
@@ -116,17 +114,17 @@ class DriveSink final : public simulation::EpochSink {
                           geodesy::degrees(fix.position.longitude_rad), fix.position.height_m);
     const double none = std::numeric_limits<double>::quiet_NaN();
     const Eigen::Vector3d v = fix.velocity_enu_mps.value_or(Eigen::Vector3d::Constant(none));
-    for (const double each : v) fixes_ += "," + cell(each, 4);
+    for (const double each : v) fixes_ += "," + output::fixed(each, 4);
     const bool stated = !fix.covariance_enu.isZero(0);
     const auto covariance = [&](const Eigen::Matrix3d& c, bool known, int decimals) {
       for (int i = 0; i < 3; ++i)
-        for (int j = i; j < 3; ++j) fixes_ += "," + (known ? cell(c(i, j), decimals) : "");
+        for (int j = i; j < 3; ++j) fixes_ += "," + (known ? output::fixed(c(i, j), decimals) : "");
     };
     covariance(fix.covariance_enu, stated, 6);
     covariance(fix.velocity_covariance_enu.value_or(Eigen::Matrix3d::Zero()),
                stated && fix.velocity_covariance_enu.has_value(), 8);
-    fixes_ += fmt::format(",{},{},{}\n", fix.used.size(), fix.dop ? cell(fix.dop->hdop, 2) : "",
-                          fix.dop ? cell(fix.dop->pdop, 2) : "");
+    fixes_ += fmt::format(",{},{},{}\n", fix.used.size(), fix.dop ? output::fixed(fix.dop->hdop, 2) : "",
+                          fix.dop ? output::fixed(fix.dop->pdop, 2) : "");
   }
 
   /// An event is a fault's time, or a stretch of errors above 5 m that no fault explains.
@@ -165,9 +163,9 @@ class DriveSink final : public simulation::EpochSink {
       const Eigen::Vector3d bias = 2 * event_.fixes > event_.epochs
                                        ? Eigen::Vector3d(event_.bias / event_.fixes)
                                        : Eigen::Vector3d::Constant(std::nan(""));
-      events_ +=
-          fmt::format("{:.3f},{:.3f},{},{},{},{},{}\n", event_.start_s, event_.end_s, event_.kind,
-                      cell(bias.x(), 3), cell(bias.y(), 3), cell(bias.z(), 3), fmt::join(event_.nlos, " "));
+      events_ += fmt::format("{:.3f},{:.3f},{},{},{},{},{}\n", event_.start_s, event_.end_s, event_.kind,
+                             output::fixed(bias.x(), 3), output::fixed(bias.y(), 3),
+                             output::fixed(bias.z(), 3), fmt::join(event_.nlos, " "));
     }
     event_ = {};
   }
@@ -183,7 +181,8 @@ class DriveSink final : public simulation::EpochSink {
     for (std::size_t row = 0; row < columns[0]->values.size(); ++row) {
       for (const output::SensorArray* array : columns)
         for (std::size_t k = 0; k < array->columns; ++k)
-          text += (array == columns[0] ? "" : ",") + cell(array->values[row * array->columns + k], 6);
+          text +=
+              (array == columns[0] ? "" : ",") + output::fixed(array->values[row * array->columns + k], 6);
       text += '\n';
     }
     write_file(folder_ / (sensor + ".csv"), text);
@@ -232,23 +231,17 @@ const Catalogue& catalogue() {
 }
 
 std::string scenario_of(const BenchDrive& drive, const std::string& profile, std::uint64_t seed,
-                        const OwnPlace& own) {
+                        const std::string& place) {
   const Catalogue& all = catalogue();
   std::string text = all.common + (drive.sensors.empty() ? all.sensors : drive.sensors);
-  if (!own.scenario.empty()) {  // it has its own start, or dates
-    const std::size_t at = text.find("start:");
-    text.erase(at, text.find('\n', at) + 1 - at);
-  }
-  text += own.scenario.empty() ? part_named(all.towns, drive.town) + part_named(all.ways, drive.way)
-                               : own.scenario;
+  text += place.empty() ? part_named(all.towns, drive.town) + part_named(all.ways, drive.way) : place;
   const bool rtk = profile == "ublox-f9p";
   text += fmt::format("receivers:\n  - {{name: rover, profile: {}{}}}\n", profile,
                       rtk ? ", rtk: true, corrections: {from: base, rate_hz: 1, latency_s: 0.3}" : "");
   if (rtk)
     text += fmt::format(
         "  - {{name: base, profile: {}, signal: {{antenna: survey}}, fixed: {{east_m: 900, north_m: 300, "
-        "up_m: "
-        "30}}}}\n",
+        "up_m: 30}}}}\n",
         profile);
   if (!drive.faults.empty()) text += "faults: " + drive.faults + "\n";
   return text + fmt::format("seed: {}\n", seed);

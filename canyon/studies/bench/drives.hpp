@@ -33,13 +33,10 @@ void visit(options::Visitor& v, Catalogue& o);
 /// The one that the program was built with.
 [[nodiscard]] const Catalogue& catalogue();
 
-/// Files of the user's instead of a town and a way.
-struct OwnPlace {
-  std::string scenario;  ///< YAML of city, sky, start and trajectory; empty: those of the drive
-};
 /// The scenario of a drive. @param profile of the rover; "ublox-f9p" has a base for RTK
+/// @param place YAML of city, start and trajectory instead of the town and the way
 [[nodiscard]] std::string scenario_of(const BenchDrive& drive, const std::string& profile, std::uint64_t seed,
-                                      const OwnPlace& own = {});
+                                      const std::string& place = {});
 
 /// Writes a drive's folder: truth.csv, fixes.csv, imu.csv, wheels.csv, events.csv, card.yaml (docs/bench.md).
 /// The files of formats are the run's own.

@@ -109,7 +109,6 @@ std::string error_picture(const DriveFolder& drive, const Tracks& tracks) {
 /// Errors over the bound that is stated with them (Stanford diagram): what lies above the line misleads.
 std::string stanford_picture(const DriveFolder& drive, const Tracks& tracks) {
   return picture(380, 300, [&](Canvas& canvas) {
-    constexpr double kBound = 4.2919;  // of two degrees of freedom, exceeded with a probability of 1e-4
     drawing::Plot plot{{55, 12, 310, 240},
                        drawing::decade_scale(0.1, 1000),
                        drawing::decade_scale(0.1, 1000),
@@ -126,8 +125,9 @@ std::string stanford_picture(const DriveFolder& drive, const Tracks& tracks) {
         if (track.time_s.empty() || !std::isfinite(errors[i]) || !track.covariance[next].allFinite())
           continue;
         const double variance = track.covariance[next].trace() / 2;
-        canvas.circle(plot.at(std::max(0.1, kBound * std::sqrt(variance)), std::max(0.1, errors[i])), 1.2,
-                      kColours.at(k % kColours.size()));
+        canvas.circle(
+            plot.at(std::max(0.1, misleading_bound() * std::sqrt(variance)), std::max(0.1, errors[i])), 1.2,
+            kColours.at(k % kColours.size()));
       }
       ++k;
     }

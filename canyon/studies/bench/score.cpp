@@ -14,6 +14,7 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
+#include "canyon/studies/bench/drives.hpp"
 
 namespace canyon::bench {
 namespace {
@@ -116,7 +117,7 @@ Track read_tum(const fs::path& path, const DriveFolder& drive) {
     track.time_s.push_back(time_s);
     track.enu_m.emplace_back(v[1], v[2], v[3]);
     const double yaw = std::atan2(2 * (v[7] * v[6] + v[4] * v[5]), 1 - 2 * (v[5] * v[5] + v[6] * v[6]));
-    track.heading_deg.push_back(std::fmod(450 - geodesy::degrees(yaw), 360.0));
+    track.heading_deg.push_back(90 - geodesy::degrees(yaw));
     track.covariance.push_back(Eigen::Matrix2d::Constant(kNan));
   }
   if (track.time_s.empty()) throw InputError(path, 0, "has no line", "give stamp x y z qx qy qz qw");
@@ -257,9 +258,14 @@ std::vector<double> errors_over_time(const DriveFolder& drive, const Track& esti
   return errors;
 }
 
+double misleading_bound() {
+  static const double bound = std::sqrt(chi_square_quantile(1e-4, 2));
+  return bound;
+}
+
 Score score(const DriveFolder& drive, const Track& estimate, double recovered_m) {
-  constexpr double kEllipse95 = 5.991464547107979;  // chi-square of two degrees
-  constexpr double kBound = 18.420680743952367;     // the same, exceeded with a probability of 1e-4
+  static const double ellipse_95 = chi_square_quantile(0.05, 2);
+  const double bound = misleading_bound();
   Score result;
   const Track& truth = drive.truth;
   std::vector<Eigen::Vector2d> errors;
@@ -280,8 +286,8 @@ Score score(const DriveFolder& drive, const Track& estimate, double recovered_m)
     known.push_back(error_m);
     if (here.covariance.allFinite() && here.covariance.determinant() > 0) {
       squares.push_back(errors.back().dot(here.covariance.inverse() * errors.back()));
-      inside.push_back(squares.back() <= kEllipse95 ? 1 : 0);
-      beyond.push_back(squares.back() > kBound ? 1 : 0);
+      inside.push_back(squares.back() <= ellipse_95 ? 1 : 0);
+      beyond.push_back(squares.back() > bound * bound ? 1 : 0);
     }
     const double heading = std::remainder(here.heading_deg - truth.heading_deg[i], 360);
     if (std::isfinite(heading)) headings.push_back(std::abs(heading));
@@ -397,7 +403,7 @@ Json to_json(const std::vector<Result>& results) {
                         {"events", events},
                         {"violations", Json(each.violations)}});
   }
-  return Json{{"bench", 1}, {"results", rows}};
+  return Json{{"bench", catalogue().bench}, {"results", rows}};
 }
 
 std::string to_junit(const std::vector<Result>& results) {

@@ -93,6 +93,9 @@ struct Result {
 [[nodiscard]] Json to_json(const std::vector<Result>& results);
 [[nodiscard]] std::string to_junit(const std::vector<Result>& results);
 
+/// The bound beyond which errors mislead, in stated deviations: exceeded with a probability of 1e-4.
+[[nodiscard]] double misleading_bound();
+
 /// Distance of an estimate from the truth, at its times, horizontally [m]; NaN without estimate.
 [[nodiscard]] std::vector<double> errors_over_time(const DriveFolder& drive, const Track& estimate);
 
