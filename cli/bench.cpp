@@ -149,54 +149,46 @@ int run_make(const MakeArguments& arguments) {
   return kOk;
 }
 
-std::string filled(std::string text, const std::string& word, const std::string& value) {
-  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + value.size()))
-    text.replace(at, word.size(), value);
-  return text;
-}
-
 /// The tracks of a drive by the name of their estimate: the fixes, the baselines, and the user's.
 std::map<std::string, bench::Track> tracks_of(const bench::DriveFolder& drive,
                                               const ScoreArguments& arguments) {
   std::map<std::string, bench::Track> tracks{{"fixes", drive.fixes}};
-  for (const char* baseline : {"ekf", "robust"}) {
+  for (const char* baseline : {"single", "ekf", "robust"}) {
     const fs::path file = drive.folder / (std::string(baseline) + ".csv");
     if (fs::exists(file)) tracks[baseline] = bench::read_estimate(file, drive);
   }
   for (const std::string& each : arguments.estimates) {
-    const std::size_t equals = each.find('=');
-    if (equals == std::string::npos || equals == 0)
-      throw InputError(fmt::format("--estimate '{}' has no name", each),
-                       "give NAME=FILE, such as mine=est/{drive}.csv");
-    const fs::path file = filled(each.substr(equals + 1), "{drive}", drive.name);
-    if (!fs::exists(file)) {
+    const auto [name, file] = bench::named_file(each, "--estimate", drive);
+    if (!fs::exists(file))
       print_warnings({fmt::format("{}: there is no {}; it counts as absent", drive.name, file.string())});
-      tracks[each.substr(0, equals)] = {};
-    } else {
-      tracks[each.substr(0, equals)] = bench::read_estimate(file, drive);
-    }
+    tracks[name] = fs::exists(file) ? bench::read_estimate(file, drive) : bench::Track();
   }
   return tracks;
 }
 
 int score_bench(const ScoreArguments& arguments) {
-  std::vector<bench::Limits> limits;
+  bench::LimitsFile limits;
   if (!arguments.limits.empty()) limits = bench::read_limits(arguments.limits);
-  const double recovered_m = limits.empty() ? bench::Limits().recovered_m : limits.front().recovered_m;
+  const std::vector<fs::path> folders = bench::drives_in(arguments.bench);
+  for (const bench::Limits& each : limits.limits)
+    for (const std::string& name : each.drives)
+      if (!fs::exists(fs::path(arguments.bench) / name / "card.yaml"))
+        throw InputError(arguments.limits, 0, fmt::format("'{}' is no drive of {}", name, arguments.bench),
+                         "make it, or leave it out of the limits");
   std::vector<bench::Result> results;
   std::vector<bench::DriveFolder> drives;
   std::map<std::string, std::map<std::string, bench::Track>> tracks;
-  for (const fs::path& folder : bench::drives_in(arguments.bench)) {
+  for (const fs::path& folder : folders) {
     drives.push_back(bench::read_drive(folder));
     const bench::DriveFolder& drive = drives.back();
     tracks[drive.name] = tracks_of(drive, arguments);
     for (const auto& [name, track] : tracks[drive.name]) {
-      bench::Result& result =
-          results.emplace_back(bench::Result{drive.name, name, bench::score(drive, track, recovered_m), {}});
+      bench::Result& result = results.emplace_back(
+          bench::Result{drive.name, name, bench::score(drive, track, limits.recovered_m), {}});
       const std::string begin = name + "=";
       const bool mine = std::any_of(arguments.estimates.begin(), arguments.estimates.end(),
                                     [&](const std::string& each) { return each.starts_with(begin); });
-      if (mine) result.violations = bench::violations(drive.name, result.score, limits);
+      if (mine) result.violations = bench::violations(drive.name, result.score, limits.limits);
     }
   }
   if (!arguments.quiet && arguments.json != "-") {
@@ -220,32 +212,43 @@ int score_bench(const ScoreArguments& arguments) {
       fmt::print(stderr, "{}, {}: {}\n", each.drive, each.estimate, violation);
     failed += each.violations.empty() ? 0 : 1;
   }
-  if (!limits.empty()) note(arguments.quiet, fmt::format("{} drives beyond the limits", failed));
+  if (!arguments.limits.empty()) note(arguments.quiet, fmt::format("{} drives beyond the limits", failed));
   return failed > 0 ? kFailure : kOk;
 }
 
 int run_run(const ScoreArguments& given) {
   ScoreArguments arguments = given;
-  if (arguments.command.empty())
-    throw InputError("there is no program to run",
-                     "give it behind --: -- python3 my_ekf.py {drive} {estimate}");
+  for (const char* word : {"{drive}", "{estimate}"}) {
+    if (std::none_of(arguments.command.begin(), arguments.command.end(),
+                     [&](const std::string& each) { return each.find(word) != std::string::npos; }))
+      throw InputError(arguments.command.empty() ? std::string("there is no program to run")
+                                                 : fmt::format("the program is not told {}", word),
+                       "give it behind --: -- python3 my_ekf.py {drive} {estimate}");
+  }
   const fs::path estimates = fs::path(arguments.bench) / "estimates" / arguments.command_estimate;
   fs::create_directories(estimates);
   const auto folders = bench::drives_in(arguments.bench);
   Progress progress("estimating", arguments.quiet);
+  bool failed = false;
   for (std::size_t i = 0; i < folders.size(); ++i) {
     const fs::path estimate = estimates / (folders[i].filename().string() + ".csv");
     fs::remove(estimate);
-    std::vector<std::string> words;
-    for (const std::string& word : arguments.command)
-      words.push_back(filled(filled(word, "{drive}", folders[i].string()), "{estimate}", estimate.string()));
-    if (const int status = run_program(words); status != kOk)
+    std::vector<std::string> words = arguments.command;
+    for (std::string& word : words) {
+      replace_all(word, "{drive}", folders[i].string());
+      replace_all(word, "{estimate}", estimate.string());
+    }
+    if (const int status = run_program(words); status != kOk) {
       print_warnings(
           {fmt::format("{}: the program ended with status {}", folders[i].filename().string(), status)});
+      fs::remove(estimate);
+      failed = true;
+    }
     progress.update(i + 1, folders.size());
   }
   arguments.estimates.push_back(arguments.command_estimate + "=" + (estimates / "{drive}.csv").string());
-  return score_bench(arguments);
+  const int scored = score_bench(arguments);
+  return failed ? kFailure : scored;
 }
 
 void add_score_options(Command& command, ScoreArguments& arguments) {

@@ -49,7 +49,8 @@ int run_program(const std::vector<std::string>& words, const ProgramOutput& outp
   if (apart) close(ends[1]);
   if (spawned != 0) {
     if (apart) close(ends[0]);
-    throw InputError(words.front() + ": " + std::strerror(spawned), "install it");
+    throw InputError(words.front() + ": " + std::strerror(spawned),
+                     "install it, or name it as a shell would find it: ./PROGRAM of this folder, executable");
   }
   if (FILE* printed = apart ? fdopen(ends[0], "r") : nullptr) {
     std::array<char, 256> text{};

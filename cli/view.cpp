@@ -1,12 +1,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <system_error>
 #include <thread>
 
 #include "canyon/base/file_kind.hpp"
+#include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/outputs/view/header.hpp"
 #include "canyon/outputs/view/page.hpp"
@@ -16,6 +18,7 @@
 #include "canyon/run/load_city.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/run/simulator.hpp"
+#include "canyon/studies/bench/score.hpp"
 #include "canyon/studies/heatmap/engine/map_source.hpp"
 #include "canyon/studies/heatmap/files/stored_map.hpp"
 #include "canyon/studies/heatmap/pictures/map_view.hpp"
@@ -39,6 +42,7 @@ struct ViewArguments {
   RecordArguments record;
   RunArguments run;
   std::size_t paths = view::ViewOptions{}.paths_per_satellite;
+  std::vector<std::string> tracks;
   ServeOptions serve;
 };
 
@@ -162,6 +166,22 @@ bool compute(const simulation::Simulation& simulation, const ViewArguments& argu
 view::ViewOptions view_options(const ViewArguments& arguments) {
   view::ViewOptions options;
   options.paths_per_satellite = arguments.paths;
+  if (arguments.tracks.empty()) return options;
+  const std::filesystem::path folder = std::filesystem::path(arguments.input).parent_path();
+  const auto drive = std::make_shared<const bench::DriveFolder>(bench::read_drive(folder));
+  for (const std::string& each : arguments.tracks) {
+    const auto [name, file] = bench::named_file(each, "--track", *drive);
+    options.tracks.push_back({name,
+                              [drive, track = bench::read_estimate(file, *drive)](
+                                  geodesy::GpsTime time) -> std::optional<Eigen::Vector3d> {
+                                const double t = static_cast<double>(geodesy::unix_from_gps(time)) / 1e9 -
+                                                 drive->begin_unix_s;
+                                Eigen::Vector3d place = bench::place_at(track, t);
+                                if (std::isnan(place.z())) place.z() = bench::place_at(drive->truth, t).z();
+                                if (!place.allFinite()) return {};
+                                return drive->frame.ecef_from_local(place);
+                              }});
+  }
   return options;
 }
 
@@ -292,6 +312,14 @@ int run_view(const ViewArguments& given) {
   const bool filmed = !arguments.record.file.empty();
   const bool serves = arguments.exported.empty() && arguments.out.empty() && !filmed;
   check_together(arguments, serves);
+  // A drive of a bench is shown by its scenario.
+  const std::filesystem::path drive = arguments.input;
+  if (std::filesystem::exists(drive / "card.yaml"))
+    arguments.input = (drive / "scenario.yaml").string();
+  else if (!arguments.tracks.empty())
+    throw InputError(
+        "--track: " + arguments.input + " is no drive of a bench",
+        "make one: canyon bench make DIR --only middle; then canyon view DIR/middle --track mine=FILE");
   const auto built_city = [&] {
     buildings::BuiltCity city =
         read_city(city_config(arguments.input), "building the city", arguments.serve.quiet);
@@ -359,7 +387,7 @@ void add_view(Command& app) {
   command
       .add_option("input", arguments.input, "WHAT",
                   "a scenario, which is run; a folder that --out, 'canyon simulate --view' or 'canyon "
-                  "validate --view DIR' wrote; a heat map "
+                  "validate --view DIR' wrote; a drive of 'canyon bench make'; a heat map "
                   "(map.nc); or a city, any file that 'canyon city info' reads")
       .required();
   command
@@ -372,6 +400,11 @@ void add_view(Command& app) {
       "--city", arguments.city, "CITY",
       "that a heat map is shown in: a city, or a scenario, by which antennas can be put in it as "
       "well; of a finished run or a validation its scenario");
+  command
+      .add_option(
+          "--track", arguments.tracks, "NAME=FILE",
+          "an estimate of a drive of the bench, shown beside the receiver; may be given several times")
+      .repeated();
   add_run_field(command, "--duration", arguments.run, "duration_s");
   command
       .add_option(

@@ -63,6 +63,8 @@ struct TextTableStyle {
 [[nodiscard]] std::string valid_utf8(std::string_view text);
 /// Characters that a UTF-8 text takes on a terminal, one column each.
 [[nodiscard]] std::size_t display_width(std::string_view utf8);
+/// Puts `to` in the place of `from`, each time; does nothing for an empty `from`.
+void replace_all(std::string& text, std::string_view from, std::string_view to);
 /// valid_utf8() with &, <, >, " and ' escaped for XML text and attributes, without the characters that
 /// XML 1.0 forbids.
 [[nodiscard]] std::string xml_escaped(std::string_view text);

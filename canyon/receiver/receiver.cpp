@@ -191,12 +191,14 @@ struct Receiver::State {
       epoch.fix = solver.solve(epoch.receiver_time, measured, sky, context.klobuchar);
     else
       epoch.fix = solver.without_signal();
+    epoch.single_epoch = solver.of_epoch();
     if (check) epoch.spoofing = check->update(epoch);
     fuse(context, epoch);
     if (!positioning::is_sound(epoch.fix)) refuse(epoch.fix);
     if (epoch.fix.solved() && options.fix_noise.any()) add_noise(epoch.fix);
     if (epoch.events.forced) force(*epoch.events.forced, context.antenna, epoch);
-    edit(epoch);
+    edit(epoch, epoch.fix, own_fixes);
+    edit(epoch, epoch.single_epoch, single_epochs);
     for (SatelliteObservation& satellite : epoch.satellites)
       satellite.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), satellite.id);
     return epoch;
@@ -278,17 +280,27 @@ struct Receiver::State {
     if (!good) fix.baseline.reset();
   }
 
+  struct OwnFixes {
+    std::vector<std::pair<geodesy::GpsTime, positioning::Fix>> fixes;  ///< while a fault states old ones
+    std::optional<geodesy::GpsTime> last, back;  ///< the last one; the first one after an outage
+  };
+
   /// States other fixes than its own, as FixEdit says.
-  void edit(ReceiverEpoch& epoch) {
+  static void edit(const ReceiverEpoch& epoch, positioning::Fix& fix, OwnFixes& own) {
+    constexpr double kOutage_s = 2;
+    if (fix.solved()) {
+      if (own.last && epoch.time - *own.last > kOutage_s) own.back = epoch.time;
+      own.last = epoch.time;
+    }
     const std::vector<disturbance::FixEdit>& edits = epoch.events.fix_edits;
-    if (edits.empty()) return own_fixes.clear();
+    if (edits.empty()) return own.fixes.clear();
     if (std::any_of(edits.begin(), edits.end(), [](const auto& each) { return each.of.has_value(); }))
-      own_fixes.emplace_back(epoch.time, epoch.fix);
+      own.fixes.emplace_back(epoch.time, fix);
     for (const disturbance::FixEdit& each : edits) {
-      positioning::Fix& fix = epoch.fix;
+      if (each.after_outage_s && !(own.back && epoch.time - *own.back < *each.after_outage_s)) continue;
       if (each.of) {  // the last one by then, else the first that is known
-        auto then = own_fixes.begin();
-        while (std::next(then) != own_fixes.end() && std::next(then)->first <= *each.of) ++then;
+        auto then = own.fixes.begin();
+        while (std::next(then) != own.fixes.end() && std::next(then)->first <= *each.of) ++then;
         fix = then->second;
       }
       if (each.dropped) {
@@ -333,7 +345,7 @@ struct Receiver::State {
   std::optional<geodesy::GpsTime> last;
   Eigen::Vector3d last_antenna;
   std::optional<disturbance::Restart> restarted;
-  std::vector<std::pair<geodesy::GpsTime, positioning::Fix>> own_fixes;  ///< while a fault states old ones
+  OwnFixes own_fixes, single_epochs;
 };
 
 Receiver::Receiver(ReceiverOptions options, std::uint64_t seed,
@@ -349,10 +361,6 @@ const ReceiverOptions& Receiver::options() const {
 
 ReceiverEpoch Receiver::observe(const EpochContext& context) {
   return state_->observe(context);
-}
-
-const positioning::Fix& Receiver::single_epoch_fix() const {
-  return state_->solver.of_epoch();
 }
 
 geodesy::GpsTime ReceiverEpoch::stated(geodesy::GpsTime instant) const {

@@ -123,8 +123,9 @@ struct ReceiverEpoch {
   double clock_drift = 0;              ///< of the receiver, true [s/s]
   disturbance::ReceiverEvents events;  ///< at this epoch; instants here are right whatever date it states
   std::vector<SatelliteObservation> satellites;  ///< above the horizon, ascending
-  positioning::Fix fix;          ///< of this epoch's measurements; with a position filter the filter's answer
-  std::vector<BandState> bands;  ///< of what it tracks, by carrier; empty where signals have no strength
+  positioning::Fix fix;  ///< of this epoch's measurements; with a position filter the filter's answer
+  positioning::Fix single_epoch;  ///< by this epoch's measurements alone, whatever filters are behind it
+  std::vector<BandState> bands;   ///< of what it tracks, by carrier; empty where signals have no strength
   SpoofingState spoofing = SpoofingState::Unknown;
   /// CodeCorrections::station_offset_m() of the base whose corrections are in use.
   std::optional<double> station_offset_m;
@@ -189,8 +190,6 @@ class Receiver {
   /// correlators too far apart for a satellite's signal. Paths then need what their strength depends on
   /// (PathGeometry, Path::reflector, Path::scattered_power).
   [[nodiscard]] ReceiverEpoch observe(const EpochContext& context);
-  /// The latest epoch's solution by its measurements alone, whatever filters are behind it.
-  [[nodiscard]] const positioning::Fix& single_epoch_fix() const;
 
  private:
   struct State;

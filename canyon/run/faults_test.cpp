@@ -25,6 +25,7 @@ using test::error_of;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::IsNan;
 
 struct Seen {
   Epoch epoch;
@@ -261,6 +262,21 @@ TEST(FixFault, StatesOldOffOrOversureFixes) {
   EXPECT_THAT(east_errors("late_s: 2"), ElementsAre(0, 0, 0, 0, -10, -20, -20, -20, 0, 0, 0));
   EXPECT_THAT(east_errors("repeat: 2"), ElementsAre(0, 0, 0, 0, -10, 0, -10, 0, 0, 0, 0));
   EXPECT_THAT(east_errors("east_m: 20, growth_s: 4"), ElementsAre(0, 0, 0, 0, 5, 10, 15, 20, 0, 0, 0));
+
+  EXPECT_THAT(east_errors("forward_m: 2"), ElementsAre(0, 0, 0, 2, 2, 2, 2, 2, 0, 0, 0));
+
+  // After an outage alone, and in the epochs' own fixes as well.
+  const auto back =
+      run("{from_s: 2, until_s: 5, outage: {}}, {from_s: 0, fix: {east_m: 20, after_outage_s: 2}}", "");
+  std::vector<double> east, alone;
+  for (const Seen& seen : back) {
+    east.push_back(std::round(seen.epoch.error_enu_m.x()));
+    alone.push_back(
+        std::round((seen.epoch.observed.single_epoch.position_ecef - seen.epoch.truth_ecef).norm()));
+  }
+  EXPECT_THAT(east, ElementsAre(0, 0, IsNan(), IsNan(), IsNan(), 20, 20, 0, 0, 0, 0));
+  EXPECT_EQ(alone[5], 20);
+  EXPECT_EQ(alone[8], 0);
 
   const auto all =
       run("{from_s: 3, until_s: 8, fix: {state: fixed, accuracy_m: 0.01, without_satellites: true}}", "");

@@ -1673,7 +1673,7 @@ bench)
   # Same version, same bytes, on any number of threads.
   runs 0 "$canyon" bench make one --only open drift --threads 1 --quiet
   runs 0 "$canyon" bench make two --only open drift --threads 2 --quiet
-  for file in truth fixes imu wheels events; do cmp one/drift/$file.csv two/drift/$file.csv || fail "$file.csv depends on threads"; done
+  for file in truth fixes single imu wheels events; do cmp one/drift/$file.csv two/drift/$file.csv || fail "$file.csv depends on threads"; done
   says one/drift/events.csv 'drift,'
   says one/drift/card.yaml 'bench: 1' 'receiver: ublox-m10'
   for file in one/drift/receiver.obs one/drift/sky.nav one/drift/scenario.yaml; do [ -s "$file" ] || fail "no $file"; done
@@ -1690,6 +1690,15 @@ bench)
   says one/score.html '<img width=' 'drift'
   runs 0 "$canyon" bench score one --estimate none=nowhere/{drive}.csv --quiet
   says err 'drift: there is no nowhere/drift.csv; it counts as absent'
+  runs 0 "$canyon" view one/drift --track passed=one/passed.csv --out seen --quiet
+  python3 - <<'END' || fail "the estimate is not in the view"
+import json
+r = json.load(open("seen/view.json"))["receivers"]
+assert [x["name"] for x in r] == ["rover", "passed"], r
+assert r[1]["summary"] == r[0]["summary"] or abs(r[1]["summary"]["horizontal_p95_m"] - r[0]["summary"]["horizontal_p95_m"]) < 0.01, r
+END
+  runs 2 "$canyon" view one/drift --track passed --out seen2; says err "--track 'passed' has no name"; one_line
+  runs 2 "$canyon" view one --track passed=one/passed.csv --out seen2; says err 'one is no drive of a bench'
   # The user's map and track; times of the track are its own.
   cp "$root/tests/data/formats/house.osm.pbf" map.osm.pbf
   runs 0 "$canyon" new map.osm.pbf -o drive.yaml
@@ -1701,6 +1710,14 @@ bench)
   says err "there is no drive 'outlyer-100'; did you mean 'outlier-100'?"; one_line
   runs 2 "$canyon" bench score . ; says err 'has no drives; make them: canyon bench make'
   runs 2 "$canyon" bench run one; says err 'there is no program to run'
+  runs 2 "$canyon" bench run one -- true '{drive}'; says err 'the program is not told {estimate}'; one_line
+  runs 1 "$canyon" bench run one --name gone --quiet -- sh -c 'echo time_s >"$2"; exit 3' sh '{drive}' '{estimate}'
+  says err 'drift: the program ended with status 3' 'it counts as absent'
+  runs 2 "$canyon" bench run one -- ./absent.py '{drive}' '{estimate}'; says err './absent.py: No such file'
+  echo 'limits: [{drives: [outlier-99], p95_m: 1}]' >other.yaml
+  runs 2 "$canyon" bench score one --limits other.yaml; says err "other.yaml: 'outlier-99' is no drive of one"; one_line
+  printf 'time_s,latitude_deg,longitude_deg\n1,0.84,0.2\n' >bad.csv
+  runs 2 "$canyon" bench score one --estimate bad=bad.csv; says err 'bad.csv:2: the first place is' 'give degrees'; one_line
   echo 'time_s,latitude_deg,longitude_deg
 1,x,2' >bad.csv
   runs 2 "$canyon" bench score one --estimate bad=bad.csv; says err "bad.csv:2: 'x' in latitude_deg is no number"; one_line

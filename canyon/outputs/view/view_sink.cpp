@@ -44,16 +44,20 @@ class View final : public simulation::EpochSink {
       : simulation_(simulation),
         folder_(std::move(folder)),
         options_(std::move(options)),
-        figures_(simulation::receiver_names(simulation.scenario().receivers)),
+        figures_(shown_names(simulation, options_.tracks)),
         header_(begun(simulation)) {
     make_output_folder(folder_);
     ResultFiles::refuse(folder_ / kHeaderFile);
     header_.city = write_city(simulation.environment().city(), {}, folder_);
     header_.paths_per_satellite = options_.paths_per_satellite;
-    for (std::size_t i = 0; i < simulation.scenario().receivers.size(); ++i) {
-      recorders_.push_back(std::make_unique<Recorder>(folder_, i, options_,
-                                                      simulation.scenario().receivers[i].options.signal,
+    const auto add_recorder = [&](const tracking::SignalOptions& signal) {
+      recorders_.push_back(std::make_unique<Recorder>(folder_, recorders_.size(), options_, signal,
                                                       simulation.environment().scene(), words_));
+    };
+    for (const auto& receiver : simulation.scenario().receivers) add_recorder(receiver.options.signal);
+    for (const OtherTrack& track : options_.tracks) {
+      header_.receivers.emplace_back().name = track.name;
+      add_recorder({});
     }
     if (!options_.watched) return;
     ViewHeader live = header_;
@@ -62,14 +66,22 @@ class View final : public simulation::EpochSink {
   }
 
   void write(const simulation::Epoch& epoch) override {
-    Recorder& recorder = *recorders_.at(epoch.receiver);
-    const geodesy::LocalFrame& frame = simulation_.environment().city().frame;
-    const auto local = [&frame](const Eigen::Vector3d& ecef) { return frame.local_from_ecef(ecef); };
-    const double time_s = epoch.observed.time - simulation_.begin();
-    recorder.rows().add(epoch, recorder.epoch(), time_s, recorder.skyline(local(epoch.truth_ecef)), local,
-                        header_.satellites);
-    recorder.end_epoch(epoch.faults, time_s);
-    figures_.write(epoch);
+    add(epoch);
+    for (std::size_t i = 0; epoch.receiver == 0 && i < options_.tracks.size(); ++i) {
+      simulation::Epoch there;
+      there.receiver = simulation_.scenario().receivers.size() + i;
+      there.truth = epoch.truth;
+      there.truth_ecef = epoch.truth_ecef;
+      there.observed.time = epoch.observed.time;
+      if (const auto place = options_.tracks[i].place_ecef(epoch.truth.time)) {
+        there.observed.fix.status = positioning::FixStatus::Fix;
+        there.observed.fix.position_ecef = *place;
+        there.observed.fix.position = geodesy::geodetic_from_ecef(*place);
+        there.error_enu_m =
+            geodesy::enu_from_ecef_rotation(epoch.truth.position) * (*place - epoch.truth_ecef);
+      }
+      add(there);
+    }
   }
 
   void finish() override {
@@ -85,6 +97,24 @@ class View final : public simulation::EpochSink {
   }
 
  private:
+  static std::vector<std::string> shown_names(const simulation::Simulation& simulation,
+                                              const std::vector<OtherTrack>& tracks) {
+    std::vector<std::string> names = simulation::receiver_names(simulation.scenario().receivers);
+    for (const OtherTrack& track : tracks) names.push_back(track.name);
+    return names;
+  }
+
+  void add(const simulation::Epoch& epoch) {
+    Recorder& recorder = *recorders_.at(epoch.receiver);
+    const geodesy::LocalFrame& frame = simulation_.environment().city().frame;
+    const auto local = [&frame](const Eigen::Vector3d& ecef) { return frame.local_from_ecef(ecef); };
+    const double time_s = epoch.observed.time - simulation_.begin();
+    recorder.rows().add(epoch, recorder.epoch(), time_s, recorder.skyline(local(epoch.truth_ecef)), local,
+                        header_.satellites);
+    recorder.end_epoch(epoch.faults, time_s);
+    figures_.write(epoch);
+  }
+
   const simulation::Simulation& simulation_;
   std::filesystem::path folder_;
   ViewOptions options_;

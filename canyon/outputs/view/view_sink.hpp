@@ -1,15 +1,27 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <chrono>
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <memory>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "canyon/outputs/view/server.hpp"
 #include "canyon/run/run_checks.hpp"
 #include "canyon/run/simulator.hpp"
 
 namespace canyon::view {
+
+/// Positions from elsewhere, such as an estimator's; shown as a receiver beside the first one's truth.
+struct OtherTrack {
+  std::string name;
+  /// Where it is at a time [m, ECEF]; empty: nowhere.
+  std::function<std::optional<Eigen::Vector3d>(geodesy::GpsTime)> place_ecef;
+};
 
 struct ViewOptions {
   /// At most so many paths are kept for each satellite: the first (the direct one where there is one) and the
@@ -22,6 +34,7 @@ struct ViewOptions {
   /// The header is written at once as that of a live view, for pages that RunRelay shows the run to while it
   /// is computed; at the end the whole one takes its place.
   bool watched = false;
+  std::vector<OtherTrack> tracks;
 };
 
 /// Writes a run as "canyon view 1" into `folder`, which is made where needed (docs/view-format.md): the city

@@ -42,6 +42,8 @@ struct FixEdit {
   std::optional<double> sigma_m;  ///< of each axis; 0: it states none
   double sigma_factor = 1;        ///< of all deviations that it states
   bool without_satellites = false, dropped = false;
+  std::optional<double>
+      after_outage_s;  ///< it holds so long after 2 s or more without a fix, at no other time
 };
 
 /// Events of a receiver itself at one epoch, whatever arrives at its antenna.

@@ -241,7 +241,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "azimuth_to_deg: 2, elevation_from_deg: 3, elevation_to_deg: 4, loss_db: 5, stage: behind, "
       "period_s: 3, on_s: 1}}, {restart: "
       "{kind: warm, search_s: 2, ephemeris_s: 20}}, {fix: {stuck: true, late_s: 1, repeat: 2, drop: 0.1, "
-      "east_m: 1, north_m: 2, up_m: 3, growth_s: 4, "
+      "east_m: 1, north_m: 2, up_m: 3, forward_m: 1, after_outage_s: 5, growth_s: 4, "
       "state: fixed, accuracy_m: 0.1, accuracy_factor: 2, without_satellites: true}}, {force: {fix: float, "
       "horizontal_m: 0.2, vertical_m: "
       "0.3}}, "

@@ -61,6 +61,7 @@ class DriveSink final : public simulation::EpochSink {
                           v.x(), v.y(), v.z(),
                           output::wrapped_azimuth_deg(geodesy::kPi / 2 - epoch.truth.yaw_rad, 4));
     write_fix(t, epoch.observed.fix);
+    write_single(t, epoch.observed.single_epoch);
     follow_events(t, epoch);
     last_s_ = t;
   }
@@ -78,6 +79,8 @@ class DriveSink final : public simulation::EpochSink {
         "mps,cov_ee_m2,cov_en_m2,cov_eu_m2,cov_nn_m2,cov_nu_m2,cov_uu_m2,vcov_ee_m2ps2,vcov_en_m2ps2,vcov_"
         "eu_m2ps2,vcov_nn_m2ps2,vcov_nu_m2ps2,vcov_uu_m2ps2,satellites,hdop,pdop\n" +
             fixes_);
+    write_file(folder_ / "single.csv",
+               "time_s,latitude_deg,longitude_deg,height_m,cov_ee_m2,cov_en_m2,cov_nn_m2\n" + single_);
     write_file(folder_ / "events.csv",
                "start_s,end_s,kind,bias_east_m,bias_north_m,bias_up_m,nlos\n" + events_);
     write_sensor(
@@ -125,6 +128,17 @@ class DriveSink final : public simulation::EpochSink {
                stated && fix.velocity_covariance_enu.has_value(), 8);
     fixes_ += fmt::format(",{},{},{}\n", fix.used.size(), fix.dop ? output::fixed(fix.dop->hdop, 2) : "",
                           fix.dop ? output::fixed(fix.dop->pdop, 2) : "");
+  }
+
+  /// A baseline: the position of each epoch alone, as an estimate.
+  void write_single(double t, const positioning::Fix& fix) {
+    if (!fix.solved()) return;
+    single_ += fmt::format("{:.3f},{:.9f},{:.9f},{:.4f}", t, geodesy::degrees(fix.position.latitude_rad),
+                           geodesy::degrees(fix.position.longitude_rad), fix.position.height_m);
+    const Eigen::Matrix3d& c = fix.covariance_enu;
+    for (const double each : {c(0, 0), c(0, 1), c(1, 1)})
+      single_ += "," + (c.isZero(0) ? "" : output::fixed(each, 6));
+    single_ += '\n';
   }
 
   /// An event is a fault's time, or a stretch of errors above 5 m that no fault explains.
@@ -193,7 +207,7 @@ class DriveSink final : public simulation::EpochSink {
   std::string profile_;
   std::filesystem::path folder_;
   output::SensorArrays sensors_;
-  std::string truth_, fixes_, events_;
+  std::string truth_, fixes_, single_, events_;
   Event event_;
   double last_s_ = 0;
 };

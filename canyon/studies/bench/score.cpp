@@ -23,7 +23,8 @@ namespace fs = std::filesystem;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 /// An estimate is as old as this at most; a step between two is interpolated up to twice of it.
 constexpr double kFresh_s = 0.5;
-constexpr double kUnix_s = 1e8;  // larger times count from 1970
+constexpr double kElsewhere_km = 1000;  // an estimate that begins there has other units
+constexpr double kUnix_s = 1e8;         // larger times count from 1970
 
 /// Columns of a CSV file; empty cells are NaN as numbers.
 struct Table {
@@ -93,6 +94,9 @@ Track track_of(const Table& table, const DriveFolder& drive) {
         latitude, longitude, std::isnan(height) ? drive.frame.origin().height_m : height);
     track.time_s.push_back(time_s);
     track.enu_m.push_back(drive.frame.local_from_geodetic(place));
+    if (const double away_km = track.enu_m.front().norm() / 1e3; away_km > kElsewhere_km)
+      throw fail(fmt::format("the first place is {:.0f} km away from the drive", away_km),
+                 "give degrees, latitude and longitude each in its column");
     if (std::isnan(height)) track.enu_m.back().z() = kNan;
     track.heading_deg.push_back(table.at(row, "heading_deg"));
     Eigen::Matrix2d& c = track.covariance.emplace_back();
@@ -126,7 +130,7 @@ Track read_tum(const fs::path& path, const DriveFolder& drive) {
 
 /// Place and covariance of an estimate at a time, between its neighbours; NaN where it has none.
 struct At {
-  Eigen::Vector2d place = Eigen::Vector2d::Constant(kNan);
+  Eigen::Vector3d place = Eigen::Vector3d::Constant(kNan);
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Constant(kNan);
   double heading_deg = kNan;
 };
@@ -137,12 +141,12 @@ At at(const Track& track, double t) {
   const bool has_next = next != track.time_s.end(), has_last = i > 0;
   const std::size_t nearest = !has_last || (has_next && *next - t < t - track.time_s[i - 1]) ? i : i - 1;
   if (track.time_s.empty() || std::abs(track.time_s[nearest] - t) > kFresh_s) return result;
-  result.place = track.enu_m[nearest].head<2>();
+  result.place = track.enu_m[nearest];
   result.covariance = track.covariance[nearest];
   result.heading_deg = track.heading_deg[nearest];
   if (!has_next || !has_last || *next - track.time_s[i - 1] > 2 * kFresh_s) return result;
   const double share = (t - track.time_s[i - 1]) / (*next - track.time_s[i - 1]);
-  result.place = (1 - share) * track.enu_m[i - 1].head<2>() + share * track.enu_m[i].head<2>();
+  result.place = (1 - share) * track.enu_m[i - 1] + share * track.enu_m[i];
   return result;
 }
 
@@ -179,7 +183,7 @@ EventScore score_event(const DriveFolder& drive, const Event& event,
   result.event = event;
   const std::vector<double>& time_s = drive.truth.time_s;
   std::vector<double> shares;
-  std::optional<double> good_since;
+  double good_since = kNan;
   for (std::size_t i = 0; i < time_s.size(); ++i) {
     const double t = time_s[i], error_m = errors[i].norm();
     if (t < event.start_s) continue;
@@ -190,11 +194,10 @@ EventScore score_event(const DriveFolder& drive, const Event& event,
       shares.push_back(errors[i].dot(event.bias_m) / event.bias_m.squaredNorm());
     if (t <= event.end_s || result.recovery_s) continue;
     if (!(error_m < recovered_m))
-      good_since.reset();
-    else if (!good_since)
+      good_since = kNan;
+    else if (std::isnan(good_since))
       good_since = t;
-    if (good_since && t - *good_since >= kStays_s)
-      result.recovery_s = std::max(0.0, *good_since - event.end_s);
+    if (t - good_since >= kStays_s) result.recovery_s = std::max(0.0, good_since - event.end_s);
   }
   result.over = event.end_s + kStays_s < time_s.back();
   if (result.over || event.start_s > time_s.front()) result.followed = mean_of(shares);
@@ -251,10 +254,25 @@ Track read_estimate(const fs::path& path, const DriveFolder& drive) {
                   drive);
 }
 
+std::pair<std::string, fs::path> named_file(const std::string& text, const std::string& option,
+                                            const DriveFolder& drive) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0)
+    throw InputError(fmt::format("{} '{}' has no name", option, text),
+                     "give NAME=FILE, such as mine=est/{drive}.csv");
+  std::string file = text.substr(equals + 1);
+  replace_all(file, "{drive}", drive.name);
+  return {text.substr(0, equals), file};
+}
+
+Eigen::Vector3d place_at(const Track& track, double time_s) {
+  return at(track, time_s).place;
+}
+
 std::vector<double> errors_over_time(const DriveFolder& drive, const Track& estimate) {
   std::vector<double> errors;
   for (std::size_t i = 0; i < drive.truth.time_s.size(); ++i)
-    errors.push_back((at(estimate, drive.truth.time_s[i]).place - drive.truth.enu_m[i].head<2>()).norm());
+    errors.push_back((at(estimate, drive.truth.time_s[i]).place - drive.truth.enu_m[i]).head<2>().norm());
   return errors;
 }
 
@@ -273,9 +291,9 @@ Score score(const DriveFolder& drive, const Track& estimate, double recovered_m)
   double diverged_since = kNan;
   for (std::size_t i = 0; i < truth.time_s.size(); ++i) {
     const At here = at(estimate, truth.time_s[i]);
-    errors.emplace_back(here.place - truth.enu_m[i].head<2>());
+    errors.emplace_back((here.place - truth.enu_m[i]).head<2>());
     const double error_m = errors.back().norm();
-    const double fix_m = (at(drive.fixes, truth.time_s[i]).place - truth.enu_m[i].head<2>()).norm();
+    const double fix_m = (at(drive.fixes, truth.time_s[i]).place - truth.enu_m[i]).head<2>().norm();
     if (fix_m < recovered_m && !(error_m < recovered_m)) {
       if (std::isnan(diverged_since)) diverged_since = truth.time_s[i];
       result.longest_divergence_s = std::max(result.longest_divergence_s, truth.time_s[i] - diverged_since);
@@ -308,9 +326,10 @@ Score score(const DriveFolder& drive, const Track& estimate, double recovered_m)
   return result;
 }
 
-void visit(options::Visitor& v, std::vector<Limits>& limits) {
+void visit(options::Visitor& v, LimitsFile& file) {
   constexpr options::Range kAny{0, 1e6};
-  v.list("limits", limits, [&](Limits& each) {
+  v.number({"recovered_m", "m", "an error below it is a good one"}, file.recovered_m, kAny);
+  v.list("limits", file.limits, [&](Limits& each) {
     v.texts({"drives", "", "names that these limits are for", "all"}, each.drives);
     v.number({"p50_m", "m", "largest median error"}, each.p50_m, kAny);
     v.number({"p95_m", "m", "largest 95 % error"}, each.p95_m, kAny);
@@ -323,27 +342,17 @@ void visit(options::Visitor& v, std::vector<Limits>& limits) {
     v.number({"divergence_s", "s", "longest time with good fixes and no good estimate"}, each.divergence_s,
              kAny);
     v.number({"within_95", "", "smallest share inside the stated 95 % ellipse"}, each.within_95, {0, 1});
-    v.number({"recovered_m", "m", "an error below it is a good one"}, each.recovered_m, kAny);
   });
 }
 
-namespace {
-struct LimitsFile {
-  std::vector<Limits> limits;
-};
-void visit(options::Visitor& v, LimitsFile& file) {
-  bench::visit(v, file.limits);
-}
-}  // namespace
-
-std::vector<Limits> read_limits(const fs::path& path) {
+LimitsFile read_limits(const fs::path& path) {
   options::Document document;
   document.file = path.string();
   document.kind = "limits";
   document.page = "docs/bench.md";
   LimitsFile file;
   options::read_yaml(std::string(TextFile(path).text()), document, "it needs limits: [{p95_m: 10}]", file);
-  return file.limits;
+  return file;
 }
 
 std::vector<std::string> violations(const std::string& drive, const Score& score,
@@ -356,6 +365,7 @@ std::vector<std::string> violations(const std::string& drive, const Score& score
   };
   for (const Limits& each : limits) {
     if (!each.drives.empty() && std::count(each.drives.begin(), each.drives.end(), drive) == 0) continue;
+    if (score.availability == 0) return {"there is no estimate"};
     check("p50_m", score.p50_m, each.p50_m);
     check("p95_m", score.p95_m, each.p95_m);
     check("largest_m", score.largest_m, each.largest_m);

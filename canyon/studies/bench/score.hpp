@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "canyon/base/geodesy/frames.hpp"
@@ -47,6 +48,16 @@ struct DriveFolder {
 /// file, line and cure.
 [[nodiscard]] Track read_estimate(const std::filesystem::path& path, const DriveFolder& drive);
 
+/// Name and file of "NAME=FILE", where {drive} in FILE stands for the drive's name. Throws InputError, naming
+/// the option, for other texts.
+[[nodiscard]] std::pair<std::string, std::filesystem::path> named_file(const std::string& text,
+                                                                       const std::string& option,
+                                                                       const DriveFolder& drive);
+
+/// Where a track is at a time, between its neighbours [m, of the drive's first place]; NaN where it has no
+/// line within 0.5 s, up where it has no heights.
+[[nodiscard]] Eigen::Vector3d place_at(const Track& track, double time_s);
+
 /// What became of an event in an estimate.
 struct EventScore {
   Event event;
@@ -54,7 +65,7 @@ struct EventScore {
                                      ///< below 2.5 m, or of the whole drive
   double largest_m = 0;              ///< error of the estimate from its start to 5 s behind its end
   bool over = true;                  ///< it ends before the drive does
-  std::optional<double> recovery_s;  ///< from its end until the error stays below Limits::recovered_m for 2 s
+  std::optional<double> recovery_s;  ///< from its end until the error stays below recovered_m for 2 s
 };
 
 /// Figures of an estimate, by the field's words; horizontal errors at the times of the truth.
@@ -72,12 +83,16 @@ struct Score {
 /// What an estimate must meet.
 struct Limits {
   std::optional<double> p50_m, p95_m, largest_m, availability, followed, recovery_s, divergence_s, within_95;
-  double recovered_m = 5;           ///< an error below it is a good one
   std::vector<std::string> drives;  ///< that they hold for; empty: all
 };
-void visit(options::Visitor& v, std::vector<Limits>& limits);
-/// A file `limits: [{...}, ...]`. Throws InputError.
-[[nodiscard]] std::vector<Limits> read_limits(const std::filesystem::path& path);
+/// A file of limits.
+struct LimitsFile {
+  double recovered_m = 5;  ///< an error below it is a good one
+  std::vector<Limits> limits;
+};
+void visit(options::Visitor& v, LimitsFile& file);
+/// `limits: [{...}, ...]`. Throws InputError.
+[[nodiscard]] LimitsFile read_limits(const std::filesystem::path& path);
 
 [[nodiscard]] Score score(const DriveFolder& drive, const Track& estimate, double recovered_m);
 /// "p95 is 12.1 m, limit 10": what of a score the limits do not allow.

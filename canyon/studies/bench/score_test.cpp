@@ -127,7 +127,7 @@ TEST_F(BenchScore, BadEstimatesAreRefusedByLine) {
 TEST_F(BenchScore, LimitsNameWhatTheyDoNotAllow) {
   write_file(folder_.path() / "limits.yaml",
              "limits: [{p95_m: 3, followed: 0.2}, {drives: [other], p50_m: 0}]\n");
-  const auto limits = read_limits(folder_.path() / "limits.yaml");
+  const auto limits = read_limits(folder_.path() / "limits.yaml").limits;
   const Score bad = scored([](double t) { return t >= 10 && t < 20 ? 20 : 0; });
   EXPECT_THAT(violations("mine", bad, limits),
               ElementsAre("p95_m is 20, limit 3", HasSubstr("followed of 'outlier' is")));

@@ -57,12 +57,6 @@ class FileHasher final : public options::Visitor {
   void end() override {}
 };
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  for (std::size_t at = 0; !from.empty() && (at = text.find(from, at)) != std::string::npos; at += to.size())
-    text.replace(at, from.size(), to);
-  return text;
-}
-
 std::string hash_text(std::string_view text) {
   return fmt::format("{:016x}{:016x}", fnv1a(text),
                      fnv1a(fmt::format("canyon {}", text.size()) + std::string(text)));
@@ -443,8 +437,7 @@ void StudyPlan::try_values() {
       (void)try_at(levels);
     }
   }
-  for (const std::string& name : files)
-    scenarios = replaced(scenarios, name, hash_text(TextFile(name).text()));
+  for (const std::string& name : files) replace_all(scenarios, name, hash_text(TextFile(name).text()));
   if (drives() != nullptr) about += "streets\n";  // runs of before went anywhere
   key_ = hash_text(about + scenarios);
   epochs_ = estimated_epochs(plain, drives(), report_);

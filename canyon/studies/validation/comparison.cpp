@@ -121,7 +121,7 @@ class Comparer {
     compared.time = epoch.reception;
     compared.place_enu_m = place(e);
     compared.first = result_.satellites.size();
-    const positioning::Fix& single = receiver_.single_epoch_fix();
+    const positioning::Fix& single = observed.single_epoch;
     compared.fix.simulated = fix_error(single, epoch);
     if (result_.filtered) compared.filter.simulated = fix_error(observed.fix, epoch);
     // Both ascend; systems that the receiver does not track are views alone.

@@ -330,11 +330,6 @@ class ShapeReader {
 constexpr double kMetresPerFoot = 0.3048;  // international foot and inch, exact
 constexpr double kMetresPerInch = 0.0254;
 
-void replace_all(std::string& text, std::string_view from, std::string_view to) {
-  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
-    text.replace(at, from.size(), to);
-}
-
 /// Takes a decimal number (point or comma, sign, no exponent) off the front of `text`.
 std::optional<double> take_number(std::string_view& text) {
   std::size_t end = 0;

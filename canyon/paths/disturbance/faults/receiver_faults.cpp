@@ -204,12 +204,16 @@ void visit(options::Visitor& v, FixFaultOptions& o) {
   v.number({"east_m", "m", "added to the position"}, o.east_m, kMetres);
   v.number({"north_m", "m", "added to the position"}, o.north_m, kMetres);
   v.number({"up_m", "m", "added to the position"}, o.up_m, kMetres);
+  v.number({"forward_m", "m", "added along the direction of travel, as by a wrong lever arm"}, o.forward_m,
+           kMetres);
   v.number({"growth_s", "s", "time over which that grows to its whole; 0: at once"}, o.growth_s, {0, 1e6});
   v.choice({"state", "", "kind of fix that is stated"}, o.state, kStates);
   v.number({"accuracy_m", "m", "standard deviation of each axis that is stated; 0: none", "its own"},
            o.accuracy_m, {0, 1e6});
   v.number({"accuracy_factor", "", "of the standard deviations that are stated"}, o.accuracy_factor,
            {0, 1000, true});
+  v.number({"after_outage_s", "s", "only for so long after each outage of fixes of 2 s or more", "always"},
+           o.after_outage_s, {0, 1e6, true});
   v.boolean({"without_satellites", "", "states 0 satellites"}, o.without_satellites);
 }
 
@@ -231,10 +235,17 @@ void FixFault::happen(const propagation::Antenna& antenna, ReceiverEvents& event
   else if (options_.repeat > 1)
     edit.of = repeated_;
   const double grown = options_.growth_s > 0 ? std::min(1.0, since_s / options_.growth_s) : 1;
+  // Who stands keeps the last direction.
+  const Eigen::Vector3d along =
+      geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(antenna.position_ecef)) *
+      antenna.velocity_ecef;
+  if (along.head<2>().norm() > 0.1) forward_ = along.head<2>().normalized();
   edit.offset_m = grown * Eigen::Vector3d(options_.east_m, options_.north_m, options_.up_m);
+  edit.offset_m.head<2>() += grown * options_.forward_m * forward_;
   if (options_.state != StatedFix::None) edit.kind = options_.state;
   edit.sigma_m = options_.accuracy_m;
   edit.sigma_factor = options_.accuracy_factor;
+  edit.after_outage_s = options_.after_outage_s;
   edit.without_satellites = options_.without_satellites;
   edit.dropped = options_.drop > 0 && stream_.uniform() < options_.drop;
   events.fix_edits.push_back(edit);

@@ -76,11 +76,13 @@ struct FixFaultOptions {
   int repeat = 1;                            ///< each fix is stated so many times, [1, 1e6]
   double drop = 0;                           ///< share of epochs without a fix, at random, [0, 1]
   double east_m = 0, north_m = 0, up_m = 0;  ///< added, +-1e6
+  double forward_m = 0;                      ///< added along the direction of travel, +-1e6
   double growth_s = 0;                       ///< the offset grows to its whole over this time, [0, 1e6]
   StatedFix state = StatedFix::None;         ///< the kind of fix that is stated; None: its own
   std::optional<double> accuracy_m;          ///< standard deviation of each axis that is stated; 0: none
   double accuracy_factor = 1;                ///< of the standard deviations that are stated, (0, 1000]
   bool without_satellites = false;           ///< states 0 satellites
+  std::optional<double> after_outage_s;      ///< only for so long after an outage of fixes, (0, 1e6]
 };
 void visit(options::Visitor& v, FixFaultOptions& o);
 
@@ -145,7 +147,8 @@ class FixFault final : public Disturbance {
  private:
   FixFaultOptions options_;
   geodesy::GpsTime begin_, repeated_;
-  int times_ = 0;  // that the fix of repeated_ was stated
+  int times_ = 0;                                      // that the fix of repeated_ was stated
+  Eigen::Vector2d forward_ = Eigen::Vector2d::Zero();  // direction of travel, east and north
   RandomStream stream_;
 };
 
