@@ -18,3 +18,10 @@ def on_config(config):
                 next(iter(nav[-1].values())).append(page)
     config["nav"] = nav
     return config
+
+
+def on_page_markdown(markdown, page, config, files):
+    """`gallery/NAME.html` in a page is a link where that run was made."""
+    made = Path(config["docs_dir"]) / "docs"
+    link = lambda found: f"[{found[0]}]({found[1]})" if (made / found[1]).exists() and page.file.src_uri.startswith("docs/") else found[0]  # noqa: E731
+    return re.sub(r"`(gallery/\w+\.html)`", link, markdown)

@@ -211,10 +211,10 @@ def tables_of(header, data):
     return found
 
 
-def track(folder):
-    """Columns of the recorded receiver's epochs in a view, and their times of week [s] as `tow`."""
+def track(folder, receiver=0):
+    """Columns of a receiver's epochs in a view (0: the recorded one of a comparison), and their times of week [s] as `tow`."""
     header = json.loads((folder / "view.json").read_text())
-    chunk = next(c for c in header["chunks"] if c["kind"] == "track" and c["receiver"] == 0)
+    chunk = next(c for c in header["chunks"] if c["kind"] == "track" and c["receiver"] == receiver)
     columns = tables_of(header, gzip.decompress((folder / chunk["file"]).read_bytes()))["epochs"]
     return {**columns, "tow": header["time"]["gps_tow"] + columns["time_s"]}
 
