@@ -26,8 +26,11 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/canyonConfig.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/canyonConfigVersion.cmake cmake/CanyonDependencies.cmake
               cmake/CanyonIoDependencies.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/canyon)
-get_filename_component(CANYON_EMBREE_NAME ${CANYON_EMBREE_LIBRARY} NAME_WE)
-string(REGEX REPLACE "^lib" "" CANYON_EMBREE_NAME ${CANYON_EMBREE_NAME})
+set(CANYON_EMBREE_FLAG "")
+if(CANYON_EMBREE_LIBRARY)
+  get_filename_component(CANYON_EMBREE_FLAG ${CANYON_EMBREE_LIBRARY} NAME_WE)
+  string(REGEX REPLACE "^lib" "-l" CANYON_EMBREE_FLAG ${CANYON_EMBREE_FLAG})
+endif()
 foreach(target IN LISTS targets)
   configure_file(cmake/${target}.pc.in ${CMAKE_CURRENT_BINARY_DIR}/${target}.pc @ONLY)
   install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${target}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

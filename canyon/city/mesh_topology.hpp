@@ -45,7 +45,7 @@ void each_edge(const TriangleIndices& triangles, const Edge& edge) {
   for (auto begin = sides.begin(); begin != sides.end();) {
     const auto end =
         std::find_if(begin, sides.end(), [&](const TriangleSide& s) { return s.edge != begin->edge; });
-    edge(std::span(begin, end));
+    edge(std::span<const TriangleSide>(&*begin, static_cast<std::size_t>(end - begin)));
     begin = end;
   }
 }

@@ -11,7 +11,11 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/city/raytrace/embree.hpp"
+#ifdef CANYON_OWN_RAYS
+#include "canyon/city/raytrace/own_triangles.hpp"
+#else
+#include "canyon/city/raytrace/embree_triangles.hpp"
+#endif
 
 namespace canyon::raytrace {
 namespace {
@@ -19,25 +23,20 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-std::runtime_error embree_failure(RTCDevice device, const char* what) {
-  return std::runtime_error(
-      fmt::format("Embree: {} (error {})", what, static_cast<int>(rtcGetDeviceError(device))));
-}
-
 [[maybe_unused]] bool is_ray(const Ray& ray) {
   return ray.origin.allFinite() && std::abs(ray.direction.squaredNorm() - 1) < 1e-6 && !(ray.max_range_m < 0);
 }
 
-/// A mesh in Embree, with its vertices for exact ranges.
+/// A mesh with its vertices for exact ranges.
 struct BuiltMesh {
   std::shared_ptr<const city::Mesh> mesh;
   Eigen::AlignedBox3d bounds;
   Vector3d centre = Vector3d::Zero();
   double radius = 0;  ///< of the vertices about the centre
-  embree::Scene scene;
+  Triangles triangles;
 
   BuiltMesh() = default;
-  BuiltMesh(RTCDevice device, std::shared_ptr<const city::Mesh> of, const std::string& name, bool filtered)
+  BuiltMesh(const Tracing& tracing, std::shared_ptr<const city::Mesh> of, const std::string& name)
       : mesh(std::move(of)) {
     city::check_mesh(*mesh, name);
     for (const Vector3d& v : mesh->vertices) bounds.extend(v);
@@ -45,15 +44,7 @@ struct BuiltMesh {
       centre = bounds.center();
       radius = 0.5 * bounds.diagonal().norm();
     }
-    scene.reset(rtcNewScene(device));
-    if (!scene) throw embree_failure(device, "no scene");
-    int flags = RTC_SCENE_FLAG_ROBUST;
-    if (filtered) flags |= embree::kFilterSceneFlag;
-    rtcSetSceneFlags(scene.get(), static_cast<RTCSceneFlags>(flags));
-    rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
-    if (!mesh->triangles.empty()) attach_triangles(device);
-    rtcCommitScene(scene.get());
-    if (rtcGetDeviceError(device) != RTC_ERROR_NONE) throw embree_failure(device, "scene not built");
+    triangles = Triangles(tracing, *mesh, centre);
   }
 
   [[nodiscard]] const Vector3d& vertex(std::uint32_t triangle, int corner) const {
@@ -63,26 +54,6 @@ struct BuiltMesh {
   [[nodiscard]] Vector3d area_normal(std::uint32_t triangle) const {
     const Vector3d& a = vertex(triangle, 0);
     return (vertex(triangle, 1) - a).cross(vertex(triangle, 2) - a);
-  }
-
- private:
-  void attach_triangles(RTCDevice device) {
-    const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh->vertices.size()));
-    auto* corners = static_cast<std::uint32_t*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                3 * sizeof(std::uint32_t), mesh->triangles.size()));
-    if (points == nullptr || corners == nullptr) {
-      rtcReleaseGeometry(geometry);
-      throw embree_failure(device, "no memory for the triangles");
-    }
-    for (const Vector3d& v : mesh->vertices)
-      for (int k = 0; k < 3; ++k) *points++ = static_cast<float>(v[k] - centre[k]);
-    for (const auto& t : mesh->triangles) corners = std::copy(t.begin(), t.end(), corners);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometryByID(scene.get(), geometry, 0);
-    rtcReleaseGeometry(geometry);
   }
 };
 
@@ -150,9 +121,7 @@ class LowestPoints {
 };
 
 struct RayScene::Impl {
-  /// Without AVX-512, which rounds otherwise than AVX2 and is no faster: a ray past an edge must not depend
-  /// on the processor. Embree's smaller triangle4i is not watertight.
-  embree::Device device{rtcNewDevice("ignore_config_files=1,max_isa=avx2")};
+  Tracing tracing;
   BuiltMesh city;
   std::vector<city::Surface> surfaces;               ///< one per triangle of the city
   std::vector<Mover> movers;                         ///< of `placed`, in its order
@@ -162,8 +131,7 @@ struct RayScene::Impl {
   std::optional<LowestPoints> ground;  ///< of a city without terrain
 
   explicit Impl(std::shared_ptr<const city::Mesh> mesh) {
-    if (!device) throw std::runtime_error("Embree: no device");
-    city = BuiltMesh(device.get(), std::move(mesh), "city", true);
+    city = BuiltMesh(tracing, std::move(mesh), "city");
     surfaces.resize(city.mesh->triangles.size());
     for (const city::Object& object : city.mesh->objects)
       std::fill_n(surfaces.begin() + object.first_triangle, object.triangle_count, object.surface);
@@ -179,41 +147,23 @@ struct RayScene::Impl {
     return *instances[id - 1];
   }
 
-  static void fill(RTCRay& out, const Vector3d& origin, const Vector3d& direction, double min_range_m,
-                   float max_range_m) {
-    out.org_x = static_cast<float>(origin.x());
-    out.org_y = static_cast<float>(origin.y());
-    out.org_z = static_cast<float>(origin.z());
-    out.tnear = static_cast<float>(min_range_m);
-    out.dir_x = static_cast<float>(direction.x());
-    out.dir_y = static_cast<float>(direction.y());
-    out.dir_z = static_cast<float>(direction.z());
-    out.time = 0;
-    out.tfar = max_range_m;
-    out.mask = 0xFFFFFFFFu;
-    out.id = 0;
-    out.flags = 0;
-  }
-  void fill(RTCRay& out, const Ray& ray, double min_range_m) const {
+  [[nodiscard]] Probe probe(const Ray& ray, double min_range_m) const {
     assert(is_ray(ray));
-    fill(out, ray.origin - city.centre, ray.direction, min_range_m, static_cast<float>(ray.max_range_m));
+    return {ray.origin - city.centre, ray.direction, min_range_m, ray.max_range_m};
   }
   /// In the mover's frame; it has the same ranges. Both centres are taken out in doubles, so that floats
   /// carry only small numbers.
-  static void fill(RTCRay& out, const Ray& ray, double min_range_m, float max_range_m, const Mover& mover) {
-    fill(out, mover.instance_from_enu * (ray.origin - mover.centre), mover.instance_from_enu * ray.direction,
-         min_range_m, max_range_m);
+  static Probe probe(const Ray& ray, double min_range_m, double max_range_m, const Mover& mover) {
+    return {mover.instance_from_enu * (ray.origin - mover.centre), mover.instance_from_enu * ray.direction,
+            min_range_m, max_range_m};
   }
 
-  [[nodiscard]] bool occluded_by_movers(const Ray& ray, double min_range_m, embree::Query& query) const {
-    for (const Mover& mover : movers) {
-      if (!mover.near(ray, min_range_m, ray.max_range_m)) continue;
-      RTCRay probe;
-      fill(probe, ray, min_range_m, static_cast<float>(ray.max_range_m), mover);
-      query.occluded1(mover.built->scene.get(), &probe);
-      if (probe.tfar < 0) return true;
-    }
-    return false;
+  [[nodiscard]] bool occluded_by_movers(const Ray& ray, double min_range_m) const {
+    return std::any_of(movers.begin(), movers.end(), [&](const Mover& mover) {
+      if (!mover.near(ray, min_range_m, ray.max_range_m)) return false;
+      Probe one = probe(ray, min_range_m, ray.max_range_m, mover);
+      return mover.built->triangles.occluded(one);
+    });
   }
 
   /// Range from the ray's origin to the triangle's plane in doubles; `fallback` where the ray is too nearly
@@ -225,27 +175,12 @@ struct RayScene::Impl {
     return (corner - ray.origin).dot(unit_normal) / approach;
   }
 
-  struct Crossing {
-    std::uint32_t triangle;
-    double range;
-  };
+  using Crossing = Triangles::Met;
   /// Every triangle of the city on the ray, each once, in no particular order.
   void crossings(const Ray& ray, std::vector<Crossing>& found) const {
     found.clear();
     if (city.mesh->triangles.empty()) return;
-    embree::Query query(
-        [](const RTCFilterFunctionNArguments* arguments) {
-          assert(arguments->N == 1);
-          auto& list = *static_cast<std::vector<Crossing>*>(embree::Query::user(arguments));
-          list.push_back({RTCHitN_primID(arguments->hit, 1, 0),
-                          static_cast<double>(RTCRayN_tfar(arguments->ray, 1, 0))});
-          arguments->valid[0] = 0;  // go on
-        },
-        &found);
-    RTCRayHit hit;
-    fill(hit.ray, ray, 0);
-    hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    query.intersect1(city.scene.get(), &hit);
+    city.triangles.all(probe(ray, 0), found);
     // Embree may offer a triangle that it has split more than once.
     std::sort(found.begin(), found.end(),
               [](const Crossing& a, const Crossing& b) { return a.triangle < b.triangle; });
@@ -270,7 +205,7 @@ InstanceId RayScene::add_instance(const city::Mesh& mesh) {
   const std::string name = fmt::format("movable instance {}", id);
   if (mesh.triangles.empty()) throw InputError(name + " has no triangles", "give it a mesh");
   auto instance = std::make_unique<Instance>();
-  instance->built = BuiltMesh(impl_->device.get(), std::make_shared<const city::Mesh>(mesh), name, false);
+  instance->built = BuiltMesh(impl_->tracing, std::make_shared<const city::Mesh>(mesh), name);
   impl_->instances.push_back(std::move(instance));
   return id;
 }
@@ -328,31 +263,21 @@ const std::vector<PlacedInstance>& RayScene::placed_instances() const {
 }
 
 std::optional<Hit> RayScene::cast(const Ray& ray, double min_range_m) const {
-  embree::Query query;
-  RTCRayHit found;
-  impl_->fill(found.ray, ray, min_range_m);
-  found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  query.intersect1(impl_->city.scene.get(), &found);
-  bool any = found.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+  std::optional<Triangles::Met> found = impl_->city.triangles.first(impl_->probe(ray, min_range_m));
   std::optional<std::size_t> mover_hit;
   for (std::size_t i = 0; i < impl_->movers.size(); ++i) {
     const Mover& mover = impl_->movers[i];
-    if (!mover.near(ray, min_range_m, static_cast<double>(found.ray.tfar))) continue;
-    RTCRayHit nearer;
-    Impl::fill(nearer.ray, ray, min_range_m, found.ray.tfar, mover);
-    nearer.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    query.intersect1(mover.built->scene.get(), &nearer);
-    if (nearer.hit.geomID == RTC_INVALID_GEOMETRY_ID || (any && !(nearer.ray.tfar < found.ray.tfar)))
-      continue;
-    any = true;
+    const double reach_m = found ? found->range : ray.max_range_m;
+    if (!mover.near(ray, min_range_m, reach_m)) continue;
+    const auto nearer = mover.built->triangles.first(Impl::probe(ray, min_range_m, reach_m, mover));
+    if (!nearer || (found && !(nearer->range < found->range))) continue;
     mover_hit = i;
-    found.ray.tfar = nearer.ray.tfar;
-    found.hit.primID = nearer.hit.primID;
+    found = nearer;
   }
-  if (!any) return std::nullopt;
+  if (!found) return std::nullopt;
 
   Hit hit;
-  hit.triangle = found.hit.primID;
+  hit.triangle = found->triangle;
   Vector3d corner;
   if (mover_hit) {
     const BuiltMesh& built = *impl_->movers[*mover_hit].built;
@@ -365,8 +290,7 @@ std::optional<Hit> RayScene::cast(const Ray& ray, double min_range_m) const {
     corner = impl_->city.vertex(hit.triangle, 0);
   }
   hit.front = ray.direction.dot(hit.normal) < 0;
-  hit.range_m =
-      std::max(min_range_m, Impl::exact_range(ray, corner, hit.normal, static_cast<double>(found.ray.tfar)));
+  hit.range_m = std::max(min_range_m, Impl::exact_range(ray, corner, hit.normal, found->range));
   return hit;
 }
 
@@ -382,30 +306,23 @@ bool RayScene::occluded(const Ray& ray, double min_range_m) const {
 // at once and would wait for stores of one that have only just been made.
 void RayScene::occluded(std::span<const Ray> rays, std::span<bool> result, double min_range_m) const {
   assert(rays.size() == result.size());
-  const RTCScene city = impl_->city.scene.get();
-  embree::Query query;
-  std::array<RTCRay, 16> probes;
+  std::array<Probe, 16> probes;
   for (std::size_t i = 0; i < rays.size(); i += probes.size()) {
     const std::size_t count = std::min(probes.size(), rays.size() - i);
-    for (std::size_t k = 0; k < count; ++k) impl_->fill(probes[k], rays[i + k], min_range_m);
-    for (std::size_t k = 0; k < count; ++k) query.occluded1(city, &probes[k]);
+    for (std::size_t k = 0; k < count; ++k) probes[k] = impl_->probe(rays[i + k], min_range_m);
+    for (std::size_t k = 0; k < count; ++k) result[i + k] = impl_->city.triangles.occluded(probes[k]);
     for (std::size_t k = 0; k < count; ++k)
-      result[i + k] = probes[k].tfar < 0 || impl_->occluded_by_movers(rays[i + k], min_range_m, query);
+      result[i + k] = result[i + k] || impl_->occluded_by_movers(rays[i + k], min_range_m);
   }
 }
 
 bool RayScene::occluded_by_city(const Ray& ray) const {
-  embree::Query query;
-  RTCRay probe;
-  impl_->fill(probe, ray, 0);
-  query.occluded1(impl_->city.scene.get(), &probe);
-  return probe.tfar < 0;
+  Probe probe = impl_->probe(ray, 0);
+  return impl_->city.triangles.occluded(probe);
 }
 
 bool RayScene::occluded_by_instances(const Ray& ray) const {
-  if (impl_->movers.empty()) return false;
-  embree::Query query;
-  return impl_->occluded_by_movers(ray, 0, query);
+  return impl_->occluded_by_movers(ray, 0);
 }
 
 double RayScene::surface_offset_m(const Vector3d& point) const {
