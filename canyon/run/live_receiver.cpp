@@ -111,7 +111,10 @@ struct LiveReceiver::Impl {
   [[nodiscard]] double now_s() const { return std::max(last_s, 0.0); }
   [[nodiscard]] std::shared_ptr<const BuiltSky> make_sky(GpsTime from) const {
     const GpsTime to = config.sky.nominal ? from + kSkySpan_s : from;
-    return std::make_shared<const BuiltSky>(build_sky(config.sky, from, to, scene->city.frame.origin()));
+    BuiltSky built = build_sky(config.sky, from, to, scene->city.frame.origin());
+    built.errors = make_space_errors(config.sky, built, config.seed);
+    built.errors_seed = config.seed;
+    return std::make_shared<const BuiltSky>(std::move(built));
   }
 
   void use_sky(std::shared_ptr<const BuiltSky> other, GpsTime from) {

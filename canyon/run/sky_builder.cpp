@@ -282,7 +282,8 @@ std::shared_ptr<const errors::SpaceErrors> make_space_errors(const SkyConfig& co
 Environment make_environment(std::shared_ptr<CityScene> scene, const BuiltSky& sky, const SkyConfig& config,
                              std::uint64_t seed) {
   Environment environment(std::move(scene), sky.sky, sky.navigation.klobuchar);
-  environment.set_errors(make_space_errors(config, sky, seed));
+  environment.set_errors(sky.errors && sky.errors_seed == seed ? sky.errors
+                                                               : make_space_errors(config, sky, seed));
   return environment;
 }
 

@@ -18,6 +18,9 @@ struct BuiltSky {
   std::shared_ptr<const orbit::Sky> sky;
   gnss::NavigationData navigation;  ///< empty for SP3 and frozen skies
   ReadReport report;                ///< of its files, and of what may be a mistake
+  /// make_space_errors() of this seed, for all that share the sky; null: each makes its own.
+  std::shared_ptr<const errors::SpaceErrors> errors{};
+  std::uint64_t errors_seed = 0;
 };
 /// Builds the sky that `config` asks for, valid over [begin, end], seen from `place` (frozen skies). Throws
 /// InputError, with both spans and the cure, where no satellite at all has an ephemeris at `begin`; warns

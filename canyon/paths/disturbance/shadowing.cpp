@@ -124,7 +124,7 @@ FrameStates::FrameStates(const SkyNodes& nodes, std::uint64_t seed, std::string_
 
 double FrameStates::uniform(std::int64_t frame, std::span<const SkyNodes::Share> shares) {
   const std::size_t slot = static_cast<std::uint64_t>(frame) % kSlots;
-  const std::span<double> numbers = std::span(numbers_).subspan(slot * size_, size_);
+  const std::span<float> numbers = std::span(numbers_).subspan(slot * size_, size_);
   if (frames_[slot] != frame) {
     RandomStream stream(mix64(root_ + kGolden64 * static_cast<std::uint64_t>(frame)), "frame");
     SkyNodes::draw(stream, numbers);

@@ -48,7 +48,7 @@ class FrameStates {
   std::uint64_t root_;
   /// Draws of the latest frames, in the slots of their numbers.
   std::vector<std::int64_t> frames_;
-  std::vector<double> numbers_;
+  std::vector<float> numbers_;
 };
 
 /// Level of direct signals over the sky, along the way of one antenna: in each direction semi-Markov states

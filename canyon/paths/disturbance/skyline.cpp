@@ -120,10 +120,6 @@ SkyNodes::SkyNodes(double angle_rad) : angle_rad_(angle_rad) {
   }
 }
 
-void SkyNodes::draw(RandomStream& stream, std::span<double> numbers) {
-  for (double& number : numbers) number = coins(stream);
-}
-
 void SkyNodes::shares(const Eigen::Vector3d& direction, std::vector<Share>& shares) const {
   shares.clear();
   const double steepness = 2 / (angle_rad_ * angle_rad_);
@@ -146,12 +142,6 @@ void SkyNodes::shares(const Eigen::Vector3d& direction, std::vector<Share>& shar
   assert(square > 0);
   const double unit = 1 / std::sqrt(square);
   for (Share& share : shares) share.weight *= unit;
-}
-
-double SkyNodes::blend(std::span<const Share> shares, std::span<const double> numbers) {
-  double sum = 0;
-  for (const Share& share : shares) sum += share.weight * numbers[share.node];
-  return sum;
 }
 
 }  // namespace canyon::disturbance

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "canyon/base/random.hpp"
@@ -57,6 +58,14 @@ class Skyline {
   std::vector<Node> nodes_;
 };
 
+/// One of SkyNodes::draw()'s.
+[[nodiscard]] inline double coins(std::uint64_t bits) {
+  return (std::popcount(bits) - 32) / 4.0;
+}
+[[nodiscard]] inline double coins(RandomStream& stream) {
+  return coins(stream.next());
+}
+
 /// Normal numbers over the sky that are alike in directions close to each other: those of nodes all over it,
 /// blended. A direction has the same number, whatever other directions are requested.
 ///
@@ -83,12 +92,21 @@ class SkyNodes {
   [[nodiscard]] std::size_t size() const { return nodes_.size(); }
   /// Fills `numbers` with one for each node: heads of 64 tossed coins, which are as good as normal where a
   /// dozen nodes are blended (their probabilities differ by less than 0.001), in a tenth of the time.
-  static void draw(RandomStream& stream, std::span<double> numbers);
+  /// They are multiples of 1/4: exact as floats.
+  template <typename Numbers>
+  static void draw(RandomStream& stream, Numbers&& numbers) {
+    for (auto& number : numbers) number = static_cast<std::decay_t<decltype(number)>>(coins(stream));
+  }
   /// Shares of nodes' numbers in a direction (unit, ENU, not below the horizon). `shares` is the caller's:
   /// nothing is allocated once it has grown.
   void shares(const Eigen::Vector3d& direction, std::vector<Share>& shares) const;
   /// The number of that direction.
-  [[nodiscard]] static double blend(std::span<const Share> shares, std::span<const double> numbers);
+  template <typename Numbers>
+  [[nodiscard]] static double blend(std::span<const Share> shares, const Numbers& numbers) {
+    double sum = 0;
+    for (const Share& share : shares) sum += share.weight * numbers[share.node];
+    return sum;
+  }
 
  private:
   double angle_rad_;
@@ -99,14 +117,6 @@ class SkyNodes {
 /// P(normal > z), of a standard normal number.
 [[nodiscard]] inline double upper_tail(double z) {
   return 0.5 * std::erfc(z * std::sqrt(0.5));
-}
-
-/// One of SkyNodes::draw()'s.
-[[nodiscard]] inline double coins(std::uint64_t bits) {
-  return (std::popcount(bits) - 32) / 4.0;
-}
-[[nodiscard]] inline double coins(RandomStream& stream) {
-  return coins(stream.next());
 }
 
 }  // namespace canyon::disturbance

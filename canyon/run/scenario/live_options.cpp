@@ -215,6 +215,7 @@ LiveConfig live_config(const Scenario& scenario, geodesy::GpsTime start, double 
   config.start = start;
   config.rate_hz = 1 / interval_s;
   config.warnings.clear();
+  config.live.reset();  // of the host, not of each receiver
   return config;
 }
 
