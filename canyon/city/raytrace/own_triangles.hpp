@@ -1,6 +1,6 @@
 #pragma once
 
-// A tree of boxes over triangles, in doubles: in the place of Embree where there is none (CANYON_EMBREE OFF).
+// A tree of boxes over triangles, in doubles: in the place of Embree where there is none (CANYON_OWN_RAYS).
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -49,7 +49,7 @@ class Triangles {
   };
 
   Triangles() = default;
-  Triangles(const Tracing& /*none*/, const city::Mesh& mesh, const Eigen::Vector3d& centre) {
+  Triangles(const Tracing& /*none*/, const city::Mesh& mesh, const Eigen::Vector3d& centre, bool /*all*/) {
     for (const Eigen::Vector3d& v : mesh.vertices) vertices_.push_back(v - centre);
     corners_ = mesh.triangles;
     order_.resize(corners_.size());

@@ -36,7 +36,8 @@ struct BuiltMesh {
   Triangles triangles;
 
   BuiltMesh() = default;
-  BuiltMesh(const Tracing& tracing, std::shared_ptr<const city::Mesh> of, const std::string& name)
+  BuiltMesh(const Tracing& tracing, std::shared_ptr<const city::Mesh> of, const std::string& name,
+            bool asked_for_all)
       : mesh(std::move(of)) {
     city::check_mesh(*mesh, name);
     for (const Vector3d& v : mesh->vertices) bounds.extend(v);
@@ -44,7 +45,7 @@ struct BuiltMesh {
       centre = bounds.center();
       radius = 0.5 * bounds.diagonal().norm();
     }
-    triangles = Triangles(tracing, *mesh, centre);
+    triangles = Triangles(tracing, *mesh, centre, asked_for_all);
   }
 
   [[nodiscard]] const Vector3d& vertex(std::uint32_t triangle, int corner) const {
@@ -131,7 +132,7 @@ struct RayScene::Impl {
   std::optional<LowestPoints> ground;  ///< of a city without terrain
 
   explicit Impl(std::shared_ptr<const city::Mesh> mesh) {
-    city = BuiltMesh(tracing, std::move(mesh), "city");
+    city = BuiltMesh(tracing, std::move(mesh), "city", true);
     surfaces.resize(city.mesh->triangles.size());
     for (const city::Object& object : city.mesh->objects)
       std::fill_n(surfaces.begin() + object.first_triangle, object.triangle_count, object.surface);
@@ -205,7 +206,7 @@ InstanceId RayScene::add_instance(const city::Mesh& mesh) {
   const std::string name = fmt::format("movable instance {}", id);
   if (mesh.triangles.empty()) throw InputError(name + " has no triangles", "give it a mesh");
   auto instance = std::make_unique<Instance>();
-  instance->built = BuiltMesh(impl_->tracing, std::make_shared<const city::Mesh>(mesh), name);
+  instance->built = BuiltMesh(impl_->tracing, std::make_shared<const city::Mesh>(mesh), name, false);
   impl_->instances.push_back(std::move(instance));
   return id;
 }

@@ -66,7 +66,6 @@ struct VibrationOptions {
   double rate_deg_s = 0;         ///< likewise, [0, 1000]
 };
 
-/// An inertial measurement unit on the vehicle: gyroscopes and accelerometers at one point.
 /// A time in which a sensor fails, in seconds since the run's begin.
 struct SensorFault {
   double from_s = 0, until_s = 0;  ///< [0, 1e8]
@@ -77,6 +76,7 @@ struct SensorFault {
 /// Visits its times.
 void visit(options::Visitor& v, SensorFault& o);
 
+/// An inertial measurement unit on the vehicle: gyroscopes and accelerometers at one point.
 struct ImuOptions {
   ImuProfile profile = ImuProfile::Automotive;
   double rate_hz = 100;  ///< [1, 10,000]

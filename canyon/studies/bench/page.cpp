@@ -18,6 +18,7 @@ namespace {
 using drawing::Canvas;
 using drawing::Point;
 using Tracks = std::map<std::string, Track>;
+using Errors = std::vector<std::vector<double>>;  // of each track, in their order
 
 constexpr std::array<drawing::Colour, 6> kColours{drawing::kFaintInk, drawing::kBlue,   drawing::kVermilion,
                                                   drawing::kGreen,    drawing::kPurple, drawing::kOrange};
@@ -76,18 +77,15 @@ std::string map_picture(const DriveFolder& drive, const Tracks& tracks) {
 }
 
 /// Errors over time, with events as bands.
-std::string error_picture(const DriveFolder& drive, const Tracks& tracks) {
+std::string error_picture(const DriveFolder& drive, Errors errors) {
   return picture(760, 300, [&](Canvas& canvas) {
-    std::vector<std::vector<double>> errors;
-    std::vector<double> all{1.0};
-    for (const auto& [name, track] : tracks) {
-      errors.push_back(errors_over_time(drive, track));
-      for (const double error : errors.back())
-        if (std::isfinite(error)) all.push_back(std::max(error, 0.1));
-    }
+    double largest = 1;
+    for (std::vector<double>& of : errors)
+      for (double& error : of)
+        if (std::isfinite(error)) largest = std::max(largest, error = std::max(error, 0.1));
     drawing::Plot plot{{55, 12, 690, 240},
                        drawing::linear_scale(0, drive.truth.time_s.back()),
-                       drawing::decade_scale(0.1, *std::max_element(all.begin(), all.end()) * 1.01),
+                       drawing::decade_scale(0.1, largest * 1.01),
                        "time [s]",
                        "horizontal error [m]"};
     plot.draw_ground(canvas);
@@ -98,16 +96,14 @@ std::string error_picture(const DriveFolder& drive, const Tracks& tracks) {
                                                                          : drawing::Colour{0.97, 0.85, 0.83});
       if (event.kind != "street") canvas.text({left + 3, 24}, event.kind, {10});
     }
-    for (std::size_t k = 0; k < errors.size(); ++k) {
-      for (double& error : errors[k]) error = std::isfinite(error) ? std::max(error, 0.1) : error;
+    for (std::size_t k = 0; k < errors.size(); ++k)
       draw_line(canvas, plot, drive.truth.time_s, errors[k], stroke_of(k));
-    }
     plot.draw_frame(canvas);
   });
 }
 
 /// Errors over the bound that is stated with them (Stanford diagram): what lies above the line misleads.
-std::string stanford_picture(const DriveFolder& drive, const Tracks& tracks) {
+std::string stanford_picture(const DriveFolder& drive, const Tracks& tracks, const Errors& all) {
   return picture(380, 300, [&](Canvas& canvas) {
     drawing::Plot plot{{55, 12, 310, 240},
                        drawing::decade_scale(0.1, 1000),
@@ -119,7 +115,7 @@ std::string stanford_picture(const DriveFolder& drive, const Tracks& tracks) {
     std::size_t k = 0;
     for (const auto& [name, track] : tracks) {
       std::size_t next = 0;
-      const std::vector<double> errors = errors_over_time(drive, track);
+      const std::vector<double>& errors = all[k];
       for (std::size_t i = 0; i < errors.size(); ++i) {
         while (next + 1 < track.time_s.size() && track.time_s[next + 1] <= drive.truth.time_s[i]) ++next;
         if (track.time_s.empty() || !std::isfinite(errors[i]) || !track.covariance[next].allFinite())
@@ -205,7 +201,9 @@ std::string page(const std::vector<Result>& results, const std::vector<DriveFold
                           255 * c.b, xml_escaped(name));
     }
     text += "</p>\n";
-    text += map_picture(drive, its) + error_picture(drive, its) + stanford_picture(drive, its);
+    Errors errors;
+    for (const auto& [name, track] : its) errors.push_back(errors_over_time(drive, track));
+    text += map_picture(drive, its) + error_picture(drive, errors) + stanford_picture(drive, its, errors);
   }
   return text + "</body></html>\n";
 }
