@@ -26,6 +26,8 @@ using geodesy::kPi;
 constexpr double kLeastCosine = 1e-3;
 /// Length [m] of a piece of facade that scatters with one strength.
 constexpr double kPiece_m = 8;
+/// A wall at a whole coordinate lies within one row of cubes; on their faces, rounding would choose the cube.
+constexpr double kPieceShift_m = 1e-3;
 
 /// A piece of facade that a ray of the antenna met, at once or over others.
 struct Patch {
@@ -321,7 +323,7 @@ struct DiffuseScattering::Impl {
     std::uint64_t bits = mix64(root + kGolden64 * of + mix64(instance));
     if (instance == 0) {
       for (int axis = 0; axis < 3; ++axis) {
-        const auto cube = static_cast<std::int64_t>(std::floor(point[axis] / kPiece_m));
+        const auto cube = static_cast<std::int64_t>(std::floor((point[axis] + kPieceShift_m) / kPiece_m));
         bits = mix64(bits + kGolden64 * static_cast<std::uint64_t>(cube));
       }
     }

@@ -26,16 +26,29 @@ constexpr double kMuGps = 3.986005e14;           // IS-GPS-200, 20.3.3.4.3.3
 constexpr double kMuOthers = geodesy::kEarthMu;  // Galileo OS-SIS-ICD 5.1.1; BDS-SIS-ICD B1I 5.2.4.12
 constexpr double kGeoTilt_rad = geodesy::radians(5);
 
-/// `start + rate * t` wrapped to [-pi, pi]. Long double: decades of orbits are 2e5 rad, where a double's
-/// rounding alone is a millimetre on the orbit.
-double advance(double start, long double rate, GpsTime from, GpsTime to) {
-  const long double t = static_cast<long double>(to.nanoseconds() - from.nanoseconds()) * 1e-9L;
-  return static_cast<double>(
-      std::remainder(static_cast<long double>(start) + rate * t, 2 * 3.141592653589793238463L));
-}
-
 double wrap(double angle) {
   return std::remainder(angle, 2 * geodesy::kPi);
+}
+
+/// `start + rate * t` wrapped to [-pi, pi]. Decades of orbits are 2e5 rad, where a double's rounding alone is
+/// a millimetre on the orbit: the product and 2 pi are sums of two doubles (T. J. Dekker, Numer. Math. 18,
+/// 1971).
+double advance(double start, double rate, GpsTime from, GpsTime to) {
+  constexpr double kTwoPi = 2 * geodesy::kPi, kTwoPiRest = 2.4492935982947064e-16;
+  const std::int64_t ns = to.nanoseconds() - from.nanoseconds();
+  const auto whole_s = static_cast<double>(ns / GpsTime::kNanosecondsPerSecond);
+  const double rest_s = static_cast<double>(ns % GpsTime::kNanosecondsPerSecond) * 1e-9;
+  const double product = rate * whole_s;
+  const double product_rest = std::fma(rate, whole_s, -product);
+  const double turns = std::nearbyint(product / kTwoPi);
+  return wrap(start + (std::remainder(product, kTwoPi) - turns * kTwoPiRest + product_rest + rate * rest_s));
+}
+
+/// Longitude of the ascending node on the rotating Earth, in [-pi, pi]; the rates are taken apart, since
+/// their difference is rounded.
+double node_longitude(const OrbitSlot& slot, GpsTime t) {
+  return advance(advance(slot.node_longitude_rad, slot.node_rate, slot.epoch, t), -slot.earth_rate,
+                 slot.epoch, t);
 }
 
 /// Spacing and grid of the records of a Kepler system.
@@ -84,9 +97,7 @@ gnss::KeplerEphemeris kepler_record(const OrbitSlot& slot, const Issue& issue, G
   } else {
     e.inclination = slot.inclination_rad;
     e.right_ascension_rate = slot.node_rate;
-    node = advance(slot.node_longitude_rad,
-                   static_cast<long double>(slot.node_rate) - static_cast<long double>(slot.earth_rate),
-                   slot.epoch, toe);
+    node = node_longitude(slot, toe);
     e.mean_anomaly = advance(slot.argument_of_latitude_rad, slot.argument_of_latitude_rate, slot.epoch, toe);
     rate = slot.argument_of_latitude_rate;
   }
@@ -166,8 +177,7 @@ double circular_axis(double rate, double inclination) {
 /// State in the ECEF axes of `t` on the near-circular J2 orbit that passes the slot at `t` and comes back to
 /// the same argument of latitude after exactly the slot's draconic period.
 gnss::GlonassEphemeris glonass_start(const OrbitSlot& slot, GpsTime t) {
-  const double node = advance(slot.node_longitude_rad,
-                              static_cast<long double>(slot.node_rate) - slot.earth_rate, slot.epoch, t);
+  const double node = node_longitude(slot, t);
   const double u = advance(slot.argument_of_latitude_rad, slot.argument_of_latitude_rate, slot.epoch, t);
   const Eigen::Matrix3d orbit = (Eigen::AngleAxisd(node, Eigen::Vector3d::UnitZ()) *
                                  Eigen::AngleAxisd(slot.inclination_rad, Eigen::Vector3d::UnitX()) *
