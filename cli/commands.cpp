@@ -44,6 +44,15 @@ geodesy::Geodetic parse_place(const std::string& text, const std::string& option
   return place;
 }
 
+geodesy::GpsTime middle_time(const gnss::NavigationData& navigation) {
+  std::vector<geodesy::GpsTime> times;
+  for (const auto& ephemeris : navigation.kepler) times.push_back(ephemeris.toe);
+  for (const auto& ephemeris : navigation.glonass) times.push_back(ephemeris.toe);
+  if (times.empty()) return {};
+  std::sort(times.begin(), times.end());
+  return times[times.size() / 2];
+}
+
 std::vector<double> parse_numbers(const std::string& text) {
   std::vector<double> values;
   for (const std::string_view piece : split(text, ',')) {

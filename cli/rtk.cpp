@@ -287,15 +287,6 @@ int run_rtk(const RtkArguments& arguments) {
 
 }  // namespace
 
-GpsTime middle_time(const gnss::NavigationData& navigation) {
-  std::vector<GpsTime> times;
-  for (const auto& ephemeris : navigation.kepler) times.push_back(ephemeris.toe);
-  for (const auto& ephemeris : navigation.glonass) times.push_back(ephemeris.toe);
-  if (times.empty()) return {};
-  std::sort(times.begin(), times.end());
-  return times[times.size() / 2];
-}
-
 void add_rtk(Command& app) {
   Command& command =
       app.add_command("rtk", "compute float and fixed RTK positions of a recorded rover and base");

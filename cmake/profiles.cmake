@@ -1,7 +1,7 @@
 # profiles/*.yaml become a source of canyon_run_scenario, so that no program needs to find them when it runs. They are
 # installed as well, to be read and copied.
 set(CANYON_PROFILE_SOURCE ${CMAKE_CURRENT_BINARY_DIR}/generated/built_in_profiles.cpp)
-file(GLOB profiles CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/profiles/*.yaml)
+file(GLOB profiles CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/../profiles/*.yaml)
 list(SORT profiles)
 set(CANYON_PROFILE_ENTRIES "")
 foreach(profile IN LISTS profiles)
@@ -11,5 +11,7 @@ foreach(profile IN LISTS profiles)
   string(APPEND CANYON_PROFILE_ENTRIES "      {\"${name}\", R\"canyon(${text})canyon\"},\n")
 endforeach()
 configure_file(${CMAKE_CURRENT_LIST_DIR}/built_in_profiles.cpp.in ${CANYON_PROFILE_SOURCE} @ONLY)
-target_sources(canyon_run_scenario PRIVATE ${CANYON_PROFILE_SOURCE})
-install(DIRECTORY profiles/ DESTINATION ${CMAKE_INSTALL_DATADIR}/canyon/profiles FILES_MATCHING PATTERN "*.yaml")
+if(TARGET canyon_run_scenario)
+  target_sources(canyon_run_scenario PRIVATE ${CANYON_PROFILE_SOURCE})
+  install(DIRECTORY profiles/ DESTINATION ${CMAKE_INSTALL_DATADIR}/canyon/profiles FILES_MATCHING PATTERN "*.yaml")
+endif()

@@ -75,17 +75,8 @@ inline constexpr std::size_t kLargestUnpacked = std::size_t{1} << 30;
 
 /// Whether the whole file must be there to unpack it here: of bzip2, of Unix compress (.Z), or a zip archive.
 [[nodiscard]] bool is_unpacked_whole(std::string_view head);
-/// Unpacks such a file: the streams of bzip2, one or several, the LZW of compress, or the one file of a zip
-/// archive. Throws InputError, in the name of `path`, where the data are damaged, for a zip archive that
-/// holds none or several files or is encrypted, and for more than 1 GiB, or more than 256 MiB and 200 times
-/// the packed size.
-[[nodiscard]] std::string unpack(const std::filesystem::path& path, std::string_view packed);
-
 /// Throws InputError for the first bytes of what cannot be read here: other archives, and web pages, which
 /// servers send instead of data where one must sign in.
 void refuse_foreign_bytes(const std::filesystem::path& path, std::string_view head);
-
-/// Names of the files of a zip archive; none where it is damaged or not one.
-[[nodiscard]] std::vector<std::string> zip_names(const std::filesystem::path& path);
 
 }  // namespace canyon

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -111,7 +110,7 @@ Temporary::Temporary(fs::path path, Kind kind)
   sweep(path_.parent_path());
   for (;;) {
     std::array<unsigned char, kPartRandom> random{};
-    (void)::getrandom(random.data(), random.size(), 0);
+    (void)::getentropy(random.data(), random.size());
     std::string mark(kPartMark);
     for (const unsigned char each : random) mark += kPartLetters[each % kPartLetters.size()];
     temporary_ = path_;

@@ -7,24 +7,13 @@
 #include <cmath>
 #include <set>
 #include <utility>
-#include <variant>
 
-#include "canyon/base/file_kind.hpp"
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/building_draws.hpp"
-#include "canyon/city/buildings/sources/city_files.hpp"
-#include "canyon/city/buildings/sources/geoid.hpp"
-#include "canyon/city/buildings/sources/model_kind.hpp"
-#include "canyon/city/buildings/sources/osm_reader.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/city_file.hpp"
-#include "canyon/city/gazebo_export.hpp"
-#include "canyon/city/gazebo_import.hpp"
-#include "canyon/city/mesh_file.hpp"
-#include "canyon/city/synthetic_city.hpp"
-#include "canyon/city/tiles/read_tiles.hpp"
+#include "canyon/city/tiles/tile_options.hpp"
 #include "canyon/run/georeference.hpp"
 #include "canyon/run/run_plan.hpp"
 #include "canyon/run/scenario/scenario.hpp"
@@ -36,165 +25,6 @@ namespace {
 /// A scenario reads the tiles of a city model, or keeps the objects of a large city, that are this near to
 /// its trajectory.
 constexpr double kAboutWay_m = 1000;
-
-bool is_city_model(const std::filesystem::path& path) {
-  const std::string ending = lower_case(path.extension().string());
-  return ending == ".gml" || ending == ".citygml" ||
-         buildings::model_kind(path) != buildings::ModelKind::None;
-}
-
-/// Adds the features of a city model.
-void append(buildings::MapData& map, buildings::MapData model, const std::optional<buildings::LonLatBox>& box,
-            bool foliage) {
-  if (!map.geoid_undulation_m) map.geoid_undulation_m = model.geoid_undulation_m;
-  map.source += (map.source.empty() ? "" : ", ") + model.source;
-  map.notes.append(model.notes);
-  if (map.bounds.isEmpty()) map.bounds = model.bounds;
-  const double longitude = box ? box->middle_longitude() : map.bounds.center().x();
-  for (buildings::MapFeature& feature : model.features) {
-    const bool green =
-        feature.kind == buildings::FeatureKind::Tree || feature.kind == buildings::FeatureKind::Wood;
-    if (green && !foliage) {
-      ++map.foliage_left_out;
-      continue;
-    }
-    feature.bring_near(longitude);
-    map.bounds.extend(feature.bounds());
-    map.features.push_back(std::move(feature));
-  }
-  map.relief = std::move(model.relief);
-}
-
-buildings::MapData read_maps(const MapCity& config, const buildings::TerrainOptions& heights) {
-  std::optional<buildings::LonLatBox> box;
-  if (config.bbox_deg) {
-    const auto& [west, south, east, north] = *config.bbox_deg;
-    box = buildings::LonLatBox{west, south, east, north};
-    box->validate();
-  }
-  std::vector<std::filesystem::path> osm, models;
-  for (const auto& path : config.files) (is_city_model(path) ? models : osm).push_back(path);
-  buildings::MapData map;
-  if (!osm.empty()) {
-    buildings::OsmReadOptions options;
-    options.box = box;
-    options.foliage = config.build.foliage;
-    try {
-      map = buildings::read_osm(osm, options);
-    } catch (const InputError& fault) {
-      for (const std::filesystem::path& path : osm) {
-        const InputError known = explained(fault, path, "a map of OpenStreetMap");
-        if (known.problem() != fault.problem()) throw InputError(known);
-      }
-      throw;
-    }
-  }
-  if (!models.empty())
-    append(map, buildings::read_city_files(models, {config.model, heights, box}), box, config.build.foliage);
-  if (map.features.empty()) {
-    throw InputError(
-        map.source + ": no building" + (box ? " in the box" : ""),
-        box ? "the box is city.bbox, else of tiles 1 km about the trajectory: check places, or give a "
-              "box west,south,east,north that holds some"
-            : "give a map with buildings");
-  }
-  return map;
-}
-
-using Progress = std::function<void(std::size_t, std::size_t)>;
-
-buildings::BuiltCity read_source(const MapCity& config, const CityConfig& city, const Progress& progress) {
-  // The rasters first: a wrong one is found before minutes of reading.
-  std::optional<buildings::Terrain> terrain;
-  if (!config.terrain.empty()) terrain.emplace(config.terrain, city.sea_level);
-  buildings::BuildOptions build = config.build;
-  build.origin = city.origin;
-  build.validate();
-  buildings::MapData map = read_maps(config, city.sea_level);
-  if (!map.relief.empty() && terrain) {
-    map.notes.say(ReadReport::Level::Remark,
-                  map.source + ": its relief is left out, since city.terrain has height rasters");
-  } else if (!map.relief.empty()) {
-    terrain.emplace(buildings::Terrain::of_relief(map.relief));
-    const auto beyond = std::count_if(map.features.begin(), map.features.end(), [&](const auto& feature) {
-      return !terrain->height_m(feature.bounds().center());
-    });
-    const bool elsewhere = static_cast<std::size_t>(beyond) == map.features.size();
-    if (elsewhere) terrain.reset();
-    if (beyond > 0) {
-      map.notes.say(ReadReport::Level::Loss,
-                    fmt::format("{}: {} of {} objects stand beyond its relief, {}", map.source, beyond,
-                                map.features.size(), elsewhere ? "which is left out" : "where no ground is"));
-    }
-  }
-  map.relief = {};
-  return buildings::build_city(map, terrain ? &*terrain : nullptr, build, progress);
-}
-
-buildings::BuiltCity read_source(const tiles::TileOptions& tileset, const CityConfig& city,
-                                 const Progress& progress) {
-  tiles::TilesCity read = tiles::read_tiles(tileset, city.origin, progress);
-  buildings::BuiltCity out;
-  out.city = std::move(read.city);
-  out.placed = read.georeferenced || city.origin;
-  return out;
-}
-
-buildings::BuiltCity read_source(const MeshCity& mesh, const CityConfig& city, const Progress& /*progress*/) {
-  city::MeshImportOptions import = mesh.import;
-  import.origin = city.origin.value_or(geodesy::Geodetic{});
-  buildings::BuiltCity out;
-  out.city = city::read_mesh_city(mesh.path, import);
-  out.placed = city.origin.has_value();
-  return out;
-}
-
-buildings::BuiltCity read_source(const CityFile& file, const CityConfig& /*city*/,
-                                 const Progress& /*progress*/) {
-  const bool own = lower_case(file.path.extension().string()) == ".canyon";
-  buildings::BuiltCity out;
-  out.city = own ? city::read_city_file(file.path) : city::read_gazebo_world(file.path);
-  return out;
-}
-
-buildings::BuiltCity read_source(const city::SyntheticCityOptions& options, const CityConfig& city,
-                                 const Progress& /*progress*/) {
-  city::SyntheticCityOptions placed = options;
-  if (city.origin) placed.origin = *city.origin;
-  buildings::BuiltCity out;
-  out.city = city::synthetic_city(placed);
-  return out;
-}
-
-buildings::BuiltCity read_source(const OpenField& /*field*/, const CityConfig& city,
-                                 const Progress& /*progress*/) {
-  const geodesy::Geodetic origin = city.origin.value_or(geodesy::Geodetic{});
-  geodesy::check_geodetic(origin, "city origin");
-  buildings::BuiltCity out;
-  out.city.name = "open field";
-  out.city.frame = geodesy::LocalFrame(origin);
-  return out;
-}
-
-}  // namespace
-
-buildings::BuiltCity read_city(const CityConfig& config,
-                               const std::function<void(std::size_t, std::size_t)>& progress) {
-  config.sea_level.validate();
-  buildings::BuiltCity loaded =
-      std::visit([&](const auto& source) { return read_source(source, config, progress); }, config.source);
-  const geodesy::Geodetic& origin = loaded.city.frame.origin();
-  if (config.sea_level.geoid_undulation_m) {
-    loaded.city.geoid_undulation_m = *config.sea_level.geoid_undulation_m;
-  } else if (config.sea_level.geoid != buildings::GeoidModel::ByFile) {
-    loaded.city.geoid_undulation_m = buildings::geoid_undulation_m(
-        config.sea_level.geoid,
-        {geodesy::degrees(origin.longitude_rad), geodesy::degrees(origin.latitude_rad)});
-  }
-  return loaded;
-}
-
-namespace {
 
 /// Degrees of longitude and latitude about points, with a margin.
 class PlaceBounds {

@@ -21,7 +21,7 @@ export const kKeys: [string, string][] = [
 ];
 
 export function helpHtml(): Html {
-  return html`<h2>What is what <form method="dialog" style="float:right"><button autofocus>Close</button></form></h2>
+  return html`<h2>What is what <form method="dialog" style="float:right"><button>Close</button></form></h2>
   <div class="columns"><table>${kKeys.map(([key, what]) => html`<tr><th>${key}</th><td>${what}</td></tr>`)}
     <tr><th>mouse</th><td>drag: turn; right button or Shift: move; wheel: nearer; click: select a building; Shift+click: put an antenna there</td></tr>
     <tr><th>touch</th><td>one finger: turn; two: nearer</td></tr>

@@ -7,7 +7,7 @@ import { helpHtml } from './help';
 import { Live } from './live';
 import { MapPanel } from './mappanel';
 import { outline } from './lines';
-import { Connection, type Message } from './messages';
+import { Connection, FrameConnection, type Message } from './messages';
 import { kErrorColour, kindColour, kPaint, receiverColour, receiverShape, visibilityColour } from './palette';
 import { Details, EpochTable, Readout, SatelliteTable, summaryHtml } from './panels';
 import { Probe } from './probe';
@@ -122,7 +122,8 @@ class App {
 
   /** The line to the `canyon view` that served the page; an exported one has none. */
   private connect(): void {
-    const connection = this.served ? new Connection((m) => this.take(m), () => this.lineChanged(connection)) : null;
+    const Line = this.served ? Connection : FrameConnection.here ? FrameConnection : null;
+    const connection = Line && new Line((m) => this.take(m), () => this.lineChanged(connection));
     this.probe = new Probe(this.store, this.state, connection, {
       toast: (text) => this.toast(text),
       arm: (on) => {
@@ -147,6 +148,8 @@ class App {
     if (message.type === 'hello') this.live?.hello(message);
     else if (message.type === 'progress') this.live?.computed(message);
     else if (message.type === 'finished') void this.finished();
+    else if (message.type === 'arm') this.probe.arm();
+    else if (message.type === 'look') parent.postMessage({ type: 'look', box: this.view.groundBox() }, '*');
     else if (message.type === 'error' && message.id === undefined) this.failed(message.message);
     else if (!this.probe.take(message) && message.type === 'epoch') this.live?.take(message);
   }

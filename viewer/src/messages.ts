@@ -42,8 +42,8 @@ export interface ProgressMessage {
   planned: number;
 }
 
-/** `finished`: the run has ended, and what is served is all of it. */
-export type Message = { version: number } & (EpochMessage | ErrorMessage | HelloMessage | ProgressMessage | { type: 'finished' });
+/** `finished`: the run has ended, and what is served is all of it. `arm`: the next click is to be told; `look`: what is in view. */
+export type Message = { version: number } & (EpochMessage | ErrorMessage | HelloMessage | ProgressMessage | { type: 'finished' } | { type: 'arm' } | { type: 'look' });
 
 export interface ProbeMessage {
   type: 'probe';
@@ -88,7 +88,7 @@ export class Connection {
   open = false;
 
   /** @param onState after `open` has changed, and after every try that failed */
-  constructor(private readonly onMessage: (message: Message) => void, private readonly onState: () => void) {
+  constructor(protected readonly onMessage: (message: Message) => void, private readonly onState: () => void) {
     addEventListener('pagehide', () => {
       this.ended = true;
       this.socket?.close();
@@ -103,7 +103,7 @@ export class Connection {
     return true;
   }
 
-  private connect(): void {
+  protected connect(): void {
     if (this.ended) return;
     const socket = new WebSocket(`ws://${location.host}/messages`);
     this.socket = socket;
@@ -120,5 +120,19 @@ export class Connection {
       this.onState();
       setTimeout(() => this.connect(), kRetryMs);
     };
+  }
+}
+
+/** The line to the page that has this one in a frame and computes: web.ts. */
+export class FrameConnection extends Connection {
+  static readonly here = location.hash === '#framed' && parent !== window;
+
+  override send(message: ProbeMessage): boolean {
+    parent.postMessage(message, '*');
+    return true;
+  }
+  protected override connect(): void {
+    this.open = true;
+    addEventListener('message', (event) => event.source === parent && this.onMessage(event.data as Message));
   }
 }

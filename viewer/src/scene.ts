@@ -163,6 +163,16 @@ export class SceneView {
     this.wanted = true;
   }
 
+  /** West, south, east, north [m] of what the camera looks at, within the city. */
+  groundBox(): [number, number, number, number] {
+    const { target: { x, y }, distance } = this.control;
+    const half = Math.min(distance / 2, 1000);
+    const [west, south, east, north] = [x - half, y - half, x + half, y + half];
+    const { low, high } = this.city;
+    if (!Number.isFinite(low[0])) return [west, south, east, north];
+    return [Math.max(west, low[0]), Math.max(south, low[1]), Math.min(east, high[0]), Math.min(north, high[1])];
+  }
+
   /** Draws a picture where something changed; true where it did. */
   frame(): boolean {
     if (!this.wanted && ++this.rested === kRest && this.coarse) this.sharpen();

@@ -22,7 +22,6 @@
 #include "canyon/city/mesh_parts.hpp"
 #include "canyon/outputs/output/view_tables.hpp"
 #include "canyon/outputs/view/header.hpp"
-#include "canyon/outputs/view/server.hpp"
 
 namespace canyon::view {
 namespace {
@@ -90,6 +89,22 @@ std::string glb_of(const city::City& city, const std::filesystem::path& folder) 
 }
 
 }  // namespace
+
+bool is_served_name(std::string_view name) {
+  bool any = false, dotted = false;  // since the last dot; at all
+  for (const char c : name) {
+    if (c == '.') {
+      if (!any) return false;
+      any = false;
+      dotted = true;
+    } else if ((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || (c == '-' && !dotted)) {
+      any = true;
+    } else {
+      return false;
+    }
+  }
+  return any && dotted;
+}
 
 std::string read_bytes(const std::filesystem::path& path) {
   check_input_file(path);

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "canyon/city/city.hpp"
@@ -16,6 +17,10 @@ extern const char* const built_page;
 /// one, else viewer.html of the installed share/canyon, else that of the source tree. Throws InputError, with
 /// the command that builds it, where there is none.
 [[nodiscard]] std::filesystem::path find_page();
+
+/// The name of a file that may be asked for, behind "/view/": small letters, digits, '-', and dots between
+/// (viewer/schema.json: "file"). Whatever leads elsewhere is none.
+[[nodiscard]] bool is_served_name(std::string_view name);
 
 /// The files of the view in a folder, the city's first. Throws InputError where it has no view, where a file
 /// of it is missing, cut off or a link, and for names that a Server does not give.

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/outputs/drawing/views/sky_picture.hpp"
+#include "canyon/outputs/drawing/views/sky_mask.hpp"
 
 namespace canyon::view {
 

@@ -27,6 +27,7 @@
 #include <boost/beast/websocket/stream.hpp>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/outputs/view/page.hpp"
 
 namespace canyon::view {
 namespace {
@@ -318,22 +319,6 @@ class Connection : public std::enable_shared_from_this<Connection> {
 };
 
 }  // namespace
-
-bool is_served_name(std::string_view name) {
-  bool any = false, dotted = false;  // since the last dot; at all
-  for (const char c : name) {
-    if (c == '.') {
-      if (!any) return false;
-      any = false;
-      dotted = true;
-    } else if ((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || (c == '-' && !dotted)) {
-      any = true;
-    } else {
-      return false;
-    }
-  }
-  return any && dotted;
-}
 
 struct Server::Impl {
   asio::io_context io{1};

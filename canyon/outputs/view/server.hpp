@@ -34,10 +34,6 @@ struct ServedSite {
   std::function<std::string(const std::string& message)> answer = {};
 };
 
-/// The name of a file that may be asked for, behind "/view/": small letters, digits, '-', and dots between
-/// (viewer/schema.json: "file"). Whatever leads elsewhere is none.
-[[nodiscard]] bool is_served_name(std::string_view name);
-
 /// HTTP and WebSocket for pages of this machine: 127.0.0.1 alone, and only for requests whose Host (and
 /// Origin, where given) is this very server, so that no foreign page in the user's browser reads along.
 /// Works on a thread of its own from construction to destruction.

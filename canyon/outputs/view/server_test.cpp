@@ -11,6 +11,7 @@
 #include <boost/asio.hpp>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/outputs/view/page.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/view_listener.hpp"
 

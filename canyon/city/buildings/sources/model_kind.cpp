@@ -5,6 +5,7 @@
 #include "canyon/base/gzip_file.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/base/unpack.hpp"
 
 namespace canyon::buildings {
 

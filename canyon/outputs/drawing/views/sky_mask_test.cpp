@@ -4,7 +4,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/outputs/drawing/views/sky_picture.hpp"
+#include "canyon/outputs/drawing/views/sky_mask.hpp"
 
 namespace canyon::drawing {
 namespace {

@@ -202,10 +202,6 @@ std::function<void(Canvas&)> chart(const SkyDrawing& drawing) {
   };
 }
 
-constexpr int kElevationSteps = 180;
-constexpr double kElevationStep_rad = 0.5 * geodesy::kPi / kElevationSteps;
-constexpr int kBisections = 5;
-
 }  // namespace
 
 void SkySheet::validate() const {
@@ -249,62 +245,6 @@ std::string draw_fisheye(const SkyDrawing& drawing, const SkySurroundings& surro
       c.image({left / scale, top / scale, width / scale, height / scale}, width, height, image.pixels);
     });
   });
-}
-
-bool SkyMask::hidden(double azimuth_rad, double elevation_rad) const {
-  if (azimuths.empty()) return false;
-  const double turns = azimuth_rad / (2 * geodesy::kPi);
-  const double sector = (turns - std::floor(turns)) * static_cast<double>(azimuths.size());
-  const auto& stretches = azimuths[std::min(static_cast<std::size_t>(sector), azimuths.size() - 1)];
-  return std::any_of(stretches.begin(), stretches.end(), [elevation_rad](const Stretch& s) {
-    return elevation_rad >= s.low_rad && elevation_rad <= s.high_rad;
-  });
-}
-
-double SkyMask::hidden_share() const {
-  if (azimuths.empty()) return 0;
-  double hidden = 0;  // a band of the sphere has the area of its height: sin(high) - sin(low)
-  for (const auto& stretches : azimuths)
-    for (const Stretch& s : stretches) hidden += std::sin(s.high_rad) - std::sin(s.low_rad);
-  return hidden / static_cast<double>(azimuths.size());
-}
-
-SkyMask make_sky_mask(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu, int sectors) {
-  SkyMask mask;
-  mask.azimuths.resize(static_cast<std::size_t>(sectors));
-  const auto look = [&](int a) {
-    auto& stretches = mask.azimuths[static_cast<std::size_t>(a)];
-    const double azimuth = (a + 0.5) * 2 * geodesy::kPi / sectors;
-    const auto hidden = [&](double elevation_rad) {
-      raytrace::Ray ray;
-      ray.origin = antenna_enu;
-      ray.direction = geodesy::enu_from_azimuth_elevation(azimuth, elevation_rad);
-      return scene.occluded(ray);
-    };
-    // The elevation between two others at which hidden turns to open, by bisection.
-    const auto border = [&](double low, double high, bool hidden_at_low) {
-      for (int i = 0; i < kBisections; ++i) {
-        const double middle = 0.5 * (low + high);
-        (hidden(middle) == hidden_at_low ? low : high) = middle;
-      }
-      return 0.5 * (low + high);
-    };
-    bool before = false;
-    for (int e = 0; e < kElevationSteps; ++e) {
-      const double elevation = (e + 0.5) * kElevationStep_rad;
-      const bool now = hidden(elevation);
-      if (now && !before)
-        stretches.push_back(
-            {e == 0 ? 0 : border(elevation - kElevationStep_rad, elevation, false), 0.5 * geodesy::kPi});
-      else if (!now && before)
-        stretches.back().high_rad = border(elevation - kElevationStep_rad, elevation, true);
-      before = now;
-    }
-  };
-  tbb::parallel_for(tbb::blocked_range<int>(0, sectors, 16), [&look](const tbb::blocked_range<int>& range) {
-    for (int a = range.begin(); a != range.end(); ++a) look(a);
-  });
-  return mask;
 }
 
 }  // namespace canyon::drawing

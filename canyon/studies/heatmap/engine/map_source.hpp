@@ -56,6 +56,36 @@ struct MapAnswer {
   double altitude_m = 0;  ///< likewise
 };
 
+/// A finished map that answers for places: a file that is read back, or values in memory.
+class MapAnswers {
+ public:
+  struct About {
+    Grid grid;
+    geodesy::LocalFrame frame;
+    std::vector<geodesy::GpsTime> times;
+    std::vector<double> altitudes_m;
+    AltitudeKind altitude_kind = AltitudeKind::AboveTerrain;
+    std::vector<Layer> layers;
+    std::string motion;  ///< of the receiver: simulation::describe(), "standing" where it is not known
+  };
+  virtual ~MapAnswers() = default;
+
+  [[nodiscard]] virtual const About& about() const = 0;
+  [[nodiscard]] const Grid& grid() const { return about().grid; }
+  [[nodiscard]] const geodesy::LocalFrame& frame() const { return about().frame; }
+  [[nodiscard]] const std::vector<geodesy::GpsTime>& times() const { return about().times; }
+  [[nodiscard]] const std::vector<double>& altitudes_m() const { return about().altitudes_m; }
+  [[nodiscard]] AltitudeKind altitude_kind() const { return about().altitude_kind; }
+  [[nodiscard]] const std::vector<Layer>& layers() const { return about().layers; }
+  [[nodiscard]] const std::string& motion() const { return about().motion; }
+  /// At the cell that a place lies in (a side belongs to the cell east or north of it, the outermost sides to
+  /// the grid), the nearest altitude and time (ties: the earlier, the lower). Empty outside the grid, and
+  /// before the first or after the last time by more than half the step next to it (a single time: 15 min).
+  /// Cells that were not computed have NaN values.
+  [[nodiscard]] virtual std::optional<MapAnswer> at(const Eigen::Vector2d& enu, double altitude_m,
+                                                    geodesy::GpsTime time) const = 0;
+};
+
 /// MapSource::slice of a map whose tiles stand in a store: empty for units that it does not have. Keeps the
 /// unit read last, for writers that take all times of a tile. Both must outlive it. Not thread-safe. Throws
 /// as TileStore::load() does.

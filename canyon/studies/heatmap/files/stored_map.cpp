@@ -223,13 +223,16 @@ struct StoredMap::Impl : About {
   std::list<Piece> pieces;  ///< the last asked for first
 };
 
-StoredMap::StoredMap(const std::filesystem::path& netcdf)
-    : impl_(std::make_unique<Impl>(netcdf)), about_(impl_.get()) {
+StoredMap::StoredMap(const std::filesystem::path& netcdf) : impl_(std::make_unique<Impl>(netcdf)) {
   impl_->file.first_in_child([this] { impl_->read(); });
 }
 
 StoredMap::~StoredMap() = default;
 StoredMap::StoredMap(StoredMap&&) noexcept = default;
+
+const MapAnswers::About& StoredMap::about() const {
+  return *impl_;
+}
 
 std::optional<MapAnswer> StoredMap::at(const Eigen::Vector2d& enu, double altitude_m,
                                        geodesy::GpsTime time) const {

@@ -6,7 +6,6 @@
 
 #include "canyon/city/city.hpp"
 #include "canyon/studies/heatmap/engine/map_source.hpp"
-#include "canyon/studies/heatmap/files/stored_map.hpp"
 
 namespace canyon::view {
 
@@ -23,10 +22,10 @@ inline constexpr std::size_t kMostMapColumns = 8192;
 /// Throws InputError where the map is of another place than the city, has more than kMostMapCells
 /// or kMostMapColumns, a tile of
 /// it is damaged, or the folder has no view or does not take the files.
-void add_map(const heatmap::StoredMap& map, const std::string& name, const city::City& city,
+void add_map(const heatmap::MapAnswers& map, const std::string& name, const city::City& city,
              const std::filesystem::path& folder);
 
 /// A city without anything in it about the map's place: what a map is shown over where no city is given.
-[[nodiscard]] city::City field_of(const heatmap::StoredMap& map);
+[[nodiscard]] city::City field_of(const heatmap::MapAnswers& map);
 
 }  // namespace canyon::view

@@ -1,0 +1,180 @@
+// No header declares it: the page calls it by name.
+// What the page calls, by text: files lie in the module's own file system, which nothing leaves.
+#include <emscripten.h>
+
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "canyon/base/json.hpp"
+#include "canyon/base/output_file.hpp"
+#include "canyon/base/text.hpp"
+#include "canyon/outputs/output/sinks.hpp"
+#include "canyon/outputs/view/page.hpp"
+#include "canyon/outputs/view/probe.hpp"
+#include "canyon/outputs/view/view_sink.hpp"
+#include "canyon/run/environment.hpp"
+#include "canyon/run/load_city.hpp"
+#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/run/simulator.hpp"
+#include "canyon/studies/heatmap/engine/map_request.hpp"
+#include "canyon/studies/heatmap/engine/map_source.hpp"
+#include "canyon/studies/heatmap/pictures/map_view.hpp"
+#include "cli/scenario_run.hpp"
+
+namespace {
+
+using namespace canyon;
+namespace fs = std::filesystem;
+
+// The worker takes these on: page.ts.
+EM_JS(void, tell_progress, (double done, double planned), { Module['progress'](done, planned); });
+
+/// The run that is shown.
+struct Shown {
+  std::shared_ptr<simulation::CityScene> scene;
+  std::unique_ptr<simulation::Simulation> simulation;
+  std::unique_ptr<view::Probe> probe;
+};
+Shown shown;
+
+Json lines_of(const ReadReport& report) {
+  Json lines = Json::array();
+  for (const auto& [level, line] : report.entries())
+    lines.push_back(std::string(ReadReport::name(level)) + ": " + line);
+  return lines;
+}
+
+/// The scenario that `canyon new` writes for the files: {"yaml", "facts"}.
+Json make_scenario(const Json& given) {
+  const auto files = given.at("files").get<std::vector<std::string>>();
+  const cli::NewScenario made = cli::new_scenario(
+      files, "scenario.yaml", given.contains("origin") ? given.at("origin").get<std::string>() : "");
+  return {{"yaml", made.yaml}, {"facts", made.facts}};
+}
+
+/// Runs scenario.yaml as `canyon simulate --view` does, or its first {"seconds"}, into out/, and exports its
+/// view as out/page.html: {"files", "report", "seconds"}.
+Json run(const Json& given) {
+  shown = {};
+  fs::remove_all("out");
+  simulation::Scenario scenario = simulation::read_scenario("scenario.yaml");
+  if (given.contains("seconds")) scenario.duration_s = given.at("seconds").get<double>();
+  shown.scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario));
+  shown.simulation = std::make_unique<simulation::Simulation>(std::move(scenario), shown.scene);
+  const auto files = output::make_file_sinks(*shown.simulation, "out");
+  view::ViewOptions kept;
+  kept.skyline_step_m = 9;  // rays of skylines would take half of the time
+  const auto view = view::make_view(*shown.simulation, "out/view", kept);
+  std::vector<simulation::EpochSink*> sinks{view.get()};
+  for (const auto& file : files) sinks.push_back(file.get());
+  simulation::RunOptions options;
+  options.progress = [](std::size_t done, std::size_t planned) {
+    tell_progress(static_cast<double>(done), static_cast<double>(planned));
+  };
+  const simulation::RunResult result = shown.simulation->run(sinks, options);
+  view::export_page("viewer.html", "out/view", "out/page.html");
+  Json report = lines_of(shown.simulation->report());
+  for (const std::string& warning : result.warnings) report.push_back("warning: " + warning);
+  Json names = Json::array();
+  for (const auto& entry : fs::recursive_directory_iterator("out"))
+    if (entry.is_regular_file() && entry.path().parent_path() != "out/view")
+      names.push_back(entry.path().string());
+  return {{"files", names}, {"report", report}, {"seconds", result.wall_s}};
+}
+
+/// A heat map in memory, at one altitude and instant.
+class ComputedMap final : public heatmap::MapAnswers {
+ public:
+  explicit ComputedMap(const heatmap::Heatmap& map, const geodesy::LocalFrame& frame) {
+    const heatmap::Request& request = map.request();
+    about_ = {request.grid,
+              frame,
+              request.times,
+              request.altitudes_m,
+              request.altitude_kind,
+              request.layers,
+              std::string(simulation::describe(request.motion))};
+    for (std::size_t unit = 0; unit < map.unit_count(); ++unit) {
+      tiles_.push_back(map.compute(unit));
+      tell_progress(static_cast<double>(unit + 1), static_cast<double>(map.unit_count()));
+    }
+  }
+  [[nodiscard]] const About& about() const override { return about_; }
+  [[nodiscard]] std::optional<heatmap::MapAnswer> at(const Eigen::Vector2d& enu, double altitude_m,
+                                                     geodesy::GpsTime time) const override {
+    const heatmap::Grid& grid = about_.grid;
+    const auto column = static_cast<std::uint32_t>((enu.x() - grid.west_m) / grid.spacing_m);
+    const auto row = static_cast<std::uint32_t>((enu.y() - grid.south_m) / grid.spacing_m);
+    const std::size_t number = row / grid.tile_size * grid.tiles_across() + column / grid.tile_size;
+    const heatmap::Tile tile = grid.tile(number);
+    const std::size_t cell = std::size_t{row - tile.first_row} * tile.columns + (column - tile.first_column);
+    const heatmap::TileValues& values = tiles_[number];
+    heatmap::MapAnswer answer;
+    for (std::size_t k = 0; k < about_.layers.size(); ++k)
+      answer.values.push_back(values.values[k * tile.cells() + cell]);
+    answer.state = values.state[cell];
+    answer.altitude_m = altitude_m;
+    answer.time = time;
+    return answer;
+  }
+
+ private:
+  About about_;
+  std::vector<heatmap::TileValues> tiles_;  ///< one unit each
+};
+
+/// Lays a heat map of {"box"} (west, south, east, north [m], city's frame) in cells of {"spacing_m"} over the
+/// view of the last run, at its first instant and its antenna's height, and exports it anew.
+Json map(const Json& given) {
+  if (!shown.simulation) throw InputError("there is nothing to lay a map over", "run a scenario first");
+  const simulation::Scenario& scenario = shown.simulation->scenario();
+  const auto box = given.at("box").get<std::vector<double>>();
+  heatmap::Request request;
+  request.grid = heatmap::Grid::covering(box.at(0), box.at(1), box.at(2), box.at(3),
+                                         given.at("spacing_m").get<double>());
+  request.altitudes_m = {heatmap::usual_altitude_m(scenario, request.altitude_kind)};
+  request.times = {shown.simulation->begin()};
+  request.draws.seed = scenario.seed;
+  request.motion = scenario.map;
+  const city::City& city = shown.scene->city;
+  heatmap::check_box({{box[0], box[1]}, {box[2], box[3]}}, city);
+  const heatmap::Heatmap heat(shown.simulation->environment(), scenario.receivers.front(), std::move(request),
+                              "");
+  view::add_map(ComputedMap(heat, city.frame), "heat map", city, "out/view");
+  view::export_page("viewer.html", "out/view", "out/page.html");
+  return Json::object();
+}
+
+/// Answers a page that puts an antenna: {"answer"}, a message of docs/view-format.md.
+Json probe(const Json& given) {
+  const auto message = given.at("message").get<std::string>();
+  if (!shown.simulation) return {{"answer", view::no_probe(message, "run a scenario first")}};
+  if (!shown.probe) {
+    const std::size_t paths = view::ViewOptions{}.paths_per_satellite;
+    shown.probe = std::make_unique<view::Probe>(*shown.simulation, shown.scene, paths);
+  }
+  return {{"answer", shown.probe->answer(message)}};
+}
+
+}  // namespace
+
+/// @param question {"do": "new", "run", "map" or "probe", ...}; returns what that function says, or
+/// {"error"}. The text stands until the next call.
+extern "C" EMSCRIPTEN_KEEPALIVE const char* canyon_do(const char* question) {
+  static std::string answer;
+  try {
+    const Json given = Json::parse(question);
+    const auto what = given.at("do").get<std::string>();
+    answer = (what == "new"   ? make_scenario
+              : what == "run" ? run
+              : what == "map" ? map
+                              : probe)(given)
+                 .dump();
+  } catch (const std::exception& error) {
+    answer = Json{{"error", error.what()}}.dump();
+  }
+  return answer.c_str();
+}
