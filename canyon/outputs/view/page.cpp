@@ -131,7 +131,7 @@ std::vector<std::string> view_files(const std::filesystem::path& folder) {
   const char* const again = "write it anew: 'canyon simulate SCENARIO --out DIR --view'";
   std::vector<std::string> files;
   const auto take = [&](const std::string& name) {
-    const std::filesystem::path path = folder / name;
+    std::filesystem::path path = folder / name;
     std::error_code missing;
     const auto status = std::filesystem::symlink_status(path, missing);
     if (!std::filesystem::exists(status)) throw InputError(path, 0, "is missing from the view", again);

@@ -303,25 +303,25 @@ class Solver {
     return worst ? active_[static_cast<std::size_t>(*worst)] : nullptr;
   }
 
-  /// doppler_equation() of satellites over its deviation, and its solution for velocity and clock drift.
+  /// doppler_equation() of satellites over its deviation, and its solution for velocity and clock drift by
+  /// normal equations: rates have few digits, and most of the solutions only choose weights.
   struct Rates {
     std::vector<gnss::SatelliteId> ids;
-    Design design;
+    Eigen::MatrixX4d design;
     Eigen::VectorXd rate, weight, residual;  // weight: of rows, on top
-    LeastSquares least_squares;
+    Eigen::LDLT<Eigen::Matrix4d> normal;
     Eigen::Vector4d x;
 
     [[nodiscard]] int redundancy() const { return static_cast<int>((weight.array() > 0).count()) - 4; }
     [[nodiscard]] double squares() const { return residual.cwiseProduct(weight).squaredNorm(); }
     [[nodiscard]] bool solve() {
       if (redundancy() < 0) return false;
-      Design weighted = design;
-      for (Eigen::Index i = 0; i < 4; ++i) weighted.col(i) = design.col(i).cwiseProduct(weight);
-      least_squares.compute(weighted);
-      if (least_squares.rank(kRankThreshold) < 4) return false;
-      x = least_squares.solve(rate.cwiseProduct(weight));
-      residual = rate;
-      for (Eigen::Index i = 0; i < 4; ++i) residual -= x(i) * design.col(i);
+      const Eigen::Matrix4Xd weighted = design.transpose() * weight.cwiseAbs2().asDiagonal();
+      normal.compute(weighted * design);
+      const Eigen::Vector4d pivots = normal.vectorD();
+      if (!(pivots.minCoeff() > kRankThreshold * kRankThreshold * pivots.maxCoeff())) return false;
+      x = normal.solve(weighted * rate);
+      residual = rate - design * x;
       return true;
     }
   };
@@ -385,8 +385,8 @@ class Solver {
         if (all.weight(i) == 0) fix.excluded.push_back(all.ids[static_cast<std::size_t>(i)]);
     }
     fix.velocity_enu_mps = enu_from_ecef * all.x.head<3>();
-    fix.velocity_covariance_enu =
-        geodesy::rotated(enu_from_ecef, all.least_squares.cofactor().topLeftCorner<3, 3>());
+    fix.velocity_covariance_enu = geodesy::rotated(
+        enu_from_ecef, Eigen::Matrix4d(all.normal.solve(Eigen::Matrix4d::Identity())).topLeftCorner<3, 3>());
     if (options_.covariance_by_residuals || contradict(all))
       *fix.velocity_covariance_enu *= excess_variance(all.squares(), all.redundancy());
     fix.clock_drift = all.x(3) / kSpeedOfLight;
