@@ -68,7 +68,7 @@ class Solver {
 
  private:
   Fix locate() {
-    const Fix fix = attempt();
+    Fix fix = attempt();
     if (fix.solved() || fix.status == FixStatus::WeakGeometry || fix.iterations == 0) return fix;
     // With few satellites Newton may run to the mirrored solution or away; the ground below the satellites is
     // a safer place to begin. (2000 sets of four satellites: the Earth's centre led 9 astray, both together
@@ -266,7 +266,7 @@ class Solver {
   Fix monitor(Fix fix) {
     fix.consistent = consistent(fix);
     if (fix.consistent != false) return fix;
-    const Fix all_in_view = fix;
+    Fix all_in_view = fix;
     std::vector<RangedSatellite*> gone;
     while (fix.consistent == false && static_cast<int>(gone.size()) < options_.raim.max_exclusions) {
       if (rows_ - fix.unknowns < 2) return all_in_view;

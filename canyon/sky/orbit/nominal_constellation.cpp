@@ -36,8 +36,9 @@ double wrap(double angle) {
 double advance(double start, double rate, GpsTime from, GpsTime to) {
   constexpr double kTwoPi = 2 * geodesy::kPi, kTwoPiRest = 2.4492935982947064e-16;
   const std::int64_t ns = to.nanoseconds() - from.nanoseconds();
-  const auto whole_s = static_cast<double>(ns / GpsTime::kNanosecondsPerSecond);
-  const double rest_s = static_cast<double>(ns % GpsTime::kNanosecondsPerSecond) * 1e-9;
+  const std::int64_t whole = ns / GpsTime::kNanosecondsPerSecond;
+  const auto whole_s = static_cast<double>(whole);
+  const double rest_s = static_cast<double>(ns - whole * GpsTime::kNanosecondsPerSecond) * 1e-9;
   const double product = rate * whole_s;
   const double product_rest = std::fma(rate, whole_s, -product);
   const double turns = std::nearbyint(product / kTwoPi);
