@@ -1,22 +1,18 @@
-// No header declares it: it stands in for sources that CMakeLists.txt leaves out.
-// What a page does without, in the place of the sources that CMakeLists.txt leaves out: readers that need
-// GDAL, GEOS, libosmium, libarchive or an XML reader.
+// No header declares it: it stands in for sources that CMakeLists.txt leaves out, readers that need GDAL,
+// GEOS, libosmium, libarchive or an XML reader.
 #include <Eigen/Geometry>
 #include <filesystem>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/text.hpp"
 #include "canyon/base/unpack.hpp"
 #include "canyon/city/buildings/sources/osm_reader.hpp"
-#include "canyon/city/city_file.hpp"
-#include "canyon/city/mesh_file.hpp"
+#include "canyon/city/gazebo_import.hpp"
 #include "canyon/city/meshes/mesh_scene.hpp"
 #include "canyon/city/meshes/polygon.hpp"
-#include "canyon/city/synthetic_city.hpp"
-#include "canyon/run/read_city.hpp"
+#include "canyon/city/tiles/read_tiles.hpp"
+#include "canyon/run/read_map.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 
 namespace canyon {
@@ -38,9 +34,6 @@ std::vector<std::string> zip_names(const std::filesystem::path& /*path*/) {
 }
 
 namespace buildings {
-MapData read_osm(const std::vector<std::filesystem::path>& paths, const OsmReadOptions& /*options*/) {
-  refuse(paths.front(), "a map of OpenStreetMap");
-}
 StreetMap read_streets(const std::vector<std::filesystem::path>& paths) {
   refuse(paths.front(), "a map of OpenStreetMap");
 }
@@ -70,30 +63,26 @@ bool add_face(const std::vector<Eigen::Vector3d>& vertices, const std::vector<st
 }  // namespace meshes
 
 namespace simulation {
-buildings::BuiltCity read_city(const CityConfig& config,
-                               const std::function<void(std::size_t, std::size_t)>& /*progress*/) {
-  buildings::BuiltCity out;
-  const geodesy::Geodetic origin = config.origin.value_or(geodesy::Geodetic{});
-  if (const auto* mesh = config.as<MeshCity>()) {
-    city::MeshImportOptions import = mesh->import;
-    import.origin = origin;
-    out.city = city::read_mesh_city(mesh->path, import);
-  } else if (const auto* synthetic = config.as<city::SyntheticCityOptions>()) {
-    city::SyntheticCityOptions placed = *synthetic;
-    if (config.origin) placed.origin = origin;
-    out.city = city::synthetic_city(placed);
-  } else if (const auto* file = config.as<CityFile>()) {
-    if (lower_case(file->path.extension().string()) != ".canyon") refuse(file->path, "a world of Gazebo");
-    out.city = city::read_city_file(file->path);
-  } else if (config.is<OpenField>()) {
-    out.city.name = "open field";
-    out.city.frame = geodesy::LocalFrame(origin);
-  } else {
-    refuse("city", "a map");
-  }
-  if (config.sea_level.geoid_undulation_m) out.city.geoid_undulation_m = *config.sea_level.geoid_undulation_m;
-  return out;
+buildings::BuiltCity read_map(const MapCity& config, const CityConfig& /*city*/,
+                              const std::function<void(std::size_t, std::size_t)>& /*progress*/) {
+  refuse(config.files.front(), "a map");
+}
+double sea_level_m(buildings::GeoidModel /*model*/, const geodesy::Geodetic& /*place*/) {
+  throw InputError("a page has no grids of geoids", "write city.geoid_undulation_m");
 }
 }  // namespace simulation
+
+namespace tiles {
+TilesCity read_tiles(const TileOptions& options, const std::optional<geodesy::Geodetic>& /*origin*/,
+                     const std::function<void(std::size_t, std::size_t)>& /*progress*/) {
+  refuse(options.url, "a tileset");
+}
+}  // namespace tiles
+
+namespace city {
+City read_gazebo_world(const std::filesystem::path& path) {
+  refuse(path, "a world of Gazebo");
+}
+}  // namespace city
 
 }  // namespace canyon

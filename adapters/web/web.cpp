@@ -1,5 +1,5 @@
-// No header declares it: the page calls it by name.
-// What the page calls, by text: files lie in the module's own file system, which nothing leaves.
+// No header declares it: the page (viewer/src/web_worker.ts) calls it by name. Files lie in the module's own
+// file system, which nothing leaves.
 #include <emscripten.h>
 
 #include <exception>
@@ -9,8 +9,6 @@
 #include <vector>
 
 #include "canyon/base/json.hpp"
-#include "canyon/base/output_file.hpp"
-#include "canyon/base/text.hpp"
 #include "canyon/outputs/output/sinks.hpp"
 #include "canyon/outputs/view/page.hpp"
 #include "canyon/outputs/view/probe.hpp"
@@ -29,7 +27,6 @@ namespace {
 using namespace canyon;
 namespace fs = std::filesystem;
 
-// The worker takes these on: page.ts.
 EM_JS(void, tell_progress, (double done, double planned), { Module['progress'](done, planned); });
 
 /// The run that is shown.
@@ -39,13 +36,6 @@ struct Shown {
   std::unique_ptr<view::Probe> probe;
 };
 Shown shown;
-
-Json lines_of(const ReadReport& report) {
-  Json lines = Json::array();
-  for (const auto& [level, line] : report.entries())
-    lines.push_back(std::string(ReadReport::name(level)) + ": " + line);
-  return lines;
-}
 
 /// The scenario that `canyon new` writes for the files: {"yaml", "facts"}.
 Json make_scenario(const Json& given) {
@@ -76,7 +66,9 @@ Json run(const Json& given) {
   };
   const simulation::RunResult result = shown.simulation->run(sinks, options);
   view::export_page("viewer.html", "out/view", "out/page.html");
-  Json report = lines_of(shown.simulation->report());
+  Json report = Json::array();
+  for (const auto& [level, line] : shown.simulation->report().entries())
+    report.push_back(std::string(ReadReport::name(level)) + ": " + line);
   for (const std::string& warning : result.warnings) report.push_back("warning: " + warning);
   Json names = Json::array();
   for (const auto& entry : fs::recursive_directory_iterator("out"))
@@ -96,7 +88,7 @@ class ComputedMap final : public heatmap::MapAnswers {
               request.altitudes_m,
               request.altitude_kind,
               request.layers,
-              std::string(simulation::describe(request.motion))};
+              simulation::describe(request.motion)};
     for (std::size_t unit = 0; unit < map.unit_count(); ++unit) {
       tiles_.push_back(map.compute(unit));
       tell_progress(static_cast<double>(unit + 1), static_cast<double>(map.unit_count()));
@@ -112,12 +104,9 @@ class ComputedMap final : public heatmap::MapAnswers {
     const heatmap::Tile tile = grid.tile(number);
     const std::size_t cell = std::size_t{row - tile.first_row} * tile.columns + (column - tile.first_column);
     const heatmap::TileValues& values = tiles_[number];
-    heatmap::MapAnswer answer;
+    heatmap::MapAnswer answer{{}, values.state[cell], time, altitude_m};
     for (std::size_t k = 0; k < about_.layers.size(); ++k)
       answer.values.push_back(values.values[k * tile.cells() + cell]);
-    answer.state = values.state[cell];
-    answer.altitude_m = altitude_m;
-    answer.time = time;
     return answer;
   }
 
@@ -152,10 +141,9 @@ Json map(const Json& given) {
 Json probe(const Json& given) {
   const auto message = given.at("message").get<std::string>();
   if (!shown.simulation) return {{"answer", view::no_probe(message, "run a scenario first")}};
-  if (!shown.probe) {
-    const std::size_t paths = view::ViewOptions{}.paths_per_satellite;
-    shown.probe = std::make_unique<view::Probe>(*shown.simulation, shown.scene, paths);
-  }
+  if (!shown.probe)
+    shown.probe = std::make_unique<view::Probe>(*shown.simulation, shown.scene,
+                                                view::ViewOptions{}.paths_per_satellite);
   return {{"answer", shown.probe->answer(message)}};
 }
 

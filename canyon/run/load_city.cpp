@@ -7,14 +7,19 @@
 #include <cmath>
 #include <set>
 #include <utility>
+#include <variant>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/building_draws.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/city_file.hpp"
-#include "canyon/city/tiles/tile_options.hpp"
+#include "canyon/city/gazebo_import.hpp"
+#include "canyon/city/mesh_file.hpp"
+#include "canyon/city/synthetic_city.hpp"
+#include "canyon/city/tiles/read_tiles.hpp"
 #include "canyon/run/georeference.hpp"
+#include "canyon/run/read_map.hpp"
 #include "canyon/run/run_plan.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 
@@ -25,6 +30,74 @@ namespace {
 /// A scenario reads the tiles of a city model, or keeps the objects of a large city, that are this near to
 /// its trajectory.
 constexpr double kAboutWay_m = 1000;
+
+using Progress = std::function<void(std::size_t, std::size_t)>;
+
+buildings::BuiltCity read_source(const MapCity& map, const CityConfig& city, const Progress& progress) {
+  return read_map(map, city, progress);
+}
+
+buildings::BuiltCity read_source(const tiles::TileOptions& tileset, const CityConfig& city,
+                                 const Progress& progress) {
+  tiles::TilesCity read = tiles::read_tiles(tileset, city.origin, progress);
+  buildings::BuiltCity out;
+  out.city = std::move(read.city);
+  out.placed = read.georeferenced || city.origin;
+  return out;
+}
+
+buildings::BuiltCity read_source(const MeshCity& mesh, const CityConfig& city, const Progress& /*progress*/) {
+  city::MeshImportOptions import = mesh.import;
+  import.origin = city.origin.value_or(geodesy::Geodetic{});
+  buildings::BuiltCity out;
+  out.city = city::read_mesh_city(mesh.path, import);
+  out.placed = city.origin.has_value();
+  return out;
+}
+
+buildings::BuiltCity read_source(const CityFile& file, const CityConfig& /*city*/,
+                                 const Progress& /*progress*/) {
+  const bool own = lower_case(file.path.extension().string()) == ".canyon";
+  buildings::BuiltCity out;
+  out.city = own ? city::read_city_file(file.path) : city::read_gazebo_world(file.path);
+  return out;
+}
+
+buildings::BuiltCity read_source(const city::SyntheticCityOptions& options, const CityConfig& city,
+                                 const Progress& /*progress*/) {
+  city::SyntheticCityOptions placed = options;
+  if (city.origin) placed.origin = *city.origin;
+  buildings::BuiltCity out;
+  out.city = city::synthetic_city(placed);
+  return out;
+}
+
+buildings::BuiltCity read_source(const OpenField& /*field*/, const CityConfig& city,
+                                 const Progress& /*progress*/) {
+  const geodesy::Geodetic origin = city.origin.value_or(geodesy::Geodetic{});
+  geodesy::check_geodetic(origin, "city origin");
+  buildings::BuiltCity out;
+  out.city.name = "open field";
+  out.city.frame = geodesy::LocalFrame(origin);
+  return out;
+}
+
+}  // namespace
+
+buildings::BuiltCity read_city(const CityConfig& config,
+                               const std::function<void(std::size_t, std::size_t)>& progress) {
+  config.sea_level.validate();
+  buildings::BuiltCity loaded =
+      std::visit([&](const auto& source) { return read_source(source, config, progress); }, config.source);
+  if (config.sea_level.geoid_undulation_m) {
+    loaded.city.geoid_undulation_m = *config.sea_level.geoid_undulation_m;
+  } else if (config.sea_level.geoid != buildings::GeoidModel::ByFile) {
+    loaded.city.geoid_undulation_m = sea_level_m(config.sea_level.geoid, loaded.city.frame.origin());
+  }
+  return loaded;
+}
+
+namespace {
 
 /// Degrees of longitude and latitude about points, with a margin.
 class PlaceBounds {

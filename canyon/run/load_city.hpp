@@ -1,10 +1,14 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
 
+#include "canyon/city/buildings/city_builder.hpp"
 #include "canyon/city/fwd.hpp"
-#include "canyon/run/read_city.hpp"
 #include "canyon/run/scenario/fwd.hpp"
 
 namespace canyon::simulation {
@@ -15,6 +19,12 @@ namespace canyon::simulation {
 [[nodiscard]] CityConfig city_config(const Scenario& scenario);
 /// The same, read about a box alone. @param bbox_deg west, south, east, north [deg]
 [[nodiscard]] CityConfig city_config(const Scenario& scenario, const std::array<double, 4>& bbox_deg);
+
+/// The city as its source gives it, with the report and the map's features; facades and place are left alone.
+/// Report and features are empty where the city does not come from a map.
+/// Part of canyon::io. `progress` is called with features or tiles that are done and in all.
+[[nodiscard]] buildings::BuiltCity read_city(
+    const CityConfig& config, const std::function<void(std::size_t, std::size_t)>& progress = {});
 
 /// The city of one run, by the scenario's seed: read about the trajectory, its facades and roofs drawn, and
 /// moved as the georeference says. City::notes say what was left out and guessed of its source, "facades

@@ -15,8 +15,6 @@ class blocked_range {
   I b_, e_;
 };
 struct simple_partitioner {};
-struct auto_partitioner {};
-struct static_partitioner {};
 template <typename I, typename F>
 void parallel_for(I b, I e, F&& f) {
   for (I i = b; i < e; ++i) f(i);
@@ -29,10 +27,6 @@ template <typename I, typename F, typename P>
 void parallel_for(const blocked_range<I>& r, F&& f, P&&) {
   if (r.begin() < r.end()) f(r);
 }
-template <typename I, typename F, typename P>
-void parallel_for(I b, I e, F&& f, P&&) {
-  for (I i = b; i < e; ++i) f(i);
-}
 class task_arena {
  public:
   static constexpr int automatic = -1;
@@ -42,14 +36,10 @@ class task_arena {
     return f();
   }
   int max_concurrency() const { return 1; }
-  void initialize() {}
 };
 namespace this_task_arena {
 inline int max_concurrency() {
   return 1;
-}
-inline int current_thread_index() {
-  return 0;
 }
 template <typename F>
 auto isolate(F&& f) {
@@ -62,11 +52,6 @@ class task_group {
   void run(F&& f) {
     f();
   }
-  template <typename F>
-  void run_and_wait(F&& f) {
-    f();
-  }
   void wait() {}
-  void cancel() {}
 };
 }  // namespace tbb

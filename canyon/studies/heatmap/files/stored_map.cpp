@@ -247,8 +247,7 @@ std::optional<MapAnswer> StoredMap::at(const Eigen::Vector2d& enu, double altitu
     const double gain = std::abs(best - altitude_m) - std::abs(here - altitude_m);
     if (gain > 0 || (gain == 0 && here < best)) altitude = i;
   }
-  const std::size_t tiles_across = (std::size_t{grid.columns} + grid.tile_size - 1) / grid.tile_size;
-  const std::size_t tile = *row / grid.tile_size * tiles_across + *column / grid.tile_size;
+  const std::size_t tile = *row / grid.tile_size * grid.tiles_across() + *column / grid.tile_size;
   const Tile box = grid.tile(tile);
   const std::size_t cell = std::size_t{*row - box.first_row} * box.columns + (*column - box.first_column);
 

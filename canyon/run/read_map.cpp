@@ -1,11 +1,10 @@
-#include "canyon/run/read_city.hpp"
+#include "canyon/run/read_map.hpp"
 
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <utility>
-#include <variant>
 
 #include "canyon/base/file_kind.hpp"
 #include "canyon/base/input_error.hpp"
@@ -14,12 +13,6 @@
 #include "canyon/city/buildings/sources/geoid.hpp"
 #include "canyon/city/buildings/sources/model_kind.hpp"
 #include "canyon/city/buildings/sources/osm_reader.hpp"
-#include "canyon/city/city.hpp"
-#include "canyon/city/city_file.hpp"
-#include "canyon/city/gazebo_import.hpp"
-#include "canyon/city/mesh_file.hpp"
-#include "canyon/city/synthetic_city.hpp"
-#include "canyon/city/tiles/read_tiles.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 
 namespace canyon::simulation {
@@ -90,9 +83,10 @@ buildings::MapData read_maps(const MapCity& config, const buildings::TerrainOpti
   return map;
 }
 
-using Progress = std::function<void(std::size_t, std::size_t)>;
+}  // namespace
 
-buildings::BuiltCity read_source(const MapCity& config, const CityConfig& city, const Progress& progress) {
+buildings::BuiltCity read_map(const MapCity& config, const CityConfig& city,
+                              const std::function<void(std::size_t, std::size_t)>& progress) {
   // The rasters first: a wrong one is found before minutes of reading.
   std::optional<buildings::Terrain> terrain;
   if (!config.terrain.empty()) terrain.emplace(config.terrain, city.sea_level);
@@ -120,67 +114,9 @@ buildings::BuiltCity read_source(const MapCity& config, const CityConfig& city, 
   return buildings::build_city(map, terrain ? &*terrain : nullptr, build, progress);
 }
 
-buildings::BuiltCity read_source(const tiles::TileOptions& tileset, const CityConfig& city,
-                                 const Progress& progress) {
-  tiles::TilesCity read = tiles::read_tiles(tileset, city.origin, progress);
-  buildings::BuiltCity out;
-  out.city = std::move(read.city);
-  out.placed = read.georeferenced || city.origin;
-  return out;
-}
-
-buildings::BuiltCity read_source(const MeshCity& mesh, const CityConfig& city, const Progress& /*progress*/) {
-  city::MeshImportOptions import = mesh.import;
-  import.origin = city.origin.value_or(geodesy::Geodetic{});
-  buildings::BuiltCity out;
-  out.city = city::read_mesh_city(mesh.path, import);
-  out.placed = city.origin.has_value();
-  return out;
-}
-
-buildings::BuiltCity read_source(const CityFile& file, const CityConfig& /*city*/,
-                                 const Progress& /*progress*/) {
-  const bool own = lower_case(file.path.extension().string()) == ".canyon";
-  buildings::BuiltCity out;
-  out.city = own ? city::read_city_file(file.path) : city::read_gazebo_world(file.path);
-  return out;
-}
-
-buildings::BuiltCity read_source(const city::SyntheticCityOptions& options, const CityConfig& city,
-                                 const Progress& /*progress*/) {
-  city::SyntheticCityOptions placed = options;
-  if (city.origin) placed.origin = *city.origin;
-  buildings::BuiltCity out;
-  out.city = city::synthetic_city(placed);
-  return out;
-}
-
-buildings::BuiltCity read_source(const OpenField& /*field*/, const CityConfig& city,
-                                 const Progress& /*progress*/) {
-  const geodesy::Geodetic origin = city.origin.value_or(geodesy::Geodetic{});
-  geodesy::check_geodetic(origin, "city origin");
-  buildings::BuiltCity out;
-  out.city.name = "open field";
-  out.city.frame = geodesy::LocalFrame(origin);
-  return out;
-}
-
-}  // namespace
-
-buildings::BuiltCity read_city(const CityConfig& config,
-                               const std::function<void(std::size_t, std::size_t)>& progress) {
-  config.sea_level.validate();
-  buildings::BuiltCity loaded =
-      std::visit([&](const auto& source) { return read_source(source, config, progress); }, config.source);
-  const geodesy::Geodetic& origin = loaded.city.frame.origin();
-  if (config.sea_level.geoid_undulation_m) {
-    loaded.city.geoid_undulation_m = *config.sea_level.geoid_undulation_m;
-  } else if (config.sea_level.geoid != buildings::GeoidModel::ByFile) {
-    loaded.city.geoid_undulation_m = buildings::geoid_undulation_m(
-        config.sea_level.geoid,
-        {geodesy::degrees(origin.longitude_rad), geodesy::degrees(origin.latitude_rad)});
-  }
-  return loaded;
+double sea_level_m(buildings::GeoidModel model, const geodesy::Geodetic& place) {
+  return buildings::geoid_undulation_m(
+      model, {geodesy::degrees(place.longitude_rad), geodesy::degrees(place.latitude_rad)});
 }
 
 }  // namespace canyon::simulation
