@@ -10,6 +10,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/sky/orbit/broadcast_sky.hpp"
+#include "canyon/sky/orbit/carried_sky.hpp"
 #include "canyon/sky/orbit/nominal_constellation.hpp"
 #include "canyon/sky/orbit/precise_sky.hpp"
 #include "canyon/sky/orbit/sky.hpp"
@@ -252,6 +253,7 @@ void add_ionosphere(const SkyConfig& config, GpsTime begin, BuiltSky& sky) {
 
 BuiltSky build_sky(const SkyConfig& config, GpsTime begin, GpsTime end, const geodesy::Geodetic& place) {
   BuiltSky sky = build(config, begin, end, place);
+  if (config.frozen_azimuth_rad.empty()) sky.sky = std::make_shared<orbit::CarriedSky>(std::move(sky.sky));
   add_ionosphere(config, begin, sky);
   return sky;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -82,7 +83,7 @@ double klobuchar_delay_m(const gnss::Klobuchar& model, geodesy::GpsTime t, const
 
   const double seconds = 43'200 * longitude + t.seconds_of_week();
   const double local_time = seconds - std::floor(seconds / 86'400) * 86'400;
-  const double obliquity = 1 + 16 * std::pow(0.53 - elevation, 3);
+  const double low = 0.53 - elevation, obliquity = 1 + 16 * low * low * low;
   const double amplitude = std::max(0.0, polynomial(model.alpha, geomagnetic));
   const double period = std::max(72'000.0, polynomial(model.beta, geomagnetic));
   const double x = 2 * kPi * (local_time - 50'400) / period;
@@ -122,6 +123,14 @@ double klobuchar_delay_m(const SystemKlobuchar& of_system, geodesy::GpsTime t,
 // atmosphere of 15 deg C and 1013.25 hPa at sea level, isothermal above 11 km (ICAO Doc 7488). Below sea
 // level and above 100 km, gravity and weather are those of these heights.
 double saastamoinen_zenith_m(const geodesy::Geodetic& receiver, double relative_humidity) {
+  // All satellites of an epoch ask at one place.
+  struct Last {
+    double latitude_rad = 0, height_m = 0, humidity = 0, zenith_m = 0;
+  };
+  static thread_local Last last;
+  if (last.zenith_m > 0 && last.latitude_rad == receiver.latitude_rad && last.height_m == receiver.height_m &&
+      last.humidity == relative_humidity)
+    return last.zenith_m;
   constexpr double kTropopause_m = 11e3, kScaleHeight_m = 6341.6, kHighest_m = 100e3;
   const double height = std::clamp(receiver.height_m, 0.0, kHighest_m);
   const double below = std::min(height, kTropopause_m);
@@ -133,7 +142,8 @@ double saastamoinen_zenith_m(const geodesy::Geodetic& receiver, double relative_
   const double gravity = 1 - 0.00266 * std::cos(2 * receiver.latitude_rad) - 0.00028 * height / 1e3;
   const double hydrostatic = 0.0022768 * pressure_hpa / gravity;
   const double wet = 0.002277 * (1255 / temperature_k + 0.05) * vapour_hpa;
-  return hydrostatic + wet;
+  last = {receiver.latitude_rad, receiver.height_m, relative_humidity, hydrostatic + wet};
+  return last.zenith_m;
 }
 
 double saastamoinen_delay_m(const geodesy::Geodetic& receiver, double elevation_rad,
@@ -218,10 +228,24 @@ double SpaceErrors::orbit_clock_m(const orbit::LineOfSight& line, GpsTime recept
   const Eigen::Vector3d velocity = line.velocity_at_reception_mps + turning.cross(position);
   const Eigen::Vector3d cross = position.cross(velocity).normalized();
   const Eigen::Vector3d along = cross.cross(position).normalized();
-  const auto value = [&](const RandomWaves& waves) { return waves.at(reception, Eigen::Vector3d::Zero()); };
+  // Linear over a thousandth of the time constant: within 2e-7 of the waves.
+  const double step_s = options_.orbit_clock_time_s / 1000, steps = (reception - GpsTime()) / step_s;
+  const double begin = std::floor(steps);
+  using Ends = std::array<Eigen::Vector3d, 2>;  // range, along, cross
+  const auto& ends =
+      remembered<Ends>(number_, gnss::dense_index(line.id), static_cast<std::int64_t>(begin), [&] {
+        const auto at = [&](double step) {
+          const auto value = [t = GpsTime() + step * step_s](const RandomWaves& waves) {
+            return waves.at(t, Eigen::Vector3d::Zero());
+          };
+          return Eigen::Vector3d(value(satellite.range), kAlong * value(satellite.along),
+                                 kCross * value(satellite.cross));
+        };
+        return Ends{at(begin), at(begin + 1)};
+      });
+  const Eigen::Vector3d error = ends[0] + (steps - begin) * (ends[1] - ends[0]);
   return satellite.range_m *
-         (value(satellite.range) + kAlong * value(satellite.along) * along.dot(line.direction_ecef) +
-          kCross * value(satellite.cross) * cross.dot(line.direction_ecef));
+         error.dot(Eigen::Vector3d(1, along.dot(line.direction_ecef), cross.dot(line.direction_ecef)));
 }
 
 double SpaceErrors::ionosphere_m(const orbit::LineOfSight& line, const Reception& reception) const {

@@ -12,6 +12,7 @@
 #include "canyon/base/options/fwd.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/random.hpp"
+#include "canyon/base/remembered.hpp"
 #include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/gnss/signal_groups.hpp"
 #include "canyon/sky/orbit/sky.hpp"
@@ -155,6 +156,7 @@ class SpaceErrors {
 
   SpaceErrorOptions options_;
   std::map<gnss::SatelliteId, OfSatellite> satellites_;
+  std::uint64_t number_ = new_owner();  ///< copies share it
   std::map<gnss::System, gnss::Klobuchar> klobuchar_;  ///< one or none
   RandomWaves ionosphere_, travelling_, troposphere_;
 };

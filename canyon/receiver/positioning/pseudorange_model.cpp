@@ -19,10 +19,6 @@ namespace {
 
 using geodesy::kSpeedOfLight;
 
-/// Largest error of a satellite's clock over which its state is carried: asking the sky again would cost half
-/// of a fix. GPS lets them grow to 1 ms.
-constexpr double kCarried_s = 1.2e-3;
-
 /// A satellite at the mask moves the position when it comes or goes, and with it the mask.
 constexpr int kMaskLooks = 3;
 
@@ -46,18 +42,6 @@ void check(const Measurement& m) {
 }
 
 }  // namespace
-
-void carry(orbit::SatelliteState& state, double dt_s) {
-  constexpr double kGravity = 3.986005e14;  // [m^3/s^2], IS-GPS-200 table 20-IV
-  const Eigen::Vector3d omega(0, 0, geodesy::kEarthRotationRate);
-  const double radius = state.position_m.norm();
-  const Eigen::Vector3d acceleration = -kGravity / (radius * radius * radius) * state.position_m -
-                                       2 * omega.cross(state.velocity_mps) -
-                                       omega.cross(omega.cross(state.position_m));
-  state.position_m += (state.velocity_mps + acceleration * (dt_s / 2)) * dt_s;
-  state.velocity_mps += acceleration * dt_s;
-  state.clock_bias_s += state.clock_drift * dt_s;
-}
 
 receiver::CodeAndCarrier satellite_range(const orbit::SatelliteState& state, const gnss::Signal* signal) {
   receiver::ModelState model;
@@ -119,12 +103,8 @@ std::vector<RangedSatellite> ranged_satellites(geodesy::GpsTime receiver_time,
     if (m.cn0_dbhz && *m.cn0_dbhz < options.cn0_mask_dbhz) continue;
     const geodesy::GpsTime shown = receiver_time - m.pseudorange_m / kSpeedOfLight;
     std::optional<orbit::SatelliteState> state = sky.state(m.id, shown);
+    if (state) state = sky.state(m.id, shown - (state->clock_bias_s - state->group_delay_s));
     if (!state) continue;
-    const double clock_s = state->clock_bias_s - state->group_delay_s;
-    if (std::abs(clock_s) <= kCarried_s)
-      carry(*state, -clock_s);
-    else if (!(state = sky.state(m.id, shown - clock_s)))
-      continue;
     RangedSatellite satellite;
     satellite.measured = &m;
     satellite.state = *state;

@@ -43,10 +43,6 @@ struct RangedSatellite {
                                                              const orbit::Sky& sky,
                                                              const FixOptions& options);
 
-/// The state `dt_s` later, |dt_s| <= 10 ms, by two-body acceleration in the rotating frame. The error (J2,
-/// 1e-4 of the acceleration) is below 1e-9 m and 1e-6 m/s over 1 ms, and grows with the step's square.
-void carry(orbit::SatelliteState& state, double dt_s);
-
 /// What the satellite's messages say of a signal's range beside its geometry [m]: clock and group delay.
 /// @param signal null: the one near L1
 [[nodiscard]] receiver::CodeAndCarrier satellite_range(const orbit::SatelliteState& state,

@@ -45,6 +45,11 @@ struct SatelliteId {
   friend constexpr auto operator<=>(SatelliteId, SatelliteId) = default;
 };
 
+/// A number below 1024 that no other satellite has.
+[[nodiscard]] constexpr std::size_t dense_index(SatelliteId id) {
+  return static_cast<std::size_t>(id.system) * 128 + id.number;
+}
+
 /// "G05".
 [[nodiscard]] std::string to_string(SatelliteId id);
 /// Parses "G05", "G 5" or "g5"; empty for anything else.

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+namespace canyon {
+
+/// A number that nothing else has, for remembered().
+[[nodiscard]] inline std::uint64_t new_owner() {
+  static std::atomic<std::uint64_t> last = 0;
+  return ++last;
+}
+
+/// The value of an owner's key (below 1024) at an instant: the thread keeps the latest one of each key, and
+/// makes it where it has another. Owners may take each other's places.
+template <typename Value, typename Make>
+[[nodiscard]] const Value& remembered(std::uint64_t owner, std::size_t key, std::int64_t instant,
+                                      const Make& make) {
+  struct Place {
+    std::uint64_t owner = 0;
+    std::size_t key = 0;
+    std::int64_t instant = 0;
+    Value value;
+  };
+  using Places = std::array<Place, 1024>;
+  static thread_local const std::unique_ptr<Places> places = std::make_unique<Places>();
+  Place& place = (*places)[(owner * 397 + key) % places->size()];
+  if (place.owner != owner || place.key != key || place.instant != instant)
+    place = {owner, key, instant, make()};
+  return place.value;
+}
+
+}  // namespace canyon
