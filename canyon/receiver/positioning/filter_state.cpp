@@ -42,19 +42,34 @@ Eigen::Matrix3d unknown_velocity(const Eigen::Vector3d& position_ecef) {
   return geodesy::rotated(enu_from_ecef.transpose(), speed.cwiseAbs2().asDiagonal());
 }
 
+namespace {
+
+/// A gradient has 4 or 7 of 12 elements.
+StateVector product(const StateMatrix& p, const StateVector& gradient) {
+  StateVector sum = StateVector::Zero();
+  for (int i = 0; i < gradient.size(); ++i)
+    if (gradient(i) != 0) sum += gradient(i) * p.col(i);
+  return sum;
+}
+
+/// Adds a b' + b a'; a symmetric matrix stays so to the last digit.
+void add_symmetric(StateMatrix& p, const StateVector& a, const StateVector& b) {
+  for (int i = 0; i < p.cols(); ++i) p.col(i) += a * b(i) + b * a(i);
+}
+
+}  // namespace
+
 bool Update::take(const FilterRow& row, double gate_sigmas) {
   StateMatrix& p = state_.p;
-  const StateVector ph = p * row.gradient;
+  const StateVector ph = product(p, row.gradient);
   const double noise = row.sigma * row.sigma;
   const double variance = row.gradient.dot(ph) + noise;
   const double innovation = row.innovation - row.gradient.dot(correction_);
   if (std::abs(innovation) > gate_sigmas * std::sqrt(variance)) return false;
   const StateVector gain = ph / variance;
   correction_ += gain * innovation;
-  p -= gain * ph.transpose();
-  const StateVector added = noise * gain - p * row.gradient;
-  p += added * gain.transpose();
-  p = ((p + p.transpose()) / 2).eval();
+  // Joseph's form: P - K h' P - P h K' + K (h' P h + noise) K'.
+  add_symmetric(p, gain, gain * (variance / 2) - ph);
   taken_.push_back({row, gain});
   return true;
 }
@@ -69,7 +84,7 @@ void state_accuracy(FilterState& filter, std::span<const Taken> taken, double ex
   for (const Taken& each : taken) {
     const FilterRow& row = each.row;
     const StateVector& gain = each.gain;
-    StateVector m = s * row.gradient;
+    StateVector m = product(s, row.gradient);
     double variance = row.gradient.dot(m);
     const double unit = row.share * row.sigma;
     Lasting* own = nullptr;
@@ -89,7 +104,7 @@ void state_accuracy(FilterState& filter, std::span<const Taken> taken, double ex
     } else {
       variance += unit * unit;
     }
-    s += gain * gain.transpose() * variance - gain * m.transpose() - m * gain.transpose();
+    add_symmetric(s, gain, gain * (variance / 2) - m);
     for (Lasting& l : filter.lasting) l.covariance -= row.gradient.dot(l.covariance) * gain;
     if (own != nullptr) own->covariance -= b * gain;
   }

@@ -20,9 +20,11 @@ namespace {
 using geodesy::kSpeedOfLight;
 using gnss::System;
 
-/// Mask and atmosphere wait until the last step was below this: Newton's next error is then about 5 m, 1e-6
-/// rad of elevation.
+/// Mask and atmosphere wait until the place is known so well: Newton's next error is then about 5 m, 1e-6 rad
+/// of elevation.
 constexpr double kPlaceKnown_m = 1e4;
+/// Mask and atmosphere are looked up again after such a way: delays change by 1e-8 m over it.
+constexpr double kLookedUp_m = 0.01;
 constexpr double kEarthRadius_m = 6.371e6;
 /// Radius beyond every orbit: an iteration that got there does not come back.
 constexpr double kAstray_m = 1e9;
@@ -68,45 +70,70 @@ class Solver {
 
  private:
   Fix locate() {
-    Fix fix = attempt();
+    if (position_.norm() > kEarthRadius_m / 2) {
+      const Eigen::Vector3d start = position_;
+      if (Fix fix = attempt(true); fix.solved()) return fix;
+      begin_at(start);
+    }
+    Fix fix = attempt(false);
     if (fix.solved() || fix.status == FixStatus::WeakGeometry || fix.iterations == 0) return fix;
     // With few satellites Newton may run to the mirrored solution or away; the ground below the satellites is
     // a safer place to begin. (2000 sets of four satellites: the Earth's centre led 9 astray, both together
     // 1, with a GDOP of 744.)
-    position_.setZero();
-    for (const RangedSatellite& satellite : satellites_) position_ += satellite.state.position_m.normalized();
-    if (!(position_.norm() > 0)) return fix;
-    position_ *= kEarthRadius_m / position_.norm();
+    Eigen::Vector3d below = Eigen::Vector3d::Zero();
+    for (const RangedSatellite& satellite : satellites_) below += satellite.state.position_m.normalized();
+    if (!(below.norm() > 0)) return fix;
+    begin_at(below * (kEarthRadius_m / below.norm()));
+    const Fix again = attempt(false);
+    return !again.solved() && fix.status == FixStatus::Singular ? fix : again;
+  }
+
+  void begin_at(const Eigen::Vector3d& position) {
+    position_ = position;
     clock_m_.fill(0);
+    forget_looks();
+  }
+  void forget_looks() {
     for (RangedSatellite& satellite : satellites_) {
       satellite.above_mask = true;
       satellite.space_m = 0;
     }
-    const Fix again = attempt();
-    return !again.solved() && fix.status == FixStatus::Singular ? fix : again;
   }
 
-  Fix attempt() {
+  /// @param place_known the position is near that of the fix
+  Fix attempt(bool place_known) {
     Fix fix;
     double step = std::numeric_limits<double>::infinity();
-    bool place_known = false;
+    const Eigen::Vector3d nowhere = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+    Eigen::Vector3d looked_at = nowhere;
+    const auto is_looked_up = [&] { return (position_ - looked_at).norm() < kLookedUp_m; };
     int looks = 0;
     while (fix.iterations < options_.max_iterations) {
-      place_known = place_known || step < kPlaceKnown_m;
-      if (place_known) look_up(satellites_, position_, receiver_time_, options_, klobuchar_, looks++);
+      if (place_known && !is_looked_up()) {
+        for (RangedSatellite& satellite : satellites_)
+          for (int i = 0; i < 2; ++i) place_satellite(satellite, position_);
+        look_up(satellites_, position_, receiver_time_, options_, klobuchar_, looks++);
+        looked_at = position_;
+      }
       if (!choose(fix)) return fix;
       ++fix.iterations;
+      const Eigen::Vector3d before = position_;
       step = iterate(fix);
       if (fix.status == FixStatus::Singular) return fix;
+      const bool near = (position_ - before).norm() < kPlaceKnown_m;
       if (!(position_.norm() < kAstray_m)) {
         fix.status = FixStatus::NotConverged;
         return fix;
       }
-      // Mask and atmosphere were looked up where this step began, less than convergence_m away.
-      if (place_known && step < options_.convergence_m) {
+      if (step < options_.convergence_m && is_looked_up()) {
         fix.status = FixStatus::Fix;
         break;
       }
+      place_known = near;
+      if (near || looks == 0) continue;
+      forget_looks();
+      looked_at = nowhere;
+      looks = 0;
     }
     // A weak geometry magnifies the rounding of ranges (about 1e-8 m) above the criterion: it has converged.
     if (fix.status != FixStatus::Fix && place_known && step < 1 && fix.rank == fix.unknowns &&
@@ -273,7 +300,7 @@ class Solver {
       RangedSatellite* worst = worst_satellite();
       if (worst == nullptr) return all_in_view;
       worst->excluded = true;
-      Fix next = attempt();
+      Fix next = attempt(true);
       if (!next.solved()) return all_in_view;
       gone.push_back(worst);
       next.consistent = consistent(next);
@@ -285,7 +312,7 @@ class Solver {
         RangedSatellite* again = gone[i];
         again->excluded = false;
         position_ = fix.position_ecef;
-        Fix next = attempt();
+        Fix next = attempt(true);
         if (next.solved() && (next.consistent = consistent(next)) == true)
           fix = std::move(next);
         else
@@ -307,7 +334,7 @@ class Solver {
   /// normal equations: rates have few digits, and most of the solutions only choose weights.
   struct Rates {
     std::vector<gnss::SatelliteId> ids;
-    Eigen::MatrixX4d design;
+    Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> design;
     Eigen::VectorXd rate, weight, residual;  // weight: of rows, on top
     Eigen::LDLT<Eigen::Matrix4d> normal;
     Eigen::Vector4d x;
@@ -316,12 +343,18 @@ class Solver {
     [[nodiscard]] double squares() const { return residual.cwiseProduct(weight).squaredNorm(); }
     [[nodiscard]] bool solve() {
       if (redundancy() < 0) return false;
-      const Eigen::Matrix4Xd weighted = design.transpose() * weight.cwiseAbs2().asDiagonal();
-      normal.compute(weighted * design);
+      Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
+      Eigen::Vector4d right = Eigen::Vector4d::Zero();
+      for (Eigen::Index k = 0; k < rate.size(); ++k) {
+        const Eigen::Vector4d row = weight(k) * design.row(k);
+        sum.noalias() += row * row.transpose();
+        right += row * (weight(k) * rate(k));
+      }
+      normal.compute(sum);
       const Eigen::Vector4d pivots = normal.vectorD();
       if (!(pivots.minCoeff() > kRankThreshold * kRankThreshold * pivots.maxCoeff())) return false;
-      x = normal.solve(weighted * rate);
-      residual = rate - design * x;
+      x = normal.solve(right);
+      residual.noalias() = rate - design * x;
       return true;
     }
   };
