@@ -117,7 +117,8 @@ Followed ChannelBank::follow(const tracking::AntennaMotion& motion, const propag
   followed.satellites.reserve(arrival.views.size());
   followed.channels.reserve(arrival.views.size());
   for (const propagation::SatelliteView& view : arrival.views) {
-    signals_to_track(options_, view.line.id, motion.time, wanted_);
+    wanted_ = tracks_[static_cast<std::size_t>(view.line.id.system)];
+    leave_out(options_, view.line.id, motion.time, wanted_);
     if (wanted_.empty()) continue;
     SatelliteObservation& seen = epoch.satellites.emplace_back();
     seen.id = view.line.id;

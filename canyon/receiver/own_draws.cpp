@@ -17,6 +17,11 @@ std::string disturbance_draws_of(const ReceiverOptions& options) {
 void signals_to_track(const ReceiverOptions& options, gnss::SatelliteId id, geodesy::GpsTime time,
                       std::vector<const gnss::Signal*>& found) {
   found = tracked_signals(options.tracks, id.system);
+  leave_out(options, id, time, found);
+}
+
+void leave_out(const ReceiverOptions& options, gnss::SatelliteId id, geodesy::GpsTime time,
+               std::vector<const gnss::Signal*>& found) {
   if (options.tracks.empty() && options.leaves_out.empty()) return;
   std::erase_if(found, [&](const gnss::Signal* signal) {
     return !gnss::transmits(id, *signal, time) ||

@@ -20,6 +20,9 @@ namespace canyon::receiver {
 /// Signals that it tracks of a satellite at a time, in the order of gnss::signals_of(). @param found replaced
 void signals_to_track(const ReceiverOptions& options, gnss::SatelliteId id, geodesy::GpsTime time,
                       std::vector<const gnss::Signal*>& found);
+/// Takes out of tracked_signals() of its system what it does not track of a satellite at a time.
+void leave_out(const ReceiverOptions& options, gnss::SatelliteId id, geodesy::GpsTime time,
+               std::vector<const gnss::Signal*>& found);
 /// The receiver's delay of a satellite's signal [m] by BiasOptions, without the drift.
 [[nodiscard]] double fixed_bias_m(const BiasOptions& options, gnss::SatelliteId id,
                                   const gnss::Signal& signal, double carrier_hz, geodesy::GpsTime time);

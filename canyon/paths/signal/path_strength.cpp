@@ -29,7 +29,6 @@ double elevation_rise_db(double elevation_rad) {
 }
 
 double noise_density_dbw_per_hz(const LinkBudgetOptions& options) {
-  options.validate();
   constexpr double kReferenceK = 290;  // IEEE definition of the noise figure
   const double noise_factor = std::pow(10.0, options.noise_figure_db / 10);
   return 10 * std::log10(kBoltzmann * (options.antenna_temperature_k + kReferenceK * (noise_factor - 1)));
@@ -136,51 +135,71 @@ Complex antenna_output(const CircularWave& wave, const AntennaGain& gain) {
   return sum * std::sqrt(power / sum_power);
 }
 
-Complex path_amplitude(const propagation::PathGeometry& path, double satellite_elevation_rad,
-                       double frequency_hz, const AntennaPattern& antenna, const StrengthOptions& options) {
-  const Complex output = antenna_output(arriving_wave(path, frequency_hz, options),
-                                        antenna.gain(path.arrival_elevation_rad, frequency_hz));
-  return output * amplitude_of_db(-antenna.gain(satellite_elevation_rad, frequency_hz).rhcp_dbic);
+namespace {
+
+Complex received(const propagation::PathGeometry& path, double frequency_hz, const AntennaPattern& antenna,
+                 const StrengthOptions& options) {
+  return antenna_output(arriving_wave(path, frequency_hz, options),
+                        antenna.gain(path.arrival_elevation_rad, frequency_hz));
 }
 
-Complex path_amplitude(const propagation::Path& path, double satellite_elevation_rad, double frequency_hz,
-                       const AntennaPattern& antenna, const StrengthOptions& options) {
+/// Amplitude behind the antenna, of a wave that has 1 before it.
+Complex received(const propagation::Path& path, double frequency_hz, const AntennaPattern& antenna,
+                 const StrengthOptions& options) {
   const double factor = path.amplitude_factor;
   if (!(factor >= 0) || !std::isfinite(factor))
     throw InputError(fmt::format("path with an amplitude factor of {}", factor), "give 0 or more");
+  const propagation::PathGeometry& geometry = path;
   if (path.kind == propagation::PathKind::Transmitted) {
     propagation::PathGeometry wave = path;
     wave.excess_m = 0;
     return factor * phasor(path.carrier_excess_m() / wavelength_m(frequency_hz)) *
-           path_amplitude(wave, satellite_elevation_rad, frequency_hz, antenna, options);
+           received(wave, frequency_hz, antenna, options);
   }
   if (path.kind == propagation::PathKind::Diffracted && path.edge_nu) {
     // trace() gives nu of its own carrier.
     propagation::PathGeometry here = path;
     here.edge_nu = propagation::signed_knife_edge_nu(here.excess_m, wavelength_m(frequency_hz),
                                                      !std::signbit(*here.edge_nu));
-    return factor * path_amplitude(here, satellite_elevation_rad, frequency_hz, antenna, options);
+    return factor * received(here, frequency_hz, antenna, options);
   }
-  if (path.kind != propagation::PathKind::Diffuse) {
-    const propagation::PathGeometry& geometry = path;
-    return factor * path_amplitude(geometry, satellite_elevation_rad, frequency_hz, antenna, options);
-  }
+  if (path.kind != propagation::PathKind::Diffuse)
+    return factor * received(geometry, frequency_hz, antenna, options);
   if (!(path.scattered_power >= 0) || !std::isfinite(path.scattered_power))
     throw InputError(fmt::format("diffuse path of power {}", path.scattered_power), "give 0 or more");
   check_excess(path.excess_m);
   const AntennaGain gain = antenna.gain(path.arrival_elevation_rad, frequency_hz);
   const double right = amplitude_of_db(gain.rhcp_dbic), left = amplitude_of_db(gain.lhcp_dbic);
   // Half of an unpolarised wave's power is in each hand.
-  const double received = std::sqrt(path.scattered_power * (right * right + left * left) / 2);
-  const double direct = amplitude_of_db(antenna.gain(satellite_elevation_rad, frequency_hz).rhcp_dbic);
-  return factor * (received / direct) * phasor(path.excess_m / wavelength_m(frequency_hz));
+  return factor * std::sqrt(path.scattered_power * (right * right + left * left) / 2) *
+         phasor(path.excess_m / wavelength_m(frequency_hz));
+}
+
+/// The same of the direct wave, inverted.
+double over_direct(double satellite_elevation_rad, double frequency_hz, const AntennaPattern& antenna) {
+  return amplitude_of_db(-antenna.gain(satellite_elevation_rad, frequency_hz).rhcp_dbic);
+}
+
+}  // namespace
+
+Complex path_amplitude(const propagation::PathGeometry& path, double satellite_elevation_rad,
+                       double frequency_hz, const AntennaPattern& antenna, const StrengthOptions& options) {
+  return received(path, frequency_hz, antenna, options) *
+         over_direct(satellite_elevation_rad, frequency_hz, antenna);
+}
+
+Complex path_amplitude(const propagation::Path& path, double satellite_elevation_rad, double frequency_hz,
+                       const AntennaPattern& antenna, const StrengthOptions& options) {
+  return received(path, frequency_hz, antenna, options) *
+         over_direct(satellite_elevation_rad, frequency_hz, antenna);
 }
 
 void path_amplitudes(const propagation::SatelliteView& view, double carrier_hz, const AntennaPattern& antenna,
                      const StrengthOptions& options, std::vector<Complex>& amplitudes) {
   amplitudes.clear();
+  const double factor = over_direct(view.line.elevation_rad, carrier_hz, antenna);
   for (const propagation::Path& path : view.paths.paths)
-    amplitudes.push_back(path_amplitude(path, view.line.elevation_rad, carrier_hz, antenna, options));
+    amplitudes.push_back(received(path, carrier_hz, antenna, options) * factor);
 }
 
 void visit(options::Visitor& v, StrengthOptions& o) {

@@ -39,7 +39,7 @@ void visit(options::Visitor& v, LinkBudgetOptions& o);
 [[nodiscard]] double noise_density_dbw_per_hz(const LinkBudgetOptions& options);
 
 /// C/N0 [dB-Hz] of an unobstructed line of sight: gnss::Signal::minimum_dbw through the budget, the reference
-/// of path_amplitude(). InputError for options out of range or an elevation of NaN.
+/// of path_amplitude(). InputError for an elevation of NaN. @param options valid
 [[nodiscard]] double los_cn0_dbhz(const gnss::Signal& signal, double elevation_rad,
                                   const AntennaPattern& antenna, const LinkBudgetOptions& options = {});
 

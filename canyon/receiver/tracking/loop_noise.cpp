@@ -77,13 +77,11 @@ double CodeLoopNoise::sigma_m(double cn0) const {
 }
 
 double pll_jitter_rad(const PllOptions& options, double cn0_dbhz) {
-  options.validate();
   const double ratio = cn0_hz(cn0_dbhz);
   return std::sqrt(options.loop_bandwidth_hz / ratio * (1 + 1 / (2 * options.integration_s * ratio)));
 }
 
 double fll_jitter_hz(const FllOptions& options, double cn0_dbhz) {
-  options.validate();
   const double ratio = cn0_hz(cn0_dbhz);
   const double t = options.integration_s;
   return std::sqrt(4 * options.loop_bandwidth_hz / ratio * (1 + 1 / (t * ratio))) / (2 * geodesy::kPi * t);

@@ -62,6 +62,7 @@ void visit(options::Visitor& v, PllOptions& o);
 /// Standard deviation of an arctangent (Costas) phase lock loop's error from thermal noise [rad]:
 /// sqrt(Bn / (C/N0) (1 + 1 / (2 T C/N0))) (Kaplan & Hegarty, 2nd ed. 2006, section 5.6.1.1). Times
 /// wavelength / 2 pi it is metres. Valid below 15 degrees, where such loops lose lock (ibid.).
+/// @param options valid
 [[nodiscard]] double pll_jitter_rad(const PllOptions& options, double cn0_dbhz);
 
 struct FllOptions {
@@ -74,6 +75,7 @@ struct FllOptions {
 void visit(options::Visitor& v, FllOptions& o);
 /// Standard deviation of a frequency lock loop's error from thermal noise [Hz]:
 /// sqrt(4 F Bn / (C/N0) (1 + 1 / (T C/N0))) / (2 pi T) (Kaplan & Hegarty, 2nd ed. 2006, section 5.6.2).
+/// @param options valid
 [[nodiscard]] double fll_jitter_hz(const FllOptions& options, double cn0_dbhz);
 
 /// Samples of a loop's error, right at any output rate: the exact discrete form of a first-order loop, whose

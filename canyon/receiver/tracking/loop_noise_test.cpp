@@ -298,9 +298,9 @@ TEST(LoopNoise, RefusesBadInput) {
   EXPECT_THROW((void)noise.advance(1, -1), InputError);
   EXPECT_THROW((void)noise.advance(1, std::nan("")), InputError);
   EXPECT_THROW((void)cn0_hz(std::nan("")), InputError);
-  EXPECT_THROW((void)pll_jitter_rad({0, 0.02}, 40), InputError);
-  EXPECT_THROW((void)pll_jitter_rad({30, 0.02}, 40), InputError);
-  EXPECT_THROW((void)fll_jitter_hz({5, 0}, 40), InputError);
+  EXPECT_THROW((PllOptions{0, 0.02}.validate()), InputError);
+  EXPECT_THROW((PllOptions{30, 0.02}.validate()), InputError);
+  EXPECT_THROW((FllOptions{5, 0}.validate()), InputError);
 }
 
 }  // namespace
