@@ -72,7 +72,7 @@ Eigen::Vector3d enu_from_azimuth_elevation(double azimuth_rad, double elevation_
 }
 
 AzimuthElevation azimuth_elevation_from_enu(const Eigen::Vector3d& enu) {
-  const double horizontal = std::hypot(enu.x(), enu.y());
+  const double horizontal = enu.head<2>().norm();
   AzimuthElevation result;
   result.elevation_rad = std::atan2(enu.z(), horizontal);
   if (horizontal > 0) {

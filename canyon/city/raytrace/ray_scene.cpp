@@ -296,9 +296,8 @@ std::optional<Hit> RayScene::cast(const Ray& ray, double min_range_m) const {
 }
 
 bool RayScene::occluded(const Ray& ray, double min_range_m) const {
-  bool result = false;
-  occluded({&ray, 1}, {&result, 1}, min_range_m);
-  return result;
+  Probe probe = impl_->probe(ray, min_range_m);
+  return impl_->city.triangles.occluded(probe) || impl_->occluded_by_movers(ray, min_range_m);
 }
 
 // Rays one at a time: satellites stand all over the sky, and for such rays packets (rtcOccluded8: 0.59 of a

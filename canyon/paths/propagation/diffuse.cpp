@@ -342,7 +342,7 @@ struct DiffuseScattering::Impl {
                             const FacadeLight::Direction& grid_direction) const {
     if (patch.moves) return !scene->occluded({patch.lifted, direction});
     return facades.sees(patch.cell, grid_direction) &&
-           !scene->occluded_by_instances({patch.lifted, direction});
+           (scene->placed_instances().empty() || !scene->occluded_by_instances({patch.lifted, direction}));
   }
 
   /// A class as it arrives: power 0 where nothing of it is lit.

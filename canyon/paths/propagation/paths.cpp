@@ -38,7 +38,7 @@ bool comes_before(const Path& a, const Path& b) {
 }
 
 void SatellitePaths::arrange() {
-  std::sort(paths.begin(), paths.end(), comes_before);
+  if (!std::is_sorted(paths.begin(), paths.end(), comes_before)) take(std::exchange(paths, {}));
   if (paths.empty() || paths.front().kind == PathKind::Transmitted) {
     visibility = Visibility::Blocked;
   } else if (paths.front().kind != PathKind::Direct) {
@@ -48,6 +48,18 @@ void SatellitePaths::arrange() {
                                        [](const Path& path) { return path.kind == PathKind::Reflected; });
     visibility = reflected ? Visibility::LOSMultipath : Visibility::LOS;
   }
+}
+
+void SatellitePaths::take(const std::vector<Path>& found) {
+  // A path takes six lines of the cache: each is copied once.
+  static thread_local std::vector<const Path*> order;
+  order.clear();
+  for (const Path& path : found) order.push_back(&path);
+  std::sort(order.begin(), order.end(), [](const Path* a, const Path* b) { return comes_before(*a, *b); });
+  paths.clear();
+  paths.reserve(found.size());
+  for (const Path* path : order) paths.push_back(*path);
+  arrange();
 }
 
 double SatellitePaths::tracked_excess_m() const {

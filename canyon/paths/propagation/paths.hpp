@@ -150,6 +150,8 @@ struct SatellitePaths {
 
   /// Puts the paths in order, and says the visibility that they make.
   void arrange();
+  /// Takes paths in any order, in memory for no more than these, and arranges them.
+  void take(const std::vector<Path>& found);
   [[nodiscard]] bool received() const { return visibility != Visibility::Blocked; }
   /// Excess path [m] of the signal that an ideal receiver tracks, which receives every path and follows the
   /// first: 0 with a direct path (through leaves too), else that of the shortest path of any kind, around

@@ -106,6 +106,7 @@ struct PropagationScratch {
   SecondOrderSearch second_order;
   std::vector<std::vector<DiffractedPath>> diffracted;
   std::vector<std::vector<DiffusePath>> diffuse;
+  std::vector<SatellitePaths> paths;
 
   [[nodiscard]] const Prepared& prepared(raytrace::InstanceId instance) const {
     const auto found =
@@ -132,6 +133,10 @@ double elevation_rad(const Vector3d& direction) {
   return std::asin(std::clamp(direction.z(), -1.0, 1.0));
 }
 
+void take(std::span<const SatellitePaths> found, std::span<SatellitePaths> result) {
+  for (std::size_t i = 0; i < result.size(); ++i) result[i].take(found[i].paths);
+}
+
 /// A path over what was `found`: what DiffractedPath and DiffusePath have in common.
 template <typename Found>
 Path& append(SatellitePaths& paths, PathKind kind, const Found& found) {
@@ -143,6 +148,13 @@ Path& append(SatellitePaths& paths, PathKind kind, const Found& found) {
   path.instance = found.instance;
   path.arrival_elevation_rad = elevation_rad(found.arrival);
   return path;
+}
+
+void append_scattered(SatellitePaths& paths, const DiffusePath& scattered) {
+  Path& path = append(paths, PathKind::Diffuse, scattered);
+  path.triangle = scattered.triangle;
+  path.scattered_power = scattered.power;
+  path.reflector = reflector_id(PathKind::Diffuse, {scattered.instance, scattered.bin});
 }
 
 Path direct_path(const Vector3d& direction, double foliage_depth_m = 0) {
@@ -377,12 +389,8 @@ struct Propagator::Impl {
     diffuse->trace(antenna, directions, wanted, found);
     for (std::size_t i = 0; i < directions.size(); ++i) {
       for (const DiffusePath& scattered : found[i]) {
-        Path& path = append(result[i], PathKind::Diffuse, scattered);
-        path.triangle = scattered.triangle;
-        path.scattered_power = scattered.power;
-        path.reflector = reflector_id(PathKind::Diffuse, {scattered.instance, scattered.bin});
-        if (place != nullptr)
-          place->far.push_back({static_cast<std::uint32_t>(i), path, Vector3d::Zero(), Vector3d::Zero()});
+        append_scattered(result[i], scattered);
+        if (place != nullptr) place->scattered.push_back({static_cast<std::uint32_t>(i), scattered});
       }
     }
   }
@@ -408,14 +416,17 @@ struct Propagator::Impl {
     }
   }
 
-  void trace_near(const Vector3d& antenna, std::span<const Vector3d> directions,
-                  std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const {
-    assert(directions.size() == result.size());
+  /// In this thread's memory, in any order.
+  [[nodiscard]] std::span<SatellitePaths> trace_near(const Vector3d& antenna,
+                                                     std::span<const Vector3d> directions,
+                                                     std::span<const KnownEdge> edges) const {
     assert(options.model == Model::Specular);
     PropagationScratch& s = propagation_scratch();
-    const std::span<bool> blocked = look(antenna, directions, s, result);
-    if (options.reflection_order > 0) add_reflections(antenna, directions, 1, s, result, nullptr);
-    if (diffraction) add_diffraction(antenna, directions, blocked, s, &edges, result, nullptr);
+    const std::span<SatellitePaths> found = lists(s.paths, directions.size());
+    const std::span<bool> blocked = look(antenna, directions, s, found);
+    if (options.reflection_order > 0) add_reflections(antenna, directions, 1, s, found, nullptr);
+    if (diffraction) add_diffraction(antenna, directions, blocked, s, &edges, found, nullptr);
+    return found;
   }
 
   /// The instances, by id, that may have a part in paths to the antenna.
@@ -437,25 +448,28 @@ std::optional<Path> FarPath::seen_from(const Vector3d& antenna, const Vector3d& 
   const Vector3d step = antenna - from_antenna;
   const double turned_m =
       (direction - from_direction).dot(from_antenna - antenna_image(path, from_antenna, from_direction));
-  if (path.kind == PathKind::Diffuse) {
-    const Vector3d way = path.point - antenna;
-    const double leg_m = way.norm();
-    if (!(leg_m > 0)) return std::nullopt;
-    seen.excess_m += turned_m + direction.dot(step) + leg_m - (path.point - from_antenna).norm();
-    seen.arrival = way / leg_m;
-    seen.arrival_elevation_rad = std::asin(std::clamp(seen.arrival.z(), -1.0, 1.0));
-  } else {
-    seen.excess_m += turned_m + (direction - path.arrival).dot(step);
-    // The ray is moved by `step`, and the one that its mirror image is by the step's image.
-    seen.leg_m = path.leg_m - normal.dot(step) / normal.dot(path.arrival);
-    if (!(seen.leg_m > 0)) return std::nullopt;
-    seen.point = antenna + seen.leg_m * path.arrival;
-    const Vector3d onward = (path.far_point - path.point).normalized();
-    const Vector3d image_step = step - 2 * normal.dot(step) * normal;
-    seen.far_point =
-        path.far_point + image_step - far_normal.dot(image_step) / far_normal.dot(onward) * onward;
-  }
-  seen.excess_m = std::max(0.0, seen.excess_m);
+  seen.excess_m = std::max(0.0, path.excess_m + turned_m + (direction - path.arrival).dot(step));
+  // The ray is moved by `step`, and the one that its mirror image is by the step's image.
+  seen.leg_m = path.leg_m - normal.dot(step) / normal.dot(path.arrival);
+  if (!(seen.leg_m > 0)) return std::nullopt;
+  seen.point = antenna + seen.leg_m * path.arrival;
+  const Vector3d onward = (path.far_point - path.point).normalized();
+  const Vector3d image_step = step - 2 * normal.dot(step) * normal;
+  seen.far_point = path.far_point + image_step - far_normal.dot(image_step) / far_normal.dot(onward) * onward;
+  return seen;
+}
+
+std::optional<DiffusePath> FarScatter::seen_from(const Vector3d& antenna, const Vector3d& direction,
+                                                 const Vector3d& from_antenna,
+                                                 const Vector3d& from_direction) const {
+  const Vector3d way = path.point - antenna, old_way = path.point - from_antenna;
+  const double leg_m = way.norm(), old_leg_m = old_way.norm();
+  if (!(leg_m > 0)) return std::nullopt;
+  DiffusePath seen = path;
+  const double turned_m = (direction - from_direction).dot(old_leg_m * from_direction - old_way);
+  seen.excess_m =
+      std::max(0.0, path.excess_m + turned_m + direction.dot(antenna - from_antenna) + leg_m - old_leg_m);
+  seen.arrival = way / leg_m;
   return seen;
 }
 
@@ -475,23 +489,24 @@ void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> direct
   const Impl& impl = *impl_;
   const int order = impl.options.reflection_order;
   PropagationScratch& s = propagation_scratch();
+  const std::span<SatellitePaths> found = lists(s.paths, directions.size());
   if (place != nullptr)
-    *place = {antenna, {directions.begin(), directions.end()}, {}, {}, impl.instances_about(antenna)};
-  const std::span<bool> blocked = impl.look(antenna, directions, s, result);
+    *place = {antenna, {directions.begin(), directions.end()}, {}, {}, {}, impl.instances_about(antenna)};
+  const std::span<bool> blocked = impl.look(antenna, directions, s, found);
   if (impl.options.model != Model::Specular) {
-    impl.trace_mirror(antenna, directions, blocked, s, result);
+    impl.trace_mirror(antenna, directions, blocked, s, found);
   } else {
-    if (order > 0) impl.add_reflections(antenna, directions, order, s, result, place);
-    if (impl.diffraction) impl.add_diffraction(antenna, directions, blocked, s, nullptr, result, place);
-    if (impl.diffuse) impl.add_diffuse(antenna, directions, s, result, place);
+    if (order > 0) impl.add_reflections(antenna, directions, order, s, found, place);
+    if (impl.diffraction) impl.add_diffraction(antenna, directions, blocked, s, nullptr, found, place);
+    if (impl.diffuse) impl.add_diffuse(antenna, directions, s, found, place);
   }
-  for (SatellitePaths& satellite : result) satellite.arrange();
+  if (place != nullptr) place->scattered.shrink_to_fit();
+  take(found, result);
 }
 
 void Propagator::trace_near(const Vector3d& antenna, std::span<const Vector3d> directions,
                             std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const {
-  impl_->trace_near(antenna, directions, edges, result);
-  for (SatellitePaths& satellite : result) satellite.arrange();
+  take(impl_->trace_near(antenna, directions, edges), result);
 }
 
 bool Propagator::retrace(const Vector3d& antenna, std::span<const Vector3d> directions,
@@ -508,13 +523,18 @@ bool Propagator::retrace(const Vector3d& antenna, std::span<const Vector3d> dire
   const std::vector<raytrace::PlacedInstance> now = impl_->instances_about(place.antenna);
   if (!std::equal(now.begin(), now.end(), place.instances.begin(), place.instances.end(), stands))
     return false;
-  impl_->trace_near(antenna, directions, place.edges, result);
+  const std::span<SatellitePaths> found = impl_->trace_near(antenna, directions, place.edges);
   for (const FarPath& far : place.far) {
     const auto path =
         far.seen_from(antenna, directions[far.satellite], place.antenna, place.directions[far.satellite]);
-    if (path) result[far.satellite].paths.push_back(*path);
+    if (path) found[far.satellite].paths.push_back(*path);
   }
-  for (SatellitePaths& satellite : result) satellite.arrange();
+  for (const FarScatter& far : place.scattered) {
+    const auto path =
+        far.seen_from(antenna, directions[far.satellite], place.antenna, place.directions[far.satellite]);
+    if (path) append_scattered(found[far.satellite], *path);
+  }
+  take(found, result);
   return true;
 }
 

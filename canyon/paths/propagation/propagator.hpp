@@ -17,17 +17,16 @@
 
 namespace canyon::propagation {
 
-/// A path that costs much to find, and that an antenna a metre farther has as well: of the second order, or
-/// diffuse.
+/// A path of the second order, which costs much to find and which an antenna a metre farther has as well.
 struct FarPath {
   std::uint32_t satellite = 0;  ///< index of its direction
   Path path;                    ///< at the place where it was found
-  /// Of the second order: unit normals of the facets next to the antenna and next to the satellite.
+  /// Unit normals of the facets next to the antenna and next to the satellite.
   Eigen::Vector3d normal = Eigen::Vector3d::Zero(), far_normal = Eigen::Vector3d::Zero();
 
-  /// The path at another place and a little later: over the same planes, or from the same point of a facade.
-  /// Its detour is exact over planes for the satellite's old direction, and for a point over one facade; what
-  /// the satellite's way adds is of first order. Whether the way is still clear is not asked.
+  /// The path at another place and a little later, over the same planes. Its detour is exact for the
+  /// satellite's old direction; what the satellite's way adds is of first order. Whether the way is still
+  /// clear is not asked.
   /// @param antenna, direction of the satellite there, unit, ENU; @param from_antenna, from_direction where
   /// the path was found. Empty: the antenna is behind the facet.
   [[nodiscard]] std::optional<Path> seen_from(const Eigen::Vector3d& antenna,
@@ -36,12 +35,26 @@ struct FarPath {
                                               const Eigen::Vector3d& from_direction) const;
 };
 
+/// The same of a diffuse path, from the same point of the facade: exact for a point over one facade. Small,
+/// since an antenna keeps some hundreds.
+struct FarScatter {
+  std::uint32_t satellite = 0;
+  DiffusePath path;
+
+  /// Empty: the antenna is at the point.
+  [[nodiscard]] std::optional<DiffusePath> seen_from(const Eigen::Vector3d& antenna,
+                                                     const Eigen::Vector3d& direction,
+                                                     const Eigen::Vector3d& from_antenna,
+                                                     const Eigen::Vector3d& from_direction) const;
+};
+
 /// What was found at one place, for antennas near it (Propagator::retrace()).
 struct TracedPlace {
   Eigen::Vector3d antenna = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3d> directions;  ///< of the satellites, unit, ENU; empty: nothing was traced
   std::vector<KnownEdge> edges;             ///< of the city that bend signals here
-  std::vector<FarPath> far;                 ///< by kind, satellite
+  std::vector<FarPath> far;
+  std::vector<FarScatter> scattered;
   std::vector<raytrace::PlacedInstance> instances;  ///< in reach; their meshes are not used
 };
 

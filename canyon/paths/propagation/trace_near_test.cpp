@@ -171,14 +171,13 @@ TEST(Propagator, FarPathsHoldWhileInstancesStand) {
 }
 
 // Of a wall that scatters once, the detour of a point is known in closed form.
-TEST(FarPath, OfAPointOnAFacade) {
+TEST(FarScatter, OfAPointOnAFacade) {
   const Eigen::Vector3d from(0, 0, 2), antenna(0.3, 0.5, 2.1), point(20, 5, 12);
   const Eigen::Vector3d s = geodesy::enu_from_azimuth_elevation(0.3, 0.7);
   const auto detour_m = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& towards) {
     return (point - a).norm() - towards.dot(point - a);
   };
-  FarPath far;
-  far.path.kind = PathKind::Diffuse;
+  FarScatter far;
   far.path.point = point;
   far.path.arrival = (point - from).normalized();
   far.path.excess_m = detour_m(from, s);

@@ -60,23 +60,20 @@ PathNode SteadyCell::trace(const Vector3d& place) {
   node.place = place;
   node.edges.assign(found.edges.begin(), found.edges.end());
   std::sort(node.edges.begin(), node.edges.end());
-  // In the order of a satellite's channels.
-  std::sort(found.far.begin(), found.far.end(), [](const auto& a, const auto& b) {
-    return a.satellite != b.satellite ? a.satellite < b.satellite : comes_before(a.path, b.path);
-  });
-  node.paths.reserve(found.far.size());
-  for (const propagation::FarPath& of : found.far) {
-    const SteadySatellite& satellite = sky_.satellites()[of.satellite];
-    const Path& path = of.path;
-    NodePath& far = node.paths.emplace_back();
-    far.satellite = of.satellite;
-    far.diffuse = path.kind == PathKind::Diffuse;
-    far.excess_m = path.excess_m;
-    far.rate_mps = tracking::path_rate_mps(satellite.line, Vector3d::Zero(), path, ecef_from_enu_);
-    far.amplitude = signal::path_amplitude(path, satellite.line.elevation_rad, satellite.carrier_hz,
-                                           options_.signal.antenna, options_.signal.strength);
-    far.reflector = path.reflector;
-    far.arrival = path.arrival.cast<float>();
+  for (std::uint32_t i = 0; i < traced_.size(); ++i) {
+    const SteadySatellite& satellite = sky_.satellites()[i];
+    for (const Path& path : traced_[i].paths) {
+      if (path.kind != PathKind::Diffuse && path.order < 2) continue;
+      NodePath& far = node.paths.emplace_back();
+      far.satellite = i;
+      far.diffuse = path.kind == PathKind::Diffuse;
+      far.excess_m = path.excess_m;
+      far.rate_mps = tracking::path_rate_mps(satellite.line, Vector3d::Zero(), path, ecef_from_enu_);
+      far.amplitude = signal::path_amplitude(path, satellite.line.elevation_rad, satellite.carrier_hz,
+                                             options_.signal.antenna, options_.signal.strength);
+      far.reflector = path.reflector;
+      far.arrival = path.arrival.cast<float>();
+    }
   }
   return node;
 }
