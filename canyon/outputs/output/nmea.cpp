@@ -50,6 +50,12 @@ System listed_with(System system) {
   return system == System::SBAS ? System::GPS : system;
 }
 
+/// A number of at least so many digits, not negative.
+void append_digits(std::string& text, long number, std::size_t digits) {
+  const fmt::format_int written(number);
+  text.append(digits - std::min(digits, written.size()), '0').append(written.data(), written.size());
+}
+
 /// Talker of the sentences about the solution: the system's own where there is one system, else GN.
 std::string_view solution_talker(const receiver::ReceiverEpoch& seen) {
   std::set<System> systems;
@@ -68,9 +74,10 @@ Clock utc_clock(geodesy::GpsTime t) {
   constexpr std::int64_t kMillisecond = 1'000'000;
   const geodesy::CalendarTime utc = geodesy::utc_from_gps(round_to(t, kMillisecond));
   const auto ms = static_cast<int>(utc.nanosecond / kMillisecond);
-  const std::string fraction = ms % 10 == 0 ? fmt::format("{:02d}", ms / 10) : fmt::format("{:03d}", ms);
-  return {fmt::format("{:02d}{:02d}{:02d}.{}", utc.hour, utc.minute, utc.second, fraction),
-          fmt::format("{:02d}{:02d}{:02d}", utc.day, utc.month, utc.year % 100)};
+  const std::string fraction =
+      ms % 10 == 0 ? fmt::format(FMT_COMPILE("{:02d}"), ms / 10) : fmt::format(FMT_COMPILE("{:03d}"), ms);
+  return {fmt::format(FMT_COMPILE("{:02d}{:02d}{:02d}.{}"), utc.hour, utc.minute, utc.second, fraction),
+          fmt::format(FMT_COMPILE("{:02d}{:02d}{:02d}"), utc.day, utc.month, utc.year % 100)};
 }
 
 /// Whole degrees and minutes with 6 decimals (rounding below 1 mm), and the hemisphere.
@@ -79,8 +86,8 @@ std::string angle_field(double angle_rad, int degree_digits, char positive, char
   const std::int64_t total = std::llround(std::abs(degrees(angle_rad)) * 60.0 * kSteps);
   const std::int64_t whole = total / (60 * kSteps);
   const std::int64_t rest = total % (60 * kSteps);
-  return fmt::format("{:0{}d}{:02d}.{:06d},{}", whole, degree_digits, rest / kSteps, rest % kSteps,
-                     angle_rad < 0 && total != 0 ? negative : positive);
+  return fmt::format(FMT_COMPILE("{:0{}d}{:02d}.{:06d},{}"), whole, degree_digits, rest / kSteps,
+                     rest % kSteps, angle_rad < 0 && total != 0 ? negative : positive);
 }
 
 std::string position_fields(const positioning::Fix& fix) {
@@ -110,7 +117,7 @@ std::string rmc(const receiver::ReceiverEpoch& seen, std::string_view talker, co
     if (east != 0 || north != 0) course = fixed(wrapped_azimuth_deg(std::atan2(east, north), 2), 2);
   }
   // Navigational status V: Canyon gives no integrity statement.
-  return nmea_sentence(fmt::format("{}RMC,{},{},{},{},{},{},,,{},V", talker, clock.time,
+  return nmea_sentence(fmt::format(FMT_COMPILE("{}RMC,{},{},{},{},{},{},,,{},V"), talker, clock.time,
                                    codes_of(fix.kind()).nmea_status, position_fields(fix), speed, course,
                                    clock.date, codes_of(fix.kind()).nmea_mode));
 }
@@ -122,8 +129,8 @@ std::string gga(const simulation::Epoch& epoch, std::string_view talker, const C
   const std::string height = fix.solved() ? fixed(fix.position.height_m - separation_m, 3) + ",M," +
                                                 fixed(separation_m, separation_m == 0 ? 1 : 3) + ",M"
                                           : ",M,,M";
-  return nmea_sentence(fmt::format("{}GGA,{},{},{},{:02d},{},{},{}", talker, clock.time, position_fields(fix),
-                                   codes_of(fix.kind()).gga_quality, used_count(fix),
+  return nmea_sentence(fmt::format(FMT_COMPILE("{}GGA,{},{},{},{:02d},{},{},{}"), talker, clock.time,
+                                   position_fields(fix), codes_of(fix.kind()).gga_quality, used_count(fix),
                                    dop_field(fix, &positioning::Dop::hdop), height, correction_fields(fix)));
 }
 
@@ -145,9 +152,12 @@ std::string gsa(const receiver::ReceiverEpoch& seen, std::string_view talker) {
     std::size_t first = 0;
     do {
       std::string slots;
-      for (std::size_t i = first; i < first + kSlots; ++i)
-        slots += i < numbers.size() ? fmt::format("{:02d},", numbers[i]) : ",";
-      bodies.push_back(fmt::format("GSA,A,{},{}{},{}", mode, slots, dops, codes(system).system_id));
+      for (std::size_t i = first; i < first + kSlots; ++i) {
+        if (i < numbers.size()) append_digits(slots, numbers[i], 2);
+        slots += ',';
+      }
+      bodies.push_back(
+          fmt::format(FMT_COMPILE("GSA,A,{},{}{},{}"), mode, slots, dops, codes(system).system_id));
       first += kSlots;
     } while (first < numbers.size());
   }
@@ -175,10 +185,11 @@ std::string gst(const receiver::ReceiverEpoch& seen, std::string_view talker, co
   const double spread = std::hypot(0.5 * (p(0, 0) - p(1, 1)), p(0, 1));
   double orientation = degrees(0.5 * std::atan2(2 * p(0, 1), p(1, 1) - p(0, 0)));
   if (orientation < 0) orientation += 180.0;
-  return nmea_sentence(fmt::format(
-      "{}GST,{},{},{},{},{},{},{},{}", talker, clock.time, rms, fixed(std::sqrt(mean + spread), 3),
-      fixed(std::sqrt(std::max(0.0, mean - spread)), 3), fixed(orientation, 2), fixed(std::sqrt(p(1, 1)), 3),
-      fixed(std::sqrt(p(0, 0)), 3), fixed(std::sqrt(p(2, 2)), 3)));
+  return nmea_sentence(fmt::format(FMT_COMPILE("{}GST,{},{},{},{},{},{},{},{}"), talker, clock.time, rms,
+                                   fixed(std::sqrt(mean + spread), 3),
+                                   fixed(std::sqrt(std::max(0.0, mean - spread)), 3), fixed(orientation, 2),
+                                   fixed(std::sqrt(p(1, 1)), 3), fixed(std::sqrt(p(0, 0)), 3),
+                                   fixed(std::sqrt(p(2, 2)), 3)));
 }
 
 /// HDT and not THS: gpsd and ArduPilot read both, PX4 and nmea_navsat_driver HDT alone.
@@ -194,25 +205,25 @@ std::string gsv(const receiver::ReceiverEpoch& seen) {
     const auto number = nmea_satellite_number(satellite.id);
     if (!number) continue;
     const auto elevation = std::clamp(std::lround(degrees(satellite.elevation_rad)), 0L, 90L);
+    std::string& entry = in_view[listed_with(satellite.id.system)].emplace_back(",");
+    append_digits(entry, *number, 2);
+    append_digits(entry += ',', elevation, 2);
+    append_digits(entry += ',', std::lround(wrapped_azimuth_deg(satellite.azimuth_rad, 0)), 3);
+    entry += ',';
     // Empty where nothing is tracked, and where signals have no strength.
-    std::string strength;
-    if (satellite.measurement && satellite.measurement->cn0_dbhz) {
-      strength = fmt::format(FMT_COMPILE("{:02d}"),
-                             std::clamp(std::lround(*satellite.measurement->cn0_dbhz), 0L, 99L));
-    }
-    in_view[listed_with(satellite.id.system)].push_back(
-        fmt::format(FMT_COMPILE(",{:02d},{:02d},{:03d},{}"), *number, elevation,
-                    std::lround(wrapped_azimuth_deg(satellite.azimuth_rad, 0)), strength));
+    if (satellite.measurement && satellite.measurement->cn0_dbhz)
+      append_digits(entry, std::clamp(std::lround(*satellite.measurement->cn0_dbhz), 0L, 99L), 2);
   }
   std::string text;
   for (const auto& [system, satellites] : in_view) {
     const std::size_t sentences = (satellites.size() + kPerSentence - 1) / kPerSentence;
     for (std::size_t i = 0; i < sentences; ++i) {
-      std::string body =
-          fmt::format("{}GSV,{},{},{:02d}", codes(system).talker, sentences, i + 1, satellites.size());
+      std::string body = fmt::format(FMT_COMPILE("{}GSV,{},{},{:02d}"), codes(system).talker, sentences,
+                                     i + 1, satellites.size());
       const std::size_t end = std::min(satellites.size(), (i + 1) * kPerSentence);
       for (std::size_t k = i * kPerSentence; k < end; ++k) body += satellites[k];
-      text += nmea_sentence(fmt::format("{},{}", body, codes(system).signal_id));
+      body += {',', codes(system).signal_id};
+      text += nmea_sentence(body);
     }
   }
   return text.empty() ? nmea_sentence("GPGSV,1,1,00,1") : text;
