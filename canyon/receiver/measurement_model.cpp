@@ -106,7 +106,9 @@ positioning::Measurement MeasurementModel::measure(const Instant& at, const prop
                    &view.paths.paths[reception != nullptr ? reception->tracked : 0],
                    &at.motion,
                    air ? &at.before : nullptr,
-                   air ? &at.after : nullptr};
+                   air ? &at.after : nullptr,
+                   {air ? at.before.look(line) : geodesy::AzimuthElevation(),
+                    air ? at.after.look(line) : geodesy::AzimuthElevation()}};
   const CodeAndCarrier range = signal_range(state, observation.terms_m);
   observation.pseudorange_error_m =
       observation.excess_m + observation.noise_m + uncorrected_m(state, observation.terms_m);

@@ -79,34 +79,51 @@ void state_accuracy(FilterState& filter, std::span<const Taken> taken, double ex
   const double lasting = options.error_correlation_s > 0 ? excess : 0;
   const double lasting_corrected = std::max(0.0, lasting - 1);
   StateMatrix& s = filter.stated;
+  // The errors' covariances are linear in themselves: C becomes Q C, less b R K for the satellite's own row.
+  StateMatrix until = StateMatrix::Identity();  // Q', Q the product of I - K h' over the rows so far
   double shares = 0;
   std::ptrdiff_t pseudoranges = 0;
-  for (const Taken& each : taken) {
-    const FilterRow& row = each.row;
-    const StateVector& gain = each.gain;
+  /// Row by row: the place in FilterState::lasting of a pseudorange's error, and its deviation b.
+  struct Own {
+    std::size_t at = 0;
+    double b = 0;
+  };
+  std::vector<Own> own(taken.size());
+  for (std::size_t k = 0; k < taken.size(); ++k) {
+    const FilterRow& row = taken[k].row;
+    const StateVector& gain = taken[k].gain;
     StateVector m = product(s, row.gradient);
     double variance = row.gradient.dot(m);
     const double unit = row.share * row.sigma;
-    Lasting* own = nullptr;
-    double b = 0;
     if (row.satellite) {
       shares += row.share * row.share;
       ++pseudoranges;
-      b = unit * std::sqrt(row.share < 1 ? lasting_corrected : lasting);
       const auto at = std::find_if(filter.lasting.begin(), filter.lasting.end(),
                                    [&row](const Lasting& l) { return l.satellite == *row.satellite; });
-      own = at != filter.lasting.end()
-                ? &*at
-                : &filter.lasting.emplace_back(Lasting{*row.satellite, StateVector::Zero(), filter.time});
-      own->taken = filter.time;
-      variance += excess * unit * unit + 2 * b * row.gradient.dot(own->covariance);
-      m += b * own->covariance;
+      own[k] = {static_cast<std::size_t>(at - filter.lasting.begin()),
+                unit * std::sqrt(row.share < 1 ? lasting_corrected : lasting)};
+      if (at == filter.lasting.end())
+        filter.lasting.push_back({*row.satellite, StateVector::Zero(), filter.time});
+      Lasting& error = filter.lasting[own[k].at];
+      error.taken = filter.time;
+      const StateVector covariance = until.transpose().lazyProduct(error.covariance);
+      variance += excess * unit * unit + 2 * own[k].b * row.gradient.dot(covariance);
+      m += own[k].b * covariance;
     } else {
       variance += unit * unit;
     }
     add_symmetric(s, gain, gain * (variance / 2) - m);
-    for (Lasting& l : filter.lasting) l.covariance -= row.gradient.dot(l.covariance) * gain;
-    if (own != nullptr) own->covariance -= b * gain;
+    const StateVector seen = product(until, row.gradient);
+    for (int i = 0; i < kStates; ++i) until.col(i) -= seen * gain(i);
+  }
+  for (Lasting& error : filter.lasting)
+    error.covariance = until.transpose().lazyProduct(error.covariance).eval();
+  StateMatrix after = StateMatrix::Identity();  // R, the product over the rows behind one
+  for (std::size_t k = taken.size(); k-- > 0;) {
+    const StateVector reached = product(after, taken[k].gain);
+    if (taken[k].row.satellite) filter.lasting[own[k].at].covariance -= own[k].b * reached;
+    for (int i = 0; i < kStates; ++i)
+      if (taken[k].row.gradient(i) != 0) after.col(i) -= reached * taken[k].row.gradient(i);
   }
   if (pseudoranges > 0) filter.noise_share = shares / static_cast<double>(pseudoranges);
 }

@@ -289,8 +289,9 @@ void add_geometry(Fix& fix, const FilterState& filter, const FilterEpoch& epoch,
   for (const RangedSatellite& satellite : passed)
     fix.residuals_m.push_back(pseudorange_row(filter, satellite).innovation);
   fix.unknowns = static_cast<int>(design.cols());
-  fix.rank = static_cast<int>(LeastSquares(design).rank(kRankThreshold));
-  if (const std::optional<Cofactor> q = cofactor(design)) fix.dop = dop_from_cofactor(*q);
+  const LeastSquares least_squares(design);
+  fix.rank = static_cast<int>(least_squares.rank(kRankThreshold));
+  if (fix.rank == fix.unknowns) fix.dop = dop_from_cofactor(least_squares.cofactor());
 }
 
 /// @param of least squares, of the same measurements

@@ -53,17 +53,11 @@ double troposphere_m(const RangeState& s) {
   return s.view->space ? s.view->space->troposphere_m : modelled_m(model_state(s), false, true);
 }
 
-/// Rate of a delay by the models, by central differences over a second. @param delay_m at a place beside
+/// Rate of a delay by the models, by central differences over a second. @param delay_m at a place beside,
+/// in a direction
 template <typename Delay>
 double central_mps(const RangeState& s, const Delay& delay_m) {
-  const auto at = [&](const ShiftedAntenna& there) {
-    const orbit::LineOfSight& line = s.view->line;
-    return delay_m(
-        there, geodesy::azimuth_elevation_from_enu(
-                   there.enu_from_ecef * (line.position_at_reception_m +
-                                          line.velocity_at_reception_mps * there.dt_s - there.antenna_ecef)));
-  };
-  return at(*s.after) - at(*s.before);
+  return delay_m(*s.after, s.looks[1]) - delay_m(*s.before, s.looks[0]);
 }
 
 double ionosphere_mps(const RangeState& s) {

@@ -29,6 +29,12 @@ struct ClockReading {
 
 /// The antenna a short time before or after an epoch, for rates of delays.
 struct ShiftedAntenna {
+  [[nodiscard]] geodesy::AzimuthElevation look(const orbit::LineOfSight& line) const {
+    return geodesy::azimuth_elevation_from_enu(
+        enu_from_ecef *
+        (line.position_at_reception_m + line.velocity_at_reception_mps * dt_s - antenna_ecef));
+  }
+
   double dt_s = 0;
   Eigen::Vector3d antenna_ecef = Eigen::Vector3d::Zero();
   geodesy::Geodetic place;
@@ -54,6 +60,7 @@ struct RangeState {
   const tracking::AntennaMotion* motion = nullptr;
   /// The antenna half a second before and after; null: rates leave the atmosphere out.
   const ShiftedAntenna *before = nullptr, *after = nullptr;
+  std::array<geodesy::AzimuthElevation, 2> looks{};  ///< from there to the satellite
 };
 
 /// What a receiver's models of the terms follow from: what messages tell it, and the place where it takes
