@@ -619,6 +619,13 @@ struct Session::Impl {
     // A receiver may be due several times; epochs of different ones are computed at the same time.
     std::stable_sort(block.begin(), block.end(),
                      [](const Due& a, const Due& b) { return a.epoch.time < b.epoch.time; });
+    // So many before the first of them is written: an epoch takes some 150 kB.
+    constexpr std::size_t kTogether = 32;
+    for (std::span<Due> rest(block); !rest.empty(); rest = rest.subspan(std::min(kTogether, rest.size())))
+      compute_and_write(rest.first(std::min(kTogether, rest.size())));
+  }
+
+  void compute_and_write(std::span<Due> block) {
     std::vector<simulation::Run::Due> epochs;
     epochs.reserve(block.size());
     for (Due& each : block) {

@@ -120,17 +120,17 @@ FrameStates::FrameStates(const SkyNodes& nodes, std::uint64_t seed, std::string_
     : size_(nodes.size()),
       root_(RandomStream(seed, key).next()),
       frames_(kSlots, std::numeric_limits<std::int64_t>::min()),
-      numbers_(kSlots * size_) {}
+      quarters_(kSlots * size_) {}
 
 double FrameStates::uniform(std::int64_t frame, std::span<const SkyNodes::Share> shares) {
   const std::size_t slot = static_cast<std::uint64_t>(frame) % kSlots;
-  const std::span<float> numbers = std::span(numbers_).subspan(slot * size_, size_);
+  const std::span<std::int8_t> quarters = std::span(quarters_).subspan(slot * size_, size_);
   if (frames_[slot] != frame) {
     RandomStream stream(mix64(root_ + kGolden64 * static_cast<std::uint64_t>(frame)), "frame");
-    SkyNodes::draw(stream, numbers);
+    for (std::int8_t& number : quarters) number = static_cast<std::int8_t>(4 * coins(stream));
     frames_[slot] = frame;
   }
-  return upper_tail(-SkyNodes::blend(shares, numbers));
+  return upper_tail(-SkyNodes::blend(shares, quarters) / 4);
 }
 
 bool FrameStates::state(std::int64_t frame, std::span<const SkyNodes::Share> shares, Steps steps) {

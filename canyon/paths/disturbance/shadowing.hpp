@@ -48,7 +48,7 @@ class FrameStates {
   std::uint64_t root_;
   /// Draws of the latest frames, in the slots of their numbers.
   std::vector<std::int64_t> frames_;
-  std::vector<float> numbers_;
+  std::vector<std::int8_t> quarters_;  ///< coins() are multiples of 1/4
 };
 
 /// Level of direct signals over the sky, along the way of one antenna: in each direction semi-Markov states

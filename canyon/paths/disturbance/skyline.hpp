@@ -92,7 +92,7 @@ class SkyNodes {
   [[nodiscard]] std::size_t size() const { return nodes_.size(); }
   /// Fills `numbers` with one for each node: heads of 64 tossed coins, which are as good as normal where a
   /// dozen nodes are blended (their probabilities differ by less than 0.001), in a tenth of the time.
-  /// They are multiples of 1/4: exact as floats.
+  /// They are multiples of 1/4.
   template <typename Numbers>
   static void draw(RandomStream& stream, Numbers&& numbers) {
     for (auto& number : numbers) number = static_cast<std::decay_t<decltype(number)>>(coins(stream));
