@@ -53,7 +53,6 @@ endif()
 # release, in three quarters of the time. What nearly every file includes from outside is parsed once for each kind; GCC
 # takes the level of optimisation from that header. No header of Canyon's is among it, so that a change rebuilds what
 # includes it and nothing else.
-set(canyon_hot_options -fno-math-errno $<$<CXX_COMPILER_ID:GNU>:-fcx-limited-range>)
 set(canyon_plain_options $<$<CONFIG:Release>:-O1>)
 set(canyon_test_options ${canyon_plain_options})
 if(NOT CANYON_SANITIZE AND NOT CANYON_BUILD_FUZZERS)

@@ -214,10 +214,10 @@ void EdgeDiffraction::trace(const Vector3d& antenna, std::span<const Vector3d> d
   const auto lease = impl.bends.about(antenna);
   if (NearBends* bends = lease.get()) {
     bends->hold(impl.city, antenna, directions, impl.options.max_range_m,
-                2 * impl.scene->surface_offset_m(antenna), s.near);
+                2 * impl.scene->surface_offset_m(antenna));
     for (std::uint32_t i = 0; i < directions.size(); ++i) {
       const double excess_m = blocked[i] ? impl.shadow_excess : impl.lit_excess;
-      for (const std::uint32_t edge : bends->of(impl.city, i, excess_m))
+      for (const std::uint32_t edge : bends->of(i, excess_m))
         impl.bend_known({i, edge}, antenna, directions, blocked, s);
     }
   } else {

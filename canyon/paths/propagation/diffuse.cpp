@@ -257,7 +257,8 @@ struct DiffuseScattering::Impl {
   }
 
   /// The patches that face the satellite, by class.
-  void classify(const Vector3d& direction, DiffuseScratch& s) const {
+  void classify(const Vector3d& direction, const FacadeLight::Direction& grid_direction,
+                DiffuseScratch& s) const {
     PatchArrays& a = s.arrays;
     const std::size_t count = s.patches.size();
     light(count, a.normal_x.data(), a.normal_y.data(), a.normal_z.data(), a.towards_x.data(),
@@ -286,12 +287,14 @@ struct DiffuseScattering::Impl {
       Class& of = s.classes[static_cast<std::size_t>(a.bin[k])];
       of.power += a.power[k];
       s.by_class[of.last++] = k;
+      facades.fetch(s.patches[k].cell, grid_direction);
     }
   }
 
   void scatter(const Vector3d& antenna, const Vector3d& direction, DiffuseScratch& s,
                std::vector<DiffusePath>& result) const {
-    classify(direction, s);
+    const FacadeLight::Direction grid_direction = FacadeLight::direction(direction);
+    classify(direction, grid_direction, s);
     std::erase_if(s.classes, [&](const Class& of) { return of.first == of.last || of.power < min_power; });
     // Strongest first, so that rays are cast only for classes that may still be among the strongest.
     std::sort(s.classes.begin(), s.classes.end(), [](const Class& a, const Class& b) {
@@ -301,7 +304,6 @@ struct DiffuseScattering::Impl {
       return a.power != b.power ? a.power > b.power : a.bin < b.bin;
     };
     const auto most = static_cast<std::size_t>(options.max_paths);
-    const FacadeLight::Direction grid_direction = FacadeLight::direction(direction);
     for (const Class& of : s.classes) {
       if (result.size() == most && of.power < result.back().power) break;
       const DiffusePath path = sum_up(antenna, direction, grid_direction, of, s);

@@ -252,19 +252,20 @@ CANYON_CLONES void mark_lanes(const float* __restrict ux, const float* __restric
                               const float* __restrict ay, const float* __restrict az,
                               const float* __restrict bx, const float* __restrict by,
                               const float* __restrict bz, std::size_t count, float sx, float sy, float sz,
-                              float max_excess, std::uint8_t* __restrict marks) {
+                              const float* __restrict max_excess, float spread,
+                              std::uint8_t* __restrict marks) {
   constexpr float kError = 4e-7f;  // of a product of unit vectors: three roundings, and those of its factors
   for (std::size_t i = 0; i < count; ++i) {
     const float cosine = ux[i] * sx + uy[i] * sy + uz[i] * sz;
-    const float straight = wx[i] * sx + wy[i] * sy + wz[i] * sz + max_excess;
+    const float straight = wx[i] * sx + wy[i] * sy + wz[i] * sz + max_excess[i];
     const float first = ax[i] * sx + ay[i] * sy + az[i] * sz;
     const float second = bx[i] * sx + by[i] * sy + bz[i] * sz;
     // |w| sqrt(1 - cosine^2) - w.s <= max_excess, with the roundings of both sides
     const float bent2 = w2[i] * (1 - cosine * cosine - 4 * kError);
-    const int hit = static_cast<int>(cosine >= low[i] - kError) &
-                    static_cast<int>(cosine <= high[i] + kError) & static_cast<int>(straight >= 0) &
-                    static_cast<int>(bent2 <= straight * straight) &
-                    (static_cast<int>(first >= -kError) | static_cast<int>(second >= -kError));
+    const int hit =
+        static_cast<int>(cosine >= low[i] - kError) & static_cast<int>(cosine <= high[i] + kError) &
+        static_cast<int>(straight >= 0) & static_cast<int>(bent2 <= straight * straight) &
+        (static_cast<int>(first >= -kError - spread) | static_cast<int>(second >= -kError - spread));
     marks[i] = static_cast<std::uint8_t>(hit);
   }
 }
@@ -355,16 +356,21 @@ void NearEdges::pad() {
 
 void mark_diffracting(const NearEdges& near, const Vector3d& s, double max_excess_m,
                       std::vector<std::uint8_t>& marks) {
+  static thread_local std::vector<float> excess;
+  excess.assign(near.low.size(), near.rounded_up(max_excess_m));
+  mark_diffracting(near, s, excess, 0, marks);
+}
+
+void mark_diffracting(const NearEdges& near, const Vector3d& s, std::span<const float> max_excess_m,
+                      double spread, std::vector<std::uint8_t>& marks) {
   const std::size_t count = near.low.size();
   marks.resize(count);
-  // Rounding a foot some hundred metres away, and its product with s, moves the excess by 1e-6 of it.
-  const auto excess = static_cast<float>(max_excess_m * (1 + 1e-6) + 1e-4 + 2e-6 * near.farthest_m);
   mark_lanes(near.along_x.data(), near.along_y.data(), near.along_z.data(), near.foot_x.data(),
              near.foot_y.data(), near.foot_z.data(), near.squared_distance.data(), near.low.data(),
              near.high.data(), near.first_x.data(), near.first_y.data(), near.first_z.data(),
              near.second_x.data(), near.second_y.data(), near.second_z.data(), count,
-             static_cast<float>(s.x()), static_cast<float>(s.y()), static_cast<float>(s.z()), excess,
-             marks.data());
+             static_cast<float>(s.x()), static_cast<float>(s.y()), static_cast<float>(s.z()),
+             max_excess_m.data(), static_cast<float>(spread), marks.data());
 }
 
 EdgeSet::EdgeSet(const city::Mesh& mesh, bool terrain) : edges_(merge(pieces_of(mesh, terrain))) {

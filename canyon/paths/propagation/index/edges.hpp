@@ -83,6 +83,11 @@ struct NearEdges {
   void clear();
   void append(std::uint32_t index, const Edge& edge, const Eigen::Vector3d& antenna);
   void pad();
+  /// Rounding a foot some hundred metres away, and its product with a direction, moves an excess by 1e-6 of
+  /// it.
+  [[nodiscard]] float rounded_up(double excess_m) const {
+    return static_cast<float>(excess_m * (1 + 1e-6) + 1e-4 + 2e-6 * farthest_m);
+  }
 
  private:
   void resize(std::size_t size);
@@ -92,6 +97,10 @@ struct NearEdges {
 /// `max_excess_m`. Never misses one that diffraction_point() finds; `marks` gets the padded length.
 void mark_diffracting(const NearEdges& near, const Eigen::Vector3d& s, double max_excess_m,
                       std::vector<std::uint8_t>& marks);
+/// The same for a bound of each edge's (rounded_up(), of the padded length) and directions up to `spread`
+/// from `s`, whose cosines `low` and `high` take in.
+void mark_diffracting(const NearEdges& near, const Eigen::Vector3d& s, std::span<const float> max_excess_m,
+                      double spread, std::vector<std::uint8_t>& marks);
 
 /// The diffracting edges of a mesh, made once. Foliage has none. Const members are thread-safe.
 class EdgeSet {

@@ -179,12 +179,15 @@ Vector3d FacadeLight::middle(std::uint32_t cell) const {
   return point + lift_m_ * normal;
 }
 
-bool FacadeLight::sees(Cell& cell, const Direction& direction) const {
-  const std::uint64_t key = std::uint64_t{cell.number} << kDirectionBits | direction.number;
+std::size_t FacadeLight::place_of(const Cell& cell, const Direction& direction) const {
   const std::uint64_t row =
       (std::uint64_t{cell.number / kLine} << kDirectionBits | direction.number) * kGolden64;
-  const std::size_t at = ((row >> 32) * kLine + cell.number % kLine) & words_mask_;
-  const std::atomic_ref<std::uint64_t> word(words_[at]);
+  return ((row >> 32) * kLine + cell.number % kLine) & words_mask_;
+}
+
+bool FacadeLight::sees(Cell& cell, const Direction& direction) const {
+  const std::uint64_t key = std::uint64_t{cell.number} << kDirectionBits | direction.number;
+  const std::atomic_ref<std::uint64_t> word(words_[place_of(cell, direction)]);
   const std::uint64_t known = word.load(std::memory_order_relaxed);
   // Lowest bits: the value, and that there is one.
   if (known >> 2 == key && (known & 1) != 0) return (known & 2) != 0;

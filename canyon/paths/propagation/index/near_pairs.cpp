@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "canyon/paths/propagation/index/clear_rays.hpp"
+
 namespace canyon::propagation {
 
 using Eigen::Vector3d;
@@ -48,9 +50,9 @@ double cosine_of(double along_m, double distance_m) {
 }  // namespace
 
 void NearBends::hold(const EdgeSet& set, const Vector3d& antenna, std::span<const Vector3d> directions,
-                     double reach_m, double clearance_m, NearEdges& near) {
+                     double reach_m, double clearance_m) {
   if (!stay_.begins(antenna, directions)) return;
-  see(set, reach_m, clearance_m, near);
+  see(set, reach_m, clearance_m);
   if (found_.size() < directions.size()) found_.resize(directions.size());
   for (Found& found : found_) found.max_excess_m = -1;
 }
@@ -58,46 +60,43 @@ void NearBends::hold(const EdgeSet& set, const Vector3d& antenna, std::span<cons
 /// The excess E of a path around an endless edge is leg |e - s|^2 / 2, e the direction of the leg to it. It
 /// is stationary, so that it changes by (s - e) . dA as the antenna moves and by leg (e - s) . ds as the
 /// satellite does: its root by at most |dA| / sqrt(2 leg) and sqrt(leg / 2) |ds|.
-void NearBends::see(const EdgeSet& set, double reach_m, double clearance_m, NearEdges& near) {
+void NearBends::see(const EdgeSet& set, double reach_m, double clearance_m) {
   const double radius = Stay::kAntennas.reach_m();
-  set.gather(stay_.centre(), reach_m + radius, clearance_m - radius, near);
-  seen_.clear();
-  seen_.reserve(near.edge.size());
-  for (const std::uint32_t index : near.edge) {
-    const auto& edge = set.edges()[index];
-    Seen& s = seen_.emplace_back();
+  set.gather(stay_.centre(), reach_m + radius, clearance_m - radius, near_);
+  root_m_.assign(near_.low.size(), 0);
+  for (std::size_t k = 0; k < near_.edge.size(); ++k) {
+    const Edge& edge = set.edges()[near_.edge[k]];
     const Vector3d to_start = edge.start - stay_.centre();
     const double start = to_start.dot(edge.direction);
-    s.edge = index;
-    s.foot = to_start - start * edge.direction;
-    s.distance_m = s.foot.norm();
-    const double nearest = s.distance_m - radius, farthest = s.distance_m + radius;
+    const double distance_m = (to_start - start * edge.direction).norm();
+    const double nearest = distance_m - radius, farthest = distance_m + radius;
     const double low = start - radius, high = start + edge.length_m + radius;
     const bool certain = nearest > 0.1;
-    s.low = certain ? cosine_of(low, low > 0 ? farthest : nearest) - Stay::kSpread - 1e-6 : -2;
-    s.high = certain ? cosine_of(high, high > 0 ? nearest : farthest) + Stay::kSpread + 1e-6 : 2;
-    s.root_m =
-        certain ? radius / std::sqrt(2 * nearest) + 1.1 * Stay::kSpread * std::sqrt(reach_m / 2) + 1e-3 : 1e6;
+    const double least = certain ? cosine_of(low, low > 0 ? farthest : nearest) - Stay::kSpread - 1e-6 : -2;
+    const double most = certain ? cosine_of(high, high > 0 ? nearest : farthest) + Stay::kSpread + 1e-6 : 2;
+    near_.low[k] = static_cast<float>(least);
+    near_.high[k] = static_cast<float>(most);
+    root_m_[k] = static_cast<float>(certain ? radius / std::sqrt(2 * nearest) +
+                                                  1.1 * Stay::kSpread * std::sqrt(reach_m / 2) + 1e-3
+                                            : 1e6);
   }
 }
 
-std::span<const std::uint32_t> NearBends::of(const EdgeSet& set, std::uint32_t satellite,
-                                             double max_excess_m) {
+std::span<const std::uint32_t> NearBends::of(std::uint32_t satellite, double max_excess_m) {
   Found& found = found_[satellite];
   if (found.max_excess_m == max_excess_m) return found.edges;
   found.max_excess_m = max_excess_m;
   found.edges.clear();
-  const Vector3d& s = stay_.directions()[satellite];
-  const double root = std::sqrt(max_excess_m);
-  for (const Seen& seen : seen_) {
-    const auto& edge = set.edges()[seen.edge];
-    const double cosine = edge.direction.dot(s);
-    if (cosine < seen.low || cosine > seen.high) continue;
-    if (edge.normal[0].dot(s) < -Stay::kSpread && edge.normal[1].dot(s) < -Stay::kSpread) continue;
-    const double excess = seen.distance_m * std::sqrt(std::max(0.0, 1 - cosine * cosine)) - seen.foot.dot(s);
-    const double most = root + seen.root_m;
-    if (excess <= most * most) found.edges.push_back(seen.edge);
+  static thread_local std::vector<float> excess_m;
+  static thread_local std::vector<std::uint8_t> marks;
+  excess_m.resize(root_m_.size());
+  const auto root = static_cast<float>(std::sqrt(max_excess_m)), more = near_.rounded_up(0);
+  for (std::size_t k = 0; k < root_m_.size(); ++k) {
+    const float most = root + root_m_[k];
+    excess_m[k] = most * most * 1.000001F + more;
   }
+  mark_diffracting(near_, stay_.directions()[satellite], excess_m, Stay::kSpread, marks);
+  for_each_mark(marks.data(), marks.size(), [&](std::size_t k) { found.edges.push_back(near_.edge[k]); });
   return found.edges;
 }
 

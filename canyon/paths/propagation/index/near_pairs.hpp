@@ -51,30 +51,23 @@ class NearPairs {
 /// reach; its memory is that of the edges in one antenna's view.
 class NearBends {
  public:
-  /// Makes it hold for an antenna. @param near memory of the caller, replaced
+  /// Makes it hold for an antenna.
   void hold(const EdgeSet& set, const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
-            double reach_m, double clearance_m, NearEdges& near);
-  /// Edges of the same set that may bend a satellite by at most `max_excess_m`; valid until the next call.
-  [[nodiscard]] std::span<const std::uint32_t> of(const EdgeSet& set, std::uint32_t satellite,
-                                                  double max_excess_m);
+            double reach_m, double clearance_m);
+  /// Edges of that set that may bend a satellite by at most `max_excess_m`; valid until the next call.
+  [[nodiscard]] std::span<const std::uint32_t> of(std::uint32_t satellite, double max_excess_m);
 
  private:
-  /// An edge as it is seen from everywhere in the stay.
-  struct Seen {
-    std::uint32_t edge;
-    Eigen::Vector3d foot;  ///< as in NearEdges
-    double distance_m, low, high;
-    double root_m;  ///< by how much the root of its excess may change [sqrt(m)]
-  };
   struct Found {
     double max_excess_m = -1;
     std::vector<std::uint32_t> edges;
   };
-  void see(const EdgeSet& set, double reach_m, double clearance_m, NearEdges& near);
+  void see(const EdgeSet& set, double reach_m, double clearance_m);
 
   Stay stay_;
-  std::vector<Seen> seen_;
-  std::vector<Found> found_;  ///< by satellite
+  NearEdges near_;             ///< as they are seen from everywhere in the stay
+  std::vector<float> root_m_;  ///< by how much the root of an edge's excess may change [sqrt(m)]
+  std::vector<Found> found_;   ///< by satellite
 };
 
 }  // namespace canyon::propagation
