@@ -68,15 +68,10 @@ test('an antenna where the receiver is has its sky', { skip }, async () => {
     assert.ok(Math.abs(((azimuth - Number(expected[i].azimuth_deg) + 540) % 360) - 180) < 2e-5, id);
     assert.ok(Math.abs(elevation - Number(expected[i].elevation_deg)) < 1e-5, id);
   });
-  // Its ways are those of the drive. The antenna stands where the page's rounded numbers put it: lengths agree to a centimetre.
-  const paths = (receiver, epoch) => s.run(([r, e]) => canyon.store.satellites(r, e).flatMap((row) => row.paths), [receiver, epoch]);
-  const [put, driven] = [await paths(1, 0), await paths(0, 12)];
-  assert.deepEqual(put.map((p) => [p.kind, p.order]), driven.map((p) => [p.kind, p.order]));
-  const lengths = (all) => all.flatMap((p) => [p.excess_m, ...p.point ?? []]);
-  const [a, b] = [lengths(put), lengths(driven)];
-  assert.equal(a.length, b.length);
-  const apart = a.map((x, i) => Math.abs(x - b[i]));
-  assert.ok(Math.max(...apart) < 0.01, `${Math.max(...apart)} m apart`);
+  // Its ways are those of the drive, to the last column; heights about 0 have either sign.
+  const paths = (receiver, epoch) => s.run(([r, e]) => canyon.store.satellites(r, e).map((row) => row.paths.map((p) =>
+    [p.kind, p.order, p.excess_m, p.point?.map((x) => Math.round(x) + 0)])), [receiver, epoch]);
+  assert.deepEqual(await paths(1, 0), await paths(0, 12));
   // The panels show it: table, sky plot's skyline, readout.
   assert.equal(await s.page.locator('tr[data-satellite]').count(), expected.length);
   assert.ok(await s.run(() => canyon.store.tracks[1].skyline(0).some((e) => e > 5)));

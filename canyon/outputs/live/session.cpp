@@ -540,13 +540,12 @@ struct Session::Impl {
   /// The epochs that are due, each vehicle's in their order, by stamps not more than a block of them: whether
   /// there may be more.
   bool gather(std::int64_t now) {
-    // An epoch takes some 200 kB until it is written.
-    const std::size_t block = std::max<std::size_t>(1, 256 / vehicles.size());
+    constexpr std::size_t kBlock = 256;
     bool more = false;
     for (Vehicle& vehicle : vehicles) {
       // In real time it takes one epoch a turn: links are served, and others' epochs sent, before the next
       // one.
-      const std::size_t most = by_stamps() ? block : vehicle.receivers.size();
+      const std::size_t most = by_stamps() ? kBlock : vehicle.receivers.size();
       for (std::size_t taken = 0; taken < most; ++taken) {
         const auto next = std::min_element(
             vehicle.receivers.begin(), vehicle.receivers.end(), [](const Schedule& a, const Schedule& b) {
@@ -554,7 +553,7 @@ struct Session::Impl {
             });
         if (next == vehicle.receivers.end() || !is_due(vehicle, next->epochs, now)) break;
         gather(vehicle, *next, now);
-        more = more || taken + 1 == block;
+        more = more || taken + 1 == kBlock;
       }
     }
     return more;

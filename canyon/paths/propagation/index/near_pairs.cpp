@@ -90,11 +90,9 @@ std::span<const std::uint32_t> NearBends::of(std::uint32_t satellite, double max
   static thread_local std::vector<float> excess_m;
   static thread_local std::vector<std::uint8_t> marks;
   excess_m.resize(root_m_.size());
-  const auto root = static_cast<float>(std::sqrt(max_excess_m)), more = near_.rounded_up(0);
-  for (std::size_t k = 0; k < root_m_.size(); ++k) {
-    const float most = root + root_m_[k];
-    excess_m[k] = most * most * 1.000001F + more;
-  }
+  const double root = std::sqrt(max_excess_m);
+  for (std::size_t k = 0; k < root_m_.size(); ++k)
+    excess_m[k] = near_.rounded_up((root + root_m_[k]) * (root + root_m_[k]));
   mark_diffracting(near_, stay_.directions()[satellite], excess_m, Stay::kSpread, marks);
   for_each_mark(marks.data(), marks.size(), [&](std::size_t k) { found.edges.push_back(near_.edge[k]); });
   return found.edges;
