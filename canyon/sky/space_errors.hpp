@@ -156,7 +156,7 @@ class SpaceErrors {
 
   SpaceErrorOptions options_;
   std::map<gnss::SatelliteId, OfSatellite> satellites_;
-  std::uint64_t number_ = new_owner();  ///< copies share it
+  std::uint64_t number_ = new_owner();                 ///< copies share it
   std::map<gnss::System, gnss::Klobuchar> klobuchar_;  ///< one or none
   RandomWaves ionosphere_, travelling_, troposphere_;
 };
