@@ -25,8 +25,11 @@ constexpr std::uint32_t kSideBit = 1U << 31;
 constexpr std::uint32_t kAzimuthBits = 9, kDirectionBits = 17;
 constexpr double kRings = 180;
 constexpr double kDegree = geodesy::kPi / 180;
-/// Entries of a line of the cache, and of the table for each cell.
-constexpr std::size_t kLine = 8, kDirectionsPerCell = 8;
+/// Cells that share a word of the table, and words a line of the cache; words for each cell.
+constexpr std::uint32_t kRow = 8, kLine = 8;
+constexpr std::size_t kWordsPerCell = 4;
+/// Lower bits of a word: what the cells of the row see, and of which of them that is known.
+constexpr std::uint32_t kKnownShift = kRow, kKeyShift = 2 * kRow;
 
 /// A convex polygon of a triangle that four lines have cut.
 struct Cut {
@@ -68,7 +71,7 @@ FacadeLight::FacadeLight(const raytrace::RayScene& scene, double cell_m) : scene
   // Roundings of rays to float (RayScene::surface_offset_m()).
   lift_m_ = 5e-3 + (bounds.isEmpty() ? 0 : 1e-6 * bounds.diagonal().norm());
   while (!number_cells()) cell_m_ *= 2;
-  const std::size_t wanted = kDirectionsPerCell * std::max<std::size_t>(first_.back(), 1024);
+  const std::size_t wanted = kWordsPerCell * std::max<std::size_t>(first_.back(), 1024);
   const std::size_t words = std::min(std::bit_ceil(wanted), kMostBytes / 8);
   words_mask_ = words - 1;
   // In pages of 2 MB where it fills some: keys lie all over it.
@@ -180,21 +183,23 @@ Vector3d FacadeLight::middle(std::uint32_t cell) const {
 }
 
 std::size_t FacadeLight::place_of(const Cell& cell, const Direction& direction) const {
-  const std::uint64_t row =
-      (std::uint64_t{cell.number / kLine} << kDirectionBits | direction.number) * kGolden64;
-  return ((row >> 32) * kLine + cell.number % kLine) & words_mask_;
+  const std::uint64_t line =
+      (std::uint64_t{cell.number / (kRow * kLine)} << kDirectionBits | direction.number) * kGolden64;
+  return ((line >> 32) * kLine + cell.number / kRow % kLine) & words_mask_;
 }
 
 bool FacadeLight::sees(Cell& cell, const Direction& direction) const {
-  const std::uint64_t key = std::uint64_t{cell.number} << kDirectionBits | direction.number;
+  const std::uint64_t key = std::uint64_t{cell.number / kRow} << kDirectionBits | direction.number;
+  const std::uint64_t lit = std::uint64_t{1} << cell.number % kRow, known = lit << kKnownShift;
   const std::atomic_ref<std::uint64_t> word(words_[place_of(cell, direction)]);
-  const std::uint64_t known = word.load(std::memory_order_relaxed);
-  // Lowest bits: the value, and that there is one.
-  if (known >> 2 == key && (known & 1) != 0) return (known & 2) != 0;
+  const std::uint64_t row = word.load(std::memory_order_relaxed);
+  if (row >> kKeyShift == key && (row & known) != 0) return (row & lit) != 0;
   if (!cell.has_middle) cell.middle = middle(cell.number);
   cell.has_middle = true;
   const bool free = !scene_->occluded_by_city({cell.middle, direction.middle});
-  word.store(key << 2 | (free ? 2U : 0U) | 1U, std::memory_order_relaxed);
+  // What another thread has found out meanwhile may be lost: it is found out again.
+  const std::uint64_t others = row >> kKeyShift == key ? row : key << kKeyShift;
+  word.store(others | known | (free ? lit : 0), std::memory_order_relaxed);
   return free;
 }
 

@@ -18,10 +18,10 @@ namespace canyon::propagation {
 /// Value: whether a ray from the middle of the cell in the middle of the direction is free. It is a function
 /// of the key alone, so that answers do not depend on who asked first, nor on the number of threads, nor on
 /// what was forgotten. A ray is cast when a key is asked for that is not remembered.
-/// Memory: 4 bytes for each triangle, and a table of 8 bytes for each of 8 keys per cell, of at least 64 KB
-/// and at most kMostBytes. A new key takes the place of the one that stood at its place in the table. Const
-/// members are thread-safe: an entry of the table, key and value, is one atomic word. Eight cells in a row
-/// share a line of the cache for each direction.
+/// Memory: 4 bytes for each triangle, and a table of 32 bytes for each cell, of at least 32 KB and at most
+/// kMostBytes. Eight cells in a row share a word for each direction, and a line of the cache has 64 cells. A
+/// new row takes the place of the one that stood at its place in the table. Const members are thread-safe: a
+/// row, key and values, is one atomic word.
 class FacadeLight {
  public:
   static constexpr double kCell_m = 3;

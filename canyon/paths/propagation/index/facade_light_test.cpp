@@ -128,11 +128,11 @@ TEST(FacadeLight, AnswersDoNotDependOnWhoAskedFirst) {
   for (const std::vector<bool>& each : found) EXPECT_EQ(each, expected);
 }
 
-// Few triangles have a table of 64 KB, 8,192 keys: most of the 32,000 that are asked twice are forgotten.
+// Few triangles have a table of 32 KB, 4,096 rows of 8 cells: most of the 32,000 keys are forgotten.
 TEST(FacadeLight, ForgetsWithoutChangingItsAnswers) {
   const raytrace::RayScene scene(street());
   const FacadeLight light(scene, 200);
-  EXPECT_EQ(light.table_bytes(), std::size_t{64} << 10);
+  EXPECT_EQ(light.table_bytes(), std::size_t{32} << 10);
   EXPECT_EQ(answers(light, scene, 1), answers(FacadeLight(scene, 200), scene, 2));
 }
 
@@ -142,7 +142,7 @@ TEST(FacadeLight, HasATableOfBoundedSize) {
                    {1e4, 1e4, 500});
   EXPECT_EQ(FacadeLight(raytrace::RayScene(large)).table_bytes(), FacadeLight::kMostBytes);
   EXPECT_LE(FacadeLight(raytrace::RayScene(large), 1e-3).table_bytes(), FacadeLight::kMostBytes);
-  EXPECT_EQ(FacadeLight(raytrace::RayScene(city::Mesh{})).table_bytes(), std::size_t{64} << 10);
+  EXPECT_EQ(FacadeLight(raytrace::RayScene(city::Mesh{})).table_bytes(), std::size_t{32} << 10);
 }
 
 }  // namespace
