@@ -110,26 +110,6 @@ UtmPosition utm_from_geodetic(const Geodetic& point, int zone) {
   return result;
 }
 
-Geodetic geodetic_from_utm(const Utm& utm, double height_m) {
-  if (utm.zone < 1 || utm.zone > 60)
-    throw InputError(fmt::format("UTM zone {} does not exist", utm.zone), "zones run from 1 to 60");
-  // GeographicLib passes NaN through.
-  if (!std::isfinite(utm.easting_m) || !std::isfinite(utm.northing_m)) {
-    throw InputError(fmt::format("UTM {} {} is not a place", utm.easting_m, utm.northing_m),
-                     "give finite easting and northing in metres");
-  }
-  double latitude_deg = 0;
-  double longitude_deg = 0;
-  try {
-    GeographicLib::UTMUPS::Reverse(utm.zone, utm.north, utm.easting_m, utm.northing_m, latitude_deg,
-                                   longitude_deg);
-  } catch (const std::exception& e) {
-    throw InputError(fmt::format("UTM {}{} {} {} is not a place: {}", utm.zone, utm.north ? "N" : "S",
-                                 utm.easting_m, utm.northing_m, e.what()));
-  }
-  return Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);
-}
-
 Utm utm_of_mgrs_square(const std::string& square) {
   const auto fault = [&square](std::string_view reason) {
     return InputError(fmt::format("'{}' is not a square of MGRS: {}", square, reason),

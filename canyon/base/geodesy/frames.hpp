@@ -94,8 +94,6 @@ struct UtmPosition {
 /// exceptions included); a neighbouring zone may be forced. GeographicLib::UTMUPS; error below 5 nm in the
 /// zone.
 [[nodiscard]] UtmPosition utm_from_geodetic(const Geodetic& point, int zone = 0);
-/// Inverse; throws InputError outside the zone's legal range. The height is `height_m`.
-[[nodiscard]] Geodetic geodetic_from_utm(const Utm& utm, double height_m = 0);
 
 /// The south-west corner of a square of 100 km of the Military Grid Reference System: "54SUE", without
 /// blanks, in either case. Throws InputError for a text that does not name one, and for the polar squares,

@@ -16,6 +16,7 @@
 #include "tests/support/damages.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/utm.hpp"
 
 namespace canyon::buildings {
 namespace {
@@ -106,13 +107,13 @@ TEST_F(CityJsonTest, SolidInUtmStandsWhereItShould) {
   EXPECT_NEAR(corner.y(), 48.1305704172875, 1e-9);
   EXPECT_NEAR(corner.z(), 500, 1e-6);
   // ETRS89 is WGS 84 for PROJ: GeographicLib's UTM says the same.
-  const auto utm = geodesy::geodetic_from_utm({32, true, 691010, 5334004});
+  const auto utm = test::geodetic_from_utm({32, true, 691010, 5334004});
   const Eigen::Vector3d ridge = house.surfaces[6].outer[3];
   EXPECT_NEAR(ridge.x(), geodesy::degrees(utm.longitude_rad), 1e-8);
   EXPECT_NEAR(ridge.y(), geodesy::degrees(utm.latitude_rad), 1e-8);
   EXPECT_NEAR(ridge.z(), 509, 1e-6);
   // The grid is turned by 1.9 deg: its corners are the westernmost and northernmost in this order.
-  const auto north = geodesy::geodetic_from_utm({32, true, 691000, 5334008});
+  const auto north = test::geodetic_from_utm({32, true, 691000, 5334008});
   EXPECT_NEAR(data.bounds.min().x(), 11.567052874164, 1e-9);
   EXPECT_NEAR(data.bounds.max().y(), geodesy::degrees(north.latitude_rad), 1e-8);
   EXPECT_TRUE(any_contains(data.notes.lines(), "taken as ellipsoidal"));

@@ -21,6 +21,7 @@
 #include "tests/support/local_listener.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/utm.hpp"
 
 namespace canyon::buildings::terrain_test {
 namespace {
@@ -208,7 +209,7 @@ TEST_F(TerrainTest, ProjectedRasterAgreesWithGeographicLibsUtm) {
   const Terrain terrain({folder_ / "utm.tif"});
   for (const geodesy::Utm utm :
        {geodesy::Utm{50, true, 205123.4, 2474567.8}, geodesy::Utm{50, true, 211000, 2471500}}) {
-    const Geodetic at = geodesy::geodetic_from_utm(utm);
+    const Geodetic at = test::geodetic_from_utm(utm);
     const auto height =
         terrain.height_m({geodesy::degrees(at.longitude_rad), geodesy::degrees(at.latitude_rad)});
     ASSERT_TRUE(height);
@@ -637,7 +638,7 @@ TEST_F(TerrainTest, GdalLocationInfoAgreesOnPixelCentres) {
         fmt::format("gdallocationinfo -valonly '{}' {} {}", (folder_ / "utm.tif").string(), column, row));
     ASSERT_EQ(checked.status, 0);
     const Geodetic at =
-        geodesy::geodetic_from_utm({50, true, 200000 + 30 * (column + 0.5), 2480000 - 30 * (row + 0.5)});
+        test::geodetic_from_utm({50, true, 200000 + 30 * (column + 0.5), 2480000 - 30 * (row + 0.5)});
     EXPECT_NEAR(
         terrain.height_m({geodesy::degrees(at.longitude_rad), geodesy::degrees(at.latitude_rad)}).value(),
         std::stod(checked.output), 1e-5);
