@@ -117,26 +117,25 @@ def fly(arguments, process, ports, blocks, listener):
 
 def main(argv=None):
     arguments = arguments_of(argv)
-    ports = free_ports(arguments.count)
     listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     listener.bind(("127.0.0.1", 0))
+    ports = free_ports(arguments.count)
     text, blocks = scenario(arguments, ports, listener.getsockname()[1])
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "swarm.yaml"
         path.write_text(text, encoding="ascii")
         with subprocess.Popen([arguments.canyon, "live", str(path)], stderr=subprocess.PIPE, text=True) as process:
             try:
-                while process.poll() is None:  # until it listens
-                    line = process.stderr.readline()
-                    if line.startswith("poses"):
-                        break
+                said = ""  # until it listens
+                while not said.startswith("poses") and process.poll() is None:
+                    said = process.stderr.readline() or said
                 used = fly(arguments, process, ports, blocks, listener)
             finally:
                 process.send_signal(signal.SIGINT)
                 rest = process.communicate(timeout=60)[1]
     ended = re.search(r"^ended.*$", rest, re.MULTILINE)
     if used is None or not ended:
-        sys.exit("canyon live ended early:\n" + rest)
+        sys.exit("canyon live ended early:\n" + said + rest)
     epochs = re.search(r"(\d+) epochs", ended.group(0))
     missed = re.search(r"(\d+) missed", ended.group(0))
     lost = re.search(r"(\d+) without truth", ended.group(0))

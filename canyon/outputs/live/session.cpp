@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <thread>
 #include <utility>
 
 #include "canyon/base/geodesy/time_scales.hpp"
@@ -666,8 +667,12 @@ struct Session::Impl {
     input->caster->transport().send(output::nmea_gga(epoch));
   }
 
+  /// All links each hundredth of a second; wait() serves those that something comes to.
   void serve() {
-    for (const auto& [address, link] : links) link->serve();
+    if (Clock::now() >= next_service) {
+      next_service = Clock::now() + std::chrono::milliseconds(10);
+      for (const auto& [address, link] : links) link->serve();
+    }
     for (const auto& stream : streams) {
       stream->send_due();
       const std::string line = output::hand_on(*stream, (*receivers)[stream->receiver()]);
@@ -710,6 +715,7 @@ struct Session::Impl {
 
   /// Serves links and computes what is due; false at the end of the run.
   [[nodiscard]] bool turn() {
+    turn_began = Clock::now();
     serve();
     gather(now_ns());
     compute_and_write();
@@ -718,7 +724,7 @@ struct Session::Impl {
     return !ended();
   }
 
-  void wait() const {
+  void wait() {
     // Nothing waits longer than this: servers take clients, drivers get their answers.
     Clock::time_point until = Clock::now() + std::chrono::milliseconds(20);
     for (const Vehicle& vehicle : vehicles) {
@@ -737,15 +743,24 @@ struct Session::Impl {
     }
     for (const auto& stream : streams)
       if (const auto next = stream->next_due()) until = std::min(until, *next);
+    // A turn costs some microseconds for each link: what comes within them waits for one turn.
+    std::this_thread::sleep_until(std::min(
+        until, turn_began + std::chrono::microseconds(10 * static_cast<std::int64_t>(links.size()))));
     std::vector<int> handles;
-    for (const auto& [address, link] : links) link->transport().add_handles(handles);
     std::vector<pollfd> polled;
-    polled.reserve(handles.size());
-    for (const int handle : handles) polled.push_back({handle, POLLIN, 0});
+    std::vector<transport::Link*> of;
+    for (const auto& [address, link] : links) {
+      handles.clear();
+      link->transport().add_handles(handles);
+      for (const int handle : handles) polled.push_back({handle, POLLIN, 0});
+      of.resize(polled.size(), link.get());
+    }
     const auto left = std::max<std::int64_t>(0, nanoseconds(until - Clock::now()));
     const timespec timeout{static_cast<time_t>(left / 1'000'000'000),
                            static_cast<long>(left % 1'000'000'000)};
-    ppoll(polled.data(), polled.size(), &timeout, nullptr);
+    if (ppoll(polled.data(), polled.size(), &timeout, nullptr) <= 0) return;
+    for (std::size_t i = 0; i < polled.size(); ++i)
+      if (polled[i].revents != 0) of[i]->serve();
   }
 
   /// Notes may name addresses: their passwords are hidden.
@@ -790,7 +805,7 @@ struct Session::Impl {
   const SessionOptions* run_options = nullptr;
   const std::vector<simulation::EpochSink*>* sinks = nullptr;
   Clock::time_point wall_begin;
-  Clock::time_point next_second, next_anew;
+  Clock::time_point next_second, next_anew, next_service, turn_began;
   std::vector<Due> due;
   std::int64_t stamped_ns = -1;  // latest instant of a vehicle that poses move
   SessionFigures figures;
