@@ -49,21 +49,14 @@ propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Ve
 }
 
 propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
-                                          const propagation::Propagator& propagator,
-                                          propagation::TracedPlace* place) const {
-  propagation::Arrival all = arrival(time, antenna_enu);
-  add_paths(all, propagator, place);
-  return all;
+                                          const propagation::Propagator& propagator) const {
+  return arrival(time, antenna_enu, tracer_of(propagator));
 }
 
 propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
                                           const Tracer& trace) const {
   propagation::Arrival all = arrival(time, antenna_enu);
-  if (all.placement != raytrace::Placement::Free) return all;
-  const std::vector<Eigen::Vector3d> directions = ray_directions(all);
-  std::vector<propagation::SatellitePaths> paths(directions.size());
-  trace(all.antenna_enu, directions, paths);
-  set_paths(all, std::move(paths));
+  add_paths(all, trace);
   return all;
 }
 
@@ -110,26 +103,19 @@ propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::S
   return arrival;
 }
 
-std::vector<Eigen::Vector3d> ray_directions(const propagation::Arrival& arrival) {
+Tracer tracer_of(const propagation::Propagator& propagator) {
+  return [&propagator](const auto&... given) { propagator.trace(given...); };
+}
+
+void add_paths(propagation::Arrival& arrival, const Tracer& trace) {
+  if (arrival.placement != raytrace::Placement::Free) return;
   std::vector<Eigen::Vector3d> directions;
-  if (arrival.placement != raytrace::Placement::Free) return directions;
   directions.reserve(arrival.views.size());
   for (const propagation::SatelliteView& view : arrival.views)
     directions.emplace_back(arrival.ecef_from_enu.transpose() * view.line.direction_ecef);
-  return directions;
-}
-
-void set_paths(propagation::Arrival& arrival, std::vector<propagation::SatellitePaths> paths) {
-  for (std::size_t i = 0; i < paths.size(); ++i) arrival.views[i].paths = std::move(paths[i]);
-}
-
-void add_paths(propagation::Arrival& arrival, const propagation::Propagator& propagator,
-               propagation::TracedPlace* place) {
-  if (arrival.placement != raytrace::Placement::Free) return;
-  const std::vector<Eigen::Vector3d> directions = ray_directions(arrival);
   std::vector<propagation::SatellitePaths> paths(directions.size());
-  propagator.trace(arrival.antenna_enu, directions, paths, place);
-  set_paths(arrival, std::move(paths));
+  trace(arrival.antenna_enu, directions, paths);
+  for (std::size_t i = 0; i < paths.size(); ++i) arrival.views[i].paths = std::move(paths[i]);
 }
 
 }  // namespace canyon::simulation

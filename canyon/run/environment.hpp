@@ -47,11 +47,12 @@ struct CityScene {
   std::vector<propagation::Propagator> propagators_;
 };
 
-/// A host's own rays: fills result[i] with the paths of the satellite in directions[i] (unit, ENU) at an
-/// antenna, as Propagator::trace() does.
+/// A propagator's or a host's own rays: fills result[i] with the paths of the satellite in directions[i]
+/// (unit, ENU) at an antenna, as Propagator::trace() does.
 using Tracer =
     std::function<void(const Eigen::Vector3d& antenna_enu, std::span<const Eigen::Vector3d> directions,
                        std::span<propagation::SatellitePaths> result)>;
+[[nodiscard]] Tracer tracer_of(const propagation::Propagator& propagator);
 
 /// The place of an antenna for the sky, and the start of its rays.
 struct Standpoint {
@@ -68,14 +69,9 @@ struct Standpoint {
                                                 std::span<const gnss::SatelliteId> satellites,
                                                 const raytrace::RayScene& scene,
                                                 const Standpoint& standpoint);
-/// Directions of an arrival's satellites for rays from its antenna (unit, ENU); none inside a building or
-/// under terrain, where nothing is traced and every satellite is blocked.
-[[nodiscard]] std::vector<Eigen::Vector3d> ray_directions(const propagation::Arrival& arrival);
-/// @param paths of each of ray_directions()
-void set_paths(propagation::Arrival& arrival, std::vector<propagation::SatellitePaths> paths);
-/// Both, with the paths that a propagator traces. @param place see Propagator::trace()
-void add_paths(propagation::Arrival& arrival, const propagation::Propagator& propagator,
-               propagation::TracedPlace* place = nullptr);
+/// Gives an arrival the paths that are traced; none inside a building or under terrain, where nothing is
+/// traced and every satellite is blocked.
+void add_paths(propagation::Arrival& arrival, const Tracer& trace);
 
 /// A city and a sky, each of which may be shared. Const and thread-safe.
 class Environment {
@@ -113,11 +109,9 @@ class Environment {
   /// make_arrival() of all satellites at an antenna in the city's ENU frame, with their errors; without
   /// paths.
   [[nodiscard]] propagation::Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu) const;
-  /// With paths. @param place see Propagator::trace()
+  /// With paths.
   [[nodiscard]] propagation::Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
-                                             const propagation::Propagator& propagator,
-                                             propagation::TracedPlace* place = nullptr) const;
-  /// With the paths of a host's own rays.
+                                             const propagation::Propagator& propagator) const;
   [[nodiscard]] propagation::Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
                                              const Tracer& trace) const;
 

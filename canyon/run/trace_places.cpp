@@ -96,7 +96,7 @@ void trace_places(const Environment& environment, const propagation::Propagator&
         make_arrival(environment.sky(), ascending, environment.scene(),
                      {times[times.size() == 1 ? 0 : i], frame.ecef_from_local(place), place,
                       frame.ecef_from_local_rotation()});
-    add_paths(arrival, propagator);
+    add_paths(arrival, tracer_of(propagator));
     const std::span<TracedSatellite> row = result.subspan(i * satellites.size(), satellites.size());
     std::fill(
         row.begin(), row.end(),
@@ -165,18 +165,14 @@ RetracedAntenna::Epoch RetracedAntenna::next(GpsTime time, const Vector3d& anten
 }
 
 Arrival RetracedAntenna::arrival(const Environment& environment, const Epoch& epoch) const {
-  if (epoch.first) {
-    return environment.arrival(epoch.time, epoch.antenna_enu, propagator_,
-                               epoch.paths ? &epoch.paths->place : nullptr);
-  }
-  Arrival arrival = environment.arrival(epoch.time, epoch.antenna_enu);
-  if (arrival.placement != raytrace::Placement::Free) return arrival;
-  const std::vector<Vector3d> directions = ray_directions(arrival);
-  std::vector<propagation::SatellitePaths> paths(directions.size());
-  if (!propagator_.retrace(arrival.antenna_enu, directions, epoch.paths->place, paths))
-    propagator_.trace(arrival.antenna_enu, directions, paths);
-  set_paths(arrival, std::move(paths));
-  return arrival;
+  propagation::TracedPlace* const place = epoch.paths ? &epoch.paths->place : nullptr;
+  return environment.arrival(epoch.time, epoch.antenna_enu,
+                             [&](const auto& antenna, const auto& directions, auto paths) {
+                               if (epoch.first)
+                                 propagator_.trace(antenna, directions, paths, place);
+                               else if (!propagator_.retrace(antenna, directions, *place, paths))
+                                 propagator_.trace(antenna, directions, paths);
+                             });
 }
 
 }  // namespace canyon::simulation

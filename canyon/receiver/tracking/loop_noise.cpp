@@ -98,31 +98,28 @@ double LoopNoise::advance(double dt_s, double sigma) {
   return sigma * process_.advance(dt_s);
 }
 
-void PllOptions::validate() const {
-  options::check(*this, "phase lock loop");
-  check_bandwidths(loop_bandwidth_hz, loop_bandwidths_hz, integration_s, "phase lock loop");
+template <bool kPhase>
+void CarrierLoopOptions<kPhase>::validate() const {
+  constexpr const char* kLoop = kPhase ? "phase lock loop" : "frequency lock loop";
+  options::check(*this, kLoop);
+  check_bandwidths(loop_bandwidth_hz, loop_bandwidths_hz, integration_s, kLoop);
 }
 
-void FllOptions::validate() const {
-  options::check(*this, "frequency lock loop");
-  check_bandwidths(loop_bandwidth_hz, loop_bandwidths_hz, integration_s, "frequency lock loop");
-}
-
-void visit(options::Visitor& v, PllOptions& o) {
-  v.number({"loop_bandwidth_hz", "Hz", "one-sided noise bandwidth of the phase loop"}, o.loop_bandwidth_hz,
-           {0, 100, true});
-  gnss::visit_signal_values(v, {"loop_bandwidths_hz", "Hz", "of signals that have another"},
-                            o.loop_bandwidths_hz, {0, 100, true});
-  v.number({"integration_s", "s", "coherent integration"}, o.integration_s, {0, 10, true});
-}
-
-void visit(options::Visitor& v, FllOptions& o) {
-  v.number({"loop_bandwidth_hz", "Hz", "one-sided noise bandwidth of the frequency loop (Doppler)"},
+template <bool kPhase>
+void visit(options::Visitor& v, CarrierLoopOptions<kPhase>& o) {
+  v.number({"loop_bandwidth_hz", "Hz",
+            kPhase ? "one-sided noise bandwidth of the phase loop"
+                   : "one-sided noise bandwidth of the frequency loop (Doppler)"},
            o.loop_bandwidth_hz, {0, 100, true});
   gnss::visit_signal_values(v, {"loop_bandwidths_hz", "Hz", "of signals that have another"},
                             o.loop_bandwidths_hz, {0, 100, true});
   v.number({"integration_s", "s", "coherent integration"}, o.integration_s, {0, 10, true});
 }
+
+template struct CarrierLoopOptions<true>;
+template struct CarrierLoopOptions<false>;
+template void visit(options::Visitor& v, PllOptions& o);
+template void visit(options::Visitor& v, FllOptions& o);
 
 namespace {
 

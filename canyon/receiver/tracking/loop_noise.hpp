@@ -51,28 +51,25 @@ class CodeLoopNoise {
   double narrow_from_ = 0;         // N0; infinite: never
 };
 
-struct PllOptions {
-  double loop_bandwidth_hz = 15;            ///< one-sided noise bandwidth Bn [Hz], (0, 100]
-  double integration_s = 0.02;              ///< T [s], (0, 10]; Bn T below 0.5
-  gnss::SignalValues loop_bandwidths_hz{};  ///< of signals that have another [Hz]
+/// A loop that follows the carrier's phase, or its frequency.
+template <bool kPhase>
+struct CarrierLoopOptions {
+  double loop_bandwidth_hz = kPhase ? 15 : 5;  ///< one-sided noise bandwidth Bn [Hz], (0, 100]
+  double integration_s = 0.02;                 ///< T [s], (0, 10]; Bn T below 0.5
+  gnss::SignalValues loop_bandwidths_hz{};     ///< of signals that have another [Hz]
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
-void visit(options::Visitor& v, PllOptions& o);
+template <bool kPhase>
+void visit(options::Visitor& v, CarrierLoopOptions<kPhase>& o);
+using PllOptions = CarrierLoopOptions<true>;
+using FllOptions = CarrierLoopOptions<false>;
 /// Standard deviation of an arctangent (Costas) phase lock loop's error from thermal noise [rad]:
 /// sqrt(Bn / (C/N0) (1 + 1 / (2 T C/N0))) (Kaplan & Hegarty, 2nd ed. 2006, section 5.6.1.1). Times
 /// wavelength / 2 pi it is metres. Valid below 15 degrees, where such loops lose lock (ibid.).
 /// @param options valid
 [[nodiscard]] double pll_jitter_rad(const PllOptions& options, double cn0_dbhz);
 
-struct FllOptions {
-  double loop_bandwidth_hz = 5;             ///< one-sided noise bandwidth Bn [Hz], (0, 100]
-  double integration_s = 0.02;              ///< T [s], (0, 10]; Bn T below 0.5
-  gnss::SignalValues loop_bandwidths_hz{};  ///< of signals that have another [Hz]
-  /// Throws InputError naming the field that is out of range.
-  void validate() const;
-};
-void visit(options::Visitor& v, FllOptions& o);
 /// Standard deviation of a frequency lock loop's error from thermal noise [Hz]:
 /// sqrt(4 F Bn / (C/N0) (1 + 1 / (T C/N0))) / (2 pi T) (Kaplan & Hegarty, 2nd ed. 2006, section 5.6.2).
 /// @param options valid

@@ -93,14 +93,12 @@ class Comparer {
     propagation::Arrival arrival =
         simulation::make_arrival(environment_.sky(), satellites_, environment_.scene(),
                                  {epoch.reception, epoch.antenna_ecef, place(e), ecef_from_map_});
-    if (arrival.placement == raytrace::Placement::Free) {
-      std::vector<Eigen::Vector3d> directions = simulation::ray_directions(arrival);
+    simulation::add_paths(arrival, [this](const auto& antenna, const auto& towards, auto paths) {
+      std::vector<Eigen::Vector3d> directions(towards.begin(), towards.end());
       // A product of two rotations turns to unit length but for rounding.
       for (Eigen::Vector3d& direction : directions) direction.normalize();
-      std::vector<propagation::SatellitePaths> paths(directions.size());
-      propagator_.trace(arrival.antenna_enu, directions, paths);
-      simulation::set_paths(arrival, std::move(paths));
-    }
+      propagator_.trace(antenna, directions, paths);
+    });
     environment_.add_errors(arrival, epoch.reception, epoch.antenna_ecef);
     return arrival;
   }

@@ -37,12 +37,13 @@ Complex fresnel_series(double x) {
 /// 3*4 / (2z^2 + 9 - ...))).
 Complex fresnel_tail(double x) {
   const double u = kPi * x * x;  // 2 z^2 = -j u
-  Complex b(1, -u), d = 1.0 / b, c = b, h = d;
+  const auto inverse = [](const Complex& z) { return std::conj(z) / std::norm(z); };
+  Complex b(1, -u), d = inverse(b), c = b, h = d;
   for (int n = 1; n < 500; ++n) {
     const double a = -(2.0 * n - 1) * (2.0 * n);
     b += 4.0;
-    d = 1.0 / (a * d + b);
-    c = n == 1 ? b : b + a / c;
+    d = inverse(a * d + b);
+    c = n == 1 ? b : b + a * inverse(c);
     const Complex step = c * d;
     h *= step;
     if (std::abs(step.real() - 1) + std::abs(step.imag()) < 1e-16) break;
