@@ -13,6 +13,7 @@
 #include "adapters/gazebo_classic/testing/street_world.hpp"
 #include "canyon/run/environment.hpp"
 #include "canyon/run/live_receiver.hpp"
+#include "tests/support/append_box.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {
@@ -71,8 +72,8 @@ TEST(GnssSensor, GivesTheEnginesFix) {
   city::City city;
   city.frame = geodesy::LocalFrame(geodesy::Geodetic::from_degrees(22.3, 114.17, 5));
   for (const double x : {10.5, -10.5}) {
-    city::append_box(city.mesh, "wall", city::Surface::Building, city::Material::Concrete, {x - 0.5, -200, 0},
-                     {x + 0.5, 200, 30});
+    canyon::test::append_box(city.mesh, "wall", city::Surface::Building, city::Material::Concrete,
+                             {x - 0.5, -200, 0}, {x + 0.5, 200, 30});
   }
   const auto yaml = [](const std::string& angles) {
     std::string list = angles;

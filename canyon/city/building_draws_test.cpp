@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "canyon/city/city.hpp"
+#include "tests/support/append_box.hpp"
 
 namespace canyon::city {
 namespace {
@@ -15,10 +16,10 @@ using testing::HasSubstr;
 City rows_of_houses(int count) {
   City city;
   for (int i = 0; i < count; ++i) {
-    append_box(city.mesh, "house", Surface::Building, Material::Concrete, {30.0 * i, 0, 5},
-               {30.0 * i + 20, 10, 25});
+    canyon::test::append_box(city.mesh, "house", Surface::Building, Material::Concrete, {30.0 * i, 0, 5},
+                             {30.0 * i + 20, 10, 25});
   }
-  append_box(city.mesh, "bus", Surface::Vehicle, Material::Metal, {0, -20, 5}, {12, -17, 8});
+  canyon::test::append_box(city.mesh, "bus", Surface::Vehicle, Material::Metal, {0, -20, 5}, {12, -17, 8});
   return city;
 }
 

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -11,7 +10,6 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/city/link_shapes.hpp"
 #include "canyon/city/mesh_topology.hpp"
 
 namespace canyon::city {
@@ -185,20 +183,6 @@ void note_degenerate(ReadReport& notes, std::size_t dropped) {
   if (dropped == 0) return;
   notes.tell(ReadReport::Level::Loss,
              "{} degenerate triangles (area below 1e-8 m^2) dropped: no ray meets them", {}, dropped);
-}
-
-void append_box(Mesh& mesh, std::string name, Surface surface, Material material, const Eigen::Vector3d& min,
-                const Eigen::Vector3d& max, double yaw_rad) {
-  const Eigen::Vector3d centre = 0.5 * (min + max);
-  const Eigen::Matrix3d turn = Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  std::vector<Eigen::Vector3d> corners;
-  for (int i = 0; i < 8; ++i) {
-    const Eigen::Vector3d corner((i & 1) != 0 ? max.x() : min.x(), (i & 2) != 0 ? max.y() : min.y(),
-                                 (i & 4) != 0 ? max.z() : min.z());
-    // Exact corners without yaw: boxes that share a wall then share its vertices.
-    corners.push_back(yaw_rad == 0 ? corner : Eigen::Vector3d(centre + turn * (corner - centre)));
-  }
-  append_object(mesh, std::move(name), surface, material, corners, box_mesh({1, 1, 1}).triangles);
 }
 
 CitySummary summarize(const City& city) {

@@ -68,11 +68,6 @@ std::size_t append_object(Mesh& mesh, std::string name, Surface surface, Materia
 /// Says how many triangles append_object() and readers dropped; nothing for none.
 void note_degenerate(ReadReport& notes, std::size_t dropped);
 
-/// A closed box, front sides outwards, for tests, vehicles and synthetic cities: footprint corners are
-/// [min.x, max.x] x [min.y, max.y], turned about its centre by `yaw_rad`.
-void append_box(Mesh& mesh, std::string name, Surface surface, Material material, const Eigen::Vector3d& min,
-                const Eigen::Vector3d& max, double yaw_rad = 0);
-
 struct CitySummary {
   std::size_t buildings = 0;  ///< objects with Surface::Building
   std::size_t triangles = 0;

@@ -14,6 +14,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -31,8 +32,9 @@ City small_city() {
   City city;
   city.name = "two houses \xC3\xA4";
   city.frame = geodesy::LocalFrame(geodesy::Geodetic::from_degrees(55.82, 37.61, 150.25), 0.1);
-  append_box(city.mesh, "a", Surface::Building, Material::Glass, {0, 0, 0}, {10.1, 20.2, 30.3}, 0.3);
-  append_box(city.mesh, "", Surface::Foliage, Material::Wood, {30, 0, -1}, {31, 2, 5});
+  canyon::test::append_box(city.mesh, "a", Surface::Building, Material::Glass, {0, 0, 0}, {10.1, 20.2, 30.3},
+                           0.3);
+  canyon::test::append_box(city.mesh, "", Surface::Foliage, Material::Wood, {30, 0, -1}, {31, 2, 5});
   append_object(city.mesh, "terrain", Surface::Terrain, Material::Ground,
                 {{-99, -99, 0}, {99, 0, 0}, {0, 99, 1}}, {{0, 1, 2}});
   city.notes.say(ReadReport::Level::Remark, std::vector<std::string>{"first", "", "third; with \n line"});
@@ -288,11 +290,11 @@ TEST(CityFile, NeverReadsADamagedFileAsAnother) {
 
 TEST(KeepWithin, KeepsWholeBuildingsAndTheGroundThatTouch) {
   Mesh mesh;
-  append_box(mesh, "near", Surface::Building, Material::Brick, {5, 5, 0}, {15, 15, 9});
-  append_box(mesh, "far", Surface::Building, Material::Glass, {50, 50, 0}, {60, 60, 9});
+  canyon::test::append_box(mesh, "near", Surface::Building, Material::Brick, {5, 5, 0}, {15, 15, 9});
+  canyon::test::append_box(mesh, "far", Surface::Building, Material::Glass, {50, 50, 0}, {60, 60, 9});
   append_object(mesh, "terrain", Surface::Terrain, Material::Ground,
                 {{0, 0, 0}, {100, 0, 0}, {0, 100, 0}, {100, 100, 0}, {40, 100, 0}}, {{0, 1, 2}, {1, 3, 4}});
-  append_box(mesh, "touching", Surface::Building, Material::Metal, {-9, 0, 0}, {0, 9, 3});
+  canyon::test::append_box(mesh, "touching", Surface::Building, Material::Metal, {-9, 0, 0}, {0, 9, 3});
   EXPECT_EQ(keep_within(mesh, {Eigen::Vector2d(0, 0), Eigen::Vector2d(10, 10)}), 1U);
   check_mesh(mesh, "kept");
   ASSERT_EQ(mesh.objects.size(), 3U);

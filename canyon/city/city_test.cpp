@@ -8,6 +8,7 @@
 #include <string>
 
 #include "canyon/base/input_error.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/refusal.hpp"
 
 namespace canyon::city {
@@ -19,8 +20,8 @@ Mesh two_boxes_on_ground() {
   Mesh mesh;
   append_object(mesh, "terrain", Surface::Terrain, Material::Ground,
                 {{-100, -100, 0}, {100, -100, 0}, {100, 100, 0}, {-100, 100, 0}}, {{0, 1, 2}, {0, 2, 3}});
-  append_box(mesh, "low", Surface::Building, Material::Brick, {0, 0, 0}, {10, 20, 6});
-  append_box(mesh, "tower", Surface::Building, Material::Glass, {30, 0, 0}, {40, 20, 60});
+  canyon::test::append_box(mesh, "low", Surface::Building, Material::Brick, {0, 0, 0}, {10, 20, 6});
+  canyon::test::append_box(mesh, "tower", Surface::Building, Material::Glass, {30, 0, 0}, {40, 20, 60});
   return mesh;
 }
 
@@ -68,7 +69,7 @@ TEST(City, SummaryOfOpenField) {
 TEST(AppendBox, FrontSidesOutwardsAlsoTurned) {
   for (const double yaw : {0.0, 0.3, -2.0}) {
     Mesh mesh;
-    append_box(mesh, "box", Surface::Vehicle, Material::Metal, {1, 2, 3}, {5, 5, 5}, yaw);
+    canyon::test::append_box(mesh, "box", Surface::Vehicle, Material::Metal, {1, 2, 3}, {5, 5, 5}, yaw);
     ASSERT_EQ(mesh.triangles.size(), 12U);
     ASSERT_EQ(mesh.vertices.size(), 8U);
     const Eigen::Vector3d centre(3, 3.5, 4);
@@ -86,7 +87,7 @@ TEST(AppendBox, FrontSidesOutwardsAlsoTurned) {
 
 TEST(AppendBox, YawTurnsCounterClockwise) {
   Mesh mesh;  // long towards east; a quarter turn makes it long towards north
-  append_box(mesh, "box", Surface::Building, Material::Unknown, {-10, -1, 0}, {10, 1, 1}, 0.1);
+  canyon::test::append_box(mesh, "box", Surface::Building, Material::Unknown, {-10, -1, 0}, {10, 1, 1}, 0.1);
   // The east end's middle (10, 0) goes to (10 cos, 10 sin): north of the axis.
   double north_of_east_end = 0;
   for (const auto& v : mesh.vertices) {

@@ -12,6 +12,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "tests/support/append_box.hpp"
 
 namespace canyon::city {
 namespace {
@@ -35,8 +36,8 @@ FacadeOptions of(std::map<std::string, double> shares) {
 City row_of_boxes(int count, Material material = Material::Unknown) {
   City city;
   for (int i = 0; i < count; ++i) {
-    append_box(city.mesh, fmt::format("way/{}", i), Surface::Building, material, {20.0 * i, 0, 0},
-               {20.0 * i + 10, 10, 30});
+    canyon::test::append_box(city.mesh, fmt::format("way/{}", i), Surface::Building, material,
+                             {20.0 * i, 0, 0}, {20.0 * i + 10, 10, 30});
   }
   return city;
 }
@@ -69,8 +70,8 @@ TEST(Facades, ByDefaultAreThoseOfTheBuildingsHeight) {
   constexpr int kCount = 1000;
   City city;
   for (int i = 0; i < 2 * kCount; ++i) {
-    append_box(city.mesh, fmt::format("way/{}", i), Surface::Building, Material::Unknown, {20.0 * i, 0, 50},
-               {20.0 * i + 10, 10, i < kCount ? 60.0 : 110.0});
+    canyon::test::append_box(city.mesh, fmt::format("way/{}", i), Surface::Building, Material::Unknown,
+                             {20.0 * i, 0, 50}, {20.0 * i + 10, 10, i < kCount ? 60.0 : 110.0});
   }
   (void)dress_facades(city, {}, false, 1);
   std::array<int, 2> metal{};
@@ -124,9 +125,9 @@ TEST(Facades, RoofsFloorsGroundAndVehiclesStay) {
                 {{0, 1, 2}});
   append_object(city.mesh, "mansard", Surface::Building, Material::Brick,
                 {{0, 70, 0}, {10, 70, 0}, {0, 70 + 10 * std::cos(80 * M_PI / 180), 10}}, {{0, 1, 2}});
-  append_box(city.mesh, "bus", Surface::Vehicle, Material::Glass, {0, 80, 0}, {10, 83, 3});
-  append_box(city.mesh, "hill", Surface::Terrain, Material::Ground, {0, 100, 0}, {10, 110, 3});
-  append_box(city.mesh, "oak", Surface::Foliage, Material::Foliage, {0, 120, 0}, {10, 130, 3});
+  canyon::test::append_box(city.mesh, "bus", Surface::Vehicle, Material::Glass, {0, 80, 0}, {10, 83, 3});
+  canyon::test::append_box(city.mesh, "hill", Surface::Terrain, Material::Ground, {0, 100, 0}, {10, 110, 3});
+  canyon::test::append_box(city.mesh, "oak", Surface::Foliage, Material::Foliage, {0, 120, 0}, {10, 130, 3});
   const std::string said = dress_facades(city, of({{"metal", 1}}), false, 1);
   EXPECT_EQ(said, "facades drawn: 3 metal");
   for (const Object& object : city.mesh.objects) {
@@ -153,8 +154,8 @@ TEST(Facades, HangOnSeedAndNameAlone) {
   // The last boxes alone, as of a smaller cut of the map.
   City cut;
   for (int i = 150; i < 200; ++i) {
-    append_box(cut.mesh, fmt::format("way/{}", i), Surface::Building, Material::Unknown, {20.0 * i, 0, 0},
-               {20.0 * i + 10, 10, 30});
+    canyon::test::append_box(cut.mesh, fmt::format("way/{}", i), Surface::Building, Material::Unknown,
+                             {20.0 * i, 0, 0}, {20.0 * i + 10, 10, 30});
   }
   (void)dress_facades(cut, of(FacadeMix::EastAsia), false, 7);
   EXPECT_TRUE(

@@ -13,6 +13,7 @@
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/gazebo_import.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::city {
@@ -73,7 +74,7 @@ TEST(GazeboSdformat, WorldLoadsWithoutError) {
 TEST(GazeboSdformat, WorldWithoutTerrainStandsOnAPlane) {
   const TemporaryFolder folder;
   City city;
-  append_box(city.mesh, "a", Surface::Building, Material::Brick, {0, 0, -3}, {9, 9, 9});
+  canyon::test::append_box(city.mesh, "a", Surface::Building, Material::Brick, {0, 0, -3}, {9, 9, 9});
   write_gazebo_world(folder / "town.sdf", city);
   const sdf::Root root = load(folder / "town.sdf");
   ASSERT_EQ(root.WorldCount(), 1U);

@@ -11,6 +11,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/city_comparison.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/refusal.hpp"
@@ -31,12 +32,13 @@ City odd_city() {
   city.name = "odd & <city>";
   city.frame = geodesy::LocalFrame(geodesy::Geodetic::from_degrees(-33.85, 151.21, 12.5));
   for (int i = 0; i < 30; ++i) {
-    append_box(city.mesh, "house " + std::to_string(i) + " \"&\xC3\xA9", Surface::Building,
-               i % 2 == 0 ? Material::Brick : Material::Glass, {100.0 * i, 50.0 * (i % 5), 0},
-               {100.0 * i + 20.123, 50.0 * (i % 5) + 10, 12.5 + i}, 0.1 * i);
+    canyon::test::append_box(city.mesh, "house " + std::to_string(i) + " \"&\xC3\xA9", Surface::Building,
+                             i % 2 == 0 ? Material::Brick : Material::Glass, {100.0 * i, 50.0 * (i % 5), 0},
+                             {100.0 * i + 20.123, 50.0 * (i % 5) + 10, 12.5 + i}, 0.1 * i);
   }
-  append_box(city.mesh, "Ground floor", Surface::Building, Material::Metal, {-50, 0, 0}, {-40, 5, 4});
-  append_box(city.mesh, "oak", Surface::Foliage, Material::Wood, {-80, 0, 2}, {-75, 5, 9});
+  canyon::test::append_box(city.mesh, "Ground floor", Surface::Building, Material::Metal, {-50, 0, 0},
+                           {-40, 5, 4});
+  canyon::test::append_box(city.mesh, "oak", Surface::Foliage, Material::Wood, {-80, 0, 2}, {-75, 5, 9});
   append_object(city.mesh, "slope", Surface::Terrain, Material::Stone,
                 {{-500, -500, 0}, {4000, -500, -1}, {4000, 500, 3}, {-500, 500, 1}}, {{0, 1, 2}, {0, 2, 3}});
   return city;
@@ -68,7 +70,7 @@ TEST(GazeboExport, ModelRoundTrip) {
 TEST(GazeboExport, WorldWithoutTerrainGetsAPlaneThatIsNotPartOfTheCity) {
   const TemporaryFolder folder;
   City city;
-  append_box(city.mesh, "a", Surface::Building, Material::Brick, {0, 0, -3}, {9, 9, 9});
+  canyon::test::append_box(city.mesh, "a", Surface::Building, Material::Brick, {0, 0, -3}, {9, 9, 9});
   write_gazebo_world(folder / "w.sdf", city);
   EXPECT_THAT(read_bytes(folder / "w.sdf"), HasSubstr("<plane>"));
   const City read = read_gazebo_world(folder / "w.sdf");

@@ -17,6 +17,7 @@
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/city_comparison.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/shared_data.hpp"
@@ -35,8 +36,8 @@ City awkward_city() {
   city.name = "terrain & <co>";
   city.frame = geodesy::LocalFrame(geodesy::Geodetic::from_degrees(55.82, 37.61, 150.25));
   const auto box = [&](std::string name, Surface surface, Material material, double x) {
-    append_box(city.mesh, std::move(name), surface, material, {x, 1200.123, 0},
-               {x + 7.654321, 1210.5, 10 + x / 100}, 0.01 * x);
+    canyon::test::append_box(city.mesh, std::move(name), surface, material, {x, 1200.123, 0},
+                             {x + 7.654321, 1210.5, 10 + x / 100}, 0.01 * x);
   };
   box("Big house", Surface::Building, Material::Glass, -2000);
   box("house", Surface::Building, Material::Brick, -1900);
@@ -59,8 +60,9 @@ City awkward_city() {
   append_object(city.mesh, "hole", Surface::Building, Material::Glass, {{0, 0, 5}, {9, 0, 5}, {0, 9, 5}},
                 {{0, 2, 1}});
   // Two parts that do not touch, of three materials, in one object.
-  append_box(city.mesh, "twin", Surface::Building, Material::Brick, {100, 0, 0}, {110, 10, 10});
-  append_box(city.mesh, "twin b", Surface::Building, Material::Glass, {120, 0, 0}, {130, 10, 10});
+  canyon::test::append_box(city.mesh, "twin", Surface::Building, Material::Brick, {100, 0, 0}, {110, 10, 10});
+  canyon::test::append_box(city.mesh, "twin b", Surface::Building, Material::Glass, {120, 0, 0},
+                           {130, 10, 10});
   city.mesh.objects[city.mesh.objects.size() - 2].triangle_count += city.mesh.objects.back().triangle_count;
   city.mesh.objects.pop_back();
   city.mesh.materials.back() = Material::Metal;

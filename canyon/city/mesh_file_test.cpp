@@ -16,6 +16,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/city.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/case_file.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/shared_data.hpp"
@@ -65,7 +66,7 @@ struct Soup {
 
 Soup box(const Eigen::Vector3d& min = kMin, const Eigen::Vector3d& max = kMax) {
   Mesh mesh;
-  append_box(mesh, "box", Surface::Building, Material::Unknown, min, max);
+  canyon::test::append_box(mesh, "box", Surface::Building, Material::Unknown, min, max);
   return {mesh.vertices, mesh.triangles};
 }
 
@@ -477,7 +478,7 @@ TEST_F(MeshFiles, OneWrongTriangleIsTurned) {
 TEST_F(MeshFiles, InsideOutWithoutFloorIsTurned) {
   Soup soup = box();
   soup.triangles.erase(soup.triangles.begin(),
-                       soup.triangles.begin() + 2);  // append_box() begins with the floor
+                       soup.triangles.begin() + 2);  // canyon::test::append_box() begins with the floor
   for (auto& t : soup.triangles) std::swap(t[0], t[1]);
   const City city = read_mesh_city(write("a.ply", ply(soup)), {});
   EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("1 objects were inside out")));

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "canyon/city/city.hpp"
+#include "tests/support/append_box.hpp"
 
 namespace canyon::city {
 namespace {
@@ -17,7 +18,7 @@ struct Solid {
 
   void add_box(const Eigen::Vector3d& min, const Eigen::Vector3d& max, bool floor = true) {
     Mesh mesh;
-    append_box(mesh, "box", Surface::Building, Material::Unknown, min, max);
+    canyon::test::append_box(mesh, "box", Surface::Building, Material::Unknown, min, max);
     const auto first = static_cast<std::uint32_t>(vertices.size());
     vertices.insert(vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
     for (const auto& t : mesh.triangles) {

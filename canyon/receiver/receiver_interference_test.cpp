@@ -13,6 +13,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/paths/disturbance/faults/transmitter.hpp"
 #include "canyon/receiver/receiver.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/signal_scene.hpp"
 
 namespace canyon::receiver {
@@ -283,8 +284,8 @@ TEST(ReceiverInterference, LosesLockAndFindsItAgain) {
 TEST(ReceiverInterference, ADriveByAJammer) {
   city::City city;
   city.frame = kFrame;
-  city::append_box(city.mesh, "house", city::Surface::Building, city::Material::Brick, {60, 20, -5},
-                   {140, 25, 15});
+  canyon::test::append_box(city.mesh, "house", city::Surface::Building, city::Material::Brick, {60, 20, -5},
+                           {140, 25, 15});
   disturbance::FaultContext context;
   context.name = "jammer";
   context.begin = kTime;

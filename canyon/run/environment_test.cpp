@@ -11,6 +11,7 @@
 #include "canyon/sky/orbit/broadcast_sky.hpp"
 #include "canyon/sky/orbit/nominal_constellation.hpp"
 #include "canyon/sky/orbit/sky.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/simulation_support.hpp"
 
 namespace canyon::simulation {
@@ -33,8 +34,8 @@ city::City one_building() {
   city::append_object(city.mesh, "ground", city::Surface::Terrain, city::Material::Ground,
                       {{-500, -500, 0}, {500, -500, 0}, {500, 500, 0}, {-500, 500, 0}},
                       {{0, 1, 2}, {0, 2, 3}});
-  city::append_box(city.mesh, "building", city::Surface::Building, city::Material::Concrete, {-200, -60, 0},
-                   {200, -20, 100});
+  canyon::test::append_box(city.mesh, "building", city::Surface::Building, city::Material::Concrete,
+                           {-200, -60, 0}, {200, -20, 100});
   return city;
 }
 

@@ -8,6 +8,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/run/scenario/scenario.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/loaded_city.hpp"
 
 namespace canyon::simulation {
@@ -76,16 +77,16 @@ TEST(Georeference, ZeroLeavesEveryBit) {
 // A quarter turn of a box of 4 m x 2 m about its middle, then 10 m east and 1 m south.
 TEST(Georeference, TurnsAboutTheMiddleOfTheBoundsAndMoves) {
   city::City city;
-  city::append_box(city.mesh, "box", city::Surface::Building, city::Material::Concrete, {100, 50, 0},
-                   {104, 52, 9});
+  canyon::test::append_box(city.mesh, "box", city::Surface::Building, city::Material::Concrete, {100, 50, 0},
+                           {104, 52, 9});
   move_city(city, {10, -1, geodesy::kPi / 2});
   const city::Box bounds = city.bounds();
   EXPECT_LT((bounds.min - Eigen::Vector3d(111, 48, 0)).norm(), 1e-12);
   EXPECT_LT((bounds.max - Eigen::Vector3d(113, 52, 9)).norm(), 1e-12);
   // Counter-clockwise: the corner at the south-east comes to the north-east.
   city::City corner;
-  city::append_box(corner.mesh, "box", city::Surface::Building, city::Material::Concrete, {-1, -1, 0},
-                   {1, 1, 1});
+  canyon::test::append_box(corner.mesh, "box", city::Surface::Building, city::Material::Concrete, {-1, -1, 0},
+                           {1, 1, 1});
   const Eigen::Vector3d before(1, -1, 0);
   std::size_t at = 0;
   while (corner.mesh.vertices[at] != before) ++at;

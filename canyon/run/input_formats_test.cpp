@@ -20,6 +20,7 @@
 #include "canyon/sky/orbit/nominal_constellation.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
 #include "canyon/sky/rinex/navigation_writer.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/citygml_text.hpp"
 #include "tests/support/cityjson_house.hpp"
 #include "tests/support/gltf_bytes.hpp"
@@ -168,8 +169,8 @@ std::string own_file(const Folder& folder) {
   city::City city;
   city.name = "own";
   city.frame = geodesy::LocalFrame(geodesy::Geodetic::from_degrees(48.2, 11.5, 560));
-  city::append_box(city.mesh, "house", city::Surface::Building, city::Material::Brick, {0, 0, 0},
-                   {20, 10, 12});
+  canyon::test::append_box(city.mesh, "house", city::Surface::Building, city::Material::Brick, {0, 0, 0},
+                           {20, 10, 12});
   city::write_city_file(folder.path() / "own.canyon", city);
   return "file: own.canyon";
 }

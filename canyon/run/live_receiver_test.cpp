@@ -10,6 +10,7 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/run/environment.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/simulation_support.hpp"
 
 namespace canyon::simulation::live_receiver_test {
@@ -49,8 +50,8 @@ std::shared_ptr<CityScene> downtown() {
 std::shared_ptr<CityScene> wall() {
   city::City city;
   city.frame = geodesy::LocalFrame(geodesy::Geodetic::from_degrees(22.3, 114.17, 0));
-  city::append_box(city.mesh, "wall", city::Surface::Building, city::Material::Concrete, {20, -200, 0},
-                   {25, 200, 100});
+  canyon::test::append_box(city.mesh, "wall", city::Surface::Building, city::Material::Concrete,
+                           {20, -200, 0}, {25, 200, 100});
   return std::make_shared<CityScene>(std::move(city));
 }
 
@@ -288,8 +289,8 @@ TEST(LiveReceiver, DopplerOfTwoReflectionsIsTheRateOfTheRange) {
   city::City city;
   city.frame = geodesy::LocalFrame(geodesy::Geodetic::from_degrees(22.3, 114.17, 0));
   for (const double x : {8.0, -9.0}) {
-    city::append_box(city.mesh, "wall", city::Surface::Building, city::Material::Concrete, {x, -2000, 0},
-                     {x + 1, 2000, 60});
+    canyon::test::append_box(city.mesh, "wall", city::Surface::Building, city::Material::Concrete,
+                             {x, -2000, 0}, {x + 1, 2000, 60});
   }
   LiveConfig config = parse_live_config(std::string(kLive) + "profile: ideal\n", "plugin");
   config.receiver().propagation.reflection_order = 2;
@@ -338,7 +339,8 @@ TEST(LiveReceiver, FollowsMovedInstancesAndNewScenes) {
       "sky: {frozen: {satAzimuth: [1.5707963], satElevation: [0.5235988]}}\nprofile: ideal\n", "plugin");
   auto empty = std::make_shared<CityScene>(city::City{});
   city::Mesh box;
-  city::append_box(box, "bus", city::Surface::Vehicle, city::Material::Metal, {-1, -5, 0}, {1, 5, 30});
+  canyon::test::append_box(box, "bus", city::Surface::Vehicle, city::Material::Metal, {-1, -5, 0},
+                           {1, 5, 30});
   const auto bus = empty->scene.add_instance(box);
   LiveReceiver live(config, empty, GpsTime::from_week(2300, 0));
   const RigidPose antenna{{0, 0, 1}};

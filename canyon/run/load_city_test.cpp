@@ -14,6 +14,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/city/city_file.hpp"
 #include "canyon/run/scenario/scenario.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/citygml_text.hpp"
 #include "tests/support/gltf_bytes.hpp"
 #include "tests/support/loaded_city.hpp"
@@ -323,8 +324,8 @@ TEST(LoadCity, OfALargeCityWhatIsAboutTheTrajectory) {
   large.frame = geodesy::LocalFrame(geodesy::Geodetic::from_degrees(48, 11, 500));
   for (int i = 0; i < kBlocks * kBlocks; ++i) {
     const Eigen::Vector3d at(20 * (i % kBlocks - kBlocks / 2), 20 * (i / kBlocks - kBlocks / 2), 0);
-    append_box(large.mesh, std::to_string(i), city::Surface::Building, city::Material::Concrete,
-               at - Eigen::Vector3d(4, 4, 0), at + Eigen::Vector3d(4, 4, 10));
+    canyon::test::append_box(large.mesh, std::to_string(i), city::Surface::Building, city::Material::Concrete,
+                             at - Eigen::Vector3d(4, 4, 0), at + Eigen::Vector3d(4, 4, 10));
   }
   city::write_city_file(folder / "large.canyon", large);
   const auto buildings_at = [&](const std::string& place) {

@@ -20,6 +20,7 @@
 #include "canyon/sky/orbit/nominal_constellation.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
 #include "canyon/sky/rinex/navigation_writer.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/simulation_support.hpp"
 #include "tests/support/source_dir.hpp"
 
@@ -351,8 +352,8 @@ TEST(Simulation, ClampWithoutTerrainIsAnError) {
                          "height_above_terrain_m: 2}\nduration_s: 1\n",
                      "s.yaml");
   city::City city = open_field(*scenario.city.origin);
-  city::append_box(city.mesh, "house", city::Surface::Building, city::Material::Concrete, {20, 20, 0},
-                   {30, 30, 9});
+  canyon::test::append_box(city.mesh, "house", city::Surface::Building, city::Material::Concrete, {20, 20, 0},
+                           {30, 30, 9});
   EXPECT_THAT(error_of([&] { const Simulation simulation(std::move(scenario), std::move(city)); }).what(),
               AllOf(HasSubstr("s.yaml: "), HasSubstr("no terrain is at latitude 22.300000")));
 }

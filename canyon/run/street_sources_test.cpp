@@ -14,6 +14,7 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/run/environment.hpp"
 #include "canyon/run/live_receiver.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/simulation_support.hpp"
 
@@ -137,7 +138,8 @@ TEST(Streets, LeaveTreesToAMapThatHasThem) {
   receiver.streets.enabled = true;
   city::City city = city::synthetic_city({});
   EXPECT_FALSE(streets_of(receiver, city, nullptr)->street.trees_per_km);
-  city::append_box(city.mesh, "tree", city::Surface::Foliage, city::Material::Foliage, {0, 0, 3}, {4, 4, 8});
+  canyon::test::append_box(city.mesh, "tree", city::Surface::Foliage, city::Material::Foliage, {0, 0, 3},
+                           {4, 4, 8});
   EXPECT_EQ(streets_of(receiver, city, nullptr)->street.trees_per_km, 0);
   receiver.streets.trees_per_km = 5;
   EXPECT_EQ(streets_of(receiver, city, nullptr)->street.trees_per_km, 5);
@@ -164,8 +166,8 @@ streets: {enabled: true}
 TEST(Surroundings, AreThoseOfTheCityAboutTheAntenna) {
   city::City city;
   for (const double west : {-25.0, 15.0}) {
-    city::append_box(city.mesh, "wall", city::Surface::Building, city::Material::Concrete, {west, -5000, -10},
-                     {west + 10, 5000, 30});
+    canyon::test::append_box(city.mesh, "wall", city::Surface::Building, city::Material::Concrete,
+                             {west, -5000, -10}, {west + 10, 5000, 30});
   }
   const raytrace::RayScene scene(city.mesh);
   int hidden = 0;

@@ -14,6 +14,7 @@
 #include "canyon/outputs/output/encoder.hpp"
 #include "canyon/studies/heatmap/files/netcdf_file.hpp"
 #include "canyon/studies/heatmap/files/netcdf_writer.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/case_file.hpp"
 #include "tests/support/observation_text.hpp"
 #include "tests/support/refusal.hpp"
@@ -154,7 +155,8 @@ TEST_F(Inspect, ScenariosAndCities) {
   EXPECT_EQ(value(scenario, "faults"), "0");
   city::City city;
   city.name = "houses";
-  city::append_box(city.mesh, "a", city::Surface::Building, city::Material::Glass, {0, 0, 0}, {10, 20, 30});
+  canyon::test::append_box(city.mesh, "a", city::Surface::Building, city::Material::Glass, {0, 0, 0},
+                           {10, 20, 30});
   city::write_city_file(folder_ / "some.canyon", city);
   const FileReport built = inspect_file(folder_ / "some.canyon");
   EXPECT_EQ(built.kind, "city");

@@ -48,6 +48,7 @@
 #include "canyon/studies/heatmap/kernels/grid.hpp"
 #include "canyon/studies/study/study.hpp"
 #include "canyon/studies/validation/recorded_scene.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/case_file.hpp"
 #include "tests/support/citygml_text.hpp"
 #include "tests/support/cityjson_house.hpp"
@@ -139,8 +140,10 @@ std::string pbf(const char* format) {
 city::City houses() {
   city::City city;
   city.name = "houses";
-  city::append_box(city.mesh, "a", city::Surface::Building, city::Material::Glass, {0, 0, 0}, {10, 20, 30});
-  city::append_box(city.mesh, "b", city::Surface::Foliage, city::Material::Wood, {30, 0, -1}, {31, 2, 5});
+  canyon::test::append_box(city.mesh, "a", city::Surface::Building, city::Material::Glass, {0, 0, 0},
+                           {10, 20, 30});
+  canyon::test::append_box(city.mesh, "b", city::Surface::Foliage, city::Material::Wood, {30, 0, -1},
+                           {31, 2, 5});
   return city;
 }
 

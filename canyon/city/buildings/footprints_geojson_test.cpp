@@ -10,6 +10,7 @@
 #include <string>
 
 #include "canyon/base/input_error.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -36,7 +37,7 @@ BuiltCity sample() {
   built.city.name = "sample \"city\"";
   city::Mesh& mesh = built.city.mesh;
   const auto box = [&mesh](const std::string& name, city::Surface surface, double low, double high) {
-    city::append_box(mesh, name, surface, city::Material::Concrete, {0, 0, low}, {10, 10, high});
+    canyon::test::append_box(mesh, name, surface, city::Material::Concrete, {0, 0, low}, {10, 10, high});
     return static_cast<std::uint32_t>(mesh.objects.size() - 1);
   };
 

@@ -15,6 +15,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/bench_city.hpp"
 #include "tests/support/shared_data.hpp"
 
@@ -29,7 +30,7 @@ using Eigen::Vector3d;
 
 Mesh box(const Vector3d& min, const Vector3d& max, double yaw_rad = 0) {
   Mesh mesh;
-  city::append_box(mesh, "box", Surface::Building, Material::Concrete, min, max, yaw_rad);
+  canyon::test::append_box(mesh, "box", Surface::Building, Material::Concrete, min, max, yaw_rad);
   return mesh;
 }
 
@@ -195,8 +196,8 @@ TEST(RayScene, LiftedPointsDoNotMeetTheirOwnSurface) {
   for (const double far : {0.0, 1'000.0, 20'000.0}) {
     Mesh mesh = sphere({far, -far, 0}, 50, 12);
     if (far > 0)
-      city::append_box(mesh, "other end", Surface::Building, Material::Glass, {-far, far, 0},
-                       {-far + 1, far + 1, 1});
+      canyon::test::append_box(mesh, "other end", Surface::Building, Material::Glass, {-far, far, 0},
+                               {-far + 1, far + 1, 1});
     const RayScene scene(mesh);
     std::mt19937_64 random(13);
     std::uniform_real_distribution<double> unit(0, 1);
@@ -241,8 +242,8 @@ TEST(RayScene, MinimumRangeSkipsTheSurfaceOfThePoint) {
 // in the plane x + y = 20,000 / sqrt(2) * sqrt(2).
 TEST(RayScene, RangesAreExactFarFromTheCentre) {
   Mesh mesh = box({7'000, 7'000, 0}, {7'001, 7'001, 500}, EIGEN_PI / 4);
-  city::append_box(mesh, "other end", Surface::Building, Material::Glass, {-7'001, -7'001, 0},
-                   {-7'000, -7'000, 10});
+  canyon::test::append_box(mesh, "other end", Surface::Building, Material::Glass, {-7'001, -7'001, 0},
+                           {-7'000, -7'000, 10});
   const RayScene scene(mesh);
   std::mt19937_64 random(15);
   std::uniform_real_distribution<double> offset(-0.3, 0.3), away(1, 2'000), height(1, 400);
@@ -356,7 +357,8 @@ TEST(RayScene, TerrainHeightIsThatOfTheHighestSheetAndSkipsBuildings) {
 // Two houses, one of them on a hill: each place has the ground of the house beside it.
 TEST(RayScene, GroundWithoutTerrainIsWhereHousesStand) {
   Mesh mesh = box({0, 0, 4}, {20, 20, 40});
-  city::append_box(mesh, "hill", Surface::Building, Material::Concrete, {1000, 0, 90}, {1020, 20, 120});
+  canyon::test::append_box(mesh, "hill", Surface::Building, Material::Concrete, {1000, 0, 90},
+                           {1020, 20, 120});
   const RayScene scene(mesh);
   EXPECT_EQ(scene.height_above_ground({-30, 10, 10}), 6);
   EXPECT_EQ(scene.height_above_ground({990, 30, 91.5}), 1.5);

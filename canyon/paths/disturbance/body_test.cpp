@@ -14,6 +14,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/paths/propagation/index/knife_edge.hpp"
 #include "canyon/paths/propagation/propagator.hpp"
+#include "tests/support/append_box.hpp"
 
 namespace canyon::disturbance {
 namespace {
@@ -186,7 +187,7 @@ TEST(Bodies, BlockAndReflectAsTheSceneOfTheSameBoxesDoes) {
                       2 * geodesy::kPi * uniform(random), 4, 2 + uniform(random), 2 + 5 * uniform(random));
       body.name = static_cast<std::uint64_t>(k + 1);
       bodies.push_back(body);
-      city::append_box(
+      canyon::test::append_box(
           mesh, "vehicle", city::Surface::Building, city::Material::Metal,
           {body.centre.x() - body.half_length_m, body.centre.y() - body.half_width_m, 0},
           {body.centre.x() + body.half_length_m, body.centre.y() + body.half_width_m, body.top_m},

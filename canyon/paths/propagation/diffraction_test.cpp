@@ -18,6 +18,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/paths/propagation/index/knife_edge.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/spoiled_options.hpp"
 
 namespace canyon::propagation {
@@ -40,7 +41,7 @@ Vector3d direction(double azimuth_deg, double elevation_deg) {
 }
 
 void append(Mesh& mesh, const Vector3d& min, const Vector3d& max, double yaw_rad = 0) {
-  city::append_box(mesh, "box", Surface::Building, Material::Concrete, min, max, yaw_rad);
+  canyon::test::append_box(mesh, "box", Surface::Building, Material::Concrete, min, max, yaw_rad);
 }
 
 /// A rectangle from `corner` along `u` and `v`; its front is to the side of u x v.
@@ -302,7 +303,7 @@ TEST(EdgeDiffraction, NoPathThroughAnythingElse) {
   }
   {  // foliage blocks and does not diffract
     Mesh tree = mesh;
-    city::append_box(tree, "tree", Surface::Foliage, Material::Foliage, {2, 4, 11}, {4, 6, 13});
+    canyon::test::append_box(tree, "tree", Surface::Foliage, Material::Foliage, {2, 4, 11}, {4, 6, 13});
     EXPECT_FALSE(over(World(tree).trace(antenna, s)));
   }
 }
@@ -449,7 +450,7 @@ TEST(EdgeDiffraction, AnEdgeBesideTheOneInTheWay) {
 TEST(EdgeDiffraction, MovableThingsHaveEdges) {
   // A lorry beside the antenna, given in its own frame.
   Mesh lorry;
-  city::append_box(lorry, "lorry", Surface::Vehicle, Material::Metal, {-6, -1.25, 0}, {6, 1.25, 4});
+  canyon::test::append_box(lorry, "lorry", Surface::Vehicle, Material::Metal, {-6, -1.25, 0}, {6, 1.25, 4});
   const double yaw = 0.4;
   Isometry3d pose = Isometry3d::Identity();
   pose.linear() = Eigen::AngleAxisd(yaw, Vector3d::UnitZ()).toRotationMatrix();
@@ -461,7 +462,8 @@ TEST(EdgeDiffraction, MovableThingsHaveEdges) {
   const EdgeDiffraction diffraction(Mesh{}, scene, everything());
 
   Mesh still;
-  city::append_box(still, "lorry", Surface::Vehicle, Material::Metal, {-5, 2.75, 0}, {7, 5.25, 4}, yaw);
+  canyon::test::append_box(still, "lorry", Surface::Vehicle, Material::Metal, {-5, 2.75, 0}, {7, 5.25, 4},
+                           yaw);
   const World world(still);
   std::size_t found = 0;
   for (double azimuth = -40; azimuth < 40; azimuth += 7) {

@@ -9,6 +9,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/paths/propagation/propagator.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/count_allocations.hpp"
 
 #ifdef CANYON_COUNTS_ALLOCATIONS
@@ -20,11 +21,11 @@ using test::allocations;
 
 TEST(Propagator, AllocatesNothingInTheSteadyState) {
   city::City city = city::synthetic_city({});
-  city::append_box(city.mesh, "hedge", city::Surface::Foliage, city::Material::Foliage, {-50, -3, 0},
-                   {50, -2, 4});
+  canyon::test::append_box(city.mesh, "hedge", city::Surface::Foliage, city::Material::Foliage, {-50, -3, 0},
+                           {50, -2, 4});
   raytrace::RayScene scene(city.mesh);
   city::Mesh bus;
-  city::append_box(bus, "bus", city::Surface::Vehicle, city::Material::Metal, {-6, -1, 0}, {6, 1, 4});
+  canyon::test::append_box(bus, "bus", city::Surface::Vehicle, city::Material::Metal, {-6, -1, 0}, {6, 1, 4});
   scene.set_pose(scene.add_instance(bus), Eigen::Isometry3d(Eigen::Translation3d(10, 4, 0)));
   scene.commit();
   std::vector<Eigen::Vector3d> sky;

@@ -18,6 +18,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/spoiled_options.hpp"
 
@@ -39,7 +40,7 @@ Vector3d direction(double azimuth_deg, double elevation_deg) {
 }
 
 void append(Mesh& mesh, const Vector3d& min, const Vector3d& max, double yaw_rad = 0) {
-  city::append_box(mesh, "box", Surface::Building, Material::Glass, min, max, yaw_rad);
+  canyon::test::append_box(mesh, "box", Surface::Building, Material::Glass, min, max, yaw_rad);
 }
 
 /// A rectangle from `corner` along `u` and `v`; its front is to the side of u x v.
@@ -313,7 +314,7 @@ TEST(OneWall, LegsMustBeClear) {
   // The obstacle is foliage, which reflects nothing itself.
   const auto with = [&mesh](const Vector3d& min, const Vector3d& max) {
     Mesh hidden = mesh;
-    city::append_box(hidden, "tree", Surface::Foliage, Material::Wood, min, max);
+    canyon::test::append_box(hidden, "tree", Surface::Foliage, Material::Wood, min, max);
     return hidden;
   };
   // Across the leg to the wall: at y = 10 that is 7.77 m high.
@@ -466,7 +467,7 @@ TEST(Ground, ReflectsOnlyWhenAsked) {
 
 TEST(Foliage, BlocksAndDoesNotReflect) {
   Mesh mesh;
-  city::append_box(mesh, "tree", Surface::Foliage, Material::Wood, {-50, 20, 0}, {50, 30, 50});
+  canyon::test::append_box(mesh, "tree", Surface::Foliage, Material::Wood, {-50, 20, 0}, {50, 30, 50});
   const World world(mesh);
   EXPECT_EQ(world.trace({0, 0, 2}, direction(180, 30)).visibility, Visibility::LOS);
   EXPECT_EQ(world.trace({0, 0, 2}, direction(0, 30)).visibility, Visibility::Blocked);
@@ -659,7 +660,7 @@ TEST(MirrorModel, AgreesWithSpecularWhereTheWallFacesTheSatellite) {
 
 TEST(Instances, ReflectUnderTheirPoseAndBlock) {
   Mesh bus;
-  city::append_box(bus, "bus", Surface::Vehicle, Material::Metal, {-6, -1.25, 0}, {6, 1.25, 4});
+  canyon::test::append_box(bus, "bus", Surface::Vehicle, Material::Metal, {-6, -1.25, 0}, {6, 1.25, 4});
   Mesh empty;
   RayScene scene(empty);
   const Propagator propagator(empty, scene);
@@ -711,7 +712,7 @@ TEST(Instances, ABusHidesAReflectionFromAWall) {
   append(mesh, {-100, 20, 0}, {100, 30, 100});
   World world(mesh);
   Mesh bus;
-  city::append_box(bus, "bus", Surface::Vehicle, Material::Metal, {-6, -1, 0}, {6, 1, 6});
+  canyon::test::append_box(bus, "bus", Surface::Vehicle, Material::Metal, {-6, -1, 0}, {6, 1, 6});
   const raytrace::InstanceId id = world.scene.add_instance(bus);
   const Vector3d s = direction(180, 10);  // the leg is 2 + 10 tan 10 = 3.8 m high half way
   EXPECT_EQ(world.trace({0, 0, 2}, s).paths.size(), 2u);
@@ -764,7 +765,7 @@ TEST(Propagator, AnswersAlikeForOneAndForManyAndOnThreads) {
   const city::City city = city::synthetic_city({});
   World world(city.mesh);
   Mesh bus;
-  city::append_box(bus, "bus", Surface::Vehicle, Material::Metal, {-6, -1, 0}, {6, 1, 4});
+  canyon::test::append_box(bus, "bus", Surface::Vehicle, Material::Metal, {-6, -1, 0}, {6, 1, 4});
   for (const double x : {10.0, 60.0}) {
     world.scene.set_pose(world.scene.add_instance(bus), Isometry3d(Eigen::Translation3d(x, 4, 0)));
   }

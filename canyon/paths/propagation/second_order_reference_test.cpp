@@ -15,6 +15,7 @@
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/paths/propagation/propagator.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/plain_triangles.hpp"
 #include "tests/support/shared_data.hpp"
 
@@ -137,8 +138,8 @@ Mesh random_city(unsigned seed, int boxes) {
     const Vector3d corner(at(random), at(random), 0);
     const Vector3d extent(size(random), size(random), height(random));
     const std::size_t first = mesh.vertices.size();
-    city::append_box(mesh, "box", city::Surface::Building, city::Material::Glass, corner, corner + extent,
-                     yaw(random));
+    canyon::test::append_box(mesh, "box", city::Surface::Building, city::Material::Glass, corner,
+                             corner + extent, yaw(random));
     const Eigen::AngleAxisd turn(i % 3 == 0 ? tilt(random) : 0.0, Vector3d(0.6, 0.8, 0));
     const Vector3d middle = corner + 0.5 * extent;
     for (std::size_t v = first; v < mesh.vertices.size(); ++v) {

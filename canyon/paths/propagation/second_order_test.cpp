@@ -19,6 +19,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/paths/propagation/propagator.hpp"
+#include "tests/support/append_box.hpp"
 
 namespace canyon::propagation::second_order_test {
 namespace {
@@ -38,7 +39,7 @@ Vector3d direction(double azimuth_deg, double elevation_deg) {
 }
 
 void append(Mesh& mesh, const Vector3d& min, const Vector3d& max, double yaw_rad = 0) {
-  city::append_box(mesh, "box", Surface::Building, Material::Glass, min, max, yaw_rad);
+  canyon::test::append_box(mesh, "box", Surface::Building, Material::Glass, min, max, yaw_rad);
 }
 
 PropagationOptions second_order() {
@@ -161,8 +162,8 @@ TEST(SecondOrderStreet, EveryLegMustBeClear) {
   // Points: (0, -9, 11), (0, 15, 35). Foliage in the way reflects nothing itself.
   const auto with = [](const Vector3d& middle) {
     Mesh mesh = street();
-    city::append_box(mesh, "tree", Surface::Foliage, Material::Wood, middle - Vector3d::Constant(0.5),
-                     middle + Vector3d::Constant(0.5));
+    canyon::test::append_box(mesh, "tree", Surface::Foliage, Material::Wood, middle - Vector3d::Constant(0.5),
+                             middle + Vector3d::Constant(0.5));
     return mesh;
   };
   ASSERT_EQ(doubles(World(street()).trace(antenna, s)).size(), 1u);
@@ -294,7 +295,7 @@ std::vector<Key> keys(const SatellitePaths& satellite) {
 /// by wall and bus, by bus and bus.
 TEST(SecondOrderInstances, GiveThePathsOfTheSameThingsStandingStill) {
   Mesh bus;
-  city::append_box(bus, "bus", Surface::Building, Material::Metal, {-6, -1.25, 0}, {6, 1.25, 4});
+  canyon::test::append_box(bus, "bus", Surface::Building, Material::Metal, {-6, -1.25, 0}, {6, 1.25, 4});
   Mesh walls;
   append(walls, {-100, -20, 0}, {100, -9, 3.5});
   append(walls, {-100, 15, 0}, {100, 30, 60});
@@ -307,7 +308,7 @@ TEST(SecondOrderInstances, GiveThePathsOfTheSameThingsStandingStill) {
   for (const Isometry3d& pose : poses) {
     moving.scene.set_pose(moving.scene.add_instance(bus), pose);
     const auto first = static_cast<std::uint32_t>(still.vertices.size());
-    city::append_box(still, "bus", Surface::Building, Material::Metal, {-6, -1.25, 0}, {6, 1.25, 4});
+    canyon::test::append_box(still, "bus", Surface::Building, Material::Metal, {-6, -1.25, 0}, {6, 1.25, 4});
     for (std::size_t v = first; v < still.vertices.size(); ++v) still.vertices[v] = pose * still.vertices[v];
   }
   moving.scene.commit();
@@ -488,7 +489,7 @@ TEST(SecondOrder, TurnsAndMovesWithTheWorld) {
 TEST(SecondOrder, AnswersAlikeForOneAndForManyAndOnThreads) {
   World world(random_city(63));
   Mesh bus;
-  city::append_box(bus, "bus", Surface::Vehicle, Material::Metal, {-6, -1, 0}, {6, 1, 4});
+  canyon::test::append_box(bus, "bus", Surface::Vehicle, Material::Metal, {-6, -1, 0}, {6, 1, 4});
   for (const double x : {-40.0, 10.0, 30.0}) {
     world.scene.set_pose(world.scene.add_instance(bus), Isometry3d(Eigen::Translation3d(x, 4, 0)));
   }

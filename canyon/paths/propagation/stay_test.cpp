@@ -13,6 +13,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/paths/propagation/propagator.hpp"
+#include "tests/support/append_box.hpp"
 
 namespace canyon::propagation {
 namespace {
@@ -74,15 +75,15 @@ TEST(Stay, AntennasInStreetsKeepTheirPaths) {
 
 TEST(Stay, AntennasBesideMirrorsOfEveryTiltKeepTheirPaths) {
   city::Mesh mesh;
-  city::append_box(mesh, "ground", city::Surface::Terrain, city::Material::Ground, {-100, -100, -1},
-                   {100, 100, 0});
+  canyon::test::append_box(mesh, "ground", city::Surface::Terrain, city::Material::Ground, {-100, -100, -1},
+                           {100, 100, 0});
   const std::size_t first = mesh.vertices.size();
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> place(-45, 45), size(2, 12), angle(0, geodesy::kPi);
   for (int i = 0; i < 60; ++i) {
     const std::size_t begin = mesh.vertices.size();
     const Vector3d half(size(random), size(random), size(random));
-    city::append_box(mesh, "box", city::Surface::Building, city::Material::Glass, -half, half, 0);
+    canyon::test::append_box(mesh, "box", city::Surface::Building, city::Material::Glass, -half, half, 0);
     const Vector3d axis = Vector3d(place(random), place(random), place(random)).normalized();
     const Vector3d middle(place(random), place(random), 8 + size(random));
     const Eigen::AngleAxisd turn(angle(random), axis);

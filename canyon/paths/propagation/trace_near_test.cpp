@@ -9,6 +9,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/paths/propagation/propagator.hpp"
+#include "tests/support/append_box.hpp"
 
 namespace canyon::propagation {
 namespace {
@@ -33,8 +34,8 @@ std::vector<Eigen::Vector3d> thirty_directions(double turned_rad = 0) {
 // numbers.
 TEST(Propagator, TraceNearGivesWhatTraceFinds) {
   city::City city = city::synthetic_city({});
-  city::append_box(city.mesh, "hedge", city::Surface::Foliage, city::Material::Foliage, {-50, -3, 0},
-                   {50, -2, 4});
+  canyon::test::append_box(city.mesh, "hedge", city::Surface::Foliage, city::Material::Foliage, {-50, -3, 0},
+                           {50, -2, 4});
   const raytrace::RayScene scene(city.mesh);
   PropagationOptions options;
   options.reflection_order = 2;
@@ -136,7 +137,8 @@ TEST(Propagator, FarPathsGoAlong) {
 TEST(Propagator, FarPathsHoldWhileInstancesStand) {
   const city::City city = city::synthetic_city({});
   city::Mesh bus;
-  city::append_box(bus, "bus", city::Surface::Vehicle, city::Material::Metal, {-6, -1.3, 0}, {6, 1.3, 3});
+  canyon::test::append_box(bus, "bus", city::Surface::Vehicle, city::Material::Metal, {-6, -1.3, 0},
+                           {6, 1.3, 3});
   raytrace::RayScene scene(city.mesh);
   const auto at = [](double east) { return Eigen::Isometry3d(Eigen::Translation3d(east, 4, 0)); };
   const raytrace::InstanceId near = scene.add_instance(bus), far = scene.add_instance(bus);

@@ -20,6 +20,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/paths/signal/radio_materials.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/bench_city.hpp"
 #include "tests/support/shared_data.hpp"
 
@@ -253,7 +254,7 @@ TEST(DiffuseScattering, ShadowedPatchesGiveNothing) {
 
 TEST(DiffuseScattering, WayIsDirectGeometry) {
   Mesh mesh;
-  city::append_box(mesh, "tower", Surface::Building, Material::Glass, {-40, 20, 0}, {50, 30, 60});
+  canyon::test::append_box(mesh, "tower", Surface::Building, Material::Glass, {-40, 20, 0}, {50, 30, 60});
   propagation::DiffuseOptions options = everything();
   options.rays = 128;
   options.class_m = 0.1;  // one way in nearly each
@@ -474,8 +475,10 @@ TEST(DiffuseScattering, ConvergesInAStreet) {
   // Two walls 20 m apart, 30 m high, 400 m long; satellites that one of them hides. The low ones light but a
   // strip of 3 m under the roof across the street.
   Mesh mesh;
-  city::append_box(mesh, "north", Surface::Building, Material::Concrete, {-200, 10, 0}, {200, 25, 30});
-  city::append_box(mesh, "south", Surface::Building, Material::Concrete, {-200, -25, 0}, {200, -10, 30});
+  canyon::test::append_box(mesh, "north", Surface::Building, Material::Concrete, {-200, 10, 0},
+                           {200, 25, 30});
+  canyon::test::append_box(mesh, "south", Surface::Building, Material::Concrete, {-200, -25, 0},
+                           {200, -10, 30});
   append_sheet(mesh, {-500, -500, 0}, {1000, 0, 0}, {0, 1000, 0}, Surface::Terrain);
   const World fine(mesh, all_classes(4096));
   std::vector<Errors::Quantiles> found;
@@ -540,7 +543,7 @@ TEST(DiffuseScattering, ThreadsAgree) {
   const city::City city = city::synthetic_city({});
   RayScene scene(city.mesh);
   Mesh bus;
-  city::append_box(bus, "bus", Surface::Vehicle, Material::Metal, {-6, -1.3, 0}, {6, 1.3, 3.2});
+  canyon::test::append_box(bus, "bus", Surface::Vehicle, Material::Metal, {-6, -1.3, 0}, {6, 1.3, 3.2});
   scene.set_pose(scene.add_instance(bus), Eigen::Isometry3d(Eigen::Translation3d(20, 4, 0)));
   scene.commit();
   const propagation::DiffuseScattering scattering(city.mesh, scene);
@@ -583,8 +586,10 @@ TEST(DiffuseScattering, RefusesWhatIsNoDirection) {
 std::vector<double> strengths_db(const propagation::DiffuseOptions& options, std::uint64_t seed,
                                  double step_m) {
   Mesh mesh;
-  city::append_box(mesh, "north", Surface::Building, Material::Concrete, {-3000, 10, 0}, {3000, 25, 30});
-  city::append_box(mesh, "south", Surface::Building, Material::Concrete, {-3000, -25, 0}, {3000, -10, 30});
+  canyon::test::append_box(mesh, "north", Surface::Building, Material::Concrete, {-3000, 10, 0},
+                           {3000, 25, 30});
+  canyon::test::append_box(mesh, "south", Surface::Building, Material::Concrete, {-3000, -25, 0},
+                           {3000, -10, 30});
   const RayScene scene(mesh);
   const propagation::DiffuseScattering with(mesh, scene, options, seed);
   const propagation::DiffuseScattering without(mesh, scene, without_strengths(), seed);

@@ -20,6 +20,7 @@
 #include "canyon/paths/propagation/propagator.hpp"
 #include "canyon/paths/signal/path_strength.hpp"
 #include "canyon/paths/signal/radio_materials.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/edge_reference.hpp"
 
 namespace canyon::signal::propagator_paths_test {
@@ -42,7 +43,7 @@ Vector3d direction(double azimuth_deg, double elevation_deg) {
 
 void append(Mesh& mesh, const Vector3d& min, const Vector3d& max, Material material = Material::Brick,
             Surface surface = Surface::Building) {
-  city::append_box(mesh, "box", surface, material, min, max);
+  canyon::test::append_box(mesh, "box", surface, material, min, max);
 }
 
 struct World {

@@ -14,6 +14,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/solid_check.hpp"
 
 namespace canyon::buildings::solid_test {
@@ -467,7 +468,7 @@ TEST(Solid, ATreeIsATrunkAndACrown) {
 
 TEST(SolidCheck, SeesHolesAndTurnedTriangles) {
   Mesh mesh;
-  city::append_box(mesh, "box", city::Surface::Building, Material::Concrete, {0, 0, 0}, {2, 3, 4});
+  canyon::test::append_box(mesh, "box", city::Surface::Building, Material::Concrete, {0, 0, 0}, {2, 3, 4});
   EXPECT_TRUE(test::check_solid(mesh, mesh.objects[0]).watertight);
   EXPECT_NEAR(test::check_solid(mesh, mesh.objects[0]).volume_m3, 24, 1e-12);
   Mesh turned_triangle = mesh;

@@ -17,6 +17,7 @@
 #include "canyon/outputs/drawing/views/track_picture.hpp"
 #include "canyon/run/load_city.hpp"
 #include "canyon/run/scenario/scenario.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/loaded_city.hpp"
 #include "tests/support/png_pixels.hpp"
 #include "tests/support/sample_epochs.hpp"
@@ -98,8 +99,8 @@ TEST(MapPoint, NorthIsUpEastIsRight) {
 class TrackPictureTest : public ::testing::Test {
  protected:
   TrackPictureTest() {
-    city::append_box(mesh_, "house", city::Surface::Building, city::Material::Unknown, {60, 60, 0},
-                     {90, 90, 30});
+    canyon::test::append_box(mesh_, "house", city::Surface::Building, city::Material::Unknown, {60, 60, 0},
+                             {90, 90, 30});
     drawing_.title = "test";
     drawing_.subtitle = "sub";
     drawing_.mesh = &mesh_;

@@ -5,6 +5,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/outputs/drawing/views/sky_mask.hpp"
+#include "tests/support/append_box.hpp"
 
 namespace canyon::drawing {
 namespace {
@@ -25,8 +26,8 @@ TEST(SkyMask, OpenFieldHidesNothing) {
 // its upper edge at the elevation whose tangent is 12 sin a / 10, from atan(10 / 20) before to after east.
 TEST(SkyMask, WallInTheEast) {
   city::Mesh mesh;
-  city::append_box(mesh, "wall", city::Surface::Building, city::Material::Unknown, {10, -20, -5},
-                   {11, 20, 14});
+  canyon::test::append_box(mesh, "wall", city::Surface::Building, city::Material::Unknown, {10, -20, -5},
+                           {11, 20, 14});
   const raytrace::RayScene scene(mesh);
   const SkyMask mask = make_sky_mask(scene, {0, 0, 2}, 720);
   double share = 0;
@@ -53,8 +54,8 @@ TEST(SkyMask, WallInTheEast) {
 // A bridge leaves the sky below it open.
 TEST(SkyMask, BridgeHidesAStretchOnly) {
   city::Mesh mesh;
-  city::append_box(mesh, "bridge", city::Surface::Building, city::Material::Unknown, {-50, 20, 7},
-                   {50, 30, 9});
+  canyon::test::append_box(mesh, "bridge", city::Surface::Building, city::Material::Unknown, {-50, 20, 7},
+                           {50, 30, 9});
   const raytrace::RayScene scene(mesh);
   const SkyMask mask = make_sky_mask(scene, {0, 0, 2}, 4 * 360);
   const auto& north = mask.azimuths[0];  // 0.125 deg
@@ -66,7 +67,8 @@ TEST(SkyMask, BridgeHidesAStretchOnly) {
 
 TEST(SkyMask, UnderARoofNothingIsOpen) {
   city::Mesh mesh;
-  city::append_box(mesh, "house", city::Surface::Building, city::Material::Unknown, {-9, -9, -1}, {9, 9, 9});
+  canyon::test::append_box(mesh, "house", city::Surface::Building, city::Material::Unknown, {-9, -9, -1},
+                           {9, 9, 9});
   const raytrace::RayScene scene(mesh);
   EXPECT_NEAR(make_sky_mask(scene, {0, 0, 2}, 36).hidden_share(), 1, 1e-12);
 }

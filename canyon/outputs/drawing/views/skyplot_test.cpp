@@ -19,6 +19,7 @@
 #include "canyon/sky/orbit/broadcast_sky.hpp"
 #include "canyon/sky/orbit/nominal_constellation.hpp"
 #include "canyon/sky/orbit/sky.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/png_pixels.hpp"
 
 namespace canyon::drawing::skyplot_test {
@@ -67,8 +68,8 @@ class SkyplotTest : public ::testing::Test {
     city::City city;
     city.name = "one wall";
     city.frame = geodesy::LocalFrame(kOrigin);
-    city::append_box(city.mesh, "wall", city::Surface::Building, city::Material::Concrete, {10, -60, 0},
-                     {11, 60, 14});
+    canyon::test::append_box(city.mesh, "wall", city::Surface::Building, city::Material::Concrete,
+                             {10, -60, 0}, {11, 60, 14});
     auto sky = std::make_shared<orbit::FrozenSky>(
         city.frame.geodetic_from_local(kAntenna),
         std::vector<double>{radians(90), radians(270), radians(10), radians(190)},
@@ -296,7 +297,8 @@ TEST_F(SkyplotTest, BadInput) {
 // Every direction of a picture that looks up is that of the ray cast there: a thin mast in the north-west.
 TEST(SkyRender, AMastStandsAtItsAzimuth) {
   city::Mesh mesh;
-  city::append_box(mesh, "mast", city::Surface::Building, city::Material::Metal, {-21, 20, 0}, {-20, 21, 60});
+  canyon::test::append_box(mesh, "mast", city::Surface::Building, city::Material::Metal, {-21, 20, 0},
+                           {-20, 21, 60});
   const raytrace::RayScene scene(mesh);
   const SkyLens lens{{200, 200}, 200, SkyProjection::Equidistant, true};
   const RgbImage image = render_sky(scene, mesh, {0, 0, 2}, lens, 400, 400);
@@ -317,8 +319,8 @@ TEST(SkyRender, MovingThingsAreSeen) {
   const city::Mesh city;
   raytrace::RayScene scene(city);
   city::Mesh truck;
-  city::append_box(truck, "truck", city::Surface::Vehicle, city::Material::Metal, {-5, -1.2, 0},
-                   {5, 1.2, 3.5});
+  canyon::test::append_box(truck, "truck", city::Surface::Vehicle, city::Material::Metal, {-5, -1.2, 0},
+                           {5, 1.2, 3.5});
   const raytrace::InstanceId id = scene.add_instance(truck);
   const SkyLens lens{{100, 100}, 100, SkyProjection::Stereographic, true};
   const auto east = [&] {

@@ -10,6 +10,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/paths/disturbance/faults/spoofing.hpp"
+#include "tests/support/append_box.hpp"
 
 namespace canyon::disturbance::transmitter_test {
 namespace {
@@ -25,7 +26,7 @@ FaultContext scene(const std::vector<std::pair<Vector3d, Vector3d>>& boxes) {
   city::City city;
   city.frame = geodesy::LocalFrame(geodesy::Geodetic::from_degrees(22.3, 114.18, 10));
   for (const auto& [low, high] : boxes) {
-    city::append_box(city.mesh, "box", city::Surface::Building, city::Material::Concrete, low, high);
+    canyon::test::append_box(city.mesh, "box", city::Surface::Building, city::Material::Concrete, low, high);
   }
   FaultContext context;
   context.name = "it";
@@ -128,8 +129,8 @@ TEST(Transmitter, BendsAroundBothSides) {
 TEST(Transmitter, IsReflectedByWalls) {
   FaultContext context = scene({{{-10, 39.9, 0}, {10, 40.1, 400}}});
   city::City city = *context.city;
-  city::append_box(city.mesh, "mirror", city::Surface::Building, city::Material::Metal, {30, -500, 0},
-                   {31, 500, 50});
+  canyon::test::append_box(city.mesh, "mirror", city::Surface::Building, city::Material::Metal, {30, -500, 0},
+                           {31, 500, 50});
   context.city = std::make_shared<const city::City>(city);
   context.rays = std::make_shared<const raytrace::RayScene>(city.mesh);
   TransmitterOptions options = at({0, 0, 2});
@@ -140,8 +141,8 @@ TEST(Transmitter, IsReflectedByWalls) {
   EXPECT_NEAR(ways[1].gain_db, -76.40, 0.05);
   EXPECT_LT((ways[1].arrival - Vector3d(0.6, -0.8, 0)).norm(), 1e-9);
   // Behind a wall that ends where it would itself be a mirror, nothing comes by it.
-  city::append_box(city.mesh, "screen", city::Surface::Building, city::Material::Concrete, {20, 10, 0},
-                   {21, 35, 50});
+  canyon::test::append_box(city.mesh, "screen", city::Surface::Building, city::Material::Concrete,
+                           {20, 10, 0}, {21, 35, 50});
   context.city = std::make_shared<const city::City>(city);
   context.rays = std::make_shared<const raytrace::RayScene>(city.mesh);
   EXPECT_EQ(Transmitter(options, context).ways(kBegin, {0, 80, 2}, kHz).size(), 1U);

@@ -19,6 +19,7 @@
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/paths/propagation/index/knife_edge.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/edge_reference.hpp"
 #include "tests/support/shared_data.hpp"
 
@@ -33,7 +34,7 @@ using geodesy::kPi;
 using geodesy::radians;
 
 void append(Mesh& mesh, const Vector3d& min, const Vector3d& max, double yaw_rad = 0) {
-  city::append_box(mesh, "box", Surface::Building, Material::Concrete, min, max, yaw_rad);
+  canyon::test::append_box(mesh, "box", Surface::Building, Material::Concrete, min, max, yaw_rad);
 }
 
 void append(Mesh& mesh, const city::TriangleSet& set, Surface surface = Surface::Building) {
@@ -236,7 +237,7 @@ TEST(EdgeSet, RoundWallsAreSmoothFromTheTurnAskedFor) {
 TEST(EdgeSet, OnlyBuildingsVehiclesAndTerrainIfAsked) {
   for (const Surface surface : {Surface::Building, Surface::Terrain, Surface::Foliage, Surface::Vehicle}) {
     Mesh mesh;
-    city::append_box(mesh, "box", surface, Material::Unknown, {0, 0, 0}, {1, 1, 1});
+    canyon::test::append_box(mesh, "box", surface, Material::Unknown, {0, 0, 0}, {1, 1, 1});
     const bool solid = surface == Surface::Building || surface == Surface::Vehicle;
     EXPECT_EQ(EdgeSet(mesh).edges().size(), solid ? 12u : 0u);
     EXPECT_EQ(EdgeSet(mesh, true).edges().size(), surface == Surface::Foliage ? 0u : 12u);

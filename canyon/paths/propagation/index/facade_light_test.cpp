@@ -12,6 +12,7 @@
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "tests/support/append_box.hpp"
 
 namespace canyon::propagation {
 namespace {
@@ -25,10 +26,10 @@ Vector3d towards(double azimuth_deg, double elevation_deg) {
 /// A house whose east wall stands at x = 0, and a long block of 30 m at x = 20.
 city::Mesh street() {
   city::Mesh mesh;
-  city::append_box(mesh, "house", city::Surface::Building, city::Material::Concrete, {-10, -20, 0},
-                   {0, 20, 24});
-  city::append_box(mesh, "block", city::Surface::Building, city::Material::Concrete, {20, -5000, 0},
-                   {30, 5000, 30});
+  canyon::test::append_box(mesh, "house", city::Surface::Building, city::Material::Concrete, {-10, -20, 0},
+                           {0, 20, 24});
+  canyon::test::append_box(mesh, "block", city::Surface::Building, city::Material::Concrete, {20, -5000, 0},
+                           {30, 5000, 30});
   return mesh;
 }
 
@@ -138,8 +139,8 @@ TEST(FacadeLight, ForgetsWithoutChangingItsAnswers) {
 
 TEST(FacadeLight, HasATableOfBoundedSize) {
   city::Mesh large;
-  city::append_box(large, "wall", city::Surface::Building, city::Material::Concrete, {-1e4, -1e4, 0},
-                   {1e4, 1e4, 500});
+  canyon::test::append_box(large, "wall", city::Surface::Building, city::Material::Concrete, {-1e4, -1e4, 0},
+                           {1e4, 1e4, 500});
   EXPECT_EQ(FacadeLight(raytrace::RayScene(large)).table_bytes(), FacadeLight::kMostBytes);
   EXPECT_LE(FacadeLight(raytrace::RayScene(large), 1e-3).table_bytes(), FacadeLight::kMostBytes);
   EXPECT_EQ(FacadeLight(raytrace::RayScene(city::Mesh{})).table_bytes(), std::size_t{32} << 10);

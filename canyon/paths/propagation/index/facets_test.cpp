@@ -12,6 +12,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace canyon::propagation {
@@ -24,7 +25,7 @@ using Eigen::Vector3d;
 
 TEST(FacetSet, ABoxHasSixFacetsOfTwoTriangles) {
   Mesh mesh;
-  city::append_box(mesh, "box", Surface::Building, Material::Glass, {-10, -5, 0}, {10, 5, 30}, 0.4);
+  canyon::test::append_box(mesh, "box", Surface::Building, Material::Glass, {-10, -5, 0}, {10, 5, 30}, 0.4);
   const FacetSet set(mesh, false);
   ASSERT_EQ(set.facets().size(), 6u);
   for (const Facet& facet : set.facets()) {
@@ -37,8 +38,8 @@ TEST(FacetSet, ABoxHasSixFacetsOfTwoTriangles) {
 TEST(FacetSet, KeepsPlanesApartThatOnlyTouch) {
   // Two boxes in line: facades in one plane whose triangles share no edge; only their floors do.
   Mesh mesh;
-  city::append_box(mesh, "a", Surface::Building, Material::Glass, {0, 0, 0}, {10, 10, 20});
-  city::append_box(mesh, "b", Surface::Building, Material::Glass, {10, 0, 0}, {20, 10, 30});
+  canyon::test::append_box(mesh, "a", Surface::Building, Material::Glass, {0, 0, 0}, {10, 10, 20});
+  canyon::test::append_box(mesh, "b", Surface::Building, Material::Glass, {10, 0, 0}, {20, 10, 30});
   EXPECT_EQ(FacetSet(mesh, false).facets().size(), 11u);
   // A sheet folded by 1 degree is two facets, by 0.1 degree over 10 m (17 mm) as well, by 1e-3 degree one.
   for (const auto& [fold_deg, facets] : {std::pair{1.0, 2u}, {0.1, 2u}, {1e-3, 1u}}) {
@@ -55,10 +56,10 @@ TEST(FacetSet, KeepsPlanesApartThatOnlyTouch) {
 
 TEST(FacetSet, TakesWhatReflects) {
   Mesh mesh;
-  city::append_box(mesh, "house", Surface::Building, Material::Glass, {0, 0, 0}, {10, 10, 20});
-  city::append_box(mesh, "tree", Surface::Foliage, Material::Wood, {20, 0, 0}, {30, 10, 20});
-  city::append_box(mesh, "car", Surface::Vehicle, Material::Metal, {40, 0, 0}, {45, 2, 2});
-  city::append_box(mesh, "hill", Surface::Terrain, Material::Ground, {60, 0, 0}, {90, 10, 5});
+  canyon::test::append_box(mesh, "house", Surface::Building, Material::Glass, {0, 0, 0}, {10, 10, 20});
+  canyon::test::append_box(mesh, "tree", Surface::Foliage, Material::Wood, {20, 0, 0}, {30, 10, 20});
+  canyon::test::append_box(mesh, "car", Surface::Vehicle, Material::Metal, {40, 0, 0}, {45, 2, 2});
+  canyon::test::append_box(mesh, "hill", Surface::Terrain, Material::Ground, {60, 0, 0}, {90, 10, 5});
   EXPECT_EQ(FacetSet(mesh, false).facets().size(), 12u);
   EXPECT_EQ(FacetSet(mesh, true).facets().size(), 18u);
   EXPECT_TRUE(FacetSet(Mesh{}, true).facets().empty());
@@ -199,7 +200,7 @@ std::vector<Vector3d> convex_part(const FacetSet& set, const Facet& facet) {
 
 TEST(FacetSet, ConvexPartsCoverWallsOfTwoTrianglesWhole) {
   Mesh mesh;
-  city::append_box(mesh, "box", Surface::Building, Material::Glass, {-10, -5, 0}, {10, 5, 30}, 0.4);
+  canyon::test::append_box(mesh, "box", Surface::Building, Material::Glass, {-10, -5, 0}, {10, 5, 30}, 0.4);
   const FacetSet set(mesh, false);
   for (const Facet& facet : set.facets()) {
     const std::vector<Vector3d> corners = convex_part(set, facet);

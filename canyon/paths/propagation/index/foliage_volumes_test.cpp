@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "canyon/city/city.hpp"
+#include "tests/support/append_box.hpp"
 
 namespace canyon::propagation {
 namespace {
@@ -21,7 +22,8 @@ using Eigen::Vector3d;
 
 Mesh boxes(const std::vector<std::pair<Vector3d, Vector3d>>& bounds, Surface surface = Surface::Foliage) {
   Mesh mesh;
-  for (const auto& [min, max] : bounds) city::append_box(mesh, "box", surface, Material::Foliage, min, max);
+  for (const auto& [min, max] : bounds)
+    canyon::test::append_box(mesh, "box", surface, Material::Foliage, min, max);
   return mesh;
 }
 

@@ -10,6 +10,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/raytrace/ray_scene.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "tests/support/append_box.hpp"
 
 namespace canyon::propagation {
 namespace {
@@ -93,8 +94,8 @@ TEST(Occluders, NeverHideWhatARayMeets) {
   Mesh mesh;
   for (int i = 0; i < 40; ++i) {
     const Vector3d corner(at(random), at(random), 0);
-    city::append_box(mesh, "box", Surface::Building, Material::Glass, corner,
-                     corner + Vector3d(size(random), size(random), height(random)), yaw(random));
+    canyon::test::append_box(mesh, "box", Surface::Building, Material::Glass, corner,
+                             corner + Vector3d(size(random), size(random), height(random)), yaw(random));
   }
   const raytrace::RayScene scene(mesh);
   const FacetSet set(mesh, false);

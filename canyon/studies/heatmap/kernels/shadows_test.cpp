@@ -18,6 +18,7 @@
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/raytrace/ray_scene.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/shadow_reference.hpp"
 #include "tests/support/shared_data.hpp"
 
@@ -38,7 +39,7 @@ Vector3d direction_deg(double azimuth_deg, double elevation_deg) {
 
 Mesh box(const Vector3d& min, const Vector3d& max, double yaw_rad = 0) {
   Mesh mesh;
-  city::append_box(mesh, "box", Surface::Building, Material::Concrete, min, max, yaw_rad);
+  canyon::test::append_box(mesh, "box", Surface::Building, Material::Concrete, min, max, yaw_rad);
   return mesh;
 }
 

@@ -17,6 +17,7 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/studies/heatmap/kernels/tile_interior.hpp"
 #include "canyon/studies/heatmap/kernels/tile_terrain.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/shadow_reference.hpp"
 #include "tests/support/shared_data.hpp"
@@ -89,8 +90,9 @@ Mesh odd_buildings(double lift = 0) {
     const Vector3d min(160 * unit(random) - 80, 160 * unit(random) - 80, i % 5 == 0 ? 12 * unit(random) : 0);
     const Vector3d size(3 + 20 * unit(random), 3 + 20 * unit(random), 4 + 40 * unit(random));
     Mesh one;
-    city::append_box(one, "box", Surface::Building, Material::Concrete, min + lift * Vector3d::UnitZ(),
-                     min + size + lift * Vector3d::UnitZ(), unit(random));
+    canyon::test::append_box(one, "box", Surface::Building, Material::Concrete,
+                             min + lift * Vector3d::UnitZ(), min + size + lift * Vector3d::UnitZ(),
+                             unit(random));
     if (i % 7 == 0) {
       for (auto& t : one.triangles) std::swap(t[1], t[2]);
     }
@@ -273,7 +275,7 @@ TEST(TileTracer, StatesAreThoseOfPlacement) {
 // Trees over streets and over buildings without a roof, and a plane in which more walls end than are counted.
 TEST(TileTracer, FoliageIsNoRoofAndManyOpenWallsAreLeftToRays) {
   Mesh mesh = odd_buildings();
-  city::append_box(mesh, "crown", Surface::Foliage, Material::Foliage, {-60, -60, 30}, {60, 60, 34});
+  canyon::test::append_box(mesh, "crown", Surface::Foliage, Material::Foliage, {-60, -60, 30}, {60, 60, 34});
   Mesh sheets = mesh;
   for (int i = 0; i < 250; ++i) {
     const double x = -80 + 0.6 * i;
@@ -426,7 +428,7 @@ TEST(TileTracer, SlopesAreTracedByRays) {
 // Without `excess` the line of sight alone, the same as with it.
 TEST(TileTracer, LineOfSightAloneNeedsNoReflections) {
   Mesh mesh = city::synthetic_city({}).mesh;
-  city::append_box(mesh, "tree", Surface::Foliage, Material::Foliage, {-20, -20, 18}, {20, 20, 30});
+  canyon::test::append_box(mesh, "tree", Surface::Foliage, Material::Foliage, {-20, -20, 18}, {20, 20, 30});
   const simulation::Environment city = environment_of(std::move(mesh));
   PropagationOptions leaves = model(Model::Specular);
   leaves.through_foliage = true;
@@ -485,7 +487,7 @@ TEST(TileTracer, AnyThreadsAndTilesGiveTheSame) {
 // through its top: a share atan(h / d) / pi of the hemisphere.
 TEST(TileTracer, SkyViewBesideAWallAndInTheOpen) {
   Mesh mesh;
-  city::append_box(mesh, "wall", Surface::Building, Material::Concrete, {-10, -1e5, 0}, {0, 1e5, 30});
+  canyon::test::append_box(mesh, "wall", Surface::Building, Material::Concrete, {-10, -1e5, 0}, {0, 1e5, 30});
   const simulation::Environment wall = environment_of(std::move(mesh));
   const TileTracer tracer(wall, model(Model::Mirror), kMask);
   const Grid grid = Grid::covering(0.5, 0, 60.5, 2, 1);

@@ -18,6 +18,7 @@
 #include "canyon/studies/heatmap/engine/map_source.hpp"
 #include "canyon/studies/heatmap/pictures/map_pictures.hpp"
 #include "canyon/studies/heatmap/pictures/map_pictures_sheet.hpp"
+#include "tests/support/append_box.hpp"
 #include "tests/support/png_pixels.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -86,8 +87,8 @@ struct MadeUpMap {
 city::City block_city() {
   city::City city;
   city.name = "blocks";
-  city::append_box(city.mesh, "block", city::Surface::Building, city::Material::Concrete, {-60, -30, 0},
-                   {-30, 0, 40});
+  canyon::test::append_box(city.mesh, "block", city::Surface::Building, city::Material::Concrete,
+                           {-60, -30, 0}, {-30, 0, 40});
   return city;
 }
 
