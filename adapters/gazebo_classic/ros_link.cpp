@@ -166,7 +166,8 @@ struct RosLink::State {
 
   void tell_new_master() {
     for (const std::shared_ptr<RosClient>& client : connected) {
-      for (const auto& [topic, type] : client->advertised()) {
+      const auto topics = client->advertised();
+      for (const auto& [topic, type] : topics) {
         XmlRpc::XmlRpcValue request, answer, payload;
         request[0] = ros::this_node::getName();
         request[1] = topic;
@@ -174,7 +175,9 @@ struct RosLink::State {
         request[3] = ros::XMLRPCManager::instance()->getServerURI();
         if (!ros::master::execute("registerPublisher", request, answer, payload, false)) return;
       }
-      client->renew(*node);
+      if (!topics.empty()) continue;
+      client->disconnect();
+      client->connect(*node);
     }
     say("the ROS master began anew and has the topics again");
   }

@@ -17,11 +17,9 @@ class RosClient {
   /// Called when ROS runs and its master answers. Returns false where it failed and must be called again.
   virtual bool connect(ros::NodeHandle& node) = 0;
   /// Topics advertised, each with its type: a master that begins anew receives them, and subscribers that
-  /// are connected stay so.
+  /// are connected stay so. A client without any is then disconnected, and connected again.
   [[nodiscard]] virtual std::vector<std::pair<std::string, std::string>> advertised() const { return {}; }
-  /// The master began anew: for what advertised() does not list.
-  virtual void renew(ros::NodeHandle& /*node*/) {}
-  /// The last call; also where connect() was never called.
+  /// Also where connect() was never called.
   virtual void disconnect() = 0;
 };
 

@@ -36,10 +36,6 @@ class PoseSubscription final : public RosClient {
     spinner_->start();
     return true;
   }
-  void renew(ros::NodeHandle& node) override {
-    disconnect();
-    connect(node);
-  }
   void disconnect() override {
     if (spinner_) spinner_->stop();
     spinner_.reset();

@@ -40,10 +40,6 @@ class Services final : public RosClient {
     spinner_->start();
     return true;
   }
-  void renew(ros::NodeHandle& node) override {
-    disconnect();
-    connect(node);
-  }
   void disconnect() override {
     if (spinner_) spinner_->stop();
     spinner_.reset();
