@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "canyon/base/transport/transport.hpp"
@@ -97,15 +98,29 @@ class Encoder {
   /// gets; empty: it gets those of encode(), as reader 0 does, whose commands set these.
   [[nodiscard]] virtual std::optional<std::string> encode_own(std::uint64_t /*reader*/) { return {}; }
   /// The command by which a reader was the first time to set what it gets, since the last call; empty: none.
-  [[nodiscard]] virtual std::string take_first_command() { return {}; }
+  [[nodiscard]] std::string take_first_command() { return std::exchange(first_command_, {}); }
   /// The rate that the other end asked for since the last call, in use behind the answer [baud].
-  [[nodiscard]] virtual std::optional<int> take_baud() { return std::nullopt; }
+  [[nodiscard]] std::optional<int> take_baud() { return std::exchange(baud_, {}); }
   /// Epochs of a base that the other end gave the receiver as RTCM 3 since the last call.
   [[nodiscard]] virtual std::vector<std::shared_ptr<const relative::Corrections>> take_corrections() {
     return {};
   }
   /// The restart that the other end asked for since the last call. The caller restarts it.
-  [[nodiscard]] virtual std::optional<disturbance::RestartKind> take_restart() { return std::nullopt; }
+  [[nodiscard]] std::optional<disturbance::RestartKind> take_restart() { return std::exchange(restart_, {}); }
+
+ protected:
+  /// Notes what a reader's commands ask for. @param first by these bytes, for the first time
+  template <typename Commands>
+  void note(Commands& commands, bool first) {
+    if (first) first_command_ = commands.first();
+    if (const auto baud = commands.take_baud()) baud_ = baud;
+    if (const auto restart = commands.take_restart()) restart_ = restart;
+  }
+
+ private:
+  std::string first_command_;
+  std::optional<int> baud_;
+  std::optional<disturbance::RestartKind> restart_;
 };
 
 /// A way to write epochs down; docs/outputs.md describes each. canyon/run/scenario/outputs.def has

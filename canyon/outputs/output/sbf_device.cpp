@@ -29,18 +29,11 @@ class SbfDevice final : public Encoder {
     sbf::SbfCommands& commands = reader == 0 ? all_ : own_.of(reader);
     const bool new_one = commands.first().empty();
     std::string answers = commands.receive(bytes, now_ms_);
-    if (new_one) first_command_ = commands.first();
-    if (const auto baud = commands.take_baud()) baud_ = baud;
-    if (const auto restart = commands.take_restart()) restart_ = restart;
+    note(commands, new_one);
     return answers;
   }
-  std::string take_first_command() override { return std::exchange(first_command_, {}); }
   std::vector<std::shared_ptr<const relative::Corrections>> take_corrections() override {
     return epochs_.take_corrections();
-  }
-  std::optional<int> take_baud() override { return std::exchange(baud_, std::nullopt); }
-  std::optional<disturbance::RestartKind> take_restart() override {
-    return std::exchange(restart_, std::nullopt);
   }
 
  private:
@@ -60,9 +53,6 @@ class SbfDevice final : public Encoder {
   std::optional<DeviceEpoch> told_;           ///< of the epoch of encode(), as long as it lives
   std::vector<broadcast::SentMessage> messages_;
   std::int64_t now_ms_ = 0;
-  std::string first_command_;
-  std::optional<int> baud_;
-  std::optional<disturbance::RestartKind> restart_;
 };
 
 }  // namespace

@@ -255,8 +255,8 @@ std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::si
 }
 
 std::string hand_on(EncodedStream& stream, simulation::LiveReceiver& receiver) {
-  if (auto came = stream.take_corrections(); !came.empty()) receiver.give(std::move(came.back()));
-  const auto kind = stream.take_restart();
+  if (auto came = stream.encoder().take_corrections(); !came.empty()) receiver.give(std::move(came.back()));
+  const auto kind = stream.encoder().take_restart();
   if (!kind) return {};
   try {
     return fmt::format("{} start, requested over its line: fault '{}'", disturbance::name(*kind),

@@ -87,12 +87,7 @@ class EncodedStream final : public simulation::EpochSink {
   [[nodiscard]] std::optional<Clock::time_point> next_due() const;
   [[nodiscard]] std::vector<std::string> take_notes() { return link_->take_notes(); }
   [[nodiscard]] std::size_t receiver() const { return receiver_; }
-  /// As Encoder::take_corrections().
-  [[nodiscard]] std::vector<std::shared_ptr<const relative::Corrections>> take_corrections() {
-    return encoder_->take_corrections();
-  }
-  /// As Encoder::take_restart().
-  [[nodiscard]] std::optional<disturbance::RestartKind> take_restart() { return encoder_->take_restart(); }
+  [[nodiscard]] Encoder& encoder() { return *encoder_; }
 
  private:
   struct Waiting {

@@ -60,19 +60,12 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     const bool new_one = port.commands.first().empty();
     std::string answers = port.commands.receive(bytes);
     answers += received_rtcm(port.commands, before, epochs_.corrections_status(reader));
-    if (new_one) first_command_ = port.commands.first();
     if (new_one) port.turns = all_.turns;
-    if (const auto baud = port.commands.take_baud()) baud_ = baud;
-    if (const auto restart = port.commands.take_restart()) restart_ = restart;
+    note(port.commands, new_one);
     return answers;
   }
-  std::string take_first_command() override { return std::exchange(first_command_, {}); }
   std::vector<std::shared_ptr<const relative::Corrections>> take_corrections() override {
     return epochs_.take_corrections();
-  }
-  std::optional<int> take_baud() override { return std::exchange(baud_, std::nullopt); }
-  std::optional<disturbance::RestartKind> take_restart() override {
-    return std::exchange(restart_, std::nullopt);
   }
 
  private:
@@ -269,9 +262,6 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   std::vector<broadcast::SentMessage> messages_;      ///< that ended with it
   const simulation::SensorBatch* sensors_ = nullptr;  ///< of the epoch of encode(), as long as it lives
   std::optional<std::string> samples_;                ///< sensor_samples() of these
-  std::string first_command_;
-  std::optional<int> baud_;
-  std::optional<disturbance::RestartKind> restart_;
 };
 
 }  // namespace
