@@ -259,9 +259,7 @@ TEST(Corrections, EchoesAtTheBaseAreNotAWrongPlace) {
   EXPECT_GT(offset_m({0, 0, -1.2e7}), 1e5);
 }
 
-// Receivers stand in any order; sinks get them as they stand, on any number of threads.
-TEST(Corrections, ComeFromReceiversInAnyOrder) {
-  const std::string text = R"(
+const std::string kDrive = R"(
 city: {synthetic: {}}
 sky: {nominal: true, systems: [GPS, Galileo]}
 start: 2026-06-01T08:00:00Z
@@ -272,18 +270,22 @@ rate_hz: 2
 seed: 9
 receivers:
 )";
-  const std::string base =
-      "  - {name: base, profile: survey, own_draws: true, fixed: {east_m: 0, north_m: 0, up_m: 250}}\n";
+const std::string kBase =
+    "  - {name: base, profile: survey, own_draws: true, fixed: {east_m: 0, north_m: 0, up_m: 250}}\n";
+
+// Receivers stand in any order; sinks get them as they stand, on any number of threads.
+TEST(Corrections, ComeFromReceiversInAnyOrder) {
   const std::string rover = "  - {name: car, own_draws: true, corrections: {from: base}}\n";
   const auto run = [&](const std::string& receivers, int threads) {
-    const Simulation simulation(parse_scenario(text + receivers, "scenario.yaml"), city::synthetic_city({}));
+    const Simulation simulation(parse_scenario(kDrive + receivers, "scenario.yaml"),
+                                city::synthetic_city({}));
     Collector sink;
     RunOptions options;
     options.threads = threads;
     (void)simulation.run({&sink}, options);
     return sink;
   };
-  const Collector first = run(base + rover, 1), last = run(rover + base, 2);
+  const Collector first = run(kBase + rover, 1), last = run(rover + kBase, 2);
   ASSERT_EQ(first.epochs.size(), last.epochs.size());
   const auto a = first.of(1), b = last.of(0);
   int differential = 0;
@@ -355,20 +357,8 @@ corrections: {from: base}
 
 // A host with one antenna has a base by its configuration alone, and the numbers are those of the scenario.
 TEST(Corrections, AreTheSameLive) {
-  const Scenario scenario = parse_scenario(R"(
-city: {synthetic: {}}
-sky: {nominal: true, systems: [GPS, Galileo]}
-start: 2026-06-01T08:00:00Z
-trajectory:
-  waypoints: [{east_m: -60, north_m: 0, up_m: 1.5}, {east_m: 60, north_m: 0, up_m: 1.5}]
-  speed_mps: 6
-rate_hz: 2
-seed: 9
-receivers:
-  - {name: car, own_draws: true, corrections: {from: base}}
-  - {name: base, profile: survey, own_draws: true, fixed: {east_m: 0, north_m: 0, up_m: 250}}
-)",
-                                           "scenario.yaml");
+  const Scenario scenario = parse_scenario(
+      kDrive + "  - {name: car, own_draws: true, corrections: {from: base}}\n" + kBase, "scenario.yaml");
   const Simulation simulation(scenario, city::synthetic_city({}));
   Collector batch;
   (void)simulation.run({&batch});

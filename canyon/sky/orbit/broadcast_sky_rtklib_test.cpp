@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -243,25 +244,23 @@ TEST_F(RtklibJudge, Rinex4Hour) {
   expect_within_bounds(compare_with_rtklib(rinex::read_rinex_navigation(path)));
 }
 
+/// RTKLIB's record of an ephemeris; null and a failure where there is none.
+template <typename Record, typename Ours, typename Same>
+const Record* find_record(const Record* records, int count, const Ours& ours, const Same& same) {
+  const Record* found = std::find_if(records, records + count, same);
+  if (found != records + count) return found;
+  ADD_FAILURE() << to_string(ours.id) << " toe " << ours.toe.seconds_of_week() << " is not in RTKLIB's list";
+  return nullptr;
+}
+
 void expect_same_records(const gnss::NavigationData& data, const RtklibNavigation& rtklib) {
-  int missing = 0;
   for (const gnss::KeplerEphemeris& ours : data.kepler) {
     const RtklibEphemeris want = rtklib_ephemeris(ours);
-    const RtklibEphemeris* found = nullptr;
-    for (int i = 0; i < rtklib.n && found == nullptr; ++i) {
-      const RtklibEphemeris& r = rtklib.eph[i];
-      if (r.sat == want.sat && gps_time(r.toe) == ours.toe && r.iode == want.iode && r.f0 == want.f0 &&
-          r.code == want.code && gps_time(r.ttr) == ours.transmission) {
-        found = &r;
-      }
-    }
-    if (found == nullptr) {
-      ++missing;
-      ADD_FAILURE() << to_string(ours.id) << " toe " << ours.toe.seconds_of_week()
-                    << " is not in RTKLIB's list";
-      if (missing > 5) return;
-      continue;
-    }
+    const RtklibEphemeris* found = find_record(rtklib.eph, rtklib.n, ours, [&](const RtklibEphemeris& r) {
+      return r.sat == want.sat && gps_time(r.toe) == ours.toe && r.iode == want.iode && r.f0 == want.f0 &&
+             r.code == want.code && gps_time(r.ttr) == ours.transmission;
+    });
+    if (found == nullptr) continue;
     const RtklibEphemeris& r = *found;
     EXPECT_EQ(gps_time(r.toc), ours.toc);
     EXPECT_EQ(r.svh, want.svh);
@@ -279,17 +278,10 @@ void expect_same_records(const gnss::NavigationData& data, const RtklibNavigatio
   }
   for (const gnss::GlonassEphemeris& ours : data.glonass) {
     const RtklibGlonassEphemeris want = rtklib_ephemeris(ours);
-    const RtklibGlonassEphemeris* found = nullptr;
-    for (int i = 0; i < rtklib.ng && found == nullptr; ++i) {
-      const RtklibGlonassEphemeris& r = rtklib.geph[i];
-      if (r.sat == want.sat && gps_time(r.toe) == ours.toe && r.svh == want.svh) found = &r;
-    }
-    if (found == nullptr) {
-      ADD_FAILURE() << to_string(ours.id) << " toe " << ours.toe.seconds_of_week()
-                    << " is not in RTKLIB's list";
-      if (++missing > 5) return;
-      continue;
-    }
+    const auto* found = find_record(rtklib.geph, rtklib.ng, ours, [&](const RtklibGlonassEphemeris& r) {
+      return r.sat == want.sat && gps_time(r.toe) == ours.toe && r.svh == want.svh;
+    });
+    if (found == nullptr) continue;
     EXPECT_EQ(gps_time(found->tof), ours.transmission) << to_string(ours.id);
     EXPECT_EQ(found->frq, want.frq);
     EXPECT_NEAR(found->taun, want.taun, 1e-18);
@@ -302,17 +294,10 @@ void expect_same_records(const gnss::NavigationData& data, const RtklibNavigatio
   }
   for (const gnss::SbasEphemeris& ours : data.sbas) {
     const RtklibSbasEphemeris want = rtklib_ephemeris(ours);
-    const RtklibSbasEphemeris* found = nullptr;
-    for (int i = 0; i < rtklib.ns && found == nullptr; ++i) {
-      const RtklibSbasEphemeris& r = rtklib.seph[i];
-      if (r.sat == want.sat && gps_time(r.t0) == ours.toe && r.svh == want.svh) found = &r;
-    }
-    if (found == nullptr) {
-      ADD_FAILURE() << to_string(ours.id) << " t0 " << ours.toe.seconds_of_week()
-                    << " is not in RTKLIB's list";
-      if (++missing > 5) return;
-      continue;
-    }
+    const auto* found = find_record(rtklib.seph, rtklib.ns, ours, [&](const RtklibSbasEphemeris& r) {
+      return r.sat == want.sat && gps_time(r.t0) == ours.toe && r.svh == want.svh;
+    });
+    if (found == nullptr) continue;
     EXPECT_EQ(gps_time(found->tof), ours.transmission) << to_string(ours.id);
     EXPECT_NEAR(found->af0, want.af0, 1e-21);
     EXPECT_NEAR(found->af1, want.af1, 1e-25);

@@ -375,21 +375,7 @@ TEST(RinexNavigation, HealthySatellitesOfRealDays) {
 }
 
 TEST(RinexNavigation, Version2Gps) {
-  const std::string text =
-      "     2.11           N: GPS NAV DATA                         RINEX VERSION / TYPE\n"
-      "    0.1676D-07 -0.7451D-08 -0.1192D-06  0.1192D-06          ION ALPHA           \n"
-      "    0.1188D+06 -0.6554D+05 -0.3277D+06  0.3277D+06          ION BETA            \n"
-      "    18                                                      LEAP SECONDS        \n"
-      "                                                            END OF HEADER       \n"
-      " 5 19 04 28 12  0  0.0-0.123456789012D-03 0.341060513165D-12 0.000000000000D+00\n"
-      "    0.960000000000D+02 0.338437500000D+02 0.410624247005D-08-0.215770862667D+01\n"
-      "    0.181235373020D-05 0.504131348291D-02 0.922195613384D-05 0.515367947197D+04\n"
-      "    0.432000000000D+05 0.359490513802D-07 0.227750270768D+01 0.275671482086D-07\n"
-      "    0.965992818233D+00 0.203343750000D+03-0.141448573025D+01-0.767960560068D-08\n"
-      "    0.585738684082D-10 0.100000000000D+01 0.205100000000D+04 0.000000000000D+00\n"
-      "    0.280000000000D+01 0.000000000000D+00-0.176951289177D-07 0.608000000000D+03\n"
-      "    0.360180000000D+05 0.400000000000D+01 0.499063314480-269 0.000000000000D+00\n";
-  const gnss::NavigationData data = read(text);
+  const gnss::NavigationData data = read(test::kVersion2);
   EXPECT_THAT(data.report.lines(), IsEmpty());
   const gnss::KeplerEphemeris& e = kepler(data, {gnss::System::GPS, 5});
   EXPECT_EQ(e.toe, GpsTime::from_week(2051, 43200));
@@ -402,8 +388,8 @@ TEST(RinexNavigation, Version2Gps) {
   EXPECT_EQ(data.leap_seconds, 18);
 
   // Two-digit years: 80 to 99 are of the last century.
-  const gnss::NavigationData old = read(
-      replaced(replaced(text, " 5 19 04 28", " 5 99 04 25"), "0.205100000000D+04", "0.100700000000D+04"));
+  const gnss::NavigationData old = read(replaced(replaced(test::kVersion2, " 5 19 04 28", " 5 99 04 25"),
+                                                 "0.205100000000D+04", "0.100700000000D+04"));
   EXPECT_EQ(kepler(old, {gnss::System::GPS, 5}).toe, parse_time("1999-04-25T12:00:00 GPST"));
 }
 

@@ -395,32 +395,43 @@ TEST(ModelFigures, SimulatedValuesOfSeveralRuns) {
   EXPECT_DOUBLE_EQ(f.position.measured.horizontal_m[2], 5);
 }
 
-TEST(ModelFigures, IntervalsAreThoseOfTheBootstrap) {
-  const Hand hand = random_comparison();
+/// Options of intervals, and the interval of a statistic of clear and other satellites' values by its
+/// definition.
+FigureOptions few_resamples() {
   FigureOptions options;
   options.block_s = 20;
   options.resamples = 200;
   options.seed = 3;
-  const ModelFigures f = hand.figures(options);
-  test::BootstrapOptions long_way;
-  long_way.block = 20;
-  long_way.resamples = 200;
-  long_way.seed = 3;
-  const auto interval = test::bootstrap_interval(
-      hand.comparison.epochs.size(),
-      [&](std::span<const std::size_t> drawn) -> std::optional<double> {
-        std::vector<double> los, nlos;
-        for (const std::size_t e : drawn) {
-          const ComparedEpoch& epoch = hand.comparison.epochs[e];
-          for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
-            const ComparedSatellite& s = hand.comparison.satellites[i];
-            (s.clear ? los : nlos).push_back(*s.measured.error_m);
-          }
-        }
+  return options;
+}
+template <typename Value, typename Statistic>
+std::optional<Interval> bootstrap(const Comparison& comparison, const Value& value,
+                                  const Statistic& statistic) {
+  const FigureOptions options = few_resamples();
+  return test::bootstrap_interval(comparison.epochs.size(),
+                                  [&](std::span<const std::size_t> drawn) -> std::optional<double> {
+                                    std::vector<double> los, nlos;
+                                    for (const std::size_t e : drawn) {
+                                      const ComparedEpoch& epoch = comparison.epochs[e];
+                                      for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
+                                        const ComparedSatellite& s = comparison.satellites[i];
+                                        (s.clear ? los : nlos).push_back(*value(s.measured));
+                                      }
+                                    }
+                                    return statistic(los, nlos);
+                                  },
+                                  {options.resamples, 0.95, 20, options.seed});
+}
+
+TEST(ModelFigures, IntervalsAreThoseOfTheBootstrap) {
+  const Hand hand = random_comparison();
+  const ModelFigures f = hand.figures(few_resamples());
+  const auto interval = bootstrap(
+      hand.comparison, [](const auto& s) { return s.error_m; },
+      [](const auto& los, const auto& nlos) {
         const auto found = separation(nlos, los);
         return found ? std::optional(found->auc) : std::nullopt;
-      },
-      long_way);
+      });
   ASSERT_TRUE(f.by_error_interval && interval);
   EXPECT_NEAR(f.by_error_interval->low, interval->low, 1e-12);
   EXPECT_NEAR(f.by_error_interval->high, interval->high, 1e-12);
@@ -471,30 +482,11 @@ TEST(Headlines, ByHand) {
 
 TEST(Headlines, IntervalsAreThoseOfTheBootstrap) {
   const Hand hand = random_comparison();
-  FigureOptions options;
-  options.block_s = 20;
-  options.resamples = 200;
-  options.seed = 3;
   std::vector<Headline> all = headlines(hand.figures());
-  add_intervals(all, hand.comparison, 0, hand.comparison.epochs.size(), options);
-  test::BootstrapOptions long_way;
-  long_way.block = 20;
-  long_way.resamples = 200;
-  long_way.seed = 3;
-  const auto interval = test::bootstrap_interval(
-      hand.comparison.epochs.size(),
-      [&](std::span<const std::size_t> drawn) -> std::optional<double> {
-        std::vector<double> los, nlos;
-        for (const std::size_t e : drawn) {
-          const ComparedEpoch& epoch = hand.comparison.epochs[e];
-          for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
-            const ComparedSatellite& s = hand.comparison.satellites[i];
-            (s.clear ? los : nlos).push_back(*s.measured.cn0_dbhz);
-          }
-        }
-        return *median(los) - *median(nlos);
-      },
-      long_way);
+  add_intervals(all, hand.comparison, 0, hand.comparison.epochs.size(), few_resamples());
+  const auto interval = bootstrap(
+      hand.comparison, [](const auto& s) { return s.cn0_dbhz; },
+      [](const auto& los, const auto& nlos) { return *median(los) - *median(nlos); });
   const Headline& h = headline(all, "cn0_los_less_nlos_db");
   ASSERT_TRUE(h.measured_interval && interval);
   EXPECT_NEAR(h.measured_interval->low, interval->low, 1e-12);
