@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <set>
 
 #include "canyon/base/geodesy/constants.hpp"
@@ -54,6 +53,11 @@ System listed_with(System system) {
 void append_digits(std::string& text, long number, std::size_t digits) {
   const fmt::format_int written(number);
   text.append(digits - std::min(digits, written.size()), '0').append(written.data(), written.size());
+}
+
+/// Whether a system's sentences list a satellite.
+bool lists(System system, gnss::SatelliteId id) {
+  return listed_with(id.system) == system && nmea_satellite_number(id);
 }
 
 /// Talker of the sentences about the solution: the system's own where there is one system, else GN.
@@ -142,29 +146,29 @@ std::string gsa(const receiver::ReceiverEpoch& seen, std::string_view talker) {
                            dop_field(fix, &positioning::Dop::vdop);
   const int mode = codes_of(fix.kind()).gsa_mode;
   if (!fix.measured()) return nmea_sentence(fmt::format("{}GSA,A,{},,,,,,,,,,,,,{},", talker, mode, dops));
-  std::map<System, std::vector<int>> used;
-  for (const auto id : fix.used) {
-    std::vector<int>& numbers = used[listed_with(id.system)];
-    if (const auto number = nmea_satellite_number(id)) numbers.push_back(*number);
-  }
-  std::vector<std::string> bodies;
-  for (const auto& [system, numbers] : used) {
-    std::size_t first = 0;
+  std::string text, body;
+  for (const System system : gnss::kAllSystems) {
+    const auto count_if = [&](const auto& which) {
+      return std::count_if(fix.used.begin(), fix.used.end(), which);
+    };
+    if (count_if([&](auto id) { return listed_with(id.system) == system; }) == 0) continue;
+    auto left = static_cast<std::size_t>(count_if([&](auto id) { return lists(system, id); }));
+    // Readers add up the satellites of successive GN sentences, but take only the last of a system's own.
+    if (left > kSlots) talker = "GN";
+    auto next = fix.used.begin();
     do {
-      std::string slots;
-      for (std::size_t i = first; i < first + kSlots; ++i) {
-        if (i < numbers.size()) append_digits(slots, numbers[i], 2);
-        slots += ',';
+      body = fmt::format(FMT_COMPILE("{}GSA,A,{}"), talker, mode);
+      for (std::size_t slot = 0; slot < kSlots; ++slot) {
+        body += ',';
+        if (left == 0) continue;
+        while (!lists(system, *next)) ++next;
+        append_digits(body, *nmea_satellite_number(*next++), 2);
+        --left;
       }
-      bodies.push_back(
-          fmt::format(FMT_COMPILE("GSA,A,{},{}{},{}"), mode, slots, dops, codes(system).system_id));
-      first += kSlots;
-    } while (first < numbers.size());
+      body += fmt::format(FMT_COMPILE(",{},{}"), dops, codes(system).system_id);
+      text += nmea_sentence(body);
+    } while (left > 0);
   }
-  // Readers add up the satellites of successive GN sentences, but take only the last of a system's own.
-  if (bodies.size() > 1) talker = "GN";
-  std::string text;
-  for (const std::string& body : bodies) text += nmea_sentence(std::string(talker) + body);
   return text;
 }
 
@@ -200,28 +204,25 @@ std::string hdt(const positioning::Fix& fix, std::string_view talker) {
 
 std::string gsv(const receiver::ReceiverEpoch& seen) {
   constexpr std::size_t kPerSentence = 4;
-  std::map<System, std::vector<std::string>> in_view;
-  for (const auto& satellite : seen.satellites) {
-    const auto number = nmea_satellite_number(satellite.id);
-    if (!number) continue;
-    const auto elevation = std::clamp(std::lround(degrees(satellite.elevation_rad)), 0L, 90L);
-    std::string& entry = in_view[listed_with(satellite.id.system)].emplace_back(",");
-    append_digits(entry, *number, 2);
-    append_digits(entry += ',', elevation, 2);
-    append_digits(entry += ',', std::lround(wrapped_azimuth_deg(satellite.azimuth_rad, 0)), 3);
-    entry += ',';
-    // Empty where nothing is tracked, and where signals have no strength.
-    if (satellite.measurement && satellite.measurement->cn0_dbhz)
-      append_digits(entry, std::clamp(std::lround(*satellite.measurement->cn0_dbhz), 0L, 99L), 2);
-  }
-  std::string text;
-  for (const auto& [system, satellites] : in_view) {
-    const std::size_t sentences = (satellites.size() + kPerSentence - 1) / kPerSentence;
+  std::string text, body;
+  for (const System system : gnss::kAllSystems) {
+    const auto count = static_cast<std::size_t>(
+        std::count_if(seen.satellites.begin(), seen.satellites.end(),
+                      [&](const auto& satellite) { return lists(system, satellite.id); }));
+    const std::size_t sentences = (count + kPerSentence - 1) / kPerSentence;
+    auto next = seen.satellites.begin();
     for (std::size_t i = 0; i < sentences; ++i) {
-      std::string body = fmt::format(FMT_COMPILE("{}GSV,{},{},{:02d}"), codes(system).talker, sentences,
-                                     i + 1, satellites.size());
-      const std::size_t end = std::min(satellites.size(), (i + 1) * kPerSentence);
-      for (std::size_t k = i * kPerSentence; k < end; ++k) body += satellites[k];
+      body = fmt::format(FMT_COMPILE("{}GSV,{},{},{:02d}"), codes(system).talker, sentences, i + 1, count);
+      for (std::size_t k = i * kPerSentence; k < std::min(count, (i + 1) * kPerSentence); ++k, ++next) {
+        while (!lists(system, next->id)) ++next;
+        append_digits(body += ',', *nmea_satellite_number(next->id), 2);
+        append_digits(body += ',', std::clamp(std::lround(degrees(next->elevation_rad)), 0L, 90L), 2);
+        append_digits(body += ',', std::lround(wrapped_azimuth_deg(next->azimuth_rad, 0)), 3);
+        body += ',';
+        // Empty where nothing is tracked, and where signals have no strength.
+        if (next->measurement && next->measurement->cn0_dbhz)
+          append_digits(body, std::clamp(std::lround(*next->measurement->cn0_dbhz), 0L, 99L), 2);
+      }
       body += {',', codes(system).signal_id};
       text += nmea_sentence(body);
     }
