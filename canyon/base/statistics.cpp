@@ -44,7 +44,7 @@ std::optional<double> median(std::span<const double> values) {
   return quantile(values, 0.5);
 }
 
-double upper_median(std::vector<double> values) {
+double upper_median(std::span<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;

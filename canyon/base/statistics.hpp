@@ -27,8 +27,8 @@ inline constexpr double kMadToSigma = 1.4826;
 [[nodiscard]] double select_quantile(std::span<double> values, double p, std::size_t& ranked);
 /// quantile(values, 0.5).
 [[nodiscard]] std::optional<double> median(std::span<const double> values);
-/// Middle value, of two middle ones the larger. @param values not empty
-[[nodiscard]] double upper_median(std::vector<double> values);
+/// Middle value, of two middle ones the larger. @param values not empty; reordered
+[[nodiscard]] double upper_median(std::span<double> values);
 
 // Distributions of probability, by Boost.Math, accurate to a few units of the last digit.
 

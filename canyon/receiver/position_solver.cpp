@@ -61,9 +61,10 @@ const CodeCorrections* PositionSolver::corrections(geodesy::GpsTime receiver_tim
 /// The position of an epoch's measurements alone.
 positioning::Fix PositionSolver::solve_alone(geodesy::GpsTime receiver_time,
                                              const std::vector<positioning::Measurement>& measurements,
-                                             const orbit::Sky& sky, const Klobuchars& klobuchar) const {
+                                             const orbit::Sky& sky, const Klobuchars& klobuchar) {
+  positioning::range_satellites(receiver_time, measurements, sky, fix_, ranged_);
   if (models_.solve) return models_.solve(receiver_time, measurements, sky, fix_, klobuchar);
-  return solve_fix(receiver_time, measurements, sky, fix_, klobuchar, last_ecef_);
+  return solve_fix(receiver_time, ranged_, fix_, klobuchar, last_ecef_);
 }
 
 const positioning::Fix& PositionSolver::without_signal() {
@@ -86,10 +87,7 @@ positioning::Fix PositionSolver::solve(geodesy::GpsTime receiver_time, const Sol
   }
   if (fix.solved()) last_ecef_ = fix.position_ecef;
   of_epoch_ = fix;
-  if (filter_) {
-    fix = filter_->update(receiver_time, differential ? measured.corrected : measured.codes, sky, fix,
-                          klobuchar);
-  }
+  if (filter_) fix = filter_->update(receiver_time, ranged_, fix, klobuchar);
   if (!rtk_) return fix;
   // The filter of phases begins from the best place; the epoch's own velocity is news to it.
   positioning::Fix begin = fix;

@@ -47,12 +47,13 @@ class PositionSolver {
   [[nodiscard]] positioning::Fix solve_alone(geodesy::GpsTime receiver_time,
                                              const std::vector<positioning::Measurement>& measurements,
                                              const orbit::Sky& sky,
-                                             const std::map<gnss::System, gnss::Klobuchar>& klobuchar) const;
+                                             const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
 
   const ReceiverOptions& options_;
   const OwnModels& models_;
   positioning::FixOptions fix_;
   positioning::Fix of_epoch_;
+  std::vector<positioning::RangedSatellite> ranged_;     ///< of the latest solve_alone()
   Eigen::Vector3d last_ecef_ = Eigen::Vector3d::Zero();  ///< of the last epoch alone, where the next begins
   CodeCorrections corrections_;
   std::optional<positioning::PositionFilter> filter_;

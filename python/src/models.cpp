@@ -132,9 +132,9 @@ positioning::Fix solve(const Held& solver, geodesy::GpsTime time,
                        const std::vector<positioning::Measurement>& measurements, const orbit::Sky& sky,
                        const positioning::FixOptions& options,
                        const std::map<gnss::System, gnss::Klobuchar>& klobuchar) {
-  const positioning::Fix own = positioning::solve_fix(time, measurements, sky, options, klobuchar);
-  std::vector<positioning::RangedSatellite> satellites =
-      positioning::ranged_satellites(time, measurements, sky, options);
+  std::vector<positioning::RangedSatellite> satellites;
+  positioning::range_satellites(time, measurements, sky, options, satellites);
+  const auto own = positioning::solve_fix(time, satellites, options, klobuchar, Eigen::Vector3d::Zero());
   // Satellites are turned by the Earth's rotation over the flight, which needs a place: the engine's own, or
   // below them all.
   Eigen::Vector3d start = own.position_ecef;

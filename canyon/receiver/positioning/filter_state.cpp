@@ -88,11 +88,11 @@ bool Update::take(const FilterRow& row, double gate_sigmas) {
   correction_ += gain * innovation;
   // Joseph's form: P - K h' P - P h K' + K (h' P h + noise) K'.
   add_symmetric(p, gain, gain * (variance / 2) - ph);
-  taken_.push_back({row, gain});
+  taken_.push_back({row, gain, 0, 0});
   return true;
 }
 
-void state_accuracy(FilterState& filter, std::span<const Taken> taken, double excess,
+void state_accuracy(FilterState& filter, std::span<Taken> taken, double excess,
                     const PositionFilterOptions& options) {
   const double lasting = options.error_correlation_s > 0 ? excess : 0;
   const double lasting_corrected = std::max(0.0, lasting - 1);
@@ -101,15 +101,9 @@ void state_accuracy(FilterState& filter, std::span<const Taken> taken, double ex
   StateMatrix until = StateMatrix::Identity();  // Q', Q the product of I - K h' over the rows so far
   double shares = 0;
   std::ptrdiff_t pseudoranges = 0;
-  /// Row by row: the place in FilterState::lasting of a pseudorange's error, and its deviation b.
-  struct Own {
-    std::size_t at = 0;
-    double b = 0;
-  };
-  std::vector<Own> own(taken.size());
-  for (std::size_t k = 0; k < taken.size(); ++k) {
-    const FilterRow& row = taken[k].row;
-    const StateVector& gain = taken[k].gain;
+  for (Taken& each : taken) {
+    const FilterRow& row = each.row;
+    const StateVector& gain = each.gain;
     StateVector m = product(s, row.gradient);
     double variance = row.gradient.dot(m);
     const double unit = row.share * row.sigma;
@@ -118,15 +112,15 @@ void state_accuracy(FilterState& filter, std::span<const Taken> taken, double ex
       ++pseudoranges;
       const auto at = std::find_if(filter.lasting.begin(), filter.lasting.end(),
                                    [&row](const Lasting& l) { return l.satellite == *row.satellite; });
-      own[k] = {static_cast<std::size_t>(at - filter.lasting.begin()),
-                unit * std::sqrt(row.share < 1 ? lasting_corrected : lasting)};
+      each.lasting = static_cast<std::size_t>(at - filter.lasting.begin());
+      each.lasting_sigma = unit * std::sqrt(row.share < 1 ? lasting_corrected : lasting);
       if (at == filter.lasting.end())
         filter.lasting.push_back({*row.satellite, StateVector::Zero(), filter.time});
-      Lasting& error = filter.lasting[own[k].at];
+      Lasting& error = filter.lasting[each.lasting];
       error.taken = filter.time;
       const StateVector covariance = until.transpose().lazyProduct(error.covariance);
-      variance += excess * unit * unit + 2 * own[k].b * row.gradient.dot(covariance);
-      m += own[k].b * covariance;
+      variance += excess * unit * unit + 2 * each.lasting_sigma * row.gradient.dot(covariance);
+      m += each.lasting_sigma * covariance;
     } else {
       variance += unit * unit;
     }
@@ -136,10 +130,10 @@ void state_accuracy(FilterState& filter, std::span<const Taken> taken, double ex
   for (Lasting& error : filter.lasting)
     error.covariance = until.transpose().lazyProduct(error.covariance).eval();
   StateMatrix after = StateMatrix::Identity();  // R, the product over the rows behind one
-  for (std::size_t k = taken.size(); k-- > 0;) {
-    const StateVector reached = product(after, taken[k].gain);
-    if (taken[k].row.satellite) filter.lasting[own[k].at].covariance -= own[k].b * reached;
-    take_outer(after, reached, taken[k].row.gradient);
+  for (auto each = taken.rbegin(); each != taken.rend(); ++each) {
+    const StateVector reached = product(after, each->gain);
+    if (each->row.satellite) filter.lasting[each->lasting].covariance -= each->lasting_sigma * reached;
+    take_outer(after, reached, each->row.gradient);
   }
   if (pseudoranges > 0) filter.noise_share = shares / static_cast<double>(pseudoranges);
 }
@@ -246,8 +240,9 @@ double own_clock_m2(OwnClock& own, const FilterState& filter, double step_m, dou
   return std::abs(own.rate_mps) > kOwnClock_mps ? own.mean_square_m2 : 0;
 }
 
-void mind_clocks(FilterState& filter, OwnClock& own, const FilterEpoch& epoch, double dt) {
-  std::vector<double> common;
+void mind_clocks(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double dt) {
+  std::vector<double>& common = epoch.innovations;
+  common.clear();
   std::array<std::vector<double>, kConstellations.size()> of_new;
   double variance = 0;
   for (const RangedSatellite& satellite : epoch.satellites) {
@@ -277,7 +272,7 @@ void mind_clocks(FilterState& filter, OwnClock& own, const FilterEpoch& epoch, d
     }
   }
   for (const System system : kConstellations) {
-    const auto& innovations = of_new[clock_index(system)];
+    auto& innovations = of_new[clock_index(system)];
     if (innovations.empty()) continue;
     const int clock = clock_of(system);
     filter.known[clock_index(system)] = true;

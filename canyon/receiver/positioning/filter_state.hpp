@@ -50,6 +50,8 @@ struct FilterRow {
 struct Taken {
   FilterRow row;
   StateVector gain;
+  std::size_t lasting = 0;   ///< place of a pseudorange's error in FilterState::lasting
+  double lasting_sigma = 0;  ///< its deviation; both by state_accuracy()
 };
 /// Covariance of the state's error and the error of a satellite's pseudorange that lasts, as multiples of the
 /// latter's deviation.
@@ -91,10 +93,13 @@ struct FilterState {
 /// Scalar updates at one point of linearisation, by Joseph's form: P = (I - K h) P (I - K h)^T + K R K^T.
 class Update {
  public:
-  explicit Update(FilterState& filter) : state_(filter) {}
+  /// @param taken rows that were taken; emptied, it keeps its memory
+  Update(FilterState& filter, std::vector<Taken>& taken) : state_(filter), taken_(taken) { taken.clear(); }
   /// Goes on from `begun`, an update of another state that is otherwise equal.
-  Update(FilterState& filter, const Update& begun)
-      : state_(filter), correction_(begun.correction_), taken_(begun.taken_) {}
+  Update(FilterState& filter, std::vector<Taken>& taken, const Update& begun)
+      : state_(filter), correction_(begun.correction_), taken_(taken) {
+    taken = begun.taken_;
+  }
 
   /// False, and nothing changed, where the innovation is beyond `gate_sigmas`.
   bool take(const FilterRow& row, double gate_sigmas);
@@ -106,12 +111,11 @@ class Update {
     taken_ = other.taken_;
   }
   void finish() { state_.x += correction_; }
-  [[nodiscard]] const std::vector<Taken>& taken() const { return taken_; }
 
  private:
   FilterState& state_;
   StateVector correction_ = StateVector::Zero();
-  std::vector<Taken> taken_;
+  std::vector<Taken>& taken_;
 };
 
 /// Brings FilterState::stated up to date with rows that were taken: the covariance of an estimate whose gains
@@ -121,15 +125,22 @@ class Update {
 ///   S - K m' - m K' + K K' (h' S h + w^2 + b^2 + 2 b h' C),  m = S h + b C,  then C - K h' C - K b.
 /// @param excess variance of errors over that of the weights. With error_correlation_s all of it lasts, of
 /// corrected pseudoranges what is above 1: their noise is white.
-void state_accuracy(FilterState& filter, std::span<const Taken> taken, double excess,
+void state_accuracy(FilterState& filter, std::span<Taken> taken, double excess,
                     const PositionFilterOptions& options);
 
-/// One epoch's satellites around a position.
+/// One epoch's satellites around a position. Vectors keep their memory from epoch to epoch.
 struct FilterEpoch {
+  struct Candidate {
+    std::size_t index;  ///< of the satellite
+    FilterRow row;      ///< of its pseudorange
+  };
   geodesy::GpsTime time;
   std::vector<RangedSatellite> satellites;
-  std::vector<bool> passed;        ///< one per satellite
-  std::vector<std::size_t> order;  ///< of satellites, as pseudoranges were looked at
+  std::vector<bool> passed;           ///< one per satellite
+  std::vector<Candidate> candidates;  ///< in the order in which pseudoranges are looked at
+  std::vector<Taken> taken, taken_if_turned;
+  FilterState turned;
+  std::vector<double> innovations;
 };
 
 /// Covariance [m^2/s^2, ECEF] of an unknown velocity.
@@ -145,6 +156,6 @@ void predict(FilterState& filter, double dt, const PositionFilterOptions& option
 [[nodiscard]] FilterRow doppler_row(const FilterState& filter, const RangedSatellite& satellite);
 
 /// The clock's steps `dt` seconds after the last epoch, and clocks of constellations that had none.
-void mind_clocks(FilterState& filter, OwnClock& own, const FilterEpoch& epoch, double dt);
+void mind_clocks(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double dt);
 
 }  // namespace canyon::positioning

@@ -33,11 +33,11 @@ constexpr double kWorkingThreshold = 1e-13;
 
 class Solver {
  public:
-  Solver(geodesy::GpsTime receiver_time, const std::vector<Measurement>& measurements, const orbit::Sky& sky,
+  Solver(geodesy::GpsTime receiver_time, const std::vector<RangedSatellite>& satellites,
          const FixOptions& options, const std::map<System, gnss::Klobuchar>& klobuchar,
          const Eigen::Vector3d& start)
       : receiver_time_(receiver_time), options_(options), klobuchar_(klobuchar), position_(start) {
-    satellites_ = ranged_satellites(receiver_time, measurements, sky, options);
+    satellites_ = satellites;
     // A large receiver clock bias would cost digits in every residual.
     if (!satellites_.empty()) offset_m_ = satellites_.front().pseudorange_m;
     for (RangedSatellite& satellite : satellites_) satellite.pseudorange_m -= offset_m_;
@@ -244,7 +244,7 @@ class Solver {
     }
     fix.position_ecef = position_;
     fix.position = place;
-    Eigen::VectorXd shares(rows_);
+    Rows shares(rows_);
     for (Eigen::Index row = 0; row < rows_; ++row) shares(row) = active(row).measured->stated_share;
     const bool corrected = (shares.array() != 1).any();
     const Cofactor covariance = corrected ? least_squares_.covariance(shares) : least_squares_.cofactor();
@@ -254,6 +254,8 @@ class Solver {
           excess_variance(residual_.cwiseQuotient(shares).squaredNorm(), rows_ - fix.unknowns);
       add_ionosphere(enu_from_ecef, fix);
     }
+    fix.used.reserve(active_.size());
+    fix.residuals_m.reserve(active_.size());
     for (Eigen::Index row = 0; row < rows_; ++row) {
       fix.used.push_back(active(row).measured->id);
       fix.residuals_m.push_back(residual_(row) * active(row).sigma_m);
@@ -269,7 +271,7 @@ class Solver {
   /// Adds to the covariance how the fix moves if all delays of the ionosphere are wrong by the same share:
   /// residuals do not show that.
   void add_ionosphere(const Eigen::Matrix3d& enu_from_ecef, Fix& fix) {
-    Eigen::VectorXd delays(rows_);
+    Rows delays(rows_);
     for (Eigen::Index row = 0; row < rows_; ++row)
       delays(row) = active(row).ionosphere_m / active(row).sigma_m;
     const auto moved = least_squares_.solve(delays);
@@ -333,9 +335,9 @@ class Solver {
   /// doppler_equation() of satellites over its deviation, and its solution for velocity and clock drift by
   /// normal equations: rates have few digits, and most of the solutions only choose weights.
   struct Rates {
-    std::vector<gnss::SatelliteId> ids;
-    Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> design;
-    Eigen::VectorXd rate, weight, residual;  // weight: of rows, on top
+    std::array<gnss::SatelliteId, kMostRows> ids;
+    Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor, kMostRows, 4> design;
+    Rows rate, weight, residual;  // weight: of rows, on top
     Eigen::LDLT<Eigen::Matrix4d> normal;
     Eigen::Vector4d x;
 
@@ -361,9 +363,9 @@ class Solver {
 
   [[nodiscard]] Rates rates() const {
     Rates all;
-    for (const RangedSatellite* satellite : active_)
-      if (satellite->measured->doppler_hz) all.ids.push_back(satellite->measured->id);
-    const auto rows = static_cast<Eigen::Index>(all.ids.size());
+    const Eigen::Index rows = std::count_if(active_.begin(), active_.end(), [](const RangedSatellite* each) {
+      return each->measured->doppler_hz.has_value();
+    });
     all.design.resize(rows, 4);
     all.rate.resize(rows);
     all.weight.setOnes(rows);
@@ -377,7 +379,7 @@ class Solver {
       all.rate(row) = (doppler.measured_mps - satellite.direction.dot(doppler.satellite_mps) / doppler.g +
                        kSpeedOfLight * satellite.state.clock_drift) /
                       doppler.sigma_mps;
-      ++row;
+      all.ids[static_cast<std::size_t>(row++)] = satellite.measured->id;
     }
     return all;
   }
@@ -392,12 +394,13 @@ class Solver {
       robust.weight = robust.residual.cwiseAbs().cwiseMax(1).cwiseSqrt().cwiseInverse();
       if (!robust.solve()) return;
     }
-    const auto rows = static_cast<double>(rates.ids.size());
+    const auto rows = static_cast<double>(rates.rate.size());
     for (int i = 0; i < kChoices; ++i) {
-      const Eigen::VectorXd sizes = robust.residual.cwiseAbs();
-      const double scatter = kMadToSigma * upper_median({sizes.data(), sizes.data() + sizes.size()});
+      Rows sizes = robust.residual.cwiseAbs();
+      const double scatter = kMadToSigma * upper_median(std::span(sizes.data(), sizes.data() + sizes.size()));
       const double widest = gate * std::max(1.0, scatter * std::sqrt(rows / (rows - 4)));
-      for (Eigen::Index k = 0; k < sizes.size(); ++k) robust.weight(k) = sizes(k) < widest ? 1 : 0;
+      for (Eigen::Index k = 0; k < sizes.size(); ++k)
+        robust.weight(k) = std::abs(robust.residual(k)) < widest ? 1 : 0;
       if (robust.redundancy() < 1 || !robust.solve()) return;
     }
     rates = robust;
@@ -429,15 +432,16 @@ class Solver {
   const FixOptions& options_;
   const std::map<System, gnss::Klobuchar>& klobuchar_;
   Eigen::Vector3d position_;
-  std::vector<RangedSatellite> satellites_;
-  std::vector<RangedSatellite*> active_;  ///< above the mask, not excluded, not alone in its constellation
+  // Each thread keeps their memory. active_: above the mask, not excluded, not alone in its constellation.
+  static inline thread_local std::vector<RangedSatellite> satellites_;
+  static inline thread_local std::vector<RangedSatellite*> active_;
   double offset_m_ = 0;
   std::array<double, gnss::kSystemCount> clock_m_{};  ///< receiver minus system, minus offset_m_
   Clocks clocks_;
   int rows_ = 0;
   double smallest_sigma_m_ = 1;
   Design design_;               ///< weighted
-  Eigen::VectorXd residual_;    ///< weighted; after a step what it leaves
+  Rows residual_;               ///< weighted; after a step what it leaves
   LeastSquares least_squares_;  ///< of the last step; its cofactor is (A^T W A)^-1 [m^2]
 };
 
@@ -496,15 +500,25 @@ Fix solve_fix(geodesy::GpsTime receiver_time, const std::vector<Measurement>& me
               const orbit::Sky& sky, const FixOptions& options,
               const std::map<System, gnss::Klobuchar>& klobuchar, const Eigen::Vector3d& start) {
   options.validate();
+  std::vector<RangedSatellite> satellites;
+  range_satellites(receiver_time, measurements, sky, options, satellites);
+  return solve_fix(receiver_time, satellites, options, klobuchar, start);
+}
+
+Fix solve_fix(geodesy::GpsTime receiver_time, const std::vector<RangedSatellite>& satellites,
+              const FixOptions& options, const std::map<System, gnss::Klobuchar>& klobuchar,
+              const Eigen::Vector3d& start) {
   if (!start.allFinite())
     throw InputError("the initial position of the fix is not finite", "the Earth's centre (0, 0, 0) works");
-  return Solver(receiver_time, measurements, sky, options, klobuchar, start).solve();
+  return Solver(receiver_time, satellites, options, klobuchar, start).solve();
 }
 
 Fix fix_at(const Eigen::Vector3d& place, geodesy::GpsTime receiver_time,
            const std::vector<Measurement>& measurements, const orbit::Sky& sky, const FixOptions& options,
            const std::map<System, gnss::Klobuchar>& klobuchar) {
-  return Solver(receiver_time, measurements, sky, options, klobuchar, place).at(place);
+  std::vector<RangedSatellite> satellites;
+  range_satellites(receiver_time, measurements, sky, options, satellites);
+  return Solver(receiver_time, satellites, options, klobuchar, place).at(place);
 }
 
 }  // namespace canyon::positioning

@@ -211,6 +211,13 @@ struct [[nodiscard]] Fix {
                             const std::map<gnss::System, gnss::Klobuchar>& klobuchar = {},
                             const Eigen::Vector3d& start = Eigen::Vector3d::Zero());
 
+struct RangedSatellite;
+/// The same of range_satellites() with these options, for callers that have them.
+[[nodiscard]] Fix solve_fix(geodesy::GpsTime receiver_time, const std::vector<RangedSatellite>& satellites,
+                            const FixOptions& options,
+                            const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
+                            const Eigen::Vector3d& start);
+
 /// What solve_fix() states of its position, of a place that was found by other means (ECEF, finite): clocks,
 /// residuals, DOP, covariance and velocity of the satellites that its RAIM keeps. No fix where these do not
 /// determine a position.

@@ -62,8 +62,7 @@ constexpr double kUnchecked = 1e-6;
 
 }  // namespace
 
-std::optional<Eigen::Index> largest_normalised_residual(const Design& design,
-                                                        const Eigen::VectorXd& residual) {
+std::optional<Eigen::Index> largest_normalised_residual(const Design& design, const Rows& residual) {
   const std::optional<Cofactor> covariance = cofactor(design, 1e-13);
   if (!covariance) return std::nullopt;
   std::optional<Eigen::Index> worst;
@@ -84,32 +83,27 @@ Eigen::Index LeastSquares::rank(double threshold) const {
   return (pivots > qr_.maxPivot() * threshold).count();
 }
 
-LeastSquares::Unknowns LeastSquares::solve(const Eigen::VectorXd& b) const {
-  return qr_.solve(b);
-}
-
 Cofactor LeastSquares::cofactor() const {
   const Eigen::Index n = qr_.cols();
   const Cofactor r = qr_.matrixQR().topRows(n);
   const Cofactor inverse =
       qr_.colsPermutation() * Cofactor(r.triangularView<Eigen::Upper>().solve(Cofactor::Identity(n, n)));
-  return inverse * inverse.transpose();
+  return inverse.lazyProduct(inverse.transpose());
 }
 
-Cofactor LeastSquares::covariance(const Eigen::VectorXd& sigma) const {
+Cofactor LeastSquares::covariance(const Rows& sigma) const {
   Cofactor result = Cofactor::Zero(qr_.cols(), qr_.cols());
   for (Eigen::Index i = 0; i < sigma.size(); ++i) {
-    const Unknowns x = solve(sigma(i) * Eigen::VectorXd::Unit(sigma.size(), i));
-    result += x * x.transpose();
+    const Unknowns x = solve(sigma(i) * Rows::Unit(sigma.size(), i));
+    result += x.lazyProduct(x.transpose());
   }
   return result;
 }
 
-Eigen::VectorXd LeastSquares::leverages() const {
-  const Eigen::Index rows = qr_.rows();
+Rows LeastSquares::leverages() const {
   const double rounding = std::numeric_limits<double>::epsilon();
-  const Eigen::Index in_image = rank(rounding * static_cast<double>(std::min(rows, qr_.cols())));
-  const Eigen::MatrixXd image = qr_.householderQ() * Eigen::MatrixXd::Identity(rows, in_image);
+  const Eigen::Index in_image = rank(rounding * static_cast<double>(std::min(qr_.rows(), qr_.cols())));
+  const Design image = qr_.householderQ() * Design::Identity(qr_.rows(), in_image);
   return image.rowwise().squaredNorm();
 }
 

@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/sky/gnss/satellite_id.hpp"
+
 namespace canyon::positioning {
 
 /// Dilutions of precision: square roots of traces of the cofactor matrix (unit variance) in local ENU.
@@ -27,18 +29,21 @@ enum class DopRating : std::uint8_t { Ideal, Excellent, Good, Moderate, Fair, Po
 /// the worse class. Rates PDOP everywhere in Canyon. NaN is Poor.
 [[nodiscard]] DopRating rate_dop(double dop);
 
-/// Cofactor matrix (A^T A)^-1 of a design matrix with at most 8 columns, one row for each satellite; by QR
-/// with column pivoting. Empty where the rank, at pivots above `threshold` of the largest, is below the
-/// columns.
+inline constexpr int kMostRows = 100 * static_cast<int>(gnss::kSystemCount);  ///< each satellite once
+/// A design matrix, one row for each satellite, and its right side. Neither allocates.
+using Design = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostRows, 8>;
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostRows, 1>;
+/// Cofactor matrix (A^T A)^-1, by QR with column pivoting. Empty where the rank, at pivots above `threshold`
+/// of the largest, is below the columns.
 using Cofactor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 8, 8>;
-using Design = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, Eigen::Dynamic, 8>;
 [[nodiscard]] std::optional<Cofactor> cofactor(const Design& design, double threshold = 1e-6);
 
 /// @param cofactor_enu (3 + clocks) square: east, north, up, then every clock (in units of length)
 [[nodiscard]] Dop dop_from_cofactor(const Cofactor& cofactor_enu);
 
 /// DOP of satellites of one system in directions (unit, ENU, antenna to satellite): what a place offers,
-/// before any measurement. Empty where they do not determine position and clock.
+/// before any measurement. Empty where they do not determine position and clock. @param directions kMostRows
+/// at most (asserted)
 [[nodiscard]] std::optional<Dop> dop_of_directions(std::span<const Eigen::Vector3d> directions);
 
 /// Horizontal protection level [m] that a receiver may state with a fix: K d_major, d_major the larger half
@@ -61,7 +66,7 @@ using Design = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColM
 /// @param design whitened: each row divided by its sigma; full column rank
 /// @param residual whitened residuals of the least-squares solution, one per row
 [[nodiscard]] std::optional<Eigen::Index> largest_normalised_residual(const Design& design,
-                                                                      const Eigen::VectorXd& residual);
+                                                                      const Rows& residual);
 
 /// Variance of errors over that of their weights, 1 or more [1], by `squares`, the sum of the squared
 /// whitened residuals of least squares: s^2 n / (n - 2), with s^2 = squares / n, n the degrees of freedom. An
@@ -76,24 +81,25 @@ using Design = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColM
 /// Least squares min |A x - b| by Householder's QR with column pivoting.
 class LeastSquares {
  public:
-  using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, Design::MaxColsAtCompileTime, 1>;
+  using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 8, 1>;
 
   LeastSquares() = default;
   /// @param a rows x unknowns
   explicit LeastSquares(const Design& a) { compute(a); }
   /// @param a rows x unknowns
   void compute(const Design& a) { qr_.compute(a); }
+  [[nodiscard]] Eigen::Index unknowns() const { return qr_.cols(); }
   /// Number of pivots above `threshold` of the largest.
   [[nodiscard]] Eigen::Index rank(double threshold) const;
   /// x of right side b, as long as A has rows; a basic solution where A lacks rank.
-  [[nodiscard]] Unknowns solve(const Eigen::VectorXd& b) const;
+  [[nodiscard]] Unknowns solve(const Rows& b) const { return qr_.solve(b); }
   /// (A^T A)^-1 = P R^-1 R^-T P^T. A has full rank and no fewer rows than columns.
   [[nodiscard]] Cofactor cofactor() const;
   /// Covariance of x where the elements of b are independent.
   /// @param sigma standard deviation of each element of b
-  [[nodiscard]] Cofactor covariance(const Eigen::VectorXd& sigma) const;
+  [[nodiscard]] Cofactor covariance(const Rows& sigma) const;
   /// The diagonal of the projection onto A's columns.
-  [[nodiscard]] Eigen::VectorXd leverages() const;
+  [[nodiscard]] Rows leverages() const;
 
  private:
   Eigen::ColPivHouseholderQR<Design> qr_;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
@@ -51,7 +52,8 @@ struct Dopplers {
 Dopplers take_dopplers(const FilterState& filter, const FilterEpoch& epoch, double gate_sigmas,
                        Update& update, std::span<const gnss::SatelliteId> without = {}) {
   Dopplers count;
-  for (const std::size_t i : epoch.order) {
+  for (const FilterEpoch::Candidate& candidate : epoch.candidates) {
+    const std::size_t i = candidate.index;
     const Measurement& measured = *epoch.satellites[i].measured;
     if (!epoch.passed[i] || !measured.doppler_hz) continue;
     if (std::find(without.begin(), without.end(), measured.id) != without.end()) continue;
@@ -63,9 +65,9 @@ Dopplers take_dopplers(const FilterState& filter, const FilterEpoch& epoch, doub
 
 /// Where most Dopplers contradict the predicted velocity and agree on another one, they are right: the
 /// vehicle turned or braked unexpectedly.
-void take_motion(const FilterState& filter, const FilterEpoch& epoch, Update& update) {
-  FilterState turned = filter;
-  Update other(turned, update);
+void take_motion(const FilterState& filter, FilterEpoch& epoch, Update& update) {
+  FilterState& turned = epoch.turned = filter;
+  Update other(turned, epoch.taken_if_turned, update);
   const Dopplers expected = take_dopplers(filter, epoch, kGateSigmas, update);
   if (2 * expected.taken >= expected.considered) return;
   turned.p.block<3, 3>(kVelocity, kVelocity) += unknown_velocity(turned.position());
@@ -126,9 +128,9 @@ std::optional<FilterState> begin(FilterEpoch& epoch, const Fix& fix, const FixOp
     filter.p(clock_of(system), clock_of(system)) = kUnknown_m * kUnknown_m;
   }
   filter.stated = filter.p;
-  Update update(filter);
+  Update update(filter, epoch.taken);
   epoch.passed.assign(epoch.satellites.size(), false);
-  epoch.order.clear();
+  epoch.candidates.clear();
   const double excess = excess_of_residuals(epoch, fix, options);
   int taken = 0;
   for (std::size_t i = 0; i < epoch.satellites.size(); ++i) {
@@ -137,13 +139,13 @@ std::optional<FilterState> begin(FilterEpoch& epoch, const Fix& fix, const FixOp
     FilterRow row = pseudorange_row(filter, epoch.satellites[i]);
     row.sigma *= excess;
     epoch.passed[i] = update.take(row, std::numeric_limits<double>::infinity());
-    epoch.order.push_back(i);
+    epoch.candidates.push_back({i, row});
     ++taken;
   }
   if (taken < 4) return std::nullopt;
   take_dopplers(filter, epoch, std::numeric_limits<double>::infinity(), update, fix.excluded);
   update.finish();
-  state_accuracy(filter, update.taken(), 1, filter_options);
+  state_accuracy(filter, epoch.taken, 1, filter_options);
   return filter;
 }
 
@@ -162,26 +164,23 @@ bool astray(std::optional<geodesy::GpsTime>& since, geodesy::GpsTime now, int fa
 bool correct(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double dt,
              const PositionFilterOptions& options, bool by_residuals) {
   mind_clocks(filter, own, epoch, dt);
-  struct Candidate {
-    std::size_t index;
-    FilterRow row;
-  };
-  std::vector<Candidate> candidates;
-  std::vector<double> innovations;
+  using Candidate = FilterEpoch::Candidate;
+  std::vector<Candidate>& candidates = epoch.candidates;
+  candidates.clear();
+  epoch.innovations.clear();
   for (std::size_t i = 0; i < epoch.satellites.size(); ++i) {
     if (!epoch.satellites[i].above_mask) continue;
     candidates.push_back({i, pseudorange_row(filter, epoch.satellites[i])});
-    innovations.push_back(candidates.back().row.innovation);
+    epoch.innovations.push_back(candidates.back().row.innovation);
   }
   epoch.passed.assign(epoch.satellites.size(), false);
   if (candidates.empty()) return true;
-  const double middle = upper_median(innovations);
-  std::stable_sort(candidates.begin(), candidates.end(), [middle](const Candidate& a, const Candidate& b) {
-    return std::abs(a.row.innovation - middle) < std::abs(b.row.innovation - middle);
+  const double middle = upper_median(epoch.innovations);
+  std::sort(candidates.begin(), candidates.end(), [middle](const Candidate& a, const Candidate& b) {
+    return std::pair(std::abs(a.row.innovation - middle), a.index) <
+           std::pair(std::abs(b.row.innovation - middle), b.index);
   });
-  epoch.order.clear();
-  for (const Candidate& candidate : candidates) epoch.order.push_back(candidate.index);
-  Update update(filter);
+  Update update(filter, epoch.taken);
   std::array<int, kConstellations.size()> considered{};
   std::array<int, kConstellations.size()> failed{};
   for (const Candidate& candidate : candidates) {
@@ -195,7 +194,7 @@ bool correct(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double dt,
   }
   take_motion(filter, epoch, update);
   update.finish();
-  state_accuracy(filter, update.taken(), by_residuals ? excess_of_innovations(filter, epoch) : 1, options);
+  state_accuracy(filter, epoch.taken, by_residuals ? excess_of_innovations(filter, epoch) : 1, options);
   int all_considered = 0;
   int all_failed = 0;
   for (std::size_t system = 0; system < kConstellations.size(); ++system) {
@@ -238,41 +237,39 @@ bool accurate(const FilterState& filter, const PositionFilterOptions& options) {
   return std::sqrt(filter.stated.block<3, 3>(kPosition, kPosition).trace()) <= options.max_sigma_m;
 }
 
-/// Design matrix of satellites that it places at the filter's position: east, north, up, and a clock for each
-/// constellation in the order of its first satellite.
-Design place_and_design(const FilterState& filter, std::vector<RangedSatellite>& satellites,
-                        const Eigen::Matrix3d& enu_from_ecef) {
+/// Design matrix of the satellites whose `is_in` is true: east, north, up, and a clock for each constellation
+/// in the order of its first satellite.
+template <typename IsIn>
+Design design_of(const FilterEpoch& epoch, const Eigen::Matrix3d& enu_from_ecef, const IsIn& is_in) {
   std::array<int, kConstellations.size()> column{};
   int clocks = 0;
-  for (const RangedSatellite& satellite : satellites) {
+  Eigen::Index rows = 0;
+  Design design = Design::Zero(static_cast<Eigen::Index>(epoch.satellites.size()), 3 + column.size());
+  for (std::size_t i = 0; i < epoch.satellites.size(); ++i) {
+    if (!is_in(i)) continue;
+    const RangedSatellite& satellite = epoch.satellites[i];
     int& each = column[clock_index(satellite.measured->id.system)];
     if (each == 0) each = 3 + clocks++;
+    design.row(rows).head<3>() = -(enu_from_ecef * satellite.direction).transpose();
+    design(rows++, each) = 1;
   }
-  Design design = Design::Zero(static_cast<Eigen::Index>(satellites.size()), 3 + clocks);
-  Eigen::Index row = 0;
-  for (RangedSatellite& satellite : satellites) {
-    place_satellite(satellite, filter.position());
-    design.row(row).head<3>() = -(enu_from_ecef * satellite.direction).transpose();
-    design(row++, column[clock_index(satellite.measured->id.system)]) = 1;
-  }
+  design.conservativeResize(rows, 3 + clocks);
   return design;
 }
 
 /// How a fix of the satellites above the mask moves [m], ENU, if the ionosphere's delays are wrong by the
 /// share that models leave, on all alike. 0 where they have none or the geometry lacks rank.
-Eigen::Vector3d moved_by_ionosphere(const FilterState& filter, const FilterEpoch& epoch,
-                                    const Eigen::Matrix3d& enu_from_ecef) {
-  std::vector<RangedSatellite> above = epoch.satellites;
-  std::erase_if(above, [](const RangedSatellite& satellite) { return !satellite.above_mask; });
-  if (std::all_of(above.begin(), above.end(), [](const auto& each) { return each.ionosphere_m == 0; }))
-    return Eigen::Vector3d::Zero();
-  Design design = place_and_design(filter, above, enu_from_ecef);
-  Eigen::VectorXd delays(design.rows());
-  for (Eigen::Index row = 0; row < design.rows(); ++row) {
-    const RangedSatellite& satellite = above[static_cast<std::size_t>(row)];
+Eigen::Vector3d moved_by_ionosphere(const FilterEpoch& epoch, const Eigen::Matrix3d& enu_from_ecef) {
+  Design design =
+      design_of(epoch, enu_from_ecef, [&](std::size_t i) { return epoch.satellites[i].above_mask; });
+  Rows delays(design.rows());
+  Eigen::Index row = 0;
+  for (const RangedSatellite& satellite : epoch.satellites) {
+    if (!satellite.above_mask) continue;
     design.row(row) /= satellite.sigma_m;
-    delays(row) = satellite.ionosphere_m / satellite.sigma_m;
+    delays(row++) = satellite.ionosphere_m / satellite.sigma_m;
   }
+  if ((delays.array() == 0).all()) return Eigen::Vector3d::Zero();
   const LeastSquares least_squares(design);
   if (least_squares.rank(kRankThreshold) < design.cols()) return Eigen::Vector3d::Zero();
   return kIonosphereLeft * least_squares.solve(delays).head<3>();
@@ -282,20 +279,19 @@ void add_geometry(Fix& fix, const FilterState& filter, const FilterEpoch& epoch,
                   const Eigen::Matrix3d& enu_from_ecef) {
   fix.unknowns = 4;
   if (fix.used.empty()) return;
-  std::vector<RangedSatellite> passed;
+  fix.residuals_m.reserve(fix.used.size());
   for (std::size_t i = 0; i < epoch.satellites.size(); ++i)
-    if (epoch.passed[i]) passed.push_back(epoch.satellites[i]);
-  const Design design = place_and_design(filter, passed, enu_from_ecef);
-  for (const RangedSatellite& satellite : passed)
-    fix.residuals_m.push_back(pseudorange_row(filter, satellite).innovation);
-  fix.unknowns = static_cast<int>(design.cols());
-  const LeastSquares least_squares(design);
+    if (epoch.passed[i]) fix.residuals_m.push_back(pseudorange_row(filter, epoch.satellites[i]).innovation);
+  const LeastSquares least_squares(
+      design_of(epoch, enu_from_ecef, [&](std::size_t i) { return epoch.passed[i]; }));
+  fix.unknowns = static_cast<int>(least_squares.unknowns());
   fix.rank = static_cast<int>(least_squares.rank(kRankThreshold));
   if (fix.rank == fix.unknowns) fix.dop = dop_from_cofactor(least_squares.cofactor());
 }
 
 /// @param of least squares, of the same measurements
-Fix describe(const FilterState& filter, const FilterEpoch& epoch, const Fix& of, const FixOptions& options) {
+/// Places the satellites at the filter's position.
+Fix describe(const FilterState& filter, FilterEpoch& epoch, const Fix& of, const FixOptions& options) {
   Fix fix;
   fix.status = FixStatus::Fix;
   fix.iterations = 1;
@@ -308,6 +304,7 @@ Fix describe(const FilterState& filter, const FilterEpoch& epoch, const Fix& of,
   fix.clock_drift = filter.x(kDrift) / kSpeedOfLight;
   for (const System system : kConstellations)
     if (filter.knows(system)) fix.clock_bias_s[system] = filter.x(clock_of(system)) / kSpeedOfLight;
+  fix.used.reserve(epoch.satellites.size());
   for (std::size_t i = 0; i < epoch.satellites.size(); ++i) {
     if (!epoch.satellites[i].above_mask) continue;
     ++fix.available;
@@ -318,10 +315,11 @@ Fix describe(const FilterState& filter, const FilterEpoch& epoch, const Fix& of,
     fix.correction_age_s = of.correction_age_s;
     fix.correction_station = of.correction_station;
   }
+  if (options.covariance_by_residuals) *fix.velocity_covariance_enu *= excess_of_dopplers(filter, epoch);
+  for (RangedSatellite& satellite : epoch.satellites) place_satellite(satellite, fix.position_ecef);
   if (options.covariance_by_residuals) {
-    const Eigen::Vector3d moved = moved_by_ionosphere(filter, epoch, enu_from_ecef);
+    const Eigen::Vector3d moved = moved_by_ionosphere(epoch, enu_from_ecef);
     fix.covariance_enu += moved * moved.transpose();
-    *fix.velocity_covariance_enu *= excess_of_dopplers(filter, epoch);
   }
   add_geometry(fix, filter, epoch, enu_from_ecef);
   return fix;
@@ -334,10 +332,13 @@ struct PositionFilter::State {
   FixOptions fix;
   std::optional<FilterState> filter;
   OwnClock own_clock;  ///< of the receiver: it outlives a filter
+  // Kept for their memory.
+  std::optional<FilterState> next;
+  FilterEpoch epoch;
 };
 
 PositionFilter::PositionFilter(const PositionFilterOptions& options, const FixOptions& fix)
-    : state_(std::make_unique<State>(State{options, fix, std::nullopt, {}})) {
+    : state_(std::make_unique<State>(State{options, fix, {}, {}, {}, {}})) {
   options.validate();
   fix.validate();
 }
@@ -348,9 +349,19 @@ PositionFilter& PositionFilter::operator=(PositionFilter&&) noexcept = default;
 Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Measurement>& measurements,
                            const orbit::Sky& sky, const Fix& fix,
                            const std::map<System, gnss::Klobuchar>& klobuchar) {
+  std::vector<RangedSatellite> satellites;
+  range_satellites(receiver_time, measurements, sky, state_->fix, satellites);
+  return update(receiver_time, satellites, fix, klobuchar);
+}
+
+Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<RangedSatellite>& satellites,
+                           const Fix& fix, const std::map<System, gnss::Klobuchar>& klobuchar) {
   const PositionFilterOptions& options = state_->options;
-  FilterEpoch epoch{receiver_time, ranged_satellites(receiver_time, measurements, sky, state_->fix), {}, {}};
-  std::optional<FilterState> filter = state_->filter;
+  FilterEpoch& epoch = state_->epoch;
+  epoch.time = receiver_time;
+  epoch.satellites = satellites;
+  std::optional<FilterState>& filter = state_->next;
+  filter = state_->filter;
   bool lost = !filter;
   if (filter) {
     const double dt = receiver_time - filter->time;
@@ -373,7 +384,9 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Mea
     }
   }
   if (lost && fix.solved()) {
-    FilterEpoch fresh = epoch;
+    FilterEpoch fresh;
+    fresh.time = receiver_time;
+    fresh.satellites = satellites;
     const std::optional<FilterState> anew = begin(fresh, fix, state_->fix, options, klobuchar);
     if (anew && accurate(*anew, options)) {
       state_->filter = anew;
@@ -383,11 +396,12 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Mea
       return answer;
     }
   }
-  state_->filter = filter;
-  if (filter && accurate(*filter, options)) return describe(*filter, epoch, fix, state_->fix);
-  if (!filter && std::isinf(options.max_sigma_m)) return fix;
+  std::swap(state_->filter, filter);
+  if (const auto& now = state_->filter; now && accurate(*now, options))
+    return describe(*now, epoch, fix, state_->fix);
+  if (!state_->filter && std::isinf(options.max_sigma_m)) return fix;
   Fix none;
-  none.status = fix.solved() || filter ? FixStatus::WeakGeometry : fix.status;
+  none.status = fix.solved() || state_->filter ? FixStatus::WeakGeometry : fix.status;
   none.available = fix.available;
   none.unknowns = fix.unknowns;
   none.rank = fix.rank;

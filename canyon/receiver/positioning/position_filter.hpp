@@ -46,6 +46,10 @@ class PositionFilter {
                            const orbit::Sky& sky, const Fix& fix,
                            const std::map<gnss::System, gnss::Klobuchar>& klobuchar = {});
 
+  /// The same of range_satellites() with the fix's options.
+  [[nodiscard]] Fix update(geodesy::GpsTime receiver_time, const std::vector<RangedSatellite>& satellites,
+                           const Fix& fix, const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
+
  private:
   struct State;
   std::unique_ptr<State> state_;

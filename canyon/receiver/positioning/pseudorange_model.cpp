@@ -27,6 +27,7 @@ void check(const Measurement& m) {
   if (!std::isfinite(m.pseudorange_m) || std::abs(m.pseudorange_m) > 1e12) bad = "pseudorange_m";
   if (!(m.sigma_m > 0) || !std::isfinite(m.sigma_m)) bad = "sigma_m";
   if (!(m.sigma_factor > 0) || !std::isfinite(m.sigma_factor)) bad = "sigma_factor";
+  if (m.id.number > 99) bad = "number";
   if (!std::isfinite(m.ionosphere_share)) bad = "ionosphere_share";
   if (m.cn0_dbhz && !std::isfinite(*m.cn0_dbhz)) bad = "cn0_dbhz";
   if (m.doppler_hz) {
@@ -93,11 +94,10 @@ bool is_sound(const Fix& fix) {
          (!fix.velocity_covariance_enu || semi_definite(*fix.velocity_covariance_enu));
 }
 
-std::vector<RangedSatellite> ranged_satellites(geodesy::GpsTime receiver_time,
-                                               const std::vector<Measurement>& measurements,
-                                               const orbit::Sky& sky, const FixOptions& options) {
-  std::vector<RangedSatellite> satellites;
-  satellites.reserve(measurements.size());
+void range_satellites(geodesy::GpsTime receiver_time, const std::vector<Measurement>& measurements,
+                      const orbit::Sky& sky, const FixOptions& options,
+                      std::vector<RangedSatellite>& satellites) {
+  satellites.clear();
   for (const Measurement& m : measurements) {
     check(m);
     if (m.cn0_dbhz && *m.cn0_dbhz < options.cn0_mask_dbhz) continue;
@@ -123,7 +123,6 @@ std::vector<RangedSatellite> ranged_satellites(geodesy::GpsTime receiver_time,
                        "give one L1-band pseudorange for each satellite");
     }
   }
-  return satellites;
 }
 
 void place_satellite(RangedSatellite& satellite, const Eigen::Vector3d& receiver_ecef) {

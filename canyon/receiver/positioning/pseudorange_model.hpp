@@ -38,10 +38,10 @@ struct RangedSatellite {
 /// Measurements whose satellites the sky knows, at or above the C/N0 mask, ascending by satellite. Two
 /// evaluations of the sky at most. `measurements` must outlive the result.
 /// Throws InputError for a measurement that is not a number and a satellite measured twice.
-[[nodiscard]] std::vector<RangedSatellite> ranged_satellites(geodesy::GpsTime receiver_time,
-                                                             const std::vector<Measurement>& measurements,
-                                                             const orbit::Sky& sky,
-                                                             const FixOptions& options);
+/// @param satellites replaced; it keeps its memory
+void range_satellites(geodesy::GpsTime receiver_time, const std::vector<Measurement>& measurements,
+                      const orbit::Sky& sky, const FixOptions& options,
+                      std::vector<RangedSatellite>& satellites);
 
 /// What the satellite's messages say of a signal's range beside its geometry [m]: clock and group delay.
 /// @param signal null: the one near L1

@@ -36,7 +36,8 @@ std::vector<ObservedMinusComputed> observed_minus_computed(
   std::vector<Measurement> firsts;
   for (const SignalMeasurement& seen : observations)
     if (firsts.empty() || firsts.back().id != seen.measurement.id) firsts.push_back(seen.measurement);
-  std::vector<RangedSatellite> satellites = ranged_satellites(receiver_time, firsts, sky, {});
+  std::vector<RangedSatellite> satellites;
+  range_satellites(receiver_time, firsts, sky, {}, satellites);
   const geodesy::Geodetic geodetic = geodesy::geodetic_from_ecef(place);
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(geodetic);
 

@@ -241,12 +241,13 @@ void Channel::choose_path(const ChannelModel::Kind& kind, const SignalOptions& o
   signal::path_amplitudes(view, carrier_hz, options.antenna, options.strength, amplitudes_);
   tracked_ = 0;
   constexpr double kLeastHere = 0.03;
+  const unsigned signal_bit = 1U << gnss::index_of(*signal_);
   double strongest = -1;
   double strongest_anywhere = -1;
   std::size_t anywhere = 0;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const Path& path = paths[i];
-    if ((path.signals & (1U << gnss::index_of(*signal_))) == 0) amplitudes_[i] = 0;
+    if ((path.signals & signal_bit) == 0) amplitudes_[i] = 0;
     const double amplitude = std::sqrt(std::norm(amplitudes_[i]));
     const double near =
         loop_ ? std::abs(correlation.value((loop_->delay_m - path.excess_m) / correlation.chip_m())) : 1;

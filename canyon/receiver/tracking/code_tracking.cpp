@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <boost/container/small_vector.hpp>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -28,21 +30,9 @@ double sinc(double x) {
 
 /// One value for each path, in place for as many as a channel usually has.
 template <typename Value>
-class PerPath {
- public:
-  explicit PerPath(std::size_t count) {
-    if (count > few_.size()) many_.resize(count);
-    all_ = (many_.empty() ? std::span<Value>(few_) : std::span<Value>(many_)).first(count);
-  }
-  PerPath(const PerPath&) = delete;
-  PerPath& operator=(const PerPath&) = delete;
-  [[nodiscard]] std::span<Value> all() const { return all_; }
-  [[nodiscard]] Value& operator[](std::size_t i) const { return all_[i]; }
-
- private:
-  std::array<Value, 64> few_;
-  std::vector<Value> many_;
-  std::span<Value> all_;
+struct PerPath : boost::container::small_vector<Value, 64> {
+  using boost::container::small_vector<Value, 64>::small_vector;
+  operator std::span<const Value>() const { return {this->data(), this->size()}; }  // NOLINT(*-explicit-*)
 };
 
 /// Power of averaged paths.
@@ -184,8 +174,7 @@ CodeLock CodeTracker::prompt(double delay_chips, std::span<const Averaged> paths
 double CodeTracker::discriminator(double delay_m, std::span<const SignalPath> paths) const {
   if (!std::isfinite(delay_m))
     throw InputError(fmt::format("a code delay is {} m", delay_m), "it must be finite");
-  std::vector<Averaged> averaged;
-  averaged.reserve(paths.size());
+  PerPath<Averaged> averaged;
   for (const SignalPath& path : paths) averaged.push_back(average(path));
   return pull(delay_m / correlation_.chip_m(), averaged).d;
 }
@@ -283,9 +272,9 @@ struct CodeTracker::Search {
 
 std::optional<CodeLock> CodeTracker::lock(std::span<const SignalPath> paths,
                                           std::optional<double> prior_m) const {
-  const PerPath<Averaged> averaged(paths.size());
-  for (std::size_t i = 0; i < paths.size(); ++i) averaged[i] = average(paths[i]);
-  return lock_averaged(averaged.all(), prior_m);
+  PerPath<Averaged> averaged;
+  for (const SignalPath& path : paths) averaged.push_back(average(path));
+  return lock_averaged(averaged, prior_m);
 }
 
 std::optional<CodeLock> CodeTracker::lock_averaged(std::span<const Averaged> paths,
@@ -316,13 +305,16 @@ struct CodeTracker::Loop {
   /// step, by powers.
   Loop(const CodeTracker& of, std::span<const SignalPath> all, std::span<const Averaged> at_end,
        double simulated_s, double step_s)
-      : tracker(of), paths(all), dt_s(step_s), now(all.size()), turns(all.size()) {
+      : tracker(of),
+        paths(all),
+        dt_s(step_s),
+        now(at_end.begin(), at_end.end()),
+        turns(all.size(), boost::container::default_init) {
     const double integration_s = of.options_.integration_s;
     for (std::size_t i = 0; i < paths.size(); ++i) {
       const SignalPath& path = paths[i];
       changing = changing || path.drift_mps != 0 || (path.fading_hz != 0 && !path.diffuse);
       Averaged& averaged = now[i];
-      averaged = at_end[i];
       turns[i] = {1, 0};
       averaged.delay_chips -= path.drift_mps * (simulated_s - dt_s / 2) / of.correlation_.chip_m();
       if (path.diffuse) continue;
@@ -349,13 +341,13 @@ struct CodeTracker::Loop {
   [[nodiscard]] Peak other_peak(double delay, double side) const {
     Peak best{delay, 0};
     const auto look = [&](double at) {
-      const double power = tracker.prompt(at, now.all()).prompt_power;
+      const double power = tracker.prompt(at, now).prompt_power;
       if (power > best.power) best = {at, power};
     };
     if (tracker.side_peak_chips_ > 0) look(delay + side * tracker.side_peak_chips_);
     if (side > 0) return best;
     const Averaged* strongest = nullptr;
-    for (const Averaged& path : now.all()) {
+    for (const Averaged& path : now) {
       const double before = delay - path.delay_chips;
       if (before < tracker.options_.spacing_chips || before > kCheckedChips) continue;
       if (strongest == nullptr || path.power() > strongest->power()) strongest = &path;
@@ -390,9 +382,9 @@ std::optional<CodeLock> CodeTracker::follow(CodeLoopState& state, std::span<cons
   }
   state.jumped = false;
   const double chip_m = correlation_.chip_m();
-  const PerPath<Averaged> at_end(paths.size());
-  for (std::size_t i = 0; i < paths.size(); ++i) at_end[i] = average(paths[i]);
-  const Power power(at_end.all());
+  PerPath<Averaged> at_end;
+  for (const SignalPath& path : paths) at_end.push_back(average(path));
+  const Power power(at_end);
   if (!power.any()) return std::nullopt;
 
   const double k = 4 * options_.loop_bandwidth_hz * bandwidth_share;
@@ -407,10 +399,10 @@ std::optional<CodeLock> CodeTracker::follow(CodeLoopState& state, std::span<cons
   const double moves = -std::expm1(-k * dt_s);  // share of a constant error that a step takes away
   const double scale = unit_cn0_hz * options_.integration_s;
 
-  Loop loop(*this, paths, at_end.all(), simulated_s, dt_s);
+  Loop loop(*this, paths, at_end, simulated_s, dt_s);
   double delay = state.delay_m / chip_m;
   for (int i = 0; i < steps; ++i) {
-    const Pull pulled = pull(delay, loop.now.all());
+    const Pull pulled = pull(delay, loop.now);
     bool at_rest = !loop.changing;
     if (pulled.power > kSilent * power.total) {
       const double error = std::clamp(gain_chips_ * pulled.d / pulled.power, -0.5, 0.5);
@@ -418,7 +410,7 @@ std::optional<CodeLock> CodeTracker::follow(CodeLoopState& state, std::span<cons
       at_rest = at_rest && std::abs(error) < kAtRest;
     }
     if (checks) {
-      const double here = scale * prompt(delay, loop.now.all()).prompt_power;
+      const double here = scale * prompt(delay, loop.now).prompt_power;
       std::optional<double> jump = loop.compare(delay, -1, here, scale, state.early_s);
       if (!jump) jump = loop.compare(delay, 1, here, scale, state.late_s);
       if (jump) {
@@ -433,7 +425,7 @@ std::optional<CodeLock> CodeTracker::follow(CodeLoopState& state, std::span<cons
   }
   state.delay_m = delay * chip_m;
   const double r0 = correlation_.value(0);
-  const CodeLock lock = prompt(delay, at_end.all());
+  const CodeLock lock = prompt(delay, at_end);
   if (lock.prompt_power < kLeastPrompt * power.strongest * r0 * r0) return std::nullopt;
   return lock;
 }

@@ -192,7 +192,7 @@ class PhaseWalk {
     constexpr std::size_t kFewest = 7;
     constexpr int kIterations = 10;
     constexpr double kHuber = 1.345;  // as ReceiverClockOptions::huber
-    if (thirds_.size() < kFewest) return;
+    if (thirds_.size() < kFewest || thirds_.size() > positioning::kMostRows) return;
     const auto n = static_cast<Eigen::Index>(thirds_.size());
     Eigen::MatrixXd design(n, 4);
     Eigen::VectorXd weight(n), weighted(n), factor(n), room = Eigen::VectorXd::Ones(n);
