@@ -433,8 +433,8 @@ class Solver {
   const std::map<System, gnss::Klobuchar>& klobuchar_;
   Eigen::Vector3d position_;
   // Each thread keeps their memory. active_: above the mask, not excluded, not alone in its constellation.
-  static inline thread_local std::vector<RangedSatellite> satellites_;
-  static inline thread_local std::vector<RangedSatellite*> active_;
+  static inline thread_local std::vector<RangedSatellite> satellites_;  // NOLINT(*-naming)
+  static inline thread_local std::vector<RangedSatellite*> active_;     // NOLINT(*-naming)
   double offset_m_ = 0;
   std::array<double, gnss::kSystemCount> clock_m_{};  ///< receiver minus system, minus offset_m_
   Clocks clocks_;
