@@ -332,13 +332,10 @@ struct PositionFilter::State {
   FixOptions fix;
   std::optional<FilterState> filter;
   OwnClock own_clock;  ///< of the receiver: it outlives a filter
-  // Kept for their memory.
-  std::optional<FilterState> next;
-  FilterEpoch epoch;
 };
 
 PositionFilter::PositionFilter(const PositionFilterOptions& options, const FixOptions& fix)
-    : state_(std::make_unique<State>(State{options, fix, {}, {}, {}, {}})) {
+    : state_(std::make_unique<State>(State{options, fix, std::nullopt, {}})) {
   options.validate();
   fix.validate();
 }
@@ -357,10 +354,10 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Mea
 Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<RangedSatellite>& satellites,
                            const Fix& fix, const std::map<System, gnss::Klobuchar>& klobuchar) {
   const PositionFilterOptions& options = state_->options;
-  FilterEpoch& epoch = state_->epoch;
+  static thread_local FilterEpoch epoch;  // each thread keeps the memory of both, for all receivers
+  static thread_local std::optional<FilterState> filter;
   epoch.time = receiver_time;
   epoch.satellites = satellites;
-  std::optional<FilterState>& filter = state_->next;
   filter = state_->filter;
   bool lost = !filter;
   if (filter) {
