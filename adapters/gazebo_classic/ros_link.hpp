@@ -19,7 +19,7 @@ class RosClient {
   /// Topics advertised, each with its type: a master that begins anew receives them, and subscribers that
   /// are connected stay so. A client without any is then disconnected, and connected again.
   [[nodiscard]] virtual std::vector<std::pair<std::string, std::string>> advertised() const { return {}; }
-  /// Also where connect() was never called.
+  /// Ends what connect() began; called where that never was, too.
   virtual void disconnect() = 0;
 };
 

@@ -62,7 +62,8 @@ const CodeCorrections* PositionSolver::corrections(geodesy::GpsTime receiver_tim
 positioning::Fix PositionSolver::solve_alone(geodesy::GpsTime receiver_time,
                                              const std::vector<positioning::Measurement>& measurements,
                                              const orbit::Sky& sky, const Klobuchars& klobuchar) {
-  positioning::range_satellites(receiver_time, measurements, sky, fix_, ranged_);
+  if (!models_.solve || filter_)
+    positioning::range_satellites(receiver_time, measurements, sky, fix_, ranged_);
   if (models_.solve) return models_.solve(receiver_time, measurements, sky, fix_, klobuchar);
   return solve_fix(receiver_time, ranged_, fix_, klobuchar, last_ecef_);
 }

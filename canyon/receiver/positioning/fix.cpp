@@ -399,8 +399,7 @@ class Solver {
       Rows sizes = robust.residual.cwiseAbs();
       const double scatter = kMadToSigma * upper_median(std::span(sizes.data(), sizes.data() + sizes.size()));
       const double widest = gate * std::max(1.0, scatter * std::sqrt(rows / (rows - 4)));
-      for (Eigen::Index k = 0; k < sizes.size(); ++k)
-        robust.weight(k) = std::abs(robust.residual(k)) < widest ? 1 : 0;
+      robust.weight = (robust.residual.array().abs() < widest).cast<double>();
       if (robust.redundancy() < 1 || !robust.solve()) return;
     }
     rates = robust;

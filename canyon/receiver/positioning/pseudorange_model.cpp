@@ -38,7 +38,7 @@ void check(const Measurement& m) {
   if (bad != nullptr) {
     throw InputError(
         fmt::format("{} of satellite {} is not usable", bad, gnss::to_string(m.id)),
-        "pseudoranges, C/N0 and Doppler must be finite, sigmas and frequencies finite and above 0");
+        "pseudoranges, C/N0, Doppler must be finite, sigmas, frequencies also above 0, numbers below 100");
   }
 }
 

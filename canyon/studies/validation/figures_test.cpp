@@ -407,20 +407,19 @@ FigureOptions few_resamples() {
 template <typename Value, typename Statistic>
 std::optional<Interval> bootstrap(const Comparison& comparison, const Value& value,
                                   const Statistic& statistic) {
+  const auto of = [&](std::span<const std::size_t> drawn) -> std::optional<double> {
+    std::vector<double> los, nlos;
+    for (const std::size_t e : drawn) {
+      const ComparedEpoch& epoch = comparison.epochs[e];
+      for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
+        const ComparedSatellite& s = comparison.satellites[i];
+        (s.clear ? los : nlos).push_back(*value(s.measured));
+      }
+    }
+    return statistic(los, nlos);
+  };
   const FigureOptions options = few_resamples();
-  return test::bootstrap_interval(comparison.epochs.size(),
-                                  [&](std::span<const std::size_t> drawn) -> std::optional<double> {
-                                    std::vector<double> los, nlos;
-                                    for (const std::size_t e : drawn) {
-                                      const ComparedEpoch& epoch = comparison.epochs[e];
-                                      for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
-                                        const ComparedSatellite& s = comparison.satellites[i];
-                                        (s.clear ? los : nlos).push_back(*value(s.measured));
-                                      }
-                                    }
-                                    return statistic(los, nlos);
-                                  },
-                                  {options.resamples, 0.95, 20, options.seed});
+  return test::bootstrap_interval(comparison.epochs.size(), of, {options.resamples, 0.95, 20, options.seed});
 }
 
 TEST(ModelFigures, IntervalsAreThoseOfTheBootstrap) {
