@@ -3,6 +3,8 @@
 
 usage: tests/px4/px4_test.py CANYON [unittest's options]
 """
+import json
+import math
 import os
 import pathlib
 import re
@@ -186,15 +188,92 @@ class Mavlink(unittest.TestCase):
         self.assertEqual(got[0]["command"], mavlink_link.NAV_TAKEOFF)
         self.assertEqual((got[0]["x"], got[0]["y"], got[0]["z"]), (222976520, 1141702523, 15.0))
 
+    def read(self, text, name="m.waypoints"):
+        """Items and what is said of a mission; PATH stands for its path in the latter, and in errors."""
+        path, said = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory())) / name, []
+        path.write_text(text if isinstance(text, str) else json.dumps(text))
+        try:
+            items = mavlink_link.read_mission(path, said.append)
+        except ValueError as error:
+            raise ValueError(str(error).replace(str(path), "PATH")) from None
+        return items, [line.replace(str(path), "PATH") for line in said]
+
+    def test_only_ardupilots_row_0_is_home(self):
+        """The same mission with home as row 0 (ArduPilot), without and numbered from 1 (PX4, QGroundControl)."""
+        row = "{}\t{}\t3\t{}\t15\t0\t0\tnan\t48.1\t11.5\t12\t1\n"
+        rows = lambda first: "".join(row.format(first + i, int(i == 0), command) for i, command in enumerate((22, 16, 21)))
+        home = "0\t1\t0\t16\t0\t0\t0\t0\t48.1\t11.5\t520\t1\n"
+        for text, said in ((home + rows(1), ["PATH: row 0 (command 16, frame 0: 48.1, 11.5) is taken as home and not flown"]),
+                           (rows(0), []), (rows(1), [])):
+            items, lines = self.read("\ufeffQGC WPL 110\r\n" + text)
+            self.assertEqual([(item["command"], item["current"]) for item in items], [(22, 1), (16, 0), (21, 0)])
+            self.assertEqual((items[1]["frame"], items[1]["x"], items[1]["y"], items[1]["z"]), (6, 481000000, 115000000, 12))
+            self.assertEqual(lines, said)
+        self.assertEqual([item["command"] for item in self.read("QGC WPL 110\n" + home)[0]], [16])
+
+    def test_jumps_count_as_px4_does(self):
+        """From 0 and without home; rows of a file count with it."""
+        for home, first in (("0 1 0 16 0 0 0 0 48 11 520 1\n", 1), ("", 0), ("", 5 - 4)):
+            text = f"{first} 0 3 16 0 0 0 0 48 11 9 1\n{first + 1} 0 2 177 {first} 3 0 0 0 0 0 1\n"
+            self.assertEqual(self.read("QGC WPL 110\n" + home + text)[0][1]["param1"], 0)
+        with self.assertRaisesRegex(ValueError, "PATH:2: jumps to item 7"):
+            self.read("QGC WPL 110\n0 1 2 177 7 3 0 0 0 0 0 1\n")
+
     def test_names_the_line_of_a_wrong_waypoint(self):
-        with tempfile.TemporaryDirectory() as folder:
-            path = os.path.join(folder, "m.waypoints")
-            for text, problem in (("QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t22\t114\t0\t1\n1\t0\t3\tx\t0\t0\t0\t0\t22\t114\t0\t1\n", ":3: a waypoint"),
-                                  ("lat,lon\n", ":1: is no file of waypoints"), ("", ":1: is no file"),
-                                  ("QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t22\t114\t0\t1\n", "no waypoint beside home")):
-                pathlib.Path(path).write_text(text)
-                with self.assertRaisesRegex(ValueError, problem):
-                    mavlink_link.read_mission(path)
+        home = "QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t22\t114\t0\t1\n"
+        for text, problem in ((home + "1\t0\t3\tx\t0\t0\t0\t0\t22\t114\t0\t1\n", "PATH:3: a waypoint"),
+                              (home + "1\t0\t3\t16\t0\t0\t0\t0\t22\t114\t0\tx\n", "PATH:3: a waypoint"),
+                              (home + "1\t0\t3\t16\t0\t0\t0\t0\t22\t114\n", "PATH:3: a waypoint"),
+                              (home + "2\t0\t3\t16\t0\t0\t0\t0\t22\t114\t0\t1\n", "PATH:3: its number is 2"),
+                              (home + "1\t0\t3\t16\t0\t0\t0\t0\t92\t114\t0\t1\n", "PATH:3: a parameter is out of range"),
+                              (home + "1\t0\t3\t16\t0\t0\t0\t0\tnan\t114\t0\t1\n", "PATH:3: has no latitude"),
+                              (home + "1\t0\t10\t16\t0\t0\t0\t0\t22\t114\t0\t1\n", "PATH:3: its frame 10 is none"),
+                              (home + "1\t0\t2\t178\t1\t4\t-1\t0\t0.5\t0\t0\t1\n", "PATH:3: parameters 5 and 6"),
+                              ("lat,lon\n", "PATH:1: is no mission"), ("", "PATH:1: is no mission"),
+                              ("QGC WPL 110\n", "PATH: contains no item")):
+            with self.assertRaisesRegex(ValueError, problem):
+                self.read(text)
+
+    @staticmethod
+    def plan(*items, **more):
+        return {"fileType": "Plan", "mission": {"items": list(items)}, **more}
+
+    @staticmethod
+    def item(command, frame, values, **more):
+        return {"type": "SimpleItem", "autoContinue": True, "command": command, "frame": frame, "params": values, **more}
+
+    def test_reads_plans_of_qgroundcontrol(self):
+        """Frames and commands as PX4's parse_mavlink_mission_item() takes them; the unset integer is MAVLink's INT32_MAX."""
+        items, said = self.read(self.plan(
+            self.item(22, 3, [0, 0, 0, None, 48.1, 11.5, 12], Altitude=12, AltitudeMode=1, doJumpId=11),
+            self.item(178, 2, [1, 4, -1, 0, None, 0, None], doJumpId=12),
+            self.item(16, 0, [0, 0, 0, None, 48.1006, 11.5, 536], Altitude=12, AltitudeMode=3, AMSLAltAboveTerrain=536, doJumpId=13),
+            self.item(16, 0, [0, 0, 0, 90, 48.1, 11.5, 540], Altitude=540, AltitudeMode=2, doJumpId=14),
+            self.item(93, 2, [5, -1, -1, -1, 0, 0, 0], doJumpId=15), self.item(177, 2, [13, 2, 0, 0, 0, 0, 0], doJumpId=16),
+            self.item(20, 2, [0] * 7, doJumpId=17), geoFence={"circles": [], "polygons": [{}, {}]}, rallyPoints={"points": [[48, 11, 5]]}))
+        self.assertEqual([item["command"] for item in items], [22, 178, 16, 16, 93, 177, 20])
+        self.assertEqual([item["frame"] for item in items], [6, 2, 5, 5, 2, 2, 2])
+        self.assertEqual([items[i]["z"] for i in (0, 2, 3)], [12, 536, 540])
+        self.assertTrue(math.isnan(items[0]["param4"]) and items[3]["param4"] == 90)
+        self.assertEqual((items[1]["x"], items[1]["param2"], items[5]["param1"]), (2147483647, 4, 2))
+        self.assertEqual(said, ["warning: PATH: not uploaded: 2 polygons of the geofence, 1 rally points"])
+        self.assertEqual(len(mavlink_link.frame("MISSION_ITEM_INT", 0, seq=1, **items[1])), 12 + 37)
+
+    def test_refuses_what_it_would_fly_wrongly(self):
+        good = self.item(22, 3, [0, 0, 0, None, 48.1, 11.5, 12], AltitudeMode=1)
+        for items, problem in (([good, {"type": "ComplexItem", "complexItemType": "survey"}], "item 2: the complex item 'survey'"),
+                               ([good, {"type": "ComplexItem", "complexItemType": "StructureScan"}], "'StructureScan'"),
+                               ([good, 7], "item 2: the complex item '7'"), ([], "contains no item"),
+                               ([dict(good, AltitudeMode=3)], "item 1: AltitudeMode 3 and frame 3 contradict"),
+                               ([self.item(16, 0, [0, 0, 0, 0, 48, 11, None], AltitudeMode=3)], "item 1: has no latitude"),
+                               ([self.item(16, 0, [0, 0, 0, 0, 48, 11, "12"])], "item 1: an item has command"),
+                               ([self.item(16, 0, 5)], "item 1: an item has command"),
+                               ([self.item("16", 0, [0] * 7)], "item 1: an item has command")):
+            with self.assertRaisesRegex(ValueError, problem):
+                self.read(self.plan(*items), "m.plan")
+        for text, problem in (('{"fileType": "Plan",\n "mission": ]', "PATH:2: is no JSON"), ({"fileType": "Mission"}, "is no plan")):
+            with self.assertRaisesRegex(ValueError, problem):
+                self.read(text, "m.plan")
 
 
 class Flight(unittest.TestCase):

@@ -3,6 +3,8 @@
 Messages and their CRC_EXTRA: https://mavlink.io/en/messages/common.html. Frames: https://mavlink.io/en/guide/serialization.html.
 """
 import bisect
+import json
+import math
 import socket
 import struct
 import time
@@ -36,7 +38,10 @@ MESSAGES = {
 NUMBER_OF = {message[0]: number for number, message in MESSAGES.items()}
 SYSTEM, COMPONENT = 255, 190    # of a ground station
 ARMED = 0x80                    # of HEARTBEAT.base_mode
-NAV_TAKEOFF, DO_SET_MODE, COMPONENT_ARM_DISARM = 22, 176, 400
+NAV_TAKEOFF, DO_SET_MODE, DO_JUMP, COMPONENT_ARM_DISARM = 22, 176, 177, 400
+FRAMES = {0: 5, 2: 2, 3: 6, 5: 5, 6: 6}    # of mission files, as MISSION_ITEM_INT has them; PX4 takes no others
+MISSION_FRAME = 2               # of items without a position
+NO_VALUE = 0x7FFFFFFF           # for NaN in an integer, by MISSION_ITEM_INT
 
 
 def crc(data, extra):
@@ -171,30 +176,101 @@ class Link:
         return bool(bisect.bisect_right(self.changes, seconds) % 2)
 
 
-def read_mission(path):
-    """Items of a file of waypoints ("QGC WPL 110"), without its home. Raises ValueError, which names file and line."""
-    with open(path) as file:
-        lines = file.read().splitlines()
-    if not lines or not lines[0].startswith("QGC WPL"):
-        raise ValueError(f"{path}:1: is no file of waypoints; its first line is 'QGC WPL 110'")
-    items = []
+def mission_item(where, command, mission_frame, parameters, autocontinue):
+    """A MISSION_ITEM_INT; refuses what PX4 does not take or the message cannot carry by a ValueError that begins with `where`."""
+    if mission_frame not in FRAMES:
+        raise ValueError(f"{where}: its frame {mission_frame} is none that PX4 takes; write 0 (above sea level), 3 (above home) or 2 (no position)")
+    has_position = mission_frame != MISSION_FRAME
+    limits = (90, 180) if has_position else (2e9, 2e9)
+    if any(math.isinf(value) for value in parameters) or any(abs(value) > limit for value, limit in zip(parameters[4:6], limits)):
+        raise ValueError(f"{where}: a parameter is out of range; they are four numbers, latitude and longitude [deg], height [m]")
+    if has_position and any(math.isnan(value) for value in parameters[4:]):
+        raise ValueError(f"{where}: has no latitude, longitude or height; set its position, and its height as a number")
+    if not has_position and any(value % 1 for value in parameters[4:6] if not math.isnan(value)):
+        raise ValueError(f"{where}: parameters 5 and 6 of an item without a position are whole numbers in MAVLink")
+    x, y = (NO_VALUE if math.isnan(value) else round(value * (1e7 if has_position else 1)) for value in parameters[4:6])
+    return {"current": 0, "frame": FRAMES[mission_frame], "command": command, "param1": parameters[0], "param2": parameters[1],
+            "param3": parameters[2], "param4": parameters[3], "x": x, "y": y, "z": parameters[6], "autocontinue": autocontinue}
+
+
+def waypoint_rows(path, lines, say):
+    """Rows of a file "QGC WPL 110": where it is, its number and the arguments of mission_item(); without ArduPilot's home."""
+    rows = []
     for number, line in enumerate(lines[1:], 2):
         cells = line.split()
         if not cells:
             continue
         try:
-            index, current, mission_frame, command = (int(cell) for cell in cells[:4])
-            parameters = [float(cell) for cell in cells[4:11]]
-            if len(cells) != 12 or len(parameters) != 7:
+            index, _, mission_frame, command = (int(cell) for cell in cells[:4])
+            if len(cells) != 12:
                 raise ValueError
+            rows.append((f"{path}:{number}", index, command, mission_frame, [float(cell) for cell in cells[4:11]], int(cells[11])))
         except ValueError:
             raise ValueError(f"{path}:{number}: a waypoint has 12 columns of numbers, separated by tabs") from None
-        if index == 0:
-            continue    # home
-        items.append({"current": int(not items), "frame": {0: 5, 3: 6, 10: 11}.get(mission_frame, mission_frame),
-                      "command": command, "param1": parameters[0], "param2": parameters[1], "param3": parameters[2],
-                      "param4": parameters[3], "x": round(parameters[4] * 1e7), "y": round(parameters[5] * 1e7),
-                      "z": parameters[6], "autocontinue": int(cells[11])})
-    if not items:
-        raise ValueError(f"{path}: contains no waypoint beside home")
+        if index != rows[0][1] + len(rows) - 1 or rows[0][1] not in (0, 1):
+            raise ValueError(f"{path}:{number}: its number is {index}; rows are numbered from 0 or 1: copy the missing ones")
+    if len(rows) > 1 and rows[0][1:4] == (0, 16, 0):
+        say(f"{path}: row 0 (command 16, frame 0: {rows[0][4][4]}, {rows[0][4][5]}) is taken as home and not flown")
+        del rows[0]
+    return rows
+
+
+def plan_rows(path, text, say):
+    """The same of a plan of QGroundControl (https://docs.qgroundcontrol.com/master/en/qgc-dev-guide/file_formats/plan.html)."""
+    try:
+        plan = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise ValueError(f"{path}:{error.lineno}: is no JSON ({error.msg}); save the plan again") from None
+    mission = plan.get("mission")
+    if plan.get("fileType") != "Plan" or not isinstance(mission, dict) or not isinstance(mission.get("items"), list):
+        raise ValueError(f"{path}: is no plan of QGroundControl (fileType 'Plan' and a mission with items); save it as .plan")
+    rows = []
+    for number, item in enumerate(mission["items"], 1):
+        where = f"{path}: item {number}"
+        if not isinstance(item, dict) or item.get("type") != "SimpleItem":
+            kind = item.get("complexItemType", item.get("type")) if isinstance(item, dict) else item
+            raise ValueError(f"{where}: the complex item '{kind}' is not read; upload the plan to a vehicle in QGroundControl, "
+                             "download it and save it: it has waypoints then")
+        params = item.get("params")
+        values = [math.nan if value is None else value for value in (params if isinstance(params, list) else ())]
+        whole = [item.get(key, default) for key, default in (("doJumpId", number), ("command", None), ("frame", None))]
+        if len(values) != 7 or any(type(value) not in (int, float) for value in values) or any(type(value) is not int for value in whole):
+            raise ValueError(f"{where}: an item has command, frame and 7 params, which are numbers or null")
+        # Heights in params are those of the frame; where the mode contradicts it, one of the two is wrong.
+        mode = item.get("AltitudeMode")
+        if whole[2] != MISSION_FRAME and whole[2] != {1: 3, 2: 0, 3: 0}.get(mode, whole[2]):
+            raise ValueError(f"{where}: AltitudeMode {mode} and frame {whole[2]} contradict each other; set its height again")
+        rows.append((where, *whole, values, int(item.get("autoContinue", True) is True)))
+    if mission.get("plannedHomePosition"):
+        say(f"{path}: its planned home {mission['plannedHomePosition']} is not used: PX4's home is where it takes off")
+    lost = [f"{len(plan[part][key])} {name}" for part, key, name in
+            (("geoFence", "circles", "circles of the geofence"), ("geoFence", "polygons", "polygons of the geofence"),
+             ("rallyPoints", "points", "rally points")) if isinstance(plan.get(part), dict) and plan[part].get(key)]
+    if lost:
+        say(f"warning: {path}: not uploaded: {', '.join(lost)}")
+    return rows
+
+
+def read_mission(path, say=print):
+    """Items of a file of waypoints ("QGC WPL 110") or of a plan of QGroundControl, without its home; `say` takes a line about
+    home and about what is left out. Raises ValueError, which names file and line or item."""
+    with open(path, encoding="utf-8-sig", errors="replace") as file:
+        text = file.read()
+    if text.lstrip().startswith("{"):
+        rows = plan_rows(path, text, say)
+    elif text.startswith("QGC WPL"):
+        rows = waypoint_rows(path, text.splitlines(), say)
+    else:
+        raise ValueError(f"{path}:1: is no mission; give a plan of QGroundControl, or waypoints, whose first line is 'QGC WPL 110'")
+    if not rows:
+        raise ValueError(f"{path}: contains no item")
+    items = [mission_item(where, *row) for where, _, *row in rows]
+    items[0]["current"] = 1
+    # PX4 counts from 0 and without home.
+    index_of = {number: index for index, (_, number, *_) in enumerate(rows)}
+    for item, (where, *_) in zip(items, rows):
+        if item["command"] == DO_JUMP:
+            if item["param1"] not in index_of:
+                raise ValueError(f"{where}: jumps to item {item['param1']:g}, which is not there")
+            item["param1"] = index_of[item["param1"]]
     return items

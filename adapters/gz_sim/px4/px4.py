@@ -60,7 +60,7 @@ def arguments():
     parser.add_argument("--param", action="append", default=[], metavar="NAME=VALUE", help="a parameter of PX4; may be repeated")
     parser.add_argument("--stock", action="store_true", help=f"PX4's own parameters, without {' '.join(STREET_PARAMETERS)}")
     parser.add_argument("--takeoff", action="store_true", help="take off when PX4 is ready, and hover")
-    parser.add_argument("--mission", metavar="FILE", help="fly a file of waypoints (QGC WPL 110); each further vehicle 5 m higher")
+    parser.add_argument("--mission", metavar="FILE", help="fly waypoints (QGC WPL 110) or a plan of QGroundControl; each further vehicle 5 m higher")
     parser.add_argument("--seconds", type=float, default=math.inf, help="end after these seconds of simulated time (Ctrl-C)")
     parser.add_argument("--out", default="out/px4", metavar="DIR", help="folder for logs (out/px4)")
     parser.add_argument("--fault", action="append", nargs=2, default=[], metavar=("SECONDS", "FAULT"),
@@ -276,8 +276,9 @@ class Pilot:
         self.was_armed, self.place, self.moved_s = False, None, 0.0
         if a.mission:
             try:
-                self.items = [dict(item, z=item["z"] + 5 * vehicle.number if item["z"] else 0)
-                              for item in mavlink_link.read_mission(a.mission)]
+                self.items = mavlink_link.read_mission(a.mission, (lambda _: None) if vehicle.number else say)
+                for item in self.items:
+                    item["z"] += 5 * vehicle.number if item["z"] and item["frame"] != mavlink_link.MISSION_FRAME else 0
             except (OSError, ValueError) as error:
                 complain(str(error))
 
