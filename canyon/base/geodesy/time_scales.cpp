@@ -151,6 +151,22 @@ bool take(std::string_view& text, std::string_view prefix) {
   return true;
 }
 
+/// A time without the suffixes of RFC 9557 behind it, which leave its instant as it is. One that begins with
+/// '!' must be understood (3.3), and zones are not known here.
+std::string_view without_suffixes(std::string_view time, const InputError& wrong) {
+  while (time.ends_with(']')) {
+    const std::size_t open = time.rfind('[');
+    if (open == std::string_view::npos || open + 2 == time.size()) throw wrong;
+    const std::string_view suffix = time.substr(open);
+    if (suffix[1] == '!' && suffix != "[!u-ca=iso8601]") {
+      throw InputError(fmt::format("the suffix '{}' of a time must be understood, and is not", suffix),
+                       "check the time, and remove the '!'");
+    }
+    time = trim(time.substr(0, open));
+  }
+  return time;
+}
+
 }  // namespace
 
 int leap_seconds(GpsTime t) {
@@ -243,7 +259,8 @@ CalendarTime glonass_from_gps(GpsTime t) {
 GpsTime parse_time(std::string_view whole) {
   const InputError wrong(fmt::format("'{}' is not a time", whole),
                          "write UTC as 2019-04-28T12:58:03.5Z or GPS time as 2019-04-28T12:58:21.5 GPST");
-  std::string_view rest = trim(whole);
+  std::string_view rest = without_suffixes(trim(whole), wrong);
+  const bool has_suffix = whole.find('[') != std::string_view::npos;
   CalendarTime c;
   const auto number = [&rest, &wrong](std::size_t digits) {
     const std::optional<int> value = take_digits(rest, digits);
@@ -281,6 +298,10 @@ GpsTime parse_time(std::string_view whole) {
     }
   }
   rest = trim(rest);
+  if (rest.empty() && has_suffix) {
+    throw InputError(fmt::format("the time '{}' has no offset from UTC before its suffix", whole),
+                     "write it, such as 2019-04-28T14:58:03+02:00[Europe/Berlin]");
+  }
   if (rest == "GPST" || rest == "GPS") return gps_from_calendar(c);
   if (rest.empty() || rest == "Z" || rest == "z" || rest == "UTC") return gps_from_utc(c);
   const bool east = take(rest, "+");

@@ -162,7 +162,9 @@ TEST(ParseTime, TakesEveryDocumentedForm) {
         "2019-04-28t12:58:03.5z", "2019-04-28T12:58:03.500000000 UTC", "  2019-04-28T12:58:03.5Z ",
         "2019-04-28T20:58:03.5+08:00", "2019-04-28T20:58:03.5+0800", "2019-04-28T20:58:03.5+08",
         "2019-04-28T07:28:03.5-05:30", "2019-04-28T12:58:21.5 GPST", "2019-04-28T12:58:21.5GPS",
-        "2019-04-29T02:58:03.5+14:00"}) {
+        "2019-04-29T02:58:03.5+14:00", "2019-04-28T14:58:03.5+02:00[Europe/Berlin]",
+        "2019-04-28T12:58:03.5Z[Europe/Berlin]", "2019-04-28T14:58:03.5+02:00[Europe/Berlin][u-ca=iso8601]",
+        "2019-04-28T12:58:03.5Z[!u-ca=iso8601]", "2019-04-28T12:58:03.5-00:00[America/Port-au-Prince]"}) {
     EXPECT_EQ(parse_time(text), t) << text;
   }
   EXPECT_EQ(parse_time("2019-04-28"), gps_from_utc({2019, 4, 28, 0, 0, 0, 0}));
@@ -188,6 +190,17 @@ TEST(ParseTime, LeapSecond) {
   EXPECT_THAT(message("2016-12-31T23:58:60Z"), HasSubstr("there was no leap second"));
   EXPECT_THAT(message("2016-12-31T23:59:60 GPST"), HasSubstr("second 60 is out of range"));
   EXPECT_THAT(message("2016-12-31T23:59:61Z"), HasSubstr("second 61 is out of range"));
+}
+
+// RFC 9557, 3.3: a suffix with '!' that is not understood refuses the time; 4.1: an offset or Z is before it.
+TEST(ParseTime, RefusesSuffixesThatMustBeUnderstood) {
+  EXPECT_THAT(message("2019-04-28T12:58:03Z[!x-foo=bar]"), HasSubstr("'[!x-foo=bar]' of a time must be"));
+  EXPECT_THAT(message("2019-04-28T14:58:03+02:00[!Europe/Berlin][u-ca=iso8601]"),
+              HasSubstr("'[!Europe/Berlin]' of a time must be understood"));
+  EXPECT_THAT(message("2019-04-28T14:58:03[Europe/Berlin]"), HasSubstr("no offset from UTC"));
+  for (const char* text : {"2019-04-28T12:58:03Z[]", "2019-04-28T12:58:03Z[Europe/Berlin",
+                           "2019-04-28T12:58:03Z]", "2019-04-28T12:58:03Z[Europe/Berlin]+02:00"})
+    EXPECT_THAT(message(text), HasSubstr("is not a time")) << text;
 }
 
 TEST(ParseTime, RefusesEverythingElse) {
