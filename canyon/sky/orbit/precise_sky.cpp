@@ -241,18 +241,15 @@ class Reader {
     records.push_back(record);
   }
 
-  /// The points of a line's numbers stand in equal columns and have equally many digits behind them (F14.6):
-  /// a lost or added character changes that.
+  /// Numbers are right-aligned in their columns (F14.6; other counts of digits occur), and a blank follows
+  /// the last: a lost or added character moves the ones behind it.
   void require_columns(std::string_view line) const {
-    std::optional<std::pair<std::size_t, std::size_t>> usual;
+    bool moved = !trim(column(line, 60, 1)).empty();
     for (std::size_t i = 0; i < 4; ++i) {
       const std::string_view field = column(line, 4 + 14 * i, 14);
-      const std::size_t point = field.find('.');
-      if (point == std::string_view::npos) continue;
-      const std::pair places(point, trim(field.substr(point)).size());
-      if (places != usual.value_or(places)) throw file_.error("a number has lost or gained a character");
-      usual = places;
+      moved = moved || (!trim(field).empty() && (field.size() < 14 || field.back() == ' '));
     }
+    if (moved) throw file_.error("a number has lost or gained a character");
   }
 
   [[nodiscard]] double number(std::string_view line, std::size_t begin, const char* what) const {

@@ -52,6 +52,7 @@ struct MadeUp {
   std::map<int, int> minutes;  ///< as the epoch says
   std::map<int, int> of_time;  ///< minutes of the position
   std::string satellite = "G07";
+  int decimals = 6;  ///< of coordinates
 
   [[nodiscard]] std::string text() const {
     std::string text = "#dP2024  2 29  0  0  0.00000000      40 ORBIT IGS20 FIT  XXX\n";
@@ -73,9 +74,9 @@ struct MadeUp {
       Eigen::Vector3d p = circle(60.0 * value(of_time, 15 * k)) / 1e3;
       if (bad_position.count(k) != 0) p.setZero();
       const auto own_clock = clock.find(k);
-      text +=
-          fmt::format("P{}{:14.6f}{:14.6f}{:14.6f}{}\n", satellite, p.x(), p.y(), p.z(),
-                      own_clock != clock.end() ? own_clock->second : fmt::format("{:14.6f}", 100 + 0.9 * k));
+      text += fmt::format(
+          "P{}{:14.{}f}{:14.{}f}{:14.{}f}{}\n", satellite, p.x(), decimals, p.y(), decimals, p.z(), decimals,
+          own_clock != clock.end() ? own_clock->second : fmt::format("{:14.6f}", 100 + 0.9 * k));
       text += fmt::format("EP  55   55   55     222  1234567\nV{}{:14.6f}{:14.6f}{:14.6f}{:14.6f}\n",
                           satellite, 1.0, 2.0, 3.0, 4.0);
     }
@@ -273,6 +274,36 @@ TEST(PreciseSky, LinesThatLostACharacterElsewhereAreSaid) {
   EXPECT_THAT(without(end), Contains(HasSubstr("line of more than 80 columns")));
   EXPECT_THAT(without(end - 1), Contains(HasSubstr("lost or gained a character")));
   EXPECT_THAT(without(position + 4 + 13), Contains(HasSubstr("lost or gained a character")));
+}
+
+// SP3-c has fields of 14 columns; how many decimals they have is up to the writer.
+TEST(PreciseSky, DecimalsOfCoordinatesAndClocksDiffer) {
+  MadeUp file;
+  const GpsTime noon = kFirst + 20.5 * 900;
+  const auto six = file.sky().state(kG07, noon);
+  for (const int decimals : {3, 5, 7}) {
+    file.decimals = decimals;
+    const PreciseSky sky = file.sky();
+    EXPECT_THAT(sky.report().lines(), ElementsAre());
+    const auto state = sky.state(kG07, noon);
+    ASSERT_TRUE(state && six);
+    EXPECT_LT((state->position_m - six->position_m).norm(), 1.1 * std::pow(10, 3 - decimals)) << decimals;
+  }
+}
+
+TEST(PreciseSky, NoDigitIsLostOrAddedWithoutAWord) {
+  for (const int decimals : {6, 7}) {
+    MadeUp file;
+    file.decimals = decimals;
+    const std::string good = file.text();
+    const std::size_t position = good.find("\nP", good.find("\n*  2024  2 29  3")) + 1;
+    for (std::size_t at = position + 4; at < position + 60; ++at) {
+      if (good[at] == ' ') continue;
+      std::string lost = good, added = good;
+      EXPECT_EQ(warnings(lost.erase(at, 1)).size(), 1U) << decimals << lost.substr(position, 61);
+      EXPECT_EQ(warnings(added.insert(at, "1")).size(), 1U) << decimals << added.substr(position, 61);
+    }
+  }
 }
 
 TEST(PreciseSky, ReadsEveryTimeSystem) {
