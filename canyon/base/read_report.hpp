@@ -48,6 +48,14 @@ class ReadReport {
   void loss(int line, std::string_view what, std::string_view outcome = kLeftOut) {
     loss(InputError(path_, line, what), 1, outcome);
   }
+  /// A sound record without the values that are needed, or one that is not used: a loss by which the file is
+  /// no other one (require_most()).
+  void drop(const InputError& reason, std::string_view outcome = kLeftOut) {
+    add(Level::Loss, reason, 1, outcome);
+  }
+  void drop(int line, std::string_view what, std::string_view outcome = kLeftOut) {
+    drop(InputError(path_, line, what), outcome);
+  }
   /// Calls `read`; a record that it refuses by an InputError is a loss.
   template <typename Read>
   void guard(const Read& read) {

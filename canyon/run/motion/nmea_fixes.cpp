@@ -230,7 +230,7 @@ class NmeaLog {
     while (const auto line = file.next_line()) {
       const RecordAt at{report, file.line()};
       std::size_t damaged = each_sentence(*line, [&](const Sentence& sentence) { take(at, sentence); });
-      for (; damaged > 0; --damaged) at.report.guess(at.line, kDamaged, "left out");
+      for (; damaged > 0; --damaged) at.report.drop(at.line, kDamaged);
       if (line->find("\xB5\x62\x02\x15") != std::string_view::npos) {
         report.say(ReadReport::Level::Remark,
                    "UBX-RXM-RAWX between the sentences is not read: RTKLIB's convbin -r ubx makes RINEX "
@@ -242,7 +242,7 @@ class NmeaLog {
     // Where sentences have checksums, one without is cut short: its last number may be.
     if (std::any_of(reports.begin(), reports.end(), is_checked)) {
       std::erase_if(reports, [&](const Report& r) {
-        if (!r.checked) report.guess(r.line, kDamaged, "left out");
+        if (!r.checked) report.drop(r.line, kDamaged);
         return !r.checked;
       });
     }
@@ -262,8 +262,7 @@ class NmeaLog {
     });
     for (std::size_t k = 0; k < kKinds; ++k) {
       if (!sentence.is(kPositionKinds[k].name)) continue;
-      if (sentence.fields.size() < kPositionKinds[k].fields)
-        return at.report.guess(at.line, kDamaged, "left out");
+      if (sentence.fields.size() < kPositionKinds[k].fields) return at.report.drop(at.line, kDamaged);
       guard_record(report, [&] {
         const auto position = read_position(at, k, sentence);
         if (position && zda_) reports.push_back(*zda_);
@@ -330,10 +329,11 @@ RecordedPath read_nmea(const std::filesystem::path& path, GpsTime start, const H
     Geodetic place = report.place;
     if (!report.altitude_m) {
       ++flat;
-      at.report.guess(
-          at.line, "fix without an altitude",
-          heights.needed ? "left out; height_above_terrain_m does without" : "its position is taken");
-      if (heights.needed) continue;
+      if (heights.needed) {
+        at.report.drop(at.line, "fix without an altitude", "left out; height_above_terrain_m does without");
+        continue;
+      }
+      at.report.guess(at.line, "fix without an altitude", "its position is taken");
     } else if (report.separation_m) {
       height_m = *report.altitude_m + *report.separation_m;
     } else {

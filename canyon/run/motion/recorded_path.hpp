@@ -63,14 +63,14 @@ struct RecordAt {
 class NoValue : public InputError {
   using InputError::InputError;
 };
-/// Calls `read`; a record that it refuses is left out and told: as a loss, by NoValue as a guess.
+/// Calls `read`; a record that it refuses is left out and is a loss, by NoValue one that is dropped.
 template <typename Read>
 void guard_record(ReadReport& report, const Read& read) {
   report.guard([&] {
     try {
       read();
     } catch (const NoValue& none) {
-      report.guess(none.line(), none.problem(), ReadReport::kLeftOut);
+      report.drop(none);
     }
   });
 }

@@ -55,12 +55,14 @@ class TrackReader {
       if (points_.empty()) read_gpx("rtept");
     } else {
       read_kml_tracks();
+      read_kml_points();
       if (points_.empty()) read_kml_line();
     }
     if (points_.empty()) {
-      throw InputError(file_.path(), 0,
-                       gpx ? "no track point and no route point" : "no gx:Track and no LineString",
-                       fmt::format("is it a {} file with a path?", gpx ? "GPX" : "KML"));
+      throw InputError(
+          file_.path(), 0,
+          gpx ? "no track point and no route point" : "no gx:Track, no Points with times and no LineString",
+          fmt::format("is it a {} file with a path?", gpx ? "GPX" : "KML"));
     }
     if (ends_early(file_.text(), format)) {
       report_.loss(static_cast<int>(std::count(file_.text().begin(), file_.text().end(), '\n')) + 1,
@@ -196,24 +198,98 @@ class TrackReader {
     }
     end(tags);
   }
+  /// The points of an element `coordinates`.
+  std::vector<TrackPoint> kml_points(const XmlTags& tags, std::string_view mode) {
+    std::vector<TrackPoint> points;
+    const std::string places = without_blanks_behind_commas(tags.content);
+    for (const std::string_view tuple : split_blanks(places)) {
+      TrackPoint& point = points.emplace_back();
+      point.line = tags.line();
+      point.height_mode = mode;
+      guard(point, [&] { read_kml_place(tags, tuple, ',', point); });
+    }
+    return points;
+  }
+  /// Placemarks with a time and a Point, as trackers write each fix, in any order. A path along a gx:Track,
+  /// and one such Point where there is a LineString, remain.
+  void read_kml_points() {
+    std::vector<TrackPoint> timed, untimed, of_placemark;
+    TrackPoint stamp;
+    std::string_view mode;
+    bool view = false, track = false, point = false, is_span = false;
+    int lines = 0, first_time = 0;
+    for (XmlTags tags(file_); tags.next();) {
+      const bool ends = tags.name.starts_with('/');
+      const std::string_view name = tags.name.substr(ends ? 1 : 0);
+      if (name == "Placemark") {
+        if (ends && stamp.time && is_span && !of_placemark.empty())
+          report_.guess(tags.line(), "TimeSpan of a Point", "its begin is taken");
+        if (ends && of_placemark.empty() && stamp.time && first_time == 0) first_time = tags.line();
+        for (TrackPoint& each : of_placemark) {
+          each.time = stamp.time;
+          each.bad = each.bad || stamp.bad;
+          each.segment = ++segments_;
+          (stamp.time || stamp.bad ? timed : untimed).push_back(each);
+        }
+        of_placemark.clear();
+        stamp = {};
+        mode = {};
+      } else if (name == "LookAt" || name == "Camera") {
+        view = !ends;
+      } else if (name == "Track") {
+        track = !ends;
+      } else if (name == "Point") {
+        point = !ends;
+      } else if (name == "LineString") {
+        lines += ends ? 1 : 0;
+      } else if (!view && !track && !stamp.time && (name == "when" || name == "begin" || name == "end")) {
+        is_span = name != "when";
+        if (!ends) guard(stamp, [&] { read_time(tags, stamp); });
+      } else if (point && name == "altitudeMode") {
+        mode = tags.content;
+      } else if (point && tags.name == "coordinates") {
+        const std::vector<TrackPoint> more = kml_points(tags, mode);
+        of_placemark.insert(of_placemark.end(), more.begin(), more.end());
+      }
+    }
+    const auto drop = [this](const std::vector<TrackPoint>& points, std::string_view what,
+                             std::string_view path) {
+      for (const TrackPoint& each : points)
+        report_.drop(each.line, what, fmt::format("not read: {} is the path", path));
+    };
+    if (!points_.empty()) return drop(timed, "Point with a time", "gx:Track");
+    if (lines > 0 && timed.size() < 2) {
+      drop(timed, "Point with a time", "the LineString");
+      if (first_time > 0) report_.drop(first_time, "time of a LineString", "not read: it is of no point");
+      return;
+    }
+    if (timed.empty()) return;
+    drop(untimed, "Point without a time", "that of the Points with times");
+    if (lines > 0) report_.remark(0, "LineStrings", "not read: the Points with times are the path");
+    points_ = std::move(timed);
+  }
   void read_kml_line() {
     bool line = false;
     std::string_view mode;
     for (XmlTags tags(file_); tags.next();) {
-      if (tags.name == "LineString") {
-        line = points_.empty();
-        if (!line) report_.guess(tags.line(), "another LineString", "not read: the first one is the path");
+      if (tags.name == "LineString" || tags.name == "/LineString") {
+        line = tags.name == "LineString";
+        mode = {};
       }
       if (line && tags.name == "altitudeMode") mode = tags.content;
       if (!line || tags.name != "coordinates") continue;
-      const std::string places = without_blanks_behind_commas(tags.content);
-      for (const std::string_view tuple : split_blanks(places)) {
-        TrackPoint& point = points_.emplace_back();
-        point.line = tags.line();
-        point.height_mode = mode;
-        guard(point, [&] { read_kml_place(tags, tuple, ',', point); });
-      }
-      line = false;
+      const std::vector<TrackPoint> more = kml_points(tags, mode);
+      if (more.empty()) continue;
+      // Trails come in pieces, each of which begins where the one before ends.
+      const auto same = [](const TrackPoint& a, const TrackPoint& b) {
+        return !a.bad && !b.bad && a.place.latitude_rad == b.place.latitude_rad &&
+               a.place.longitude_rad == b.place.longitude_rad;
+      };
+      const std::size_t known = points_.empty() ? 0 : 1;
+      if (known > 0 && !same(points_.back(), more.front()))
+        report_.drop(tags.line(), "another LineString", "not read: the first one is the path");
+      else
+        points_.insert(points_.end(), more.begin() + static_cast<std::ptrdiff_t>(known), more.end());
     }
   }
 

@@ -168,7 +168,78 @@ TEST(TrackFile, KmlTracksAndModesOfHeight) {
                                                 "<LineString><coordinates>1,2,3</coordinates></LineString>"),
                       "kml");
   EXPECT_EQ(lines.points.size(), 2U);
+  EXPECT_EQ(lines.report.entries().front().first, ReadReport::Level::Loss);
   EXPECT_THAT(lines.report.warnings(), ::testing::Contains(HasSubstr("another LineString")));
+}
+
+// Trackers write a Placemark with TimeStamp and Point for each fix, and the trail as LineStrings of two
+// points.
+std::string kml_fix(const std::string& when, const std::string& latitude, const std::string& prefix = {}) {
+  const auto tag = [&](const std::string& name) { return "<" + prefix + name + ">"; };
+  const auto end = [&](const std::string& name) { return "</" + prefix + name + ">"; };
+  return tag("Placemark") + tag("LookAt") + tag("gx:TimeStamp") + "<when>1999-01-01</when></gx:TimeStamp>" +
+         end("LookAt") + tag("Point") + tag("altitudeMode") + "absolute" + end("altitudeMode") +
+         tag("coordinates") + "11.5," + latitude + ",525" + end("coordinates") + end("Point") + when +
+         end("Placemark") + "\n";
+}
+std::string kml_time(int second, const std::string& prefix = {}) {
+  return "<" + prefix + "TimeStamp><" + prefix + "when>2026-06-01T12:00:" + std::to_string(second) + "Z</" +
+         prefix + "when></" + prefix + "TimeStamp>";
+}
+constexpr const char* kTrail =
+    "<Placemark><LineString><coordinates>11.5,48.1 11.5,48.2</coordinates></LineString>"
+    "</Placemark><LineString><coordinates>11.5,48.2 11.5,48.3</coordinates></LineString>";
+
+TEST(TrackFile, KmlPointsWithTimesAreATrack) {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& text) {
+    return read_track_file(folder.write("a.kml", "<kml><Document>" + text + "</Document></kml>"), "kml");
+  };
+  for (const std::string& prefix : {std::string(), std::string("kml:")}) {
+    // The newest first, as feeds have them.
+    const RecordedPath path =
+        read(kml_fix(kml_time(30, prefix), "48.3", prefix) + kml_fix(kml_time(20, prefix), "48.2", prefix) +
+             kTrail + kml_fix(kml_time(10, prefix), "48.1", prefix));
+    ASSERT_EQ(path.points.size(), 3U);
+    EXPECT_TRUE(path.timed);
+    EXPECT_DOUBLE_EQ(path.points[2].time - path.points[0].time, 20);
+    EXPECT_NEAR(geodesy::degrees(path.points[0].place.latitude_rad), 48.1, 1e-12);
+    EXPECT_EQ(path.points[0].place.height_m, 525);
+  }
+  const std::string span =
+      "<TimeSpan><begin>2026-06-01T12:00:40Z</begin><end>2026-06-01T12:00:50Z</end></TimeSpan>";
+  const RecordedPath path =
+      read(kml_fix(kml_time(10), "48.1") + kml_fix(kml_time(20), "48.2") + kml_fix(span, "48.3") +
+           kml_fix("", "48.4") + kml_fix("", "48.5") + kml_fix("", "48.6") + kml_fix("", "48.7") +
+           kml_fix("<TimeStamp><when>noon</when></TimeStamp>", "48.8"));
+  ASSERT_EQ(path.points.size(), 3U);
+  EXPECT_DOUBLE_EQ(path.points[2].time - path.points[0].time, 30);
+  EXPECT_THAT(
+      path.report.lines(ReadReport::Level::Loss),
+      ::testing::UnorderedElementsAre(HasSubstr("noon"), HasSubstr("Point without a time (the first of 4)")));
+  EXPECT_THAT(path.report.warnings(), ::testing::Contains(HasSubstr("TimeSpan of a Point; its begin")));
+}
+
+TEST(TrackFile, KmlTimesThatAreNotReadAreLosses) {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& text) {
+    return read_track_file(folder.write("a.kml", "<kml>" + text + "</kml>"), "kml");
+  };
+  const auto losses = [](const RecordedPath& path) { return path.report.lines(ReadReport::Level::Loss); };
+  const RecordedPath trail = read(kTrail);
+  EXPECT_EQ(trail.points.size(), 3U) << "a LineString that begins where the one before ends continues it";
+  EXPECT_THAT(losses(trail), ::testing::ElementsAre());
+  const RecordedPath marked = read(kTrail + kml_fix(kml_time(10), "48.1"));
+  EXPECT_EQ(marked.points.size(), 3U);
+  EXPECT_FALSE(marked.timed);
+  EXPECT_THAT(losses(marked), ::testing::ElementsAre(HasSubstr("Point with a time; not read")));
+  EXPECT_THAT(
+      losses(read("<Placemark>" + kml_time(10) + "<LineString><coordinates>11,48 11,49</coordinates>" +
+                  "</LineString></Placemark>")),
+      ::testing::ElementsAre(HasSubstr("time of a LineString; not read")));
+  const RecordedPath track = read(kKmlTrack + kml_fix(kml_time(10), "48.1"));
+  EXPECT_EQ(track.points.size(), 2U);
+  EXPECT_THAT(losses(track), ::testing::ElementsAre(HasSubstr("Point with a time; not read: gx:Track")));
 }
 
 }  // namespace
