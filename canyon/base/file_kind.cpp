@@ -99,6 +99,18 @@ bool is_columns(std::string_view head) {
          std::any_of(lines.begin(), lines.end(), is_blank_separated);
 }
 
+/// MAVLink 1 or 2 behind a time from 1996 to 2103, in microseconds, big-endian.
+bool is_tlog(std::string_view head) {
+  return head.size() > 9 && head[0] == 0 && head[1] > 2 && head[1] < 16 &&
+         (head[8] == '\xFD' || head[8] == '\xFE');
+}
+
+/// How a file of positions becomes a track, or observations.
+constexpr std::string_view kBagUse =
+    "it is not read: play it (ros2 bag play BAG) and ros2 topic echo --csv /fix > fix.csv makes CSV of the "
+    "fixes "
+    "of a topic /fix; trajectory.columns names its columns";
+
 /// The kinds in the order in which they are asked: text of one kind may stand in another.
 struct Row {
   FileKind kind;
@@ -106,6 +118,30 @@ struct Row {
   std::string_view name, format, use;
 };
 constexpr Row kKinds[] = {
+    {FileKind::Foreign, [](auto head) { return head.starts_with("ULog\x01\x12\x35"); },
+     "a flight log of PX4 (ULog)", "",
+     "it is not read: ulog2csv -m vehicle_gps_position FILE (of pyulog) makes CSV of its fixes; "
+     "trajectory.columns: {unix_time: \"time_utc_usec [us]\", latitude: \"latitude_deg [deg]\", longitude: "
+     "\"longitude_deg [deg]\", height: \"altitude_ellipsoid_m [m]\"} reads it"},
+    {FileKind::Foreign, [](auto head) { return head.starts_with("\xA3\x95\x80"); },
+     "a flight log of ArduPilot (DataFlash)", "",
+     "it is not read: mavlogdump.py --format csv --types GPS FILE > gps.csv (of pymavlink) makes CSV of its "
+     "fixes; trajectory.columns: {unix_time: \"timestamp [s]\", latitude: \"Lat [deg]\", longitude: "
+     "\"Lng [deg]\", height_msl: \"Alt [m]\"} reads it"},
+    {FileKind::Foreign, is_tlog, "a telemetry log of MAVLink (tlog)", "",
+     "it is not read: mavlogdump.py --format csv --types GLOBAL_POSITION_INT FILE > gps.csv (of pymavlink) "
+     "makes CSV of its positions; trajectory.columns: {unix_time: \"timestamp [s]\", latitude: \"lat [e7]\", "
+     "longitude: \"lon [e7]\", height_msl: \"alt [mm]\"} reads it"},
+    {FileKind::Foreign, [](auto head) { return head.starts_with("#ROSBAG V"); }, "a bag of ROS 1", "",
+     "it is not read: rostopic echo -b FILE -p /fix > fix.csv makes CSV of the fixes of a topic /fix; "
+     "trajectory.columns names its columns"},
+    {FileKind::Foreign, [](auto head) { return head.starts_with("\x89MCAP0\r\n"); }, "a bag of ROS 2 (MCAP)",
+     "", kBagUse},
+    {FileKind::Foreign,
+     [](auto head) { return head.starts_with("SQLite format 3") && column(head, 68, 4) != "GPKG"; },
+     "an SQLite database, perhaps a bag of ROS 2", "", kBagUse},
+    {FileKind::Foreign, [](auto head) { return has(head, "rosbag2_bagfile_information"); }, "a bag of ROS 2",
+     "", kBagUse},
     {FileKind::RinexObservation, [](auto head) { return rinex_type(head) == 'O'; },
      "a RINEX observation file", "", "canyon validate --obs and canyon rtk take it"},
     {FileKind::RinexNavigation, is_navigation, "a RINEX navigation file", "",
@@ -147,7 +183,9 @@ constexpr Row kKinds[] = {
 
 /// The unpacked beginning of a file.
 std::string head_of(const std::filesystem::path& path) {
-  GzipFile file(path);
+  const std::filesystem::path bag = path / "metadata.yaml";  // a bag of ROS 2 is a folder
+  std::error_code ignored;
+  GzipFile file(std::filesystem::exists(bag, ignored) ? bag : path);
   std::string head(std::size_t{1} << 14, '\0');
   std::size_t size = 0;
   while (const std::size_t n = file.read(head.data() + size, head.size() - size, 0)) size += n;
