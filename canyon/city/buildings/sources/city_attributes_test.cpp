@@ -25,6 +25,10 @@ TEST(CityAttributes, WhatIsGone) {
   EXPECT_FALSE(
       is_gone({{"yearOfDemolition", "9999"}, {"terminationDate", ""}, {"status", "Pand in gebruik"}}));
   EXPECT_FALSE(is_gone({}));
+  for (const char* date : {"2045", "2099-12-31", "2026-12-31", "31.12.2026", "0001-01-01", "none"})
+    EXPECT_FALSE(is_gone({{"dateOfDemolition", date}})) << date;
+  for (const char* date : {"2026-06-30", "30.06.2026", "20260630", "2026-12-01"})
+    EXPECT_TRUE(is_gone({{"terminationDate", date}})) << date;
 }
 
 TEST(CityAttributes, TagsOfAttributes) {
@@ -51,6 +55,9 @@ TEST(CityAttributes, ValuesThatStandForNotKnownAreLeftOut) {
   for (const char* tag :
        {"height", "building:levels", "start_date", "building:structure", "building:material"})
     EXPECT_EQ(tags.count(tag), 0U) << tag;
+  CityAttributes flat{{"storeysAboveGround", "0"}};
+  add_tags_of_attributes(flat);
+  EXPECT_EQ(flat.at("building:levels"), "0") << "ShapeReader warns of it";
   // A frame of concrete or steel carries facades of any material.
   CityAttributes framed{{"buildingStructureType", "604"}, {"height", "9"}, {"measuredHeight", "8"}};
   add_tags_of_attributes(framed);

@@ -173,7 +173,7 @@ std::string use_of(std::string_view value) {
 bool is_filler(std::string_view tag, std::string_view value) {
   const std::optional<double> number = parse_double(value);
   if (tag == "height") return number && (*number <= 0 || *number >= 2000);
-  if (tag == "building:levels") return number && (*number <= 0 || *number > 300);
+  if (tag == "building:levels") return number && (*number < 0 || *number > 300);
   if (tag == "start_date") {
     const std::optional<double> year = parse_double(value.substr(0, 4));
     return !year || *year < 1000 || *year > 2200;
@@ -352,8 +352,7 @@ void CityModel::add(CityObject object) {
     return;
   }
   if (is_gone(object.attributes)) {
-    leave_out(object.type + " objects that are demolished or not built by their attributes", 1,
-              Level::Remark);
+    leave_out(object.type + " objects that are demolished or not built by their attributes", 1, Level::Guess);
     return;
   }
   switch (role->second) {
@@ -604,11 +603,8 @@ void add_tags_of_attributes(CityAttributes& tags) {
 }
 
 bool is_gone(const CityAttributes& attributes) {
-  for (const char* name : {"yearOfDemolition", "dateOfDemolition", "terminationDate"}) {
-    const std::optional<double> year = parse_double(value_of(attributes, name).substr(0, 4));
-    constexpr double kFirst = 1000, kLast = 2100;  // 9999 stands for none
-    if (year && *year >= kFirst && *year <= kLast) return true;
-  }
+  for (const char* name : {"yearOfDemolition", "dateOfDemolition", "terminationDate"})
+    if (has_ended(value_of(attributes, name)).value_or(false)) return true;
   return std::find(kGoneStatus.begin(), kGoneStatus.end(), value_of(attributes, "status")) !=
          kGoneStatus.end();
 }

@@ -161,8 +161,8 @@ inline constexpr const char* kOtherUnit = "attributes in units of length that ar
 /// "steel") of PLATEAU's structure codes. Values that stand for "not known" (-9999, year 0001) are left out.
 void add_tags_of_attributes(CityAttributes& tags);
 
-/// Whether attributes say that a building is torn down or was never built: a year of demolition, an end of
-/// its life, or such a status of the Dutch register of buildings. 9999 stands for none.
+/// Whether attributes say that a building is torn down or was never built: a demolition or an end of its
+/// life that has_ended(), or such a status of the Dutch register of buildings.
 [[nodiscard]] bool is_gone(const CityAttributes& attributes);
 
 /// The value of the tag `building` for a building with these attributes, by its function, usage and class:

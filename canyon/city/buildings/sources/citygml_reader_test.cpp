@@ -500,7 +500,7 @@ TEST_F(CityGmlTest, DemolishedBuildingsAreNotBuilt) {
   member.insert(member.find('>', member.find("Building ")) + 1, gone);
   const MapData data = read(citygml(citygml_member(gml_building("house")) + member));
   EXPECT_EQ(data.features.size(), 1U);
-  EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("left out 1 Building objects that are demolished")));
+  EXPECT_THAT(data.notes.warnings(), Contains(HasSubstr("left out 1 Building objects that are demolished")));
 }
 
 TEST_F(CityGmlTest, BadInputIsOneClearError) {

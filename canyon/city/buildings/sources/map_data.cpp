@@ -33,6 +33,27 @@ std::string_view tag(const TagMap& tags, const char* key) {
   return found == tags.end() ? std::string_view() : trim(found->second);
 }
 
+std::optional<bool> has_ended(std::string_view date) {
+  constexpr std::string_view kPresent = "2026-12-01", kDigits = "0123456789";
+  std::vector<std::string_view> before;  // "31", "12" of "31.12.2031"
+  for (std::size_t at = 0; (at = date.find_first_of(kDigits, at)) != std::string_view::npos;) {
+    const std::size_t size = std::min(date.find_first_not_of(kDigits, at), date.size()) - at;
+    std::string end(date.substr(at, size));
+    at += size;
+    if (size != 4 && size != 8) {
+      before.push_back(date.substr(at - size, size));
+      continue;
+    }
+    if (end < "1000") return std::nullopt;
+    if (size == 8) end.insert(6, "-").insert(4, "-");
+    end += date.substr(at);
+    if (at == date.size() && size == 4)
+      for (auto part = before.rbegin(); part != before.rend(); ++part) end += fmt::format("-{:0>2}", *part);
+    return end <= kPresent || date.starts_with("before");
+  }
+  return std::nullopt;
+}
+
 void LonLatBox::validate() const {
   const auto check = [](double value, double limit, const char* bound) {
     if (!(std::abs(value) <= limit))

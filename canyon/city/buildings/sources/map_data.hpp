@@ -55,6 +55,11 @@ using TagMap = std::map<std::string, std::string>;
 /// The value of a tag without blanks around it; empty where there is none.
 [[nodiscard]] std::string_view tag(const TagMap& tags, const char* key);
 
+/// Whether a date of an end ("1990", "2031-05", "20310501", "31.12.2031", "~2031", "2030s"; OSM wiki,
+/// "Key:end_date") is not after 2026-12-01, or is one by its year alone. That day is fixed: a map gives the
+/// same city on every day. "before 2031" has ended. Empty without a year from 1000 on.
+[[nodiscard]] std::optional<bool> has_ended(std::string_view date);
+
 /// One thing on a map with its tags, before anything is decided about it.
 struct MapFeature {
   std::string id;  ///< for people: "way/123", "relation/9", "node/4", the id of a city model's object

@@ -1,12 +1,10 @@
 #include "canyon/city/buildings/sources/osm_objects.hpp"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <osmium/osm.hpp>
 
 #include <algorithm>
 #include <array>
-#include <ctime>
 #include <iterator>
 #include <limits>
 
@@ -352,31 +350,23 @@ bool all_below_ground(std::string_view levels) {
   });
 }
 
+/// Whether a tag says that a building is above the ground.
+bool rises(const TagMap& tags) {
+  constexpr std::array kKeys{
+      "height",      "building:height", "est_height", "building:levels", "building:levels:aboveground",
+      "roof:levels", "roof:height"};
+  return std::any_of(kKeys.begin(), kKeys.end(), [&](const char* key) { return positive(tag(tags, key)); });
+}
+
 bool underground(const TagMap& tags) {
   const std::string_view location = tag(tags, "location");
   if (location == "underground" || location == "below_ground" || location == "subsurface") return true;
   if (tag(tags, "parking") == "underground" || tag(tags, "underground") == "yes") return true;
-  const bool above = positive(tag(tags, "height")) || positive(tag(tags, "building:levels"));
-  if (above) return false;
+  if (rises(tags)) return false;
   const std::optional<double> layer = parse_double(tag(tags, "layer"));
   if (layer && *layer < 0) return true;
   for (const char* key : {"level", "max_level", "building:levels"})
     if (all_below_ground(tag(tags, key))) return true;
-  const std::optional<double> levels = parse_double(tag(tags, "building:levels"));
-  return levels && *levels == 0 && positive(tag(tags, "building:levels:underground")) &&
-         !positive(tag(tags, "roof:levels"));
-}
-
-/// Whether a date with a year of four digits ("2031", "2031-05", "~2031", "2030s", "31.12.2031"; OSM wiki,
-/// "Key:start_date") is later than today (UTC); "before 2031" may be any day.
-bool lies_ahead(std::string_view date) {
-  const std::string today = fmt::format("{:%Y-%m-%d}", fmt::gmtime(std::time(nullptr)));
-  constexpr std::string_view kDigits = "0123456789";
-  for (std::size_t at = 0; (at = date.find_first_of(kDigits, at)) != std::string_view::npos;) {
-    const std::size_t end = std::min(date.find_first_not_of(kDigits, at), date.size());
-    if (end - at == 4) return date.substr(at) > today && !date.starts_with("before");
-    at = end;
-  }
   return false;
 }
 
@@ -396,18 +386,23 @@ std::string reason_to_leave_out(const TagMap& tags, std::string_view value) {
       return value == word || of_own(tag(tags, std::string(word).c_str()));
     });
   };
-  if (says(kGoneValues, [](std::string_view own) { return !own.empty() && !is_no(own); }) ||
+  if (says(kGoneValues,
+           [](std::string_view own) {
+             return !own.empty() && !is_no(own) && has_ended(own).value_or(true);
+           }) ||
       says(kNotThereValues, [](std::string_view own) { return own == "yes"; }))
     return "demolished or not built";
   const bool unfinished =
       std::find(kUnfinishedValues.begin(), kUnfinishedValues.end(), value) != kUnfinishedValues.end();
-  if (unfinished && !positive(tag(tags, "height")) && !positive(tag(tags, "building:levels")))
-    return "in ruins or under construction, without a height";
+  if (unfinished && !rises(tags)) return "in ruins or under construction, without a height";
   const std::string_view end = tag(tags, "end_date");
-  if (!end.empty() && !lies_ahead(end)) return "with an end_date";
+  if (!end.empty() && has_ended(end).value_or(true)) return kEnded;
   const std::string_view indoor = tag(tags, "indoor");
   if ((!indoor.empty() && indoor != "no") || tag(tags, "location") == "indoor") return "indoor";
   if (underground(tags)) return "underground";
+  const std::optional<double> levels = parse_double(tag(tags, "building:levels"));
+  if (levels && *levels == 0 && positive(tag(tags, "building:levels:underground")) && !rises(tags))
+    return kBelow;
   return {};
 }
 

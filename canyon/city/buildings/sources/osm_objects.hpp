@@ -19,6 +19,10 @@ struct OsmClass {
   std::string left_out;             ///< why it is not built although it is of that kind; empty: it is
 };
 
+/// Reasons in OsmClass::left_out that may be mistakes of the map: these are warnings.
+inline constexpr const char* kEnded = "with an end_date";
+inline constexpr const char* kBelow = "with zero storeys above the ground and some below";
+
 /// True where a key can matter to classify(): a quick sieve.
 [[nodiscard]] bool key_matters(std::string_view key, bool foliage);
 

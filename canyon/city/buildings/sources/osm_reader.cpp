@@ -222,7 +222,9 @@ class FeatureMaker {
     MapData map;
     for (Candidate& candidate : all) {
       if (!candidate.left_out.empty()) {
-        notes_.tell(Level::Remark, "{} left out, " + candidate.left_out, candidate.feature.id);
+        const bool doubtful = candidate.left_out == kEnded || candidate.left_out == kBelow;
+        notes_.tell(doubtful ? Level::Guess : Level::Remark, "{} left out, " + candidate.left_out,
+                    candidate.feature.id);
         continue;
       }
       if (candidate.feature.kind == FeatureKind::Passage) {

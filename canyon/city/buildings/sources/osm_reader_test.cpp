@@ -476,13 +476,40 @@ TEST_F(OsmReader, NewObjectsAreThoseOfTheirFile) {
 TEST_F(OsmReader, BuildingsStandUntilTheirEnd) {
   OsmText text;
   std::int64_t id = 0;
-  for (const char* date : {"2999", "2999-05", "~2999", "2999s", "31.12.2999", "1999", "1999-05-01",
-                           "before 2999", "C21", "12.2011", "unknown"}) {
+  for (const char* date :
+       {"2999", "2999-05", "~2999", "2999s", "31.12.2999", "29991231", "31.12.2026", "1999", "1999-05-01",
+        "before 2999", "C21", "12.2011", "unknown", "1.11.2026", "20261101"}) {
     ++id;
     text.square(id, 10 + 0.01 * static_cast<double>(id), 50, 0.001,
                 {{"building", "yes"}, {"end_date", date}});
   }
-  EXPECT_THAT(ids(read(text)), ElementsAre("way/1", "way/2", "way/3", "way/4", "way/5"));
+  text.square(++id, 10 + 0.01 * static_cast<double>(id), 50, 0.001,
+              {{"building", "yes"}, {"demolished", "2999"}});
+  const MapData map = read(text);
+  EXPECT_THAT(ids(map), ElementsAre("way/1", "way/16", "way/2", "way/3", "way/4", "way/5", "way/6", "way/7"));
+  EXPECT_THAT(map.notes.warnings(), ElementsAre(HasSubstr("8 left out, with an end_date: way/8")));
+}
+
+// Simple 3D Buildings: building:levels has neither roof nor cellars.
+TEST_F(OsmReader, ZeroStoreysDoNotMakeABuildingVanish) {
+  const OsmText::Tags zero{{"building", "yes"}, {"building:levels", "0"}};
+  OsmText text;
+  std::int64_t id = 0;
+  for (const char* more : {"", "roof:levels=1", "roof:height=4", "height=3", "building:levels:underground=0",
+                           "building:levels:underground=2"}) {
+    OsmText::Tags tags = zero;
+    const std::string pair = more;
+    if (!pair.empty()) {
+      tags.emplace_back("building:levels:underground", "1");
+      if (pair.starts_with("building")) tags.pop_back();
+      tags.emplace_back(pair.substr(0, pair.find('=')), pair.substr(pair.find('=') + 1));
+    }
+    ++id;
+    text.square(id, 10 + 0.01 * static_cast<double>(id), 50, 0.001, tags);
+  }
+  const MapData map = read(text);
+  EXPECT_THAT(ids(map), ElementsAre("way/1", "way/2", "way/3", "way/4", "way/5"));
+  EXPECT_THAT(map.notes.warnings(), ElementsAre(HasSubstr("1 left out, with zero storeys above the ground")));
 }
 
 // planetiler#1104, tilemaker#895.

@@ -220,7 +220,7 @@ class ShapeReader {
       shape_.height_source = HeightSource::Tag;
       return;
     }
-    if (levels_ && *levels_ + roof_levels_ > 0) {
+    if (levels_ && *levels_ + roof_levels_ + roof_height_.value_or(0) > 0) {
       shape_.height_m = height_of_levels();
       if (shape_.height_m <= kHighest_m) {
         shape_.height_source = HeightSource::Levels;
@@ -228,6 +228,7 @@ class ShapeReader {
       }
       tags_.warn(fmt::format("storeys and roof add up to {} m; left out", shape_.height_m));
     }
+    if (levels_ && *levels_ == 0) tags_.warn("zero storeys give no height; it is that of its type");
     const auto by_type = defaults_.by_type.find(type_);
     shape_.height_m = by_type != defaults_.by_type.end() ? by_type->second : defaults_.building_m;
     shape_.height_source = HeightSource::Default;

@@ -217,6 +217,10 @@ TEST(ShapeFromTags, LevelsStandUnderTheRoof) {
       read({{"building", "yes"}, {"building:levels", "0"}, {"roof:levels", "1"}, {"roof:shape", "gabled"}});
   EXPECT_DOUBLE_EQ(tent.height_m, 3);
   EXPECT_DOUBLE_EQ(tent.roof_height_m, 3);
+  const Shape cone =
+      read({{"building", "yes"}, {"building:levels", "0"}, {"roof:height", "4"}, {"roof:shape", "cone"}});
+  EXPECT_DOUBLE_EQ(cone.height_m, 4);
+  EXPECT_EQ(cone.height_source, HeightSource::Levels);
 }
 
 TEST(ShapeFromTags, StoreysLeaveTheRoofItsShareOfATaggedHeight) {
@@ -286,6 +290,9 @@ TEST(ShapeFromTags, LeavesAbsurdValuesOutWithAWarning) {
       {{{"building", "yes"}, {"height", "5000"}}, 9, 0, 0, "height='5000' is outside"},
       {{{"building", "yes"}, {"height", "tall"}}, 9, 0, 0, "height='tall' is not a length"},
       {{{"building", "yes"}, {"height", "0"}}, 9, 0, 0, "height='0' is outside"},
+      {{{"building", "yes"}, {"height", "0 m"}}, 9, 0, 0, "height='0 m' is outside"},
+      {{{"building", "yes"}, {"building:levels", "0"}}, 9, 0, 0, "zero storeys give no height"},
+      {{{"building", "yes"}, {"building:levels", "0"}, {"roof:levels", "0"}}, 9, 0, 0, "zero storeys"},
       {{{"building", "yes"}, {"height", "10"}, {"min_height", "12"}},
        10,
        0,
