@@ -19,13 +19,14 @@ namespace {
 struct CityInfoArguments {
   std::string input;
   CityArguments city;
-  bool json = false;
+  bool json = false, quiet = false;
 };
 
 int run_city_info(const CityInfoArguments& arguments) {
   const simulation::CityConfig config = city_config(arguments.input, arguments.city);
   const auto begin = std::chrono::steady_clock::now();
-  const buildings::BuiltCity loaded = read_city(config, "building the city", arguments.json);
+  const buildings::BuiltCity loaded =
+      read_city(config, "building the city", arguments.json || arguments.quiet);
   const city::City& city = loaded.city;
   print_report(city.notes, fmt::format("canyon check {}", arguments.input));
   const double load_s = seconds_since(begin);
@@ -160,6 +161,7 @@ void add_city(Command& app) {
   add_place_options(info, arguments.city);
   add_city_options(info, arguments.city);
   info.add_flag("--json", arguments.json, "print JSON");
+  info.add_flag("--quiet", arguments.quiet, "print no progress");
   add_city_build(command);
 }
 

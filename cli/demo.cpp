@@ -25,7 +25,13 @@ bool has_page() {
   }
 }
 
-int run_demo(const std::string& out) {
+struct DemoArguments {
+  std::string out = "canyon-demo";
+  bool quiet = false;
+};
+
+int run_demo(const DemoArguments& arguments) {
+  const std::string& out = arguments.out;
   const std::filesystem::path folder = out;
   std::optional<FolderLock> lock(folder);
   const std::string scenario = (folder / "demo.yaml").string();
@@ -44,8 +50,11 @@ int run_demo(const std::string& out) {
                                               {self, "heatmap", scenario, "--spacing", "6", "--out", map}};
   const bool with_page = has_page();
   if (with_page) steps.push_back({self, "view", scenario, "--export", page});
-  for (const std::vector<std::string>& step : steps)
+  for (std::vector<std::string>& step : steps) {
+    if (arguments.quiet) step.emplace_back("--quiet");
     if (const int status = run_program(step); status != kOk) return status;
+  }
+  if (arguments.quiet) return kOk;
   fmt::print("\nPictures: {0}/track.png, {0}/timeline.png, {0}/skyplot.png and those in {1}.\n", out, map);
   if (with_page)
     fmt::print("In three dimensions: open {} in a browser.\n", page);
@@ -68,9 +77,9 @@ int run_demo(const std::string& out) {
 void add_demo(Command& app) {
   Command& command = app.add_command(
       "demo", "simulate a car in a synthetic downtown: a drive, a heat map, pictures, a page for browsers");
-  std::string& out = command.run_with(run_demo);
-  out = "canyon-demo";
-  command.add_option("-o,--out", out, "DIR", "folder for the results (canyon-demo)");
+  DemoArguments& arguments = command.run_with(run_demo);
+  command.add_option("-o,--out", arguments.out, "DIR", "folder for the results (canyon-demo)");
+  command.add_flag("--quiet", arguments.quiet, "print warnings and errors only");
 }
 
 }  // namespace canyon::cli

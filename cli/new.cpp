@@ -388,6 +388,7 @@ class ScenarioWriter {
 struct NewArguments {
   std::vector<std::string> files;
   std::string out = "drive.yaml", origin;
+  bool quiet = false;
 };
 
 int run_new(const NewArguments& arguments) {
@@ -401,6 +402,7 @@ int run_new(const NewArguments& arguments) {
   const NewScenario made = new_scenario(arguments.files, arguments.out, arguments.origin);
   print_report(made.report, "canyon check " + arguments.out);
   write_file(out, made.yaml);
+  if (arguments.quiet) return kOk;
   fmt::print("{}\n  {}\n\nRun it:\n  {}\n", arguments.out, fmt::join(made.facts, "\n  "), run_command(out));
   return kOk;
 }
@@ -423,6 +425,7 @@ void add_new(Command& app) {
       .required();
   command.add_option("-o,--out", arguments.out, "FILE", "the scenario (drive.yaml)").writes();
   command.add_option("--origin", arguments.origin, "LAT,LON,HEIGHT", "where the zero of a mesh lies");
+  command.add_flag("--quiet", arguments.quiet, "print warnings and errors only");
   command.footer =
       "Without a path it drives 500 m along the map's streets; without a navigation file the sky is nominal.";
 }

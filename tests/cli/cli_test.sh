@@ -115,6 +115,16 @@ help)
   runs 0 "$canyon" simulate --help
   says out --out --seed --duration --rate --threads --quiet rinex_observation pictures "canyon scenario keys"
   runs 0 "$canyon" scenario keys; says out elevation_mask_deg height_above_terrain_m
+  # Each command takes --quiet: those of the last block of each help.
+  commands_of() { "$canyon" "$@" --help | awk '/^S[Uu][Bb][Cc][Oo][Mm][Mm][Aa][Nn][Dd][Ss]/ {on = 1; next} /^[^ ]/ {on = 0} on && /^  [a-z]/ {print $1}'; }
+  for command in $(commands_of); do
+    "$canyon" "$command" --help | grep -q -- --quiet || [ -n "$(commands_of "$command")" ] || fail "$command takes no --quiet"
+    for inner in $(commands_of "$command"); do
+      "$canyon" "$command" "$inner" --help | grep -q -- --quiet || fail "$command $inner takes no --quiet"
+    done
+  done
+  runs 0 "$canyon" profiles --quiet; says out ublox-m10
+  runs 0 "$canyon" faults list --quiet; runs 0 "$canyon" scenario schema --quiet
   # Without a command: the help. A word or option that is none: what was probably meant.
   runs 2 "$canyon"; says err simulate heatmap "Exit status"
   runs 2 "$canyon" simulat; one_line; says err "no command 'simulat'" "did you mean 'simulate'?"
@@ -409,6 +419,7 @@ demo)
   for file in demo.yaml epochs.csv track.png heatmap/map.nc; do [ -s "here/$file" ] || fail "no here/$file"; done
   cmp -s here/demo.yaml "$root/examples/synthetic_drive.yaml" || fail "demo.yaml is not the example"
   runs 0 "$canyon" simulate here/demo.yaml --out here/mine
+  runs 0 "$canyon" demo --out still --quiet; [ ! -s out ] && [ ! -s err ] || fail "demo --quiet printed something"
   cmp -s here/epochs.csv here/mine/epochs.csv || fail "what it says next gives another drive"
   : >file; runs 2 "$canyon" demo --out file/here; one_line ;;
 new)
