@@ -90,6 +90,9 @@ TEST(FileKind, ReadersSayWhatAFileIsInstead) {
   EXPECT_EQ(read_as(FileKind::Sp3, path, [] { return 7; }), 7);
   std::filesystem::remove(path);
   EXPECT_EQ(message(FileKind::Sp3), path.string() + ":3: is bad");
+  std::filesystem::create_directory(path);
+  std::ofstream(path / "metadata.yaml") << "rosbag2_bagfile_information:\n";
+  EXPECT_THAT(message(FileKind::Columns), testing::HasSubstr("is a bag of ROS 2, not a text of columns"));
 }
 
 }  // namespace

@@ -312,12 +312,18 @@ FileReport inspect_path(const std::filesystem::path& path, const std::string& fo
     report.contents.emplace_back("last place", place_text(last));
   };
   if (timed) {
+    simulation::keep_rising(recorded);
+    const std::size_t count = recorded.points.size();
     const simulation::TrajectoryFile file = simulation::recorded_trajectory(std::move(recorded));
     const simulation::Trajectory& way = file.trajectory;
     report.uses.emplace_back("canyon validate SCENARIO --truth FILE");
     report.contents.emplace_back("time",
                                  dated ? span_text(way.begin(), way.end())
                                        : fmt::format("{:.0f} s, without a date", way.end() - way.begin()));
+    report.contents.emplace_back(
+        "points", dated ? fmt::format("{} points, {} to {}", count, geodesy::format_utc(way.begin(), 0),
+                                      geodesy::format_utc(way.end(), 0))
+                        : fmt::format("{} points", count));
     report.contents.emplace_back("interval", fmt::format("{:g} s", way.sample_interval_s()));
     report.contents.emplace_back("length", fmt::format("{:.0f} m", way.length_m()));
     say_places(way.at(way.begin()).position, way.at(way.end()).position);
@@ -347,7 +353,7 @@ FileReport inspect_android(const std::filesystem::path& path) {
 }  // namespace
 
 FileReport inspect_file(const std::filesystem::path& path) {
-  if (is_scenario(path)) return inspect_scenario(path);
+  if (is_scenario(path) && path.filename() != "metadata.yaml") return inspect_scenario(path);  // else a bag's
   if (path.extension() == ".nc") {
     auto study = inspect_study(path);
     return study ? *std::move(study) : inspect_map(path);
