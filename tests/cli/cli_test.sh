@@ -501,7 +501,7 @@ reference)
   }
   if command -v zsh >/dev/null; then
     in_zsh canyon live --pose-format "" "json binary mavlink"
-    in_zsh canyon heatmap query map.nc --speed 3 "" "--at --path --format --altitude --time --speed --stretch --step --json --help"
+    in_zsh canyon heatmap query map.nc --speed 3 "" "--at --path --format --altitude --time --speed --stretch --step --json --quiet --help"
     in_zsh canyon simulate --out "" $'\nfiles'
     in_zsh canyon simulate ./dr files
   fi
