@@ -154,13 +154,13 @@ std::string unknown_word(const Command& program, const std::vector<std::string>&
 }
 
 /// All commands take --quiet; to those that print what is asked for alone it means nothing.
-void complete(Command& command) {
+void add_quiet(Command& command) {
   static bool ignored = false;
   const bool has_quiet = std::any_of(command.options.begin(), command.options.end(),
                                      [](const Option& option) { return option.has_name("--quiet"); });
   if (command.action && !has_quiet)
     command.add_flag("--quiet", ignored, "print warnings, errors and what is asked for only");
-  for (Command& each : command.commands) complete(each);
+  for (Command& each : command.commands) add_quiet(each);
 }
 
 }  // namespace
@@ -179,7 +179,7 @@ bool Command::given(std::string_view name_of_option) const {
 int run(Command& program, const std::string& version, int argc, char** argv) {
   CLI::App app(program.help, program.name);
   app.set_version_flag("--version", version);
-  complete(program);
+  add_quiet(program);
   Parser parser;
   parser.add(app, program);
   if (argc < 2) {

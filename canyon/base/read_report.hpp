@@ -48,8 +48,8 @@ class ReadReport {
   void loss(int line, std::string_view what, std::string_view outcome = kLeftOut) {
     loss(InputError(path_, line, what), 1, outcome);
   }
-  /// A sound record without the values that are needed, or one that is not used: a loss by which the file is
-  /// no other one (require_most()).
+  /// A sound record that has no value where one is needed, or that is not used: a loss that does not count in
+  /// losses() and require_most().
   void drop(const InputError& reason, std::string_view outcome = kLeftOut) {
     add(Level::Loss, reason, 1, outcome);
   }

@@ -189,26 +189,26 @@ class Mavlink(unittest.TestCase):
         self.assertEqual((got[0]["x"], got[0]["y"], got[0]["z"]), (222976520, 1141702523, 15.0))
 
     def read(self, text, name="m.waypoints"):
-        """Items and what is said of a mission; PATH stands for its path in the latter, and in errors."""
-        path, said = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory())) / name, []
+        """Items of a mission and the lines logged; PATH is its path in these and in errors."""
+        path, logged = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory())) / name, []
         path.write_text(text if isinstance(text, str) else json.dumps(text))
         try:
-            items = mavlink_link.read_mission(path, said.append)
+            items = mavlink_link.read_mission(path, logged.append)
         except ValueError as error:
             raise ValueError(str(error).replace(str(path), "PATH")) from None
-        return items, [line.replace(str(path), "PATH") for line in said]
+        return items, [line.replace(str(path), "PATH") for line in logged]
 
     def test_only_ardupilots_row_0_is_home(self):
         """The same mission with home as row 0 (ArduPilot), without and numbered from 1 (PX4, QGroundControl)."""
         row = "{}\t{}\t3\t{}\t15\t0\t0\tnan\t48.1\t11.5\t12\t1\n"
         rows = lambda first: "".join(row.format(first + i, int(i == 0), command) for i, command in enumerate((22, 16, 21)))
         home = "0\t1\t0\t16\t0\t0\t0\t0\t48.1\t11.5\t520\t1\n"
-        for text, said in ((home + rows(1), ["PATH: row 0 (command 16, frame 0: 48.1, 11.5) is taken as home and not flown"]),
+        for text, logged in ((home + rows(1), ["PATH: row 0 (command 16, frame 0: 48.1, 11.5) is taken as home and not flown"]),
                            (rows(0), []), (rows(1), [])):
             items, lines = self.read("\ufeffQGC WPL 110\r\n" + text)
             self.assertEqual([(item["command"], item["current"]) for item in items], [(22, 1), (16, 0), (21, 0)])
             self.assertEqual((items[1]["frame"], items[1]["x"], items[1]["y"], items[1]["z"]), (6, 481000000, 115000000, 12))
-            self.assertEqual(lines, said)
+            self.assertEqual(lines, logged)
         self.assertEqual([item["command"] for item in self.read("QGC WPL 110\n" + home)[0]], [16])
 
     def test_jumps_count_as_px4_does(self):
@@ -244,7 +244,7 @@ class Mavlink(unittest.TestCase):
 
     def test_reads_plans_of_qgroundcontrol(self):
         """Frames and commands as PX4's parse_mavlink_mission_item() takes them; the unset integer is MAVLink's INT32_MAX."""
-        items, said = self.read(self.plan(
+        items, logged = self.read(self.plan(
             self.item(22, 3, [0, 0, 0, None, 48.1, 11.5, 12], Altitude=12, AltitudeMode=1, doJumpId=11),
             self.item(178, 2, [1, 4, -1, 0, None, 0, None], doJumpId=12),
             self.item(16, 0, [0, 0, 0, None, 48.1006, 11.5, 536], Altitude=12, AltitudeMode=3, AMSLAltAboveTerrain=536, doJumpId=13),
@@ -256,7 +256,7 @@ class Mavlink(unittest.TestCase):
         self.assertEqual([items[i]["z"] for i in (0, 2, 3)], [12, 536, 540])
         self.assertTrue(math.isnan(items[0]["param4"]) and items[3]["param4"] == 90)
         self.assertEqual((items[1]["x"], items[1]["param2"], items[5]["param1"]), (2147483647, 4, 2))
-        self.assertEqual(said, ["warning: PATH: not uploaded: 2 polygons of the geofence, 1 rally points"])
+        self.assertEqual(logged, ["warning: PATH: not uploaded: 2 polygons of the geofence, 1 rally points"])
         self.assertEqual(len(mavlink_link.frame("MISSION_ITEM_INT", 0, seq=1, **items[1])), 12 + 37)
 
     def test_refuses_what_it_would_fly_wrongly(self):

@@ -193,7 +193,7 @@ def mission_item(where, command, mission_frame, parameters, autocontinue):
             "param3": parameters[2], "param4": parameters[3], "x": x, "y": y, "z": parameters[6], "autocontinue": autocontinue}
 
 
-def waypoint_rows(path, lines, say):
+def waypoint_rows(path, lines, log):
     """Rows of a file "QGC WPL 110": where it is, its number and the arguments of mission_item(); without ArduPilot's home."""
     rows = []
     for number, line in enumerate(lines[1:], 2):
@@ -210,12 +210,12 @@ def waypoint_rows(path, lines, say):
         if index != rows[0][1] + len(rows) - 1 or rows[0][1] not in (0, 1):
             raise ValueError(f"{path}:{number}: its number is {index}; rows are numbered from 0 or 1: copy the missing ones")
     if len(rows) > 1 and rows[0][1:4] == (0, 16, 0):
-        say(f"{path}: row 0 (command 16, frame 0: {rows[0][4][4]}, {rows[0][4][5]}) is taken as home and not flown")
+        log(f"{path}: row 0 (command 16, frame 0: {rows[0][4][4]}, {rows[0][4][5]}) is taken as home and not flown")
         del rows[0]
     return rows
 
 
-def plan_rows(path, text, say):
+def plan_rows(path, text, log):
     """The same of a plan of QGroundControl (https://docs.qgroundcontrol.com/master/en/qgc-dev-guide/file_formats/plan.html)."""
     try:
         plan = json.loads(text)
@@ -242,24 +242,24 @@ def plan_rows(path, text, say):
             raise ValueError(f"{where}: AltitudeMode {mode} and frame {whole[2]} contradict each other; set its height again")
         rows.append((where, *whole, values, int(item.get("autoContinue", True) is True)))
     if mission.get("plannedHomePosition"):
-        say(f"{path}: its planned home {mission['plannedHomePosition']} is not used: PX4's home is where it takes off")
+        log(f"{path}: its planned home {mission['plannedHomePosition']} is not used: PX4's home is where it takes off")
     lost = [f"{len(plan[part][key])} {name}" for part, key, name in
             (("geoFence", "circles", "circles of the geofence"), ("geoFence", "polygons", "polygons of the geofence"),
              ("rallyPoints", "points", "rally points")) if isinstance(plan.get(part), dict) and plan[part].get(key)]
     if lost:
-        say(f"warning: {path}: not uploaded: {', '.join(lost)}")
+        log(f"warning: {path}: not uploaded: {', '.join(lost)}")
     return rows
 
 
-def read_mission(path, say=print):
-    """Items of a file of waypoints ("QGC WPL 110") or of a plan of QGroundControl, without its home; `say` takes a line about
+def read_mission(path, log=print):
+    """Items of a file of waypoints ("QGC WPL 110") or of a plan of QGroundControl, without its home; `log` takes a line about
     home and about what is left out. Raises ValueError, which names file and line or item."""
     with open(path, encoding="utf-8-sig", errors="replace") as file:
         text = file.read()
     if text.lstrip().startswith("{"):
-        rows = plan_rows(path, text, say)
+        rows = plan_rows(path, text, log)
     elif text.startswith("QGC WPL"):
-        rows = waypoint_rows(path, text.splitlines(), say)
+        rows = waypoint_rows(path, text.splitlines(), log)
     else:
         raise ValueError(f"{path}:1: is no mission; give a plan of QGroundControl, or waypoints, whose first line is 'QGC WPL 110'")
     if not rows:
