@@ -408,7 +408,7 @@ RecordedPath read_android_fixes(const std::filesystem::path& path, const HeightR
   while (log.next()) {
     const auto provider = provider_of(log.text(FixProvider));
     if (!provider) {
-      report.remark(log.file().line(), "fix of a provider that is not known", "left out");
+      report.drop(log.file().line(), "fix of a provider that is not known");
       continue;
     }
     RecordedPoints& of = points[*provider];
