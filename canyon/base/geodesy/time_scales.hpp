@@ -64,8 +64,8 @@ inline constexpr int kBdtSecondsOffset = 14;
 /// ISO 8601 date and time, extended or basic ("20190428T125803Z"), fraction up to 9 digits, comma or point:
 /// "2019-04-28T12:58:03.5Z" and offsets ("+08:00") are UTC; " GPST" or "GPS" behind it marks GPS time; a bare
 /// date is its midnight. Without any mark the time is UTC. Suffixes of RFC 9557 behind Z or an offset
-/// ("+02:00[Europe/Berlin]", "[u-ca=iso8601]") are passed over: the offset counts, and is not compared with the
-/// zone; those with '!' must be understood, and are refused. Throws InputError with what was expected.
+/// ("+02:00[Europe/Berlin]", "[u-ca=iso8601]") are passed over: the offset counts, and is not compared with
+/// the zone; those with '!' must be understood, and are refused. Throws InputError with what was expected.
 [[nodiscard]] GpsTime parse_time(std::string_view text);
 
 /// "2019-04-28T12:58:03.500Z" (UTC); `decimals` 0 to 9 digits of the second, cut, not rounded.
