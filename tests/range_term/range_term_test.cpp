@@ -26,13 +26,12 @@ using simulation::Epoch;
 
 double size_m = 0;
 const bool added = [] {
-  receiver::range_term_table().push_back({"made up", receiver::RangeTermOf::Space,
-                                          [](const RangeState& state) {
-                                            const double metres =
-                                                size_m * std::sin(state.view->line.elevation_rad);
-                                            return CodeAndCarrier{metres, metres};
-                                          },
-                                          nullptr, nullptr, "made_up_m", "5 cm by elevation"});
+  receiver::add_range_term({"made up", receiver::RangeTermOf::Space,
+                            [](const RangeState& state) {
+                              const double metres = size_m * std::sin(state.view->line.elevation_rad);
+                              return CodeAndCarrier{metres, metres};
+                            },
+                            nullptr, nullptr, "made_up_m", "5 cm by elevation"});
   return true;
 }();
 

@@ -9,6 +9,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace canyon::positioning {
 namespace {
@@ -61,6 +62,9 @@ TEST(Dop, GeometryWithoutAnAnswerIsEmpty) {
   EXPECT_FALSE(dop_of_directions(cone));
   const std::vector<Eigen::Vector3d> same(6, Eigen::Vector3d::UnitZ());
   EXPECT_FALSE(dop_of_directions(same));
+  const std::vector<Eigen::Vector3d> many(kMostRows + 1, Eigen::Vector3d::UnitZ());
+  EXPECT_EQ(test::refusal([&] { (void)dop_of_directions(many); }),
+            "601 satellites at one epoch; give 600 at most");
 }
 
 // The paper's table II; a bound belongs to the worse class.

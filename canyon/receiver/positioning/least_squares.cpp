@@ -1,9 +1,13 @@
 #include "canyon/receiver/positioning/least_squares.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
+
+#include "canyon/base/input_error.hpp"
 
 namespace canyon::positioning {
 
@@ -43,7 +47,14 @@ Dop dop_from_cofactor(const Cofactor& cofactor_enu) {
   return dop;
 }
 
+void check_rows(std::size_t rows) {
+  if (rows > static_cast<std::size_t>(kMostRows))
+    throw InputError(fmt::format("{} satellites at one epoch", rows),
+                     fmt::format("give {} at most", kMostRows));
+}
+
 std::optional<Dop> dop_of_directions(std::span<const Eigen::Vector3d> directions) {
+  check_rows(directions.size());
   Design design(static_cast<Eigen::Index>(directions.size()), 4);
   for (std::size_t i = 0; i < directions.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);

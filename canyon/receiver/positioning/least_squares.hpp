@@ -30,6 +30,8 @@ enum class DopRating : std::uint8_t { Ideal, Excellent, Good, Moderate, Fair, Po
 [[nodiscard]] DopRating rate_dop(double dop);
 
 inline constexpr int kMostRows = 100 * static_cast<int>(gnss::kSystemCount);  ///< each satellite once
+/// Throws InputError where there are more rows than the matrices below hold.
+void check_rows(std::size_t rows);
 /// A design matrix, one row for each satellite, and its right side. Neither allocates.
 using Design = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostRows, 8>;
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostRows, 1>;
@@ -42,8 +44,8 @@ using Cofactor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Co
 [[nodiscard]] Dop dop_from_cofactor(const Cofactor& cofactor_enu);
 
 /// DOP of satellites of one system in directions (unit, ENU, antenna to satellite): what a place offers,
-/// before any measurement. Empty where they do not determine position and clock. @param directions kMostRows
-/// at most (asserted)
+/// before any measurement. Empty where they do not determine position and clock. Throws InputError beyond
+/// kMostRows.
 [[nodiscard]] std::optional<Dop> dop_of_directions(std::span<const Eigen::Vector3d> directions);
 
 /// Horizontal protection level [m] that a receiver may state with a fix: K d_major, d_major the larger half

@@ -11,6 +11,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/receiver/positioning/least_squares.hpp"
 #include "canyon/receiver/positioning/range_terms.hpp"
 
 namespace canyon::positioning {
@@ -123,6 +124,7 @@ void range_satellites(geodesy::GpsTime receiver_time, const std::vector<Measurem
                        "give one L1-band pseudorange for each satellite");
     }
   }
+  check_rows(satellites.size());
 }
 
 void place_satellite(RangedSatellite& satellite, const Eigen::Vector3d& receiver_ecef) {

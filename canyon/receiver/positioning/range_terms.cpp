@@ -1,9 +1,12 @@
 #include "canyon/receiver/positioning/range_terms.hpp"
 
+#include <fmt/format.h>
+
 #include <cassert>
 #include <cmath>
 
 #include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/input_error.hpp"
 #include "canyon/receiver/tracking/channel.hpp"
 #include "canyon/receiver/tracking/channel_fading.hpp"
 #include "canyon/sky/space_errors.hpp"
@@ -75,8 +78,6 @@ double troposphere_mps(const RangeState& s) {
   });
 }
 
-}  // namespace
-
 std::vector<RangeTerm>& range_term_table() {
   using S = const RangeState&;
   using M = const ModelState&;
@@ -143,6 +144,29 @@ std::vector<RangeTerm>& range_term_table() {
        }},
   };
   return table;
+}
+
+}  // namespace
+
+std::span<const RangeTerm> range_terms() {
+  return range_term_table();
+}
+
+void add_range_term(const RangeTerm& term) {
+  std::vector<RangeTerm>& table = range_term_table();
+  if (term.truth_m == nullptr)
+    throw InputError(fmt::format("the range term '{}' has no truth", term.name), "set RangeTerm::truth_m");
+  if (table.size() >= kMostRangeTerms) {
+    throw InputError(fmt::format("there is no room for the range term '{}': a range has {} terms", term.name,
+                                 table.size()),
+                     "put several effects into one term, or raise kMostRangeTerms and build again");
+  }
+  table.push_back(term);
+}
+
+void remove_range_term() {
+  constexpr std::size_t kOwn = static_cast<std::size_t>(RangeTermId::CarrierTurn) + 1;
+  if (range_term_table().size() > kOwn) range_term_table().pop_back();
 }
 
 CodeAndCarrier signal_range(const RangeState& state, std::span<double> code_terms_m) {

@@ -130,12 +130,13 @@ enum class RangeTermId : std::uint8_t {
 };
 
 inline constexpr std::size_t kMostRangeTerms = 16;
-/// All terms, kMostRangeTerms at most. Cycles of a carrier phase are none: whole numbers are not counted in
-/// metres. To add one for an experiment, append it before the first run.
-[[nodiscard]] std::vector<RangeTerm>& range_term_table();
-[[nodiscard]] inline std::span<const RangeTerm> range_terms() {
-  return range_term_table();
-}
+/// All terms. Cycles of a carrier phase are none: whole numbers are not counted in metres.
+[[nodiscard]] std::span<const RangeTerm> range_terms();
+/// Appends a term for an experiment; call it before the first run. Throws InputError for a term without a
+/// truth, and beyond kMostRangeTerms, the size of the arrays of terms.
+void add_range_term(const RangeTerm& term);
+/// Removes the last one that was added, if any.
+void remove_range_term();
 
 /// A signal's range by its code (the pseudorange) and by its carrier (carrier phase times wavelength, without
 /// an ambiguity) [m]: the sum of all terms.

@@ -1,5 +1,6 @@
 #include "canyon/receiver/positioning/range_terms.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +8,7 @@
 #include <utility>
 
 #include "canyon/receiver/positioning/pseudorange_model.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace canyon::receiver {
 namespace {
@@ -47,18 +49,30 @@ TEST(RangeTerms, AReceiverTakesOffWhatTheMessagesSay) {
 
 // What a new row's model says is taken off in a fix, whatever the switches of the others.
 TEST(RangeTerms, ASolverTakesOffTheModelOfANewRow) {
-  range_term_table().push_back({"made up", RangeTermOf::Space,
-                                [](const RangeState&) { return CodeAndCarrier{}; },
-                                [](const ModelState& state) {
-                                  return CodeAndCarrier{2 * std::sin(state.look.elevation_rad), 0};
-                                }});
+  add_range_term({"made up", RangeTermOf::Space, [](const RangeState&) { return CodeAndCarrier{}; },
+                  [](const ModelState& state) {
+                    return CodeAndCarrier{2 * std::sin(state.look.elevation_rad), 0};
+                  }});
   positioning::Measurement measured;
   positioning::RangedSatellite satellite;
   satellite.measured = &measured;
   satellite.position = {2.6e7, 0, 0};
   positioning::look_up({&satellite, 1}, {6378137, 0, 0}, {}, {}, {});
-  range_term_table().pop_back();
+  remove_range_term();
   EXPECT_NEAR(satellite.space_m, 2, 1e-9);  // at the zenith
+}
+
+// Arrays have kMostRangeTerms elements: another one would be written behind their end.
+TEST(RangeTerms, NoMoreThanTheArraysHold) {
+  const std::size_t own = range_terms().size();
+  const RangeTerm term{"made up", RangeTermOf::Space, [](const RangeState&) { return CodeAndCarrier{}; }};
+  for (std::size_t k = own; k < kMostRangeTerms; ++k) add_range_term(term);
+  EXPECT_THAT(test::refusal([&] { add_range_term(term); }),
+              ::testing::HasSubstr("no room for the range term 'made up': a range has 16 terms"));
+  EXPECT_EQ(range_terms().size(), kMostRangeTerms);
+  for (std::size_t k = 0; k < kMostRangeTerms; ++k) remove_range_term();
+  EXPECT_EQ(range_terms().size(), own);
+  EXPECT_THROW(add_range_term({"empty", RangeTermOf::Space, nullptr}), InputError);
 }
 
 }  // namespace
