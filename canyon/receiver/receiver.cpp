@@ -9,6 +9,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/paths/disturbance/shadowing.hpp"
 #include "canyon/receiver/channel_bank.hpp"
+#include "canyon/receiver/fix_history.hpp"
 #include "canyon/receiver/measurement_model.hpp"
 #include "canyon/receiver/own_draws.hpp"
 #include "canyon/receiver/position_solver.hpp"
@@ -281,7 +282,7 @@ struct Receiver::State {
   }
 
   struct OwnFixes {
-    std::vector<std::pair<geodesy::GpsTime, positioning::Fix>> fixes;  ///< while a fault states old ones
+    FixHistory fixes;
     std::optional<geodesy::GpsTime> last, back;  ///< the last one; the first one after an outage
   };
 
@@ -293,15 +294,12 @@ struct Receiver::State {
       own.last = epoch.time;
     }
     const std::vector<disturbance::FixEdit>& edits = epoch.events.fix_edits;
-    if (edits.empty()) return own.fixes.clear();
-    if (std::any_of(edits.begin(), edits.end(), [](const auto& each) { return each.of.has_value(); }))
-      own.fixes.emplace_back(epoch.time, fix);
+    own.fixes.add(epoch.time, fix, epoch.events);
     for (const disturbance::FixEdit& each : edits) {
       if (each.after_outage_s && !(own.back && epoch.time - *own.back < *each.after_outage_s)) continue;
-      if (each.of) {  // the last one by then, else the first that is known
-        auto then = own.fixes.begin();
-        while (std::next(then) != own.fixes.end() && std::next(then)->first <= *each.of) ++then;
-        fix = then->second;
+      if (each.of) {
+        const positioning::Fix* then = own.fixes.find(each);
+        fix = then != nullptr ? *then : without_fix(fix);
       }
       if (each.dropped) {
         fix = without_fix(fix);

@@ -248,8 +248,8 @@ TEST(ForceFault, StatesTheFixThatItIsTold) {
 
 // East at 10 m/s with ideal measurements: what is stated tells which epoch it is of.
 TEST(FixFault, StatesOldOffOrOversureFixes) {
-  const auto east_errors = [](const std::string& fix) {
-    std::string text = text_of("{from_s: 3, until_s: 8, fix: {" + fix + "}}", "");
+  const auto east_errors = [](const std::string& fix, const std::string& more = "") {
+    std::string text = text_of("{from_s: 3, until_s: 8, fix: {" + fix + "}}" + more, "");
     const std::string still = "position: {east_m: 0, north_m: 0, up_m: 2}";
     text.replace(text.find(still), still.size(),
                  "waypoints: [{east_m: 0, north_m: 0, up_m: 2}, {east_m: 100, north_m: 0, up_m: 2}], "
@@ -259,7 +259,12 @@ TEST(FixFault, StatesOldOffOrOversureFixes) {
     return errors;
   };
   EXPECT_THAT(east_errors("stuck: true"), ElementsAre(0, 0, 0, 0, -10, -20, -30, -40, 0, 0, 0));
-  EXPECT_THAT(east_errors("late_s: 2"), ElementsAre(0, 0, 0, 0, -10, -20, -20, -20, 0, 0, 0));
+  EXPECT_THAT(east_errors("late_s: 2"), ElementsAre(0, 0, 0, -20, -20, -20, -20, -20, 0, 0, 0));
+  EXPECT_THAT(east_errors("late_s: 4"), ElementsAre(0, 0, 0, IsNan(), -40, -40, -40, -40, 0, 0, 0))
+      << "there was no fix at -1 s";
+  EXPECT_THAT(east_errors("stuck: true", ", {from_s: 9, fix: {late_s: 3}}"),
+              ElementsAre(0, 0, 0, 0, -10, -20, -30, -40, 0, -30, -30))
+      << "3 s before the second begins";
   EXPECT_THAT(east_errors("repeat: 2"), ElementsAre(0, 0, 0, 0, -10, 0, -10, 0, 0, 0, 0));
   EXPECT_THAT(east_errors("east_m: 20, growth_s: 4"), ElementsAre(0, 0, 0, 0, 5, 10, 15, 20, 0, 0, 0));
 
@@ -521,6 +526,16 @@ TEST(FaultTimeline, ChangesWhileAReceiverRuns) {
               HasSubstr("'later' names two faults"));
   EXPECT_EQ(host.step(0).observed.clock_bias_s, 0) << "as constructed";
   EXPECT_THAT(live.faults(), IsEmpty());
+}
+
+// Fixes are kept from when the fault is added on.
+TEST(FixFault, ReportsNoFixUntilOneIsOldEnough) {
+  Host host(text_of("", ""));
+  EXPECT_TRUE(host.step(0).observed.fix.solved());
+  (*host).add_fault("{from_s: 2, fix: {late_s: 2}}");
+  EXPECT_TRUE(host.step(1).observed.fix.solved());
+  EXPECT_FALSE(host.step(2).observed.fix.solved());
+  EXPECT_TRUE(host.step(3).observed.fix.solved());
 }
 
 TEST(FaultTimeline, HitsTheReceiversThatItNames) {

@@ -36,7 +36,9 @@ struct ForcedFix {
 
 /// What a receiver states instead of its fix, for tests of what follows it.
 struct FixEdit {
-  std::optional<geodesy::GpsTime> of;                  ///< it states the fix that it had then
+  /// It reports the fix that it had then, the last one until then; none where it had none yet.
+  std::optional<geodesy::GpsTime> of;
+  bool first = false;                                  ///< the first one from then on instead
   Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  ///< east, north, up, added
   std::optional<StatedFix> kind;
   std::optional<double> sigma_m;  ///< of each axis; 0: it states none
@@ -55,6 +57,8 @@ struct ReceiverEvents {
   std::optional<Restart> restart{};
   std::optional<ForcedFix> forced{};
   std::vector<FixEdit> fix_edits{};
+  /// Faults, active or to come, may still ask for the fixes from here on (FixEdit::of); empty: for none.
+  std::optional<geodesy::GpsTime> fixes_from{};
   std::vector<std::string> faults{};  ///< names of those at work (FaultTimeline)
 };
 

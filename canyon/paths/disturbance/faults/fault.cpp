@@ -112,6 +112,12 @@ class SettingsOf final : public FaultSettings {
     else
       return std::nullopt;
   }
+  [[nodiscard]] double late_s() const override {
+    if constexpr (requires { options_.late_s; })
+      return options_.late_s;
+    else
+      return 0;
+  }
   [[nodiscard]] const CourseOptions* course() const override {
     if constexpr (requires { options_.transmitter; })
       return &options_.transmitter.course;

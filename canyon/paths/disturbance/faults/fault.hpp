@@ -100,6 +100,8 @@ class FaultSettings {
   [[nodiscard]] virtual SatelliteSet satellites() const = 0;
   /// Its own duration [s]; empty: until it is ended.
   [[nodiscard]] virtual std::optional<double> duration_s() const = 0;
+  /// Age of the fixes that it reports [s]: they are kept for so long before its begin.
+  [[nodiscard]] virtual double late_s() const = 0;
   /// The way of its transmitter; null: a kind without one.
   [[nodiscard]] virtual const CourseOptions* course() const = 0;
 };

@@ -42,6 +42,7 @@ class FaultTimeline::Effects final : public Disturbance {
 
   void happen(const propagation::Antenna& antenna, ReceiverEvents& events) override {
     for (const Entry& entry : timeline_->entries_) {
+      keep_fixes(entry.fault, antenna.time, events.fixes_from);
       const auto effect = effects_.find(entry.number);
       if (effect == effects_.end()) continue;
       effect->second->happen(antenna, events);
@@ -50,6 +51,13 @@ class FaultTimeline::Effects final : public Disturbance {
   }
 
  private:
+  /// Asks for the fixes that a late one may report from now on.
+  void keep_fixes(const Fault& fault, geodesy::GpsTime now, std::optional<geodesy::GpsTime>& from) const {
+    const double late_s = fault.settings->late_s();
+    if (late_s == 0 || (fault.until_s && now >= timeline_->start_ + *fault.until_s)) return;
+    const geodesy::GpsTime first = std::max(now, timeline_->start_ + fault.from_s) - late_s;
+    from = std::min(first, from.value_or(first));
+  }
   [[nodiscard]] FaultContext context_of(const Fault& fault) const {
     FaultContext context;
     context.name = fault.name;

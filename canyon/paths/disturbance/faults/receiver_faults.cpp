@@ -224,17 +224,17 @@ FixFault::FixFault(const FixFaultOptions& options, const FaultContext& context)
       stream_(context.seed, context.receiver + "/fix/" + context.name) {}
 
 void FixFault::happen(const propagation::Antenna& antenna, ReceiverEvents& events) {
-  const double since_s = antenna.time - begin_;
   FixEdit edit;
   if (times_ == 0) repeated_ = antenna.time;
   times_ = (times_ + 1) % options_.repeat;
+  edit.first = options_.stuck;
   if (options_.stuck)
     edit.of = begin_;
   else if (options_.late_s > 0)
-    edit.of = begin_ + std::max(0.0, since_s - options_.late_s);
+    edit.of = antenna.time - options_.late_s;
   else if (options_.repeat > 1)
     edit.of = repeated_;
-  const double grown = options_.growth_s > 0 ? std::min(1.0, since_s / options_.growth_s) : 1;
+  const double grown = options_.growth_s > 0 ? std::min(1.0, (antenna.time - begin_) / options_.growth_s) : 1;
   // Who stands keeps the last direction.
   const Eigen::Vector3d along =
       geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(antenna.position_ecef)) *

@@ -71,10 +71,10 @@ void visit(options::Visitor& v, ForceOptions& o);
 
 /// A receiver, or what stands behind it, that states its fix wrongly; measurements stay right.
 struct FixFaultOptions {
-  bool stuck = false;                        ///< the fix of the begin, with fresh stamps
-  double late_s = 0;                         ///< the fix of so long ago, with fresh stamps, [0, 1e4]
-  int repeat = 1;                            ///< each fix is stated so many times, [1, 1e6]
-  double drop = 0;                           ///< share of epochs without a fix, at random, [0, 1]
+  bool stuck = false;  ///< the fix of the begin, with fresh stamps
+  double late_s = 0;   ///< the fix of so long ago, none before the first, with fresh stamps, [0, 1e4]
+  int repeat = 1;      ///< each fix is stated so many times, [1, 1e6]
+  double drop = 0;     ///< share of epochs without a fix, at random, [0, 1]
   double east_m = 0, north_m = 0, up_m = 0;  ///< added, +-1e6
   double forward_m = 0;                      ///< added along the direction of travel, +-1e6
   double growth_s = 0;                       ///< the offset grows to its whole over this time, [0, 1e6]

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <deque>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "canyon/paths/disturbance/disturbance.hpp"
+#include "canyon/receiver/positioning/fix.hpp"
+
+namespace canyon::receiver {
+
+/// Fixes of a receiver that faults may still report instead of its newest, and no others.
+class FixHistory {
+ public:
+  /// Adds the fix of the next epoch, in order of time, and drops those that no fault can ask for from its
+  /// events on.
+  void add(geodesy::GpsTime time, const positioning::Fix& fix, const disturbance::ReceiverEvents& events) {
+    if (events.fix_edits.empty() && !events.fixes_from) return fixes_.clear();
+    fixes_.emplace_back(time, fix);
+    std::vector<geodesy::GpsTime> asked;
+    for (const disturbance::FixEdit& edit : events.fix_edits)
+      if (const std::size_t at = position(edit.of, edit.first); at < size())
+        asked.push_back(fixes_[at].first);
+    std::size_t older = size();  // than those that are all kept
+    if (events.fixes_from) {
+      const std::size_t first = position(*events.fixes_from, false);
+      older = first < size() ? first : 0;
+    }
+    const auto end = fixes_.begin() + static_cast<std::ptrdiff_t>(older);
+    const auto unasked = [&](const auto& each) {
+      return std::find(asked.begin(), asked.end(), each.first) == asked.end();
+    };
+    fixes_.erase(std::remove_if(fixes_.begin(), end, unasked), end);
+  }
+
+  /// The fix that an edit of the last epoch asks for (FixEdit::of); null: there was none.
+  [[nodiscard]] const positioning::Fix* find(const disturbance::FixEdit& edit) const {
+    const std::size_t at = position(edit.of, edit.first);
+    return at < size() ? &fixes_[at].second : nullptr;
+  }
+  [[nodiscard]] std::size_t size() const { return fixes_.size(); }
+
+ private:
+  /// Index of the last fix until `of`, or of the first from then on; size(): there is none.
+  [[nodiscard]] std::size_t position(const std::optional<geodesy::GpsTime>& of, bool first) const {
+    if (!of) return size();
+    const auto behind = std::partition_point(fixes_.begin(), fixes_.end(), [&](const auto& each) {
+      return first ? each.first < *of : each.first <= *of;
+    });
+    const auto before = static_cast<std::size_t>(behind - fixes_.begin());
+    if (first) return before;
+    return before > 0 ? before - 1 : size();
+  }
+
+  std::deque<std::pair<geodesy::GpsTime, positioning::Fix>> fixes_;
+};
+
+}  // namespace canyon::receiver
