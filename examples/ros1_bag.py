@@ -6,7 +6,7 @@
     rosbag play --clock -d 3 drive.bag                  # its topics, at their times; subscribers have 3 s before
 
 In the bag, with Unix times of UTC, what the folder has:
-    imu               sensor_msgs/Imu              imu.csv, forward, left, up; orientation not known
+    imu               sensor_msgs/Imu              imu.csv, forward, left, up; orientation not known; not of a fixed receiver
     magnetic_field    sensor_msgs/MagneticField    magnetometer.csv, likewise
     air_pressure      sensor_msgs/FluidPressure    barometer.csv
     fix               sensor_msgs/NavSatFix        epochs.csv, with covariance
@@ -126,9 +126,16 @@ class Folder:
     def vector(self, to, row, name, scale=1.0):
         to.x, to.y, to.z = (row[name % axis] * scale * side for axis, side in (("x", 1), ("y", self.side), ("z", self.side)))
 
+    def on_vehicle(self):
+        """Whether the receiver is where the sensors are: the truth of a fixed one never moves, while the vehicle does."""
+        def moves(path, name):
+            return path.is_file() and any(row[name % axis] for row in rows(path) for axis in ("east", "north", "up"))
+        return moves(self.receiver / "epochs.csv", "true_velocity_%s_mps") or not moves(self.run / "motion.csv", "velocity_%s_mps")
+
     def streams(self):
-        """Those of the files that are there."""
+        """Those of the files that are there; a fixed receiver has none of the vehicle's sensors."""
         of = {"imu.csv": self.imu, "magnetometer.csv": self.magnetometer, "barometer.csv": self.barometer}
+        of = of if self.on_vehicle() else {}
         found = [call(rows(self.run / name)) for name, call in of.items() if (self.run / name).is_file()]
         found.append(self.fixes(rows(self.receiver / "epochs.csv")))
         if (self.receiver / "receiver.ubx").is_file():

@@ -83,30 +83,15 @@ template <class TwistWithCovarianceStamped>
 [[nodiscard]] TwistWithCovarianceStamped wheel_message(const Head& head,
                                                        const simulation::WheelsAtWork& wheels,
                                                        const inertial::WheelOptions& options) {
-  constexpr std::size_t kRow = 6;
-  constexpr double kSideways_mps = 0.05, kUpwards_mps = 0.1, kUnknown = 1e6;
+  const simulation::WheelTwist measured = simulation::wheel_twist(wheels, options);
   TwistWithCovarianceStamped message;
   detail::set_header(message.header, head);
   auto& twist = message.twist.twist;
-  auto& covariance = message.twist.covariance;
-  const auto [left, right] = wheels.sample.speed_mps;
-  twist.linear.x = (left + right) / 2;
+  twist.linear.x = measured.forward_mps;
   twist.linear.y = twist.linear.z = 0;
   twist.angular.x = twist.angular.y = 0;
-  twist.angular.z = options.track_m > 0 ? (right - left) / options.track_m : 0;
-  std::fill(covariance.begin(), covariance.end(), 0.0);
-  // Of one wheel; a count of ticks is off by a uniform error of one tick at each end.
-  const auto variance = [&](double speed) {
-    const double relative = options.scale * options.scale + options.slip * options.slip;
-    const double tick_mps = options.tick_m / wheels.dt_s;
-    return relative * speed * speed + tick_mps * tick_mps / 6;
-  };
-  const double sum = variance(left) + variance(right);
-  covariance[0] = sum / 4;
-  covariance[kRow + 1] = kSideways_mps * kSideways_mps;
-  covariance[2 * kRow + 2] = kUpwards_mps * kUpwards_mps;
-  covariance[3 * kRow + 3] = covariance[4 * kRow + 4] = kUnknown;
-  covariance[5 * kRow + 5] = options.track_m > 0 ? sum / (options.track_m * options.track_m) : kUnknown;
+  twist.angular.z = measured.yaw_rate_radps;
+  std::copy(measured.covariance.begin(), measured.covariance.end(), message.twist.covariance.begin());
   return message;
 }
 

@@ -394,7 +394,7 @@ simulation::LiveConfig driven_config(const NodeSettings& settings, const std::st
   if (drive != nullptr) {
     config.start = drive->begin();
     config.rate_hz = 1 / drive->interval_s();
-    config.with_sensors = config.sensors.any();
+    config.with_sensors = config.sensors.any() && !config.receiver().fixed;
     config.warnings.clear();  // the simulation says them
     return config;
   }

@@ -61,7 +61,7 @@ class TopicsPublisher final : public live::EpochPublisher {
 TopicNames topics_of(const NodeSettings& settings) {
   TopicNames names;
   const inertial::SensorOptions& sensors = settings.live.sensors;
-  const bool drives = !settings.by_poses();
+  const bool drives = !settings.by_poses() && !settings.live.receiver().fixed;
   if (drives && sensors.imu) names.imu = "imu";
   if (drives && sensors.wheels) names.wheels = "wheels";
   if (drives && sensors.magnetometer) names.magnetic_field = "magnetic_field";

@@ -67,9 +67,11 @@ void check_streams(const Scenario& scenario) {
 
 void check_all_sensors(const RunView& run, std::vector<std::string>& warnings) {
   const Scenario& scenario = run.scenario;
-  if (scenario.outputs.has("highres_imu") && !scenario.sensors.any()) {
+  const auto moves = [](const ReceiverConfig& receiver) { return !receiver.fixed; };
+  const bool felt = std::any_of(scenario.receivers.begin(), scenario.receivers.end(), moves);
+  if (scenario.outputs.has("highres_imu") && !(felt && scenario.sensors.any())) {
     throw scenario_error(scenario, "outputs.highres_imu has no sensors to write",
-                         "add sensors: {imu: {profile: consumer}}");
+                         "add sensors: {imu: {profile: consumer}} and a receiver without a fixed position");
   }
   if (scenario.sensors.magnetometer && !geodesy::magnetic_model_is_valid(run.plan.begin)) {
     warnings.emplace_back(

@@ -104,6 +104,30 @@ std::optional<WheelsAtWork> WheelRun::next(geodesy::GpsTime until) {
   return result;
 }
 
+WheelTwist wheel_twist(const WheelsAtWork& wheels, const inertial::WheelOptions& options) {
+  constexpr double kSideways_mps = 0.05, kUpwards_mps = 0.1;
+  const auto [left, right] = wheels.sample.speed_mps;
+  const auto variance = [&](double speed) {
+    const double tick_mps = options.tick_m / wheels.dt_s;
+    return (options.scale * options.scale + options.slip * options.slip) * speed * speed +
+           tick_mps * tick_mps / 6;
+  };
+  const double track_m = options.track_m, sum = variance(left) + variance(right);
+  WheelTwist twist;
+  twist.forward_mps = (left + right) / 2;
+  twist.yaw_rate_radps = track_m > 0 ? (right - left) / track_m : 0;
+  const std::array<double, 6> diagonal{sum / 4,
+                                       kSideways_mps * kSideways_mps,
+                                       kUpwards_mps * kUpwards_mps,
+                                       kUnknownVariance,
+                                       kUnknownVariance,
+                                       track_m > 0 ? sum / (track_m * track_m) : kUnknownVariance};
+  for (std::size_t i = 0; i < diagonal.size(); ++i) twist.covariance.at(7 * i) = diagonal.at(i);
+  if (track_m > 0)
+    twist.covariance[5] = twist.covariance[30] = (variance(right) - variance(left)) / (2 * track_m);
+  return twist;
+}
+
 std::optional<BarometerSample> BarometerRun::next(geodesy::GpsTime until) {
   const auto interval = pass(until);
   if (!interval) return std::nullopt;
@@ -142,6 +166,10 @@ positioning::TriadModel model_of(const inertial::TriadNumbers& numbers) {
 }
 
 }  // namespace
+
+inertial::SensorOptions sensors_of(const Scenario& scenario, std::size_t receiver) {
+  return scenario.receivers.at(receiver).fixed ? inertial::SensorOptions() : scenario.sensors;
+}
 
 void check_sensors(const inertial::SensorOptions& sensors, const ReceiverConfig& receiver) {
   if (!receiver.options.dead_reckoning.enabled) return;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -136,6 +137,22 @@ class WheelRun : public PosedSensor<inertial::Wheels, inertial::WheelOptions> {
   inertial::WheelPair last_ = speeds(begin());  // at the end of the last sample
 };
 
+/// What the wheels of an axle tell of the vehicle, in its axes: forward, left, up.
+struct WheelTwist {
+  double forward_mps = 0, yaw_rate_radps = 0;
+  /// Row by row, of linear velocities [m^2/s^2], then of angular ones [rad^2/s^2]. kUnknownVariance: not
+  /// measured.
+  std::array<double, 36> covariance{};
+};
+/// For values that are not known, where a message has no other word: large, but finite, since nodes that turn
+/// vectors into other frames would spread a NaN.
+inline constexpr double kUnknownVariance = 1e6;
+/// The mean of both wheels, and their difference over the track width, where that is known. A wheel's
+/// variance is (scale^2 + slip^2) v^2 + t^2 / 6, t the speed of one tick a sample: the count at each end of
+/// the interval is off by a uniform error of one tick, of variance t^2 / 12. The axle slides by 0.05 m/s
+/// sideways and 0.1 m/s upwards (assumed); roll and pitch rates are not measured.
+[[nodiscard]] WheelTwist wheel_twist(const WheelsAtWork& wheels, const inertial::WheelOptions& options);
+
 struct BarometerSample {
   geodesy::GpsTime time;
   double height_m = 0;          ///< of the barometer above mean sea level
@@ -235,6 +252,9 @@ class SensorRun {
   std::optional<MagnetometerRun> magnetometer_;
   SensorBatch batch_;
 };
+
+/// Those that a receiver's messages have: a fixed one's none, since it is not on the vehicle.
+[[nodiscard]] inertial::SensorOptions sensors_of(const Scenario& scenario, std::size_t receiver);
 
 /// Throws InputError where a receiver with dead reckoning has no inertial sensor, or does not move.
 void check_sensors(const inertial::SensorOptions& sensors, const ReceiverConfig& receiver);

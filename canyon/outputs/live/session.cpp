@@ -303,7 +303,7 @@ struct Session::Impl {
         const simulation::BuiltSky& sky = (*receivers)[r].sky();
         output::ReceiverDescription description = output::describe_receiver(
             scenario.receivers[r], *sky.sky, sky.navigation, start, schedule.interval_s());
-        description.sensors = scenario.sensors.any();
+        description.sensors = simulation::sensors_of(scenario, r);
         streams.push_back(output::open_stream(request, r, description, link_of(request.address)));
       } catch (const InputError& e) {
         if (!e.file().empty()) throw;

@@ -17,6 +17,7 @@
 #include "canyon/paths/disturbance/faults/receiver_faults.hpp"
 #include "canyon/receiver/relative/correction_link.hpp"
 #include "canyon/receiver/tracking/signal_options.hpp"
+#include "canyon/run/inertial/sensor_options.hpp"
 #include "canyon/run/scenario/outputs.hpp"
 #include "canyon/run/simulator.hpp"
 
@@ -33,11 +34,11 @@ struct ReceiverDescription {
   std::vector<std::string> tracks = {};                    ///< as receiver::ReceiverOptions has them
   std::map<gnss::SatelliteId, int> glonass_channels = {};  ///< frequency numbers
   double interval_s = 1;
-  tracking::SignalOptions signal = {};  ///< `enabled`: signals have strength and phase
-  bool rtk = false;                     ///< it computes a baseline from a base (Fix::baseline)
-  bool dead_reckoning = false;          ///< it has the vehicle's sensors (Fix::fusion)
-  bool sensors = false;                 ///< its epochs have samples (Epoch::sensors)
-  geodesy::GpsTime begin = {};          ///< of the run
+  tracking::SignalOptions signal = {};   ///< `enabled`: signals have strength and phase
+  bool rtk = false;                      ///< it computes a baseline from a base (Fix::baseline)
+  bool dead_reckoning = false;           ///< it has the vehicle's sensors (Fix::fusion)
+  inertial::SensorOptions sensors = {};  ///< whose samples its epochs have (simulation::sensors_of())
+  geodesy::GpsTime begin = {};           ///< of the run
   /// Antenna of a receiver that never moves, such as a base station's [m, ECEF].
   std::optional<Eigen::Vector3d> station_ecef = {};
   bool ephemerides = true;        ///< RTCM 3 carries them

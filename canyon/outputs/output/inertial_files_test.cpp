@@ -12,6 +12,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/outputs/output/sinks.hpp"
 #include "canyon/run/scenario/scenario.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::output {
@@ -34,15 +35,15 @@ std::vector<std::vector<double>> numbers_of(const std::filesystem::path& path, s
 class InertialFilesTest : public ::testing::Test {
  protected:
   /// Runs 3 s of a drive to the east, 5 m/s^2, with this section `imu` and these outputs.
-  void run(const std::string& imu, const std::string& outputs) {
+  void run(const std::string& imu, const std::string& outputs,
+           const std::string& receivers = "{name: rover, profile: ideal}, {name: other, profile: ideal}") {
     simulation::Scenario scenario = simulation::parse_scenario(
         "city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17, height_m: 5}}\n"
         "start: 2026-06-01T06:00:00Z\nduration_s: 3\nrate_hz: 2\n"
         "trajectory: {waypoints: [{east_m: 0, north_m: 0, up_m: 2}, {east_m: 900, north_m: 0, up_m: 2}], "
         "acceleration_mps2: 5, speed_mps: 30}\n"
-        "receivers: [{name: rover, profile: ideal}, {name: other, profile: ideal}]\n"
-        "sensors: {imu: {rate_hz: 100, " +
-            imu + "}}\noutputs: " + outputs + "\n",
+        "receivers: [" +
+            receivers + "]\nsensors: {imu: {rate_hz: 100, " + imu + "}}\noutputs: " + outputs + "\n",
         "s.yaml");
     city::City city;
     city.frame = geodesy::LocalFrame(geodesy::Geodetic::from_degrees(22.3, 114.17, 5));
@@ -81,6 +82,22 @@ TEST_F(InertialFilesTest, HaveEachSampleUntilTheLastEpoch) {
   const double metres =
       geodesy::radians(motion[290][3] - motion[280][3]) * 6'381'221 * std::cos(geodesy::radians(22.3));
   EXPECT_NEAR(metres / 0.1, (motion[290][5] + motion[280][5]) / 2, 1e-3);
+}
+
+// The files of the vehicle are there in any case.
+TEST_F(InertialFilesTest, AReceiverWithAFixedPositionHasNoSensors) {
+  const std::string base = "{name: base, profile: ideal, fixed: {east_m: 9, north_m: 9, up_m: 9}}";
+  run("profile: ideal", "[imu, mcap, highres_imu]", base + ", {name: rover, profile: ideal}");
+  EXPECT_EQ(rows("imu.csv", 1).size(), 300U);
+  EXPECT_TRUE(exists("rover/highres_imu.mavlink"));
+  EXPECT_FALSE(exists("base/highres_imu.mavlink"));
+  const auto has_samples = [&](const char* file) {
+    return test::read_bytes(folder_.path() / file).find("/imu/data_raw") != std::string::npos;
+  };
+  EXPECT_TRUE(has_samples("rover/drive.mcap"));
+  EXPECT_FALSE(has_samples("base/drive.mcap"));
+  EXPECT_THAT(test::refusal([&] { run("profile: ideal", "[highres_imu]", base); }),
+              ::testing::HasSubstr("and a receiver without a fixed position"));
 }
 
 TEST_F(InertialFilesTest, LeaveLostSamplesOut) {

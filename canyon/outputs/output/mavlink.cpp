@@ -325,10 +325,11 @@ std::unique_ptr<Encoder> encode_gps_raw_int(const ReceiverDescription& receiver)
       });
 }
 std::unique_ptr<Encoder> encode_highres_imu(const ReceiverDescription& receiver) {
-  if (!receiver.sensors)
+  if (!receiver.sensors.any())
     throw InputError(
         "highres_imu has no samples of sensors to send",
-        "run canyon simulate or canyon live with sensors: {imu: {profile: consumer}}; hosts give none");
+        "run canyon simulate or canyon live with sensors: {imu: {profile: consumer}}; hosts and receivers "
+        "with a fixed position have none");
   return std::make_unique<MavlinkStream>(
       nullptr, nullptr,
       [last =

@@ -245,7 +245,7 @@ TEST(Mavlink, AnotherDecoderReadsHighresImu) {
   const simulation::SensorBatch batch = samples_of(now);
   now.sensors = &batch;
   ReceiverDescription car = rover();
-  car.sensors = true;
+  car.sensors.imu.emplace();
   const auto messages = test::judge_mavlink(format_named("highres_imu").make(car)->encode(now)).messages;
   ASSERT_EQ(messages.size(), 4U);
   EXPECT_EQ(messages[3].name, "HIGHRES_IMU");

@@ -268,31 +268,36 @@ Nanoseconds unix_of(geodesy::GpsTime time) {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-/// A 6 x 6 covariance whose upper left block is known.
-std::array<double, 36> covariance36(const Eigen::Matrix3d& block) {
-  std::array<double, 36> all{};
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j)
-      all.at(6 * i + j) = block(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-  return all;
+using simulation::kUnknownVariance;
+using Covariance = std::array<double, 36>;
+
+/// Of a position or velocity, where it is known, and of angles or their rates about x, y and z.
+Covariance covariance36(const std::optional<Eigen::Matrix3d>& known, const Eigen::Vector3d& angular) {
+  Eigen::Matrix<double, 6, 6> all = Eigen::Matrix<double, 6, 6>::Zero();
+  all.topLeftCorner<3, 3>() = known.value_or(kUnknownVariance * Eigen::Matrix3d::Identity());
+  all.diagonal().tail<3>() = angular;
+  Covariance numbers{};
+  Eigen::Map<Eigen::Matrix<double, 6, 6>>(numbers.data()) = all;  // symmetric: row by row as well
+  return numbers;
 }
+const Eigen::Vector3d kUnknownAngles = Eigen::Vector3d::Constant(kUnknownVariance);
 
 class McapEncoder final : public Encoder {
  public:
   explicit McapEncoder(const ReceiverDescription& receiver) : sensors_(receiver.sensors) {}
 
   [[nodiscard]] std::string begin() override { return writer_.begin(); }
-  [[nodiscard]] bool uses_sensors() const override { return sensors_; }
+  [[nodiscard]] bool uses_sensors() const override { return sensors_.any(); }
   [[nodiscard]] std::string encode(const simulation::Epoch& epoch) override {
     const Nanoseconds now = unix_of(epoch.truth.time);
     if (!frame_) frame_.emplace(epoch.truth.position);
-    if (epoch.sensors != nullptr) put_samples(*epoch.sensors);
+    if (sensors_.any() && epoch.sensors != nullptr) put_samples(*epoch.sensors);
     put_fix(now, epoch.observed.fix);
     const Eigen::Vector3d& v = epoch.truth.velocity_enu_mps;
     const Eigen::Matrix3d turn = simulation::enu_from_body(epoch.truth);
-    put_odometry(kTruth, now, frame_->local_from_ecef(epoch.truth_ecef), Eigen::Quaterniond(turn),
-                 Eigen::Matrix3d::Zero(), turn.transpose() * v, epoch.truth.yaw_rate_radps,
-                 Eigen::Matrix3d::Zero());
+    put_odometry(kTruth, now, frame_->local_from_ecef(epoch.truth_ecef), Eigen::Quaterniond(turn), {},
+                 turn.transpose() * v, epoch.truth.yaw_rate_radps,
+                 covariance36(Eigen::Matrix3d::Zero(), {kUnknownVariance, kUnknownVariance, 0}));
     return writer_.take(false);
   }
   void end(const Put& put) override {
@@ -319,21 +324,22 @@ class McapEncoder final : public Encoder {
     // Axes of the twist are those of the child frame, which stands still: "gnss_enu".
     Cdr v;
     v.header(now, "map").text("gnss_enu").vector(frame_->local_from_ecef(fix.position_ecef));
-    v.number(0).number(0).number(0).number(1).numbers(covariance36(fix.covariance_enu));
+    v.number(0).number(0).number(0).number(1);
+    v.numbers(covariance36(stated ? std::optional(fix.covariance_enu) : std::nullopt, kUnknownAngles));
     v.vector(*fix.velocity_enu_mps).vector(Eigen::Vector3d::Zero());
-    v.numbers(covariance36(fix.velocity_covariance_enu.value_or(Eigen::Matrix3d::Zero())));
+    v.numbers(covariance36(fix.velocity_covariance_enu, kUnknownAngles));
     writer_.add(kVelocity, now, v.bytes());
   }
 
   void put_odometry(Topic topic, Nanoseconds now, const Eigen::Vector3d& place, const Eigen::Quaterniond& q,
-                    const Eigen::Matrix3d& place_covariance, const Eigen::Vector3d& velocity, double yaw_rate,
-                    const Eigen::Matrix3d& velocity_covariance) {
+                    const Covariance& place_covariance, const Eigen::Vector3d& velocity, double yaw_rate,
+                    const Covariance& velocity_covariance) {
     Cdr m;
     m.header(now, topic == kTruth ? "map" : "odom")
         .text(topic == kTruth ? "gnss" : "base_link")
         .vector(place);
-    m.number(q.x()).number(q.y()).number(q.z()).number(q.w()).numbers(covariance36(place_covariance));
-    m.vector(velocity).vector({0, 0, yaw_rate}).numbers(covariance36(velocity_covariance));
+    m.number(q.x()).number(q.y()).number(q.z()).number(q.w()).numbers(place_covariance);
+    m.vector(velocity).vector({0, 0, yaw_rate}).numbers(velocity_covariance);
     writer_.add(topic, now, m.bytes());
   }
 
@@ -353,14 +359,14 @@ class McapEncoder final : public Encoder {
       writer_.add(kImu, time, m.bytes());
     }
     for (const simulation::WheelsAtWork& each : batch.wheels) {
-      const double forward = (each.sample.speed_mps[0] + each.sample.speed_mps[1]) / 2;
+      const simulation::WheelTwist twist = simulation::wheel_twist(each, *sensors_.wheels);
       put_odometry(kWheels, unix_of(each.time), Eigen::Vector3d::Zero(), Eigen::Quaterniond::Identity(),
-                   Eigen::Matrix3d::Zero(), {forward, 0, 0}, 0,
-                   Eigen::Vector3d(0.01, 0.01, 0.01).asDiagonal());
+                   covariance36({}, kUnknownAngles), {twist.forward_mps, 0, 0}, twist.yaw_rate_radps,
+                   twist.covariance);
     }
   }
 
-  bool sensors_;
+  inertial::SensorOptions sensors_;
   std::optional<geodesy::LocalFrame> frame_;
   McapWriter writer_;
 };

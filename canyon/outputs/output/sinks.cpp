@@ -200,9 +200,10 @@ std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(const simula
     const std::filesystem::path at = receiver_folder(simulation, folder, i);
     if (at != folder) make_output_folder(at);
     ReceiverDescription description = describe_receiver(simulation, i);
-    description.sensors = simulation.scenario().sensors.any();
+    description.sensors = simulation::sensors_of(simulation.scenario(), i);
     for (const Format& format : formats())
-      if (wanted.has(format.name)) sinks.push_back(open_file(format.name, at / format.file, i, description));
+      if (wanted.has(format.name) && (description.sensors.any() || format.name != "highres_imu"))
+        sinks.push_back(open_file(format.name, at / format.file, i, description));
     if (!wanted.has("samples")) continue;
     for (auto& file : samples::make_sample_files(simulation, i, at / "samples.iq"))
       sinks.push_back(std::move(file));

@@ -16,6 +16,7 @@
 #include "canyon/run/motion/nmea_fixes.hpp"
 #include "canyon/run/motion/recorded_path.hpp"
 #include "canyon/run/scenario/scenario.hpp"
+#include "canyon/run/sensor_run.hpp"
 
 namespace canyon::output {
 namespace {
@@ -285,7 +286,7 @@ std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request,
   const std::size_t receiver =
       find_receiver(request, simulation::receiver_names(simulation.scenario().receivers));
   ReceiverDescription description = describe_receiver(simulation, receiver);
-  description.sensors = simulation.scenario().sensors.any();
+  description.sensors = simulation::sensors_of(simulation.scenario(), receiver);
   return open_stream(request, receiver, description);
 }
 

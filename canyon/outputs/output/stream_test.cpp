@@ -60,7 +60,7 @@ TEST(Stream, SendsAllSamplesOfSensorsOrNone) {
   const StreamRequest some = parse_stream("highres_imu=pty:?rate_hz=1");
   EXPECT_THAT(error_of([&] { (void)open_stream(some, 0, car); }).problem(),
               HasSubstr("no samples of sensors"));
-  car.sensors = true;
+  car.sensors.imu.emplace();
   EXPECT_THAT(error_of([&] { (void)open_stream(some, 0, car); }).problem(),
               HasSubstr("rate_hz would leave out"));
 }
@@ -69,7 +69,7 @@ TEST(Stream, EveryFormatHasAFileNameOfItsOwnAndStreamsToAFile) {
   const test::TemporaryFolder folder;
   std::set<std::string_view> names, files;
   ReceiverDescription rover{"rover"};
-  rover.sensors = true;
+  rover.sensors.imu.emplace();
   for (const Format& format : formats()) {
     EXPECT_TRUE(names.insert(format.name).second) << format.name;
     EXPECT_TRUE(files.insert(format.file).second) << format.file;

@@ -43,7 +43,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     security_log_.take(
         {*told_, receiver_.ubx_generation, jamming_monitor(all_.commands.configuration()), nullptr});
     messages_ = epochs_.received_messages(epoch);
-    sensors_ = epoch.sensors;
+    sensors_ = receiver_.station_ecef ? nullptr : epoch.sensors;
     samples_.reset();
     return encode(all_);
   }
