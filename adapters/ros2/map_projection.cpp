@@ -4,8 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <GeographicLib/Constants.hpp>
-#include <array>
-#include <cmath>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"

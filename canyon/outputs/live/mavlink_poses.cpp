@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <string_view>
-#include <utility>
 #include <variant>
 
 #include "canyon/base/geodesy/constants.hpp"

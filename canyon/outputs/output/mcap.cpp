@@ -4,7 +4,6 @@
 #include <zlib.h>
 
 #include <array>
-#include <cmath>
 #include <map>
 
 #include "canyon/base/geodesy/time_scales.hpp"

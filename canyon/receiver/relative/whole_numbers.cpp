@@ -1,7 +1,6 @@
 #include "canyon/receiver/relative/whole_numbers.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <optional>
 #include <span>

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <functional>
-#include <string>
 #include <vector>
 
 #include "canyon/base/geodesy/time_scales.hpp"

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <complex>
 #include <limits>
-#include <numeric>
 
 #include "canyon/base/arithmetic.hpp"
 #include "canyon/base/geodesy/constants.hpp"

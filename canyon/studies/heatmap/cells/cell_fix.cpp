@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "canyon/receiver/own_draws.hpp"
 #include "canyon/receiver/positioning/least_squares.hpp"

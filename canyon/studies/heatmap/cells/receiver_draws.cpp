@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <utility>
 
 #include "canyon/base/random.hpp"
 #include "canyon/city/city.hpp"

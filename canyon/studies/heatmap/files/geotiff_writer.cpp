@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <cmath>
 #include <limits>
-#include <memory>
 #include <mutex>
 #include <string>
 #include <system_error>
