@@ -136,6 +136,11 @@ double normal_of(std::uint64_t bits) {
   return (std::popcount(mix64(bits)) - 32) / 4.0;
 }
 
+/// To compare powers by: those of like facades differ only in digits that the C library's sines decide.
+float coarse(double power) {
+  return static_cast<float>(power);
+}
+
 }  // namespace
 
 double reflectance(city::Material material) {
@@ -300,11 +305,11 @@ struct DiffuseScattering::Impl {
       return a.power != b.power ? a.power > b.power : a.first < b.first;
     });
     const auto stronger = [](const DiffusePath& a, const DiffusePath& b) {
-      return a.power != b.power ? a.power > b.power : a.bin < b.bin;
+      return coarse(a.power) != coarse(b.power) ? coarse(a.power) > coarse(b.power) : a.bin < b.bin;
     };
     const auto most = static_cast<std::size_t>(options.max_paths);
     for (const Class& of : s.classes) {
-      if (result.size() == most && of.power < result.back().power) break;
+      if (result.size() == most && coarse(of.power) < coarse(result.back().power)) break;
       const DiffusePath path = sum_up(antenna, direction, grid_direction, of, s);
       if (!(path.power > 0 && path.power >= min_power)) continue;
       if (result.size() == most) {
@@ -357,7 +362,7 @@ struct DiffuseScattering::Impl {
       if (!is_lit(s.patches[k], direction, grid_direction)) continue;
       path.power += s.arrays.power[k];
       path.excess_m += s.arrays.power[k] * s.arrays.excess_m[k];
-      if (!strongest || s.arrays.power[k] > s.arrays.power[*strongest]) strongest = k;
+      if (!strongest || coarse(s.arrays.power[k]) > coarse(s.arrays.power[*strongest])) strongest = k;
     }
     if (!strongest) return path;
     path.excess_m /= path.power;

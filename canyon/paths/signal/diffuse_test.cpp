@@ -93,6 +93,30 @@ double mean_excess(const std::vector<propagation::DiffusePath>& paths) {
   return sum / total_power(paths);
 }
 
+TEST(DiffuseScattering, TiesOfPowerDoNotHangOnTheLastDigit) {
+  // Panels of one wall, whose normals differ in their last digits: many classes have the same power.
+  Mesh mesh;
+  const Vector3d along = direction(100, 0);
+  for (int i = -20; i < 20; ++i)
+    append_sheet(mesh, Vector3d(3, 12, 0) + 5.1 * i * along, 5 * along, {0, 0, 30});
+  propagation::DiffuseOptions options = everything();
+  options.rays = 512;
+  options.class_m = 2;
+  options.max_paths = 4;
+  const World world(mesh, options);
+  int others = 0;
+  for (int k = 0; k < 400; ++k) {
+    const Vector3d satellite = direction(130 + 0.3 * k, 10 + 0.1 * k);
+    const Vector3d next = satellite.unaryExpr([](double x) { return std::nextafter(x, 2.0); });
+    const auto here = world.trace({3, 0, 2}, satellite), there = world.trace({3, 0, 2}, next);
+    others +=
+        !std::equal(here.begin(), here.end(), there.begin(), there.end(), [](const auto& a, const auto& b) {
+          return a.bin == b.bin && a.triangle == b.triangle && (a.point - b.point).norm() < 1e-6;
+        });
+  }
+  EXPECT_EQ(others, 0);
+}
+
 TEST(DiffuseScattering, EndlessWallFillsHalfTheView) {
   // Half of all directions end on the wall: 2 pi S^2 rho cos(theta_i) / pi, at any distance.
   Mesh mesh;
