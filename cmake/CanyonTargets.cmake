@@ -7,6 +7,7 @@
 # With CANYON_UNITY_BUILD, files of a folder are compiled several at a time (canyon_units).
 # The target `unit_tests` builds all test_NAME; ctest runs them alone by `-L unit`.
 
+include(CanyonUnits)
 set(CANYON_FOLDERS "" CACHE INTERNAL "")
 add_library(canyon_cxx INTERFACE)
 target_compile_features(canyon_cxx INTERFACE cxx_std_20)
@@ -86,55 +87,6 @@ function(canyon_compiled target kind)
     target_precompile_headers(${target} REUSE_FROM canyon_${kind}_pch)
     target_compile_options(${target} PRIVATE -fPIC)    # for programs, too: GCC wants the flags of the header
   endif()
-endfunction()
-
-# canyon_units(RESULT TARGET FILE...): what to compile for these files. Most of the time of a small file goes into the
-# headers that its neighbours include as well. So with CANYON_UNITY_BUILD, files are included one after the other in
-# generated files of up to unit_bytes of source. Names of unnamed namespaces must then differ within a folder. Includes
-# are relative to the repository, so that the compiler's cache knows the units of another clone. Tests have smaller
-# units: their own code takes most of their time, and a large unit of them takes 3 GB of memory. Files that include the
-# headers of RTKLIB or SDFormat are compiled alone: the first define macros, the second take most of the time.
-function(canyon_units result target)
-  set(unit_bytes 130000)
-  if(target MATCHES "^test_")
-    set(unit_bytes 60000)
-  endif()
-  set(units "")
-  set(files "")
-  set(bytes 0)
-  foreach(file IN LISTS ARGN ITEMS end)
-    set(size ${unit_bytes})
-    if(NOT file STREQUAL "end")
-      if(NOT CANYON_UNITY_BUILD OR file MATCHES "_(rtklib|sdformat)_test\\.cpp$")
-        list(APPEND units ${file})
-        continue()
-      endif()
-      get_filename_component(file ${file} ABSOLUTE)
-      file(SIZE ${file} size)
-    endif()
-    math(EXPR bytes "${bytes} + ${size}")
-    if(files AND bytes GREATER unit_bytes)
-      list(LENGTH files count)
-      if(count EQUAL 1)
-        list(APPEND units ${files})
-      else()
-        list(GET files 0 first)
-        get_filename_component(first ${first} NAME_WE)
-        set(text "")
-        foreach(each IN LISTS files)
-          file(RELATIVE_PATH each ${canyon_SOURCE_DIR} ${each})
-          string(APPEND text "#include \"${each}\"\n")
-        endforeach()
-        set(unit ${canyon_BINARY_DIR}/generated/units/${target}_${first}.cpp)
-        file(GENERATE OUTPUT ${unit} CONTENT "${text}")
-        list(APPEND units ${unit})
-      endif()
-      set(files "")
-      set(bytes ${size})
-    endif()
-    list(APPEND files ${file})
-  endforeach()
-  set(${result} ${units} PARENT_SCOPE)
 endfunction()
 
 function(canyon_folder folder)

@@ -31,14 +31,14 @@ namespace {
 /// its trajectory.
 constexpr double kAboutWay_m = 1000;
 
-using Progress = std::function<void(std::size_t, std::size_t)>;
+using ReadProgress = std::function<void(std::size_t, std::size_t)>;
 
-buildings::BuiltCity read_source(const MapCity& map, const CityConfig& city, const Progress& progress) {
+buildings::BuiltCity read_source(const MapCity& map, const CityConfig& city, const ReadProgress& progress) {
   return read_map(map, city, progress);
 }
 
 buildings::BuiltCity read_source(const tiles::TileOptions& tileset, const CityConfig& city,
-                                 const Progress& progress) {
+                                 const ReadProgress& progress) {
   tiles::TilesCity read = tiles::read_tiles(tileset, city.origin, progress);
   buildings::BuiltCity out;
   out.city = std::move(read.city);
@@ -46,7 +46,8 @@ buildings::BuiltCity read_source(const tiles::TileOptions& tileset, const CityCo
   return out;
 }
 
-buildings::BuiltCity read_source(const MeshCity& mesh, const CityConfig& city, const Progress& /*progress*/) {
+buildings::BuiltCity read_source(const MeshCity& mesh, const CityConfig& city,
+                                 const ReadProgress& /*progress*/) {
   city::MeshImportOptions import = mesh.import;
   import.origin = city.origin.value_or(geodesy::Geodetic{});
   buildings::BuiltCity out;
@@ -56,7 +57,7 @@ buildings::BuiltCity read_source(const MeshCity& mesh, const CityConfig& city, c
 }
 
 buildings::BuiltCity read_source(const CityFile& file, const CityConfig& /*city*/,
-                                 const Progress& /*progress*/) {
+                                 const ReadProgress& /*progress*/) {
   const bool own = lower_case(file.path.extension().string()) == ".canyon";
   buildings::BuiltCity out;
   out.city = own ? city::read_city_file(file.path) : city::read_gazebo_world(file.path);
@@ -64,7 +65,7 @@ buildings::BuiltCity read_source(const CityFile& file, const CityConfig& /*city*
 }
 
 buildings::BuiltCity read_source(const city::SyntheticCityOptions& options, const CityConfig& city,
-                                 const Progress& /*progress*/) {
+                                 const ReadProgress& /*progress*/) {
   city::SyntheticCityOptions placed = options;
   if (city.origin) placed.origin = *city.origin;
   buildings::BuiltCity out;
@@ -73,7 +74,7 @@ buildings::BuiltCity read_source(const city::SyntheticCityOptions& options, cons
 }
 
 buildings::BuiltCity read_source(const OpenField& /*field*/, const CityConfig& city,
-                                 const Progress& /*progress*/) {
+                                 const ReadProgress& /*progress*/) {
   const geodesy::Geodetic origin = city.origin.value_or(geodesy::Geodetic{});
   geodesy::check_geodetic(origin, "city origin");
   buildings::BuiltCity out;
