@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <ctime>
 #include <functional>
@@ -49,7 +50,9 @@ struct SortedFiles {
   std::vector<fs::path> cities, navigation, precise, tracks;
 
   explicit SortedFiles(const std::vector<std::string>& files) {
-    for (const fs::path path : files) list_of(path).push_back(path);
+    for (const fs::path path : files)
+      std::array{&cities, &navigation, &precise, &tracks}[static_cast<std::size_t>(scenario_part(path))]
+          ->push_back(path);
     const auto only = [](const std::vector<fs::path>& paths, std::size_t first, const char* cure) {
       if (paths.size() > first) throw InputError(paths[first], 0, "is one file too many", cure);
     };
@@ -63,20 +66,6 @@ struct SortedFiles {
     return std::all_of(cities.begin(), cities.end(), [](const fs::path& path) {
       return simulation::is_file_of<simulation::MapCity>(path);
     });
-  }
-
- private:
-  std::vector<fs::path>& list_of(const fs::path& path) {
-    const bool city = simulation::source_of_file(path).has_value();
-    if (!tiles::is_web_address(path.string()) && !(city && is_folder(path))) check_input_file(path);
-    if (city) return cities;
-    const FileKind kind = is_scenario(path) ? FileKind::Other : file_kind(path);
-    if (kind == FileKind::RinexNavigation) return navigation;
-    if (kind == FileKind::Sp3) return precise;
-    if (kind == FileKind::Columns || !trajectory_format(kind).empty()) return tracks;
-    throw explained(InputError(path, 0, "has no place in a new scenario",
-                               "give a city, navigation files or SP3, and a recorded path"),
-                    path, "a part of a new scenario");
   }
 };
 
@@ -408,6 +397,19 @@ int run_new(const NewArguments& arguments) {
 }
 
 }  // namespace
+
+ScenarioPart scenario_part(const fs::path& file) {
+  const bool city = simulation::source_of_file(file).has_value();
+  if (!tiles::is_web_address(file.string()) && !(city && is_folder(file))) check_input_file(file);
+  if (city) return ScenarioPart::City;
+  const FileKind kind = is_scenario(file) ? FileKind::Other : file_kind(file);
+  if (kind == FileKind::RinexNavigation) return ScenarioPart::Navigation;
+  if (kind == FileKind::Sp3) return ScenarioPart::Precise;
+  if (kind == FileKind::Columns || !trajectory_format(kind).empty()) return ScenarioPart::Track;
+  throw explained(InputError(file, 0, "has no place in a new scenario",
+                             "give a city, navigation files or SP3, and a recorded path"),
+                  file, "a part of a new scenario");
+}
 
 NewScenario new_scenario(const std::vector<std::string>& files, const std::string& name,
                          const std::string& origin) {

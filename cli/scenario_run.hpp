@@ -55,6 +55,9 @@ struct NewScenario {
   std::vector<std::string> facts;  ///< what it holds and what was assumed, a line each
   ReadReport report;               ///< of the scenario made ready to run
 };
+enum class ScenarioPart { City, Navigation, Precise, Track };
+/// What `canyon new` takes a file for. Throws InputError for one that has no place in a scenario.
+[[nodiscard]] ScenarioPart scenario_part(const std::filesystem::path& file);
 /// The scenario that `canyon new` writes, made ready to run once. Throws InputError for files that have no
 /// place in a scenario, and as their readers do.
 /// @param name of its file; names of files in it count from its folder @param origin "LAT,LON,HEIGHT" or ""

@@ -2,8 +2,10 @@
 // file system, which nothing leaves.
 #include <emscripten.h>
 
+#include <algorithm>
 #include <exception>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,6 +22,7 @@
 #include "canyon/studies/heatmap/engine/map_request.hpp"
 #include "canyon/studies/heatmap/engine/map_source.hpp"
 #include "canyon/studies/heatmap/pictures/map_view.hpp"
+#include "cli/commands.hpp"
 #include "cli/scenario_run.hpp"
 
 namespace {
@@ -37,12 +40,66 @@ struct Shown {
 };
 Shown shown;
 
-/// The scenario that `canyon new` writes for the files: {"yaml", "facts"}.
+/// The scenario that `canyon new` writes for {"files"} and those of {"kept"} whose part they do not take:
+/// {"files", "messages", "yaml", "facts"}, or without the last two while files wait for a city or for the
+/// {"origin"} of a mesh. A file that is refused is left out, with a message; without {"kept"} it is an error.
 Json make_scenario(const Json& given) {
-  const auto files = given.at("files").get<std::vector<std::string>>();
-  const cli::NewScenario made = cli::new_scenario(
-      files, "scenario.yaml", given.contains("origin") ? given.at("origin").get<std::string>() : "");
-  return {{"yaml", made.yaml}, {"facts", made.facts}};
+  std::map<std::string, cli::ScenarioPart> dropped, kept;
+  Json messages = Json::array();
+  const auto refuse = [&](const InputError& error) {
+    if (!given.contains("kept")) throw;
+    messages.push_back(error.what());
+  };
+  const auto names = [&](const char* key) {
+    return given.contains(key) ? given.at(key).get<std::vector<std::string>>() : std::vector<std::string>{};
+  };
+  const auto sort = [&](const char* key, auto& files) {
+    for (const std::string& name : names(key)) try {
+        const cli::ScenarioPart part = cli::scenario_part(name);
+        files[name] = part == cli::ScenarioPart::Precise ? cli::ScenarioPart::Navigation : part;
+      } catch (const InputError& error) {
+        refuse(error);
+      }
+  };
+  sort("files", dropped);
+  sort("kept", kept);
+  const std::string origin = given.contains("origin") ? given.at("origin").get<std::string>() : "";
+  const bool again = names("files").empty();
+  while (again || !dropped.empty()) {
+    std::map<cli::ScenarioPart, std::vector<std::string>> parts;
+    for (const auto& [name, part] : dropped) parts[part].push_back(name);
+    for (const auto& file : kept)
+      if (std::none_of(dropped.begin(), dropped.end(),
+                       [&](const auto& d) { return d.second == file.second; }))
+        parts[file.second].push_back(file.first);
+    std::vector<std::string> files;
+    for (const auto& [part, names] : parts) files.insert(files.end(), names.begin(), names.end());
+    Json made = {{"files", files}, {"messages", messages}};
+    const bool mesh = simulation::is_file_of<simulation::MeshCity>(files.empty() ? "" : files.front());
+    try {
+      if (mesh) (void)cli::parse_place(origin, files.front() + ": the position of its zero");
+      if (parts[cli::ScenarioPart::City].empty()) throw InputError("no file is a city", "give one as well");
+    } catch (const InputError& error) {
+      refuse(error);
+      made["messages"] = messages;
+      return made;
+    }
+    try {
+      const cli::NewScenario scenario = cli::new_scenario(files, "scenario.yaml", mesh ? origin : "");
+      made["yaml"] = scenario.yaml;
+      made["facts"] = scenario.facts;
+      return made;
+    } catch (const InputError& error) {
+      const std::string name = fs::path(error.file()).filename().string();
+      if (std::find(files.begin(), files.end(), name) == files.end()) throw;
+      refuse(error);
+      dropped.erase(name);
+      kept.erase(name);
+    }
+  }
+  Json files = Json::array();
+  for (const auto& [name, part] : kept) files.push_back(name);
+  return {{"files", files}, {"messages", messages}};
 }
 
 /// Runs scenario.yaml as `canyon simulate --view` does, or its first {"seconds"}, into out/, and exports its

@@ -149,6 +149,7 @@ class App {
     else if (message.type === 'progress') this.live?.computed(message);
     else if (message.type === 'finished') void this.finished();
     else if (message.type === 'arm') this.probe.arm();
+    else if (message.type === 'end') this.probe.end();
     else if (message.type === 'look') parent.postMessage({ type: 'look', box: this.view.groundBox() }, '*');
     else if (message.type === 'error' && message.id === undefined) this.failed(message.message);
     else if (!this.probe.take(message) && message.type === 'epoch') this.live?.take(message);

@@ -42,8 +42,8 @@ export interface ProgressMessage {
   planned: number;
 }
 
-/** `finished`: the run has ended, and what is served is all of it. `arm`: the next click is to be told; `look`: what is in view. */
-export type Message = { version: number } & (EpochMessage | ErrorMessage | HelloMessage | ProgressMessage | { type: 'finished' } | { type: 'arm' } | { type: 'look' });
+/** `finished`: the run has ended, and what is served is all of it. `arm`: the next click is to be told, `end`: no longer; `look`: what is in view. */
+export type Message = { version: number } & (EpochMessage | ErrorMessage | HelloMessage | ProgressMessage | { type: 'finished' } | { type: 'arm' } | { type: 'end' } | { type: 'look' });
 
 export interface ProbeMessage {
   type: 'probe';
@@ -134,5 +134,6 @@ export class FrameConnection extends Connection {
   protected override connect(): void {
     this.open = true;
     addEventListener('message', (event) => event.source === parent && this.onMessage(event.data as Message));
+    addEventListener('keydown', (event) => event.key === 'Escape' && parent.postMessage({ type: 'end' }, '*'));
   }
 }

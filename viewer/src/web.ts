@@ -1,5 +1,6 @@
 // Canyon in one page: what is dropped becomes a scenario, a worker runs it, and the viewer shows it in a frame.
 import './web.css';
+import { isMap, parseDocument } from 'yaml';
 import { gunzip, unpacked } from './format';
 import type { Message, ProbeMessage } from './messages';
 import { by } from './text';
@@ -46,25 +47,35 @@ const kCells = 4000;
 const scenario = by<HTMLTextAreaElement>('scenario');
 const frame = by<HTMLIFrameElement>('view');
 const engine = new Engine((share) => (by<HTMLProgressElement>('progress').value = share));
-const files = new Map<string, File>();
+/** Those that the scenario was made of, or that wait for a city. */
+let files = new Map<string, File>();
 /** Corners of a drive that is being drawn [m, city's frame]; null: none is. */
-let way: [number, number][] | null = null;
+let corners: [number, number][] | null = null;
+let last = Promise.resolve();
 
 function say(what: string, bad = false): void {
   by('status').textContent = what;
   by('status').classList.toggle('bad', bad);
 }
 
-async function busy(what: string, work: () => Promise<void>): Promise<void> {
+function failed(error: unknown): void {
+  say(error instanceof Error ? error.message : String(error), true);
+}
+
+function post(type: 'arm' | 'look' | 'end'): void {
+  frame.contentWindow?.postMessage({ type, version: 1 } satisfies Message, '*');
+}
+
+/** Works once all that was begun before has ended. */
+function busy(what: string, work: () => Promise<void>): Promise<void> {
   const enable = (on: boolean): void => kBusy.forEach((id) => (by<HTMLButtonElement>(id).disabled = !on));
-  enable(false);
-  say(what);
-  try {
-    await work();
-  } catch (error) {
-    say(error instanceof Error ? error.message : String(error), true);
-  }
-  enable(true);
+  return (last = last.then(async () => {
+    enable(false);
+    draw(null);
+    say(what);
+    await work().catch(failed);
+    enable(true);
+  }));
 }
 
 /** Shows out/page.html in the frame; resolves once its viewer has drawn it. */
@@ -116,41 +127,80 @@ function run(preview = 0): Promise<void> {
   });
 }
 
-/** Writes the scenario of all files that were dropped, and runs it. */
+/** Makes a scenario of these files, and of those before that they do not replace, and runs it; what the module refuses is dropped. */
 async function take(dropped: Iterable<File>): Promise<void> {
-  for (const file of dropped) files.set(file.name, file);
-  if (files.size === 0) return;
+  const added = new Map([...dropped].map((file) => [file.name, file]));
   let made = false;
-  await busy(`Reading ${[...files.keys()].join(', ')}`, async () => {
-    for (const [name, file] of files) await engine.ask('write', { path: name, bytes: new Uint8Array(await file.arrayBuffer()) });
+  const wrong: string[] = [];
+  await busy(`Reading ${[...added.keys()].join(', ')}`, async () => {
+    for (const [name, file] of added) {
+      if (!/\.(ya?ml|html)$/i.test(name)) await engine.ask('write', { path: name, bytes: new Uint8Array(await file.arrayBuffer()) });
+      else if (added.delete(name)) wrong.push(`${name}: has no place in a new scenario; paste the text of one into the box “Scenario”`);
+    }
+    const all = new Map([...files, ...added]);
+    if (wrong.length > 0 && added.size === 0) return;
+    const result = await engine.ask('new', { files: [...added.keys()], kept: [...files.keys()].filter((name) => !added.has(name)),
+      origin: by<HTMLInputElement>('origin').value.trim() });
+    files = new Map([...all].filter(([name]) => (result['files'] as string[]).includes(name)));
+    wrong.push(...(result['messages'] as string[]));
     by('origin-line').hidden = ![...files.keys()].some((name) => /\.(gl[bt]f?|obj|ply|stl)(\.gz)?$/i.test(name));
-    const { yaml, facts } = await engine.ask('new', { files: [...files.keys()], origin: by<HTMLInputElement>('origin').value.trim() });
-    scenario.value = yaml as string;
-    by('report').textContent = (facts as string[]).join('\n');
+    if (result['yaml'] === undefined) return;
+    scenario.value = result['yaml'] as string;
+    by('report').textContent = (result['facts'] as string[]).join('\n');
     made = true;
   });
   if (made) await run();
+  if (wrong.length > 0) say([...(made ? [by('status').textContent] : []), ...wrong].join('\n'), true);
+}
+
+/** Indents further lines in brackets, which the module reads without. */
+function indented(yaml: string): string {
+  let depth = 0;
+  return yaml.replace(/"(?:\\.|[^"\\])*"|'[^']*'|(?<=^|\s)#.*|[[\]{}\n]/gm, (part) => {
+    depth += '[{'.includes(part) ? 1 : ']}'.includes(part) ? -1 : 0;
+    return part === '\n' && depth > 0 ? '\n  ' : part;
+  });
 }
 
 /** The scenario with a drive through corners in place of its trajectory. */
-function along(yaml: string, corners: [number, number][]): string {
-  const points = corners.map(([e, n]) => `    - {east_m: ${e.toFixed(1)}, north_m: ${n.toFixed(1)}}\n`).join('');
-  const drive = `trajectory:\n  waypoints:\n${points}  speed_mps: 8\n  height_above_terrain_m: 1.5\n`;
-  const old = /^trajectory:.*\n(?:[ \t#].*\n|\n)*/m;
-  return old.test(yaml) ? yaml.replace(old, drive) : `${yaml.trimEnd()}\n${drive}`;
+function along(yaml: string, way: [number, number][]): string {
+  let document = parseDocument(yaml, { strict: false });
+  if (document.errors[0]) document = parseDocument(indented(yaml), { strict: false });
+  if (document.errors[0]) throw document.errors[0];
+  if (document.contents && !isMap(document.contents)) throw new Error('The scenario has no keys: load one first');
+  const points = way.map(([e, n]) => `  - {east_m: ${e.toFixed(1)}, north_m: ${n.toFixed(1)}}\n`).join('');
+  document.set('trajectory', parseDocument(`waypoints:\n${points}speed_mps: 8\nheight_above_terrain_m: 1.5\n`).contents);
+  return document.toString({ lineWidth: 0, flowCollectionPadding: false });
+}
+
+/** @param way corners so far; null: no drive is drawn any more */
+function draw(way: typeof corners): void {
+  if (corners && !way) post('end');
+  corners = way;
+  by('draw').textContent = !way ? 'Draw a way' : way.length > 1 ? `Drive through ${way.length} corners` : 'Stop drawing';
+}
+
+function stopDrawing(): void {
+  if (!corners) return;
+  draw(null);
+  say('No drive was drawn.');
 }
 
 by('draw').onclick = () => {
-  if (way && way.length > 1) {
-    scenario.value = along(scenario.value, way);
-    way = null;
-    by('draw').textContent = 'Draw a way';
-    return void run();
+  if (!corners) {
+    draw([]);
+    say('Click the corners of the drive on the street, one after the other; Escape ends it');
+    return post('arm');
   }
-  way = [];
-  say('Click the corners of the drive on the street, one after the other');
-  frame.contentWindow?.postMessage({ type: 'arm', version: 1 } satisfies Message, '*');
+  if (corners.length < 2) return stopDrawing();
+  try {
+    scenario.value = along(scenario.value, corners);
+    void run();
+  } catch (error) {
+    failed(error);
+  }
 };
+addEventListener('keydown', (event) => event.key === 'Escape' && stopDrawing());
 
 /** @param box west, south, east, north of what is in view [m, city's frame] */
 function map(box: Box): Promise<void> {
@@ -163,19 +213,21 @@ function map(box: Box): Promise<void> {
   });
 }
 
-by('map').onclick = () => frame.contentWindow?.postMessage({ type: 'look', version: 1 } satisfies Message, '*');
+by('map').onclick = () => post('look');
 
 // Questions of the viewer in the frame.
-addEventListener('message', async (event: MessageEvent<ProbeMessage | { type: 'look'; box: Box }>) => {
+addEventListener('message', async (event: MessageEvent<ProbeMessage | { type: 'look'; box: Box } | { type: 'end' }>) => {
   if (event.source !== frame.contentWindow) return;
   if (event.data?.type === 'look') return void map(event.data.box);
+  if (event.data?.type === 'end') return stopDrawing();
   if (event.data?.type !== 'probe') return;
   const { answer } = await engine.ask('probe', { message: JSON.stringify(event.data) });
   frame.contentWindow?.postMessage(JSON.parse(answer as string), '*');
-  if (!way) return;
-  way.push([event.data.place.east_m, event.data.place.north_m]);
-  by('draw').textContent = way.length > 1 ? `Drive through ${way.length} corners` : 'Draw a way';
-  frame.contentWindow?.postMessage({ type: 'arm', version: 1 } satisfies Message, '*');
+  const { east_m, north_m } = event.data.place;
+  const [east, north] = corners?.at(-1) ?? [];
+  if (!corners || (east === east_m && north === north_m)) return;  // an antenna asks for each instant
+  draw([...corners, [east_m, north_m]]);
+  post('arm');
 });
 
 function demo(): Promise<void> {
@@ -187,13 +239,18 @@ function demo(): Promise<void> {
 
 by('run').onclick = () => void run();
 by('demo').onclick = () => void demo();
-by('origin').onchange = () => void take([]);
-by<HTMLInputElement>('files').onchange = (event) => void take((event.target as HTMLInputElement).files ?? []);
+by('origin').onchange = () => void (files.size > 0 && take([]));
+by<HTMLInputElement>('files').onchange = (event) => {
+  const box = event.target as HTMLInputElement;
+  void take([...(box.files ?? [])]);
+  box.value = '';  // so that a file of the same name can follow
+};
 for (const kind of ['dragover', 'dragleave', 'drop'] as const) {
   addEventListener(kind, (event) => {
     event.preventDefault();
     by('drop').classList.toggle('over', kind === 'dragover');
-    if (kind === 'drop') void take((event as DragEvent).dataTransfer?.files ?? []);
+    const dropped = [...((event as DragEvent).dataTransfer?.files ?? [])];
+    if (kind === 'drop' && dropped.length > 0) void take(dropped);
   });
 }
 

@@ -152,4 +152,73 @@ describe('the page', { skip: withoutModule || withoutChromium }, () => {
     await shown(7);
     assert.deepEqual(s.complaints, []);
   });
+
+  /** What the page says once it has shown as many more views. */
+  const once = async (views, action) => {
+    const before = await s.page.evaluate(() => Number(document.body.dataset.shown));
+    await action();
+    await shown(before + views);
+    await s.page.waitForFunction(() => !document.getElementById('run').disabled);
+    return s.text('#status');
+  };
+  const drop = (...files) => s.page.setInputFiles('#files', files.map(([name, text]) => ({ name, mimeType: 'text/plain', buffer: Buffer.from(text) })));
+  const refused = async (name, ...files) => {
+    await drop(...files);
+    await s.page.waitForFunction((text) => document.querySelector('#status.bad')?.textContent.includes(text), name);
+    await s.page.waitForFunction(() => !document.getElementById('run').disabled);
+  };
+  test('a file that is refused blocks none after it, and a new one replaces that before', async () => {
+    const yaml = () => s.page.locator('#scenario').inputValue();
+    await refused('pic.png', ['pic.png', '\x89PNG\r\n\x1a\n\0\0']);
+    await refused('no file is a city', ['drive.gpx', kGpx]);
+    assert.match(await once(1, () => drop(['hall.obj', kObj])), /^Computed/);
+    assert.match(await yaml(), /hall\.obj[^]*drive\.gpx/);
+    assert.match(await once(1, () => drop(['second.obj', kObj.replaceAll(' 20', ' 30')])), /^Computed/);
+    assert.match(await yaml(), /second\.obj[^]*drive\.gpx/);
+    const before = await yaml();
+    await refused('scenario.yaml', ['scenario.yaml', 'seed: 1\n']);
+    await refused('broken.canyon', ['broken.canyon', 'CANYON\0broken bytes']);
+    await refused('broken.gpx', ['broken.gpx', '<?xml version="1.0"?><gpx version="1.1"><trk>']);
+    assert.equal(await yaml(), before);
+    assert.match(await once(1, () => drop(['shorter.gpx', kGpx.replace(/(<trkpt((?!<trkpt).)*){20}/, '')], ['pic.png', 'P'])),
+      /^Computed[^]*\npic\.png: /);
+    assert.match(await yaml(), /second\.obj[^]*shorter\.gpx/);
+    assert.doesNotMatch(await yaml(), /hall|drive\.gpx/);
+    assert.equal(await (await viewer()).evaluate(() => window.canyon.store.tracks[0].size), 21);
+    assert.deepEqual(s.complaints, []);
+  });
+  const corner = async (place) => {
+    await (await viewer()).evaluate((where) => window.canyon.probe.put(where), place);
+    await s.page.waitForTimeout(300);
+  };
+  const label = () => s.text('#draw');
+  test('Escape, or the button before a second corner, ends the drawing', async () => {
+    await s.page.click('#draw');
+    assert.equal(await label(), 'Stop drawing');
+    await s.page.click('#draw');
+    assert.equal(await label(), 'Draw a way');
+    for (const escape of [() => s.page.keyboard.press('Escape'), async () => (await viewer()).press('body', 'Escape')]) {
+      await s.page.click('#draw');
+      await corner([0, 20, 0]);
+      await corner([0, 40, 0]);
+      await s.page.waitForFunction(() => document.getElementById('draw').textContent === 'Drive through 2 corners');
+      await escape();
+      await s.page.waitForFunction(() => document.getElementById('draw').textContent === 'Draw a way');
+      assert.ok(await (await viewer()).evaluate(() => !document.getElementById('stage').classList.contains('putting') && !window.canyon.probe.active));
+    }
+  });
+  for (const [what, trajectory] of [['without a last newline', 'trajectory:\n  waypoints:\n    - {east_m: -76, north_m: 0}\n    - {east_m: 0, north_m: 0}\n  speed_mps: 3'],
+    ['a list that is not indented', 'trajectory:\n  waypoints:\n  - {east_m: -76, north_m: 0}\n  - {east_m: 0, north_m: 0}\nrate_hz: 1 # kept\n'],
+    ['a flow mapping in lines', 'trajectory: {waypoints: [{east_m: -76, north_m: 0}, # it\'s [\n{east_m: 0, north_m: 0}],\nspeed_mps: 3}\n# kept\nrate_hz: 1\n']])
+    test(`a drive is drawn into a scenario: ${what}`, async () => {
+      const text = `city:\n  synthetic: {blocks_east: 2, blocks_north: 2}\nsky: {nominal: true}\nstart: 2026-06-01T08:00:00Z\nduration_s: 3\nreceivers:\n- name: car\n${trajectory}`;
+      await s.page.locator('#scenario').evaluate((box, value) => (box.value = value), text);
+      await s.page.click('#draw');
+      await corner([-76, -30, 0]);
+      await corner([-76, 30, 0]);
+      assert.match(await once(1, () => s.page.click('#draw')), /^Computed/);
+      const yaml = await s.page.locator('#scenario').inputValue();
+      assert.match(yaml, /\ntrajectory:\n  waypoints:\n    - \{east_m: -76\.0, north_m: -30\.0\}\n    - \{east_m: -76\.0, north_m: 30\.0\}\n  speed_mps: 8\n/);
+      assert.equal(yaml.includes('kept'), text.includes('kept'));
+    });
 });
