@@ -102,9 +102,11 @@ describe('the page', { skip: withoutModule || withoutChromium }, () => {
     await shown(1);
     await viewer();
     const first = s.loadedMs + Date.now() - begin;
+    const { processInfo } = await (await s.browser.newBrowserCDPSession()).send('SystemInfo.getProcessInfo');
+    const cpu = processInfo.reduce((sum, { cpuTime }) => sum + cpuTime, 0);
     await shown(2);
     const frame = await viewer();
-    console.log(`# first picture after ${(first / 1000).toFixed(1)} s, the drive computed in ${await s.page.evaluate(() => document.body.dataset.seconds)} s`);
+    console.log(`# first picture after ${(first / 1000).toFixed(1)} s (CPU of all of Chromium ${cpu.toFixed(1)} s), the drive computed in ${await s.page.evaluate(() => document.body.dataset.seconds)} s`);
     assert.equal(await frame.evaluate(() => window.canyon.store.tracks[0].size), 609);
     assert.deepEqual(s.complaints, []);
     assert.deepEqual(s.requests.filter((url) => !/^(file|blob|data):/.test(url)), []);
