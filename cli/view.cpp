@@ -18,7 +18,7 @@
 #include "canyon/run/load_city.hpp"
 #include "canyon/run/scenario/scenario.hpp"
 #include "canyon/run/simulator.hpp"
-#include "canyon/studies/bench/score.hpp"
+#include "canyon/studies/bench/tracks.hpp"
 #include "canyon/studies/heatmap/engine/map_source.hpp"
 #include "canyon/studies/heatmap/files/stored_map.hpp"
 #include "canyon/studies/heatmap/pictures/map_view.hpp"
@@ -170,17 +170,17 @@ view::ViewOptions view_options(const ViewArguments& arguments) {
   const std::filesystem::path folder = std::filesystem::path(arguments.input).parent_path();
   const auto drive = std::make_shared<const bench::DriveFolder>(bench::read_drive(folder));
   for (const std::string& each : arguments.tracks) {
-    const auto [name, file] = bench::named_file(each, "--track", *drive);
-    options.tracks.push_back({name,
-                              [drive, track = bench::read_estimate(file, *drive)](
-                                  geodesy::GpsTime time) -> std::optional<Eigen::Vector3d> {
-                                const double t = static_cast<double>(geodesy::unix_from_gps(time)) / 1e9 -
-                                                 drive->begin_unix_s;
-                                Eigen::Vector3d place = bench::place_at(track, t);
-                                if (std::isnan(place.z())) place.z() = bench::place_at(drive->truth, t).z();
-                                if (!place.allFinite()) return {};
-                                return drive->frame.ecef_from_local(place);
-                              }});
+    const auto [name, file] = bench::named_file(each, "--track");
+    options.tracks.push_back(
+        {name,
+         [drive, track = bench::read_estimate(bench::filled(file, {{"drive", drive->name}}), *drive)](
+             geodesy::GpsTime time) -> std::optional<Eigen::Vector3d> {
+           const double t = static_cast<double>(geodesy::unix_from_gps(time)) / 1e9 - drive->begin_unix_s;
+           Eigen::Vector3d enu_m = bench::point_at(track, t).enu_m;
+           if (std::isnan(enu_m.z())) enu_m.z() = bench::point_at(drive->truth, t).enu_m.z();
+           if (!enu_m.allFinite()) return {};
+           return drive->frame.ecef_from_local(enu_m);
+         }});
   }
   return options;
 }

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kLargestSide = 3840;
-constexpr double kMostFrames = 3600;
+constexpr double kMaxVideoFrames = 3600;
 
 /// Whether the film is one file; false: a folder of frames.
 bool is_one_file(const std::string& file) {
@@ -48,7 +48,7 @@ std::pair<int, int> size_of(const std::string& text) {
 }
 
 int frames_of(const RecordArguments& arguments) {
-  return static_cast<int>(std::clamp(std::round(arguments.seconds * arguments.fps), 1.0, kMostFrames));
+  return static_cast<int>(std::clamp(std::round(arguments.seconds * arguments.fps), 1.0, kMaxVideoFrames));
 }
 
 fs::path script_of(const fs::path& page) {

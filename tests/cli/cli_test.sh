@@ -1695,21 +1695,43 @@ bench)
   runs 0 "$canyon" bench make two --only open drift --threads 2 --quiet
   for file in truth fixes single imu wheels events; do cmp one/drift/$file.csv two/drift/$file.csv || fail "$file.csv depends on threads"; done
   says one/drift/events.csv 'drift,'
-  says one/drift/card.yaml 'bench: 1' 'receiver: ublox-m10'
+  says one/drift/card.yaml 'bench: 2' 'receiver: ublox-m10' 'without_fault: low'
   for file in one/drift/receiver.obs one/drift/sky.nav one/drift/scenario.yaml; do [ -s "$file" ] || fail "no $file"; done
   # A program that passes the fixes on follows the drift, and does not meet a limit.
   cut -d, -f1,3,4 one/drift/fixes.csv | awk -F, '$2 != ""' >one/passed.csv
   printf '%s\n' 'limits: [{drives: [drift], followed: 0.5}, {drives: [open], p95_m: 5}]' >limits.yaml
-  runs 1 "$canyon" bench run one --limits limits.yaml --json s.json --junit s.xml -- \
-    sh -c 'cut -d, -f1,3,4 "$1"/fixes.csv | awk -F, "\$2 != \"\"" >"$2"' sh '{drive}' '{estimate}'
-  says err "drift, mine: followed of 'drift' is 1, limit 0.5" '1 drives beyond the limits'
-  says out 'diverged s' 'mine'
+  pass=(sh -c 'cut -d, -f1,3,4 "$1"/fixes.csv | awk -F, "\$2 != \"\"" >"$2"' sh '{drive}' '{estimate}')
+  runs 1 "$canyon" bench run one --limits limits.yaml --json s.json --junit s.xml -- "${pass[@]}"
+  says err "drift, mine: followed of 'drift' is 1, limit 0.5" 'scores fail'
+  says out 'diverged s' '< 5 m %' 'mine'
   says s.xml 'tests=' 'failures="1"'
-  python3 -c 'import json; r = json.load(open("s.json"))["results"]; m = [x for x in r if x["estimate"] == "mine" and x["drive"] == "drift"][0]; assert abs(m["events"][0]["followed"] - 1) < 0.01 and m["availability"] > 0.99, m' ||
+  python3 -c 'import json; r = json.load(open("s.json"))["results"]; m = [x for x in r if x["estimate"] == "mine" and x["drive"] == "drift"][0]; assert abs(m["events"][0]["followed"] - 1) < 0.01 and m["availability"] > 0.99 and m["within_10m"] < 1, m' ||
     fail "s.json"
+  # Raw data do not contain a fault of the reported fix, so its limit does not apply to who reads them.
+  runs 0 "$canyon" bench score one --limits limits.yaml --estimate 'raw=one/estimates/mine/{drive}.csv' --reads raw=raw,imu --quiet
+  runs 2 "$canyon" bench score one --estimate m=x --reads rav; says err "there is no input 'rav'; did you mean 'raw'?"; one_line
+  # Standard output is JSON alone: the program's own goes to standard error.
+  runs 0 "$canyon" bench run one --json - -- sh -c 'echo talks; cp "$1"/single.csv "$2"' sh '{drive}' '{estimate}'
+  python3 -m json.tool out >/dev/null || fail "--json - is not JSON"; says err talks
   says one/score.html '<img width=' 'drift'
-  runs 0 "$canyon" bench score one --estimate none=nowhere/{drive}.csv --quiet
-  says err 'drift: there is no nowhere/drift.csv; it counts as absent'
+  # An absent, empty or damaged estimate fails; the others are scored all the same.
+  runs 1 "$canyon" bench score one --estimate none=nowhere/{drive}.csv --quiet
+  says err 'drift, none: there is no nowhere/drift.csv'
+  runs 1 "$canyon" bench run one --junit s.xml -- sh -c 'case $1 in *open) echo time_s,latitude_deg,longitude_deg;; *) cat "$1"/single.csv;; esac >"$2"' sh '{drive}' '{estimate}'
+  says err 'open, mine: one/estimates/mine/open.csv: has no rows'; says out 'drift  mine'; says s.xml 'failures="1"'
+  for how in 'kill -ABRT $$' 'exit 3' ': >/dev/null' 'mkdir "$2"' 'sleep 100'; do
+    runs 1 "$canyon" bench run one --timeout 0.5 --name gone --junit s.xml --quiet -- sh -c "$how" sh '{drive}' '{estimate}'
+    says err 'open, gone: '; says s.xml 'failures="2"'
+  done
+  says err 'took more than 0.5 s'
+  runs 1 "$canyon" bench run one --name gone --quiet -- sh -c 'read answer || exit 4' sh '{drive}' '{estimate}'; says err 'ended with status 4'
+  mkdir one/cut && cp one/open/card.yaml one/cut
+  runs 1 "$canyon" bench score one; says err 'cut is not scored: '; says out 'drift'; rm -r one/cut
+  # Names are names of files, and not those of the baselines.
+  for name in a=b fixes '' ../../zz 'a b'; do runs 2 "$canyon" bench run one --name "$name" -- "${pass[@]}"; one_line; done
+  runs 2 "$canyon" bench score one --estimate a=x --estimate a=y; says err "two estimates are named 'a'"; one_line
+  runs 2 "$canyon" bench run nosuch -- "${pass[@]}"; [ ! -e nosuch ] || fail "bench run makes a folder"
+  cp -r one 'b{estimate}'; runs 1 "$canyon" bench run 'b{estimate}' --limits limits.yaml -- "${pass[@]}"; says out 'drift  mine'
   runs 0 "$canyon" view one/drift --track passed=one/passed.csv --out seen --quiet
   python3 - <<'END' || fail "the estimate is not in the view"
 import json
@@ -1719,31 +1741,51 @@ assert r[1]["summary"] == r[0]["summary"] or abs(r[1]["summary"]["horizontal_p95
 END
   runs 2 "$canyon" view one/drift --track passed --out seen2; says err "--track 'passed' has no name"; one_line
   runs 2 "$canyon" view one --track passed=one/passed.csv --out seen2; says err 'one is no drive of a bench'
+  # The spoofer pulls the fix away by the 200 m that it is described with; edition 1 stays as it was.
+  for edition in 1 2; do
+    runs 0 "$canyon" bench make pulled --only spoofing --edition $edition --quiet
+    runs 0 "$canyon" bench score pulled --json s.json --quiet
+    python3 -c 'import json, sys; m = next(x for x in json.load(open("s.json"))["results"] if x["estimate"] == "fixes")["largest_m"]; sys.exit(not (195 < m < 210 if sys.argv[1] == "2" else m < 60))' $edition || fail "spoofing of edition $edition"
+  done
   # The user's map and track; times of the track are its own.
   cp "$root/tests/data/formats/house.osm.pbf" map.osm.pbf
   runs 0 "$canyon" new map.osm.pbf -o drive.yaml
   runs 0 "$canyon" simulate drive.yaml -o track --quiet
-  runs 0 "$canyon" bench make mapped --only drift --map map.osm.pbf --quiet
-  runs 0 "$canyon" bench make tracked --only drift --map map.osm.pbf track/epochs.csv --quiet
-  for folder in mapped tracked; do [ "$(wc -l <$folder/drift/truth.csv)" -gt 50 ] || fail "no drive in $folder"; done
+  runs 0 "$canyon" profiles ublox-m8t; cp out my.yaml
+  runs 0 "$canyon" bench make mapped --only open outlier-100 imu-frozen --map map.osm.pbf --receiver "$PWD/my.yaml" ublox-f9p --quiet
+  says err 'outlier-100-my is left out: its fault begins at 100 s'
+  ! grep -q ' put' err || fail "the base is not where it reports"
+  says mapped/open-my/scenario.yaml 'start: 2026-06-01'; [ -d mapped/open-ublox-f9p/base ] || fail "no base"
+  runs 0 "$canyon" bench make tracked --only open --map map.osm.pbf track/epochs.csv --quiet
+  for folder in mapped/open-my tracked/open; do [ "$(wc -l <$folder/truth.csv)" -gt 50 ] || fail "no drive in $folder"; done
+  runs 2 "$canyon" bench make mapped --only outlier-100 --map map.osm.pbf --quiet; says err 'no drive can be made of this track'
+  # A bench has the drives of one call: what another one made is gone, the user's files are not.
+  mkdir -p again && "$canyon" bench make again --only open walk --edition 1 --quiet 2>err || fail "edition 1"
+  says again/open/card.yaml 'bench: 1'; echo mine >again/open/mine.csv; cp again/open/single.csv again/open/ekf.csv; cp again/open/single.csv again/open/robust.csv
+  runs 0 "$canyon" bench make again --only walk --receiver ublox-f9p --quiet
+  [ ! -e again/open/card.yaml ] && [ ! -e again/walk/receiver.obs ] && [ -e again/open/mine.csv ] || fail "a drive of another call is there"
+  runs 0 "$canyon" bench score again; says out walk; ! grep -q open out || fail "a drive of another call is scored"
+  # An interrupted drive is none.
+  "$canyon" bench make ended --only open high --quiet 2>err & pid=$!
+  until [ -e ended/high ] || ! kill -0 $pid; do sleep 0.05; done
+  kill -TERM $pid; status=0; wait $pid || status=$?
+  [ $status -eq 130 ] && [ ! -e ended/high/card.yaml ] && [ -e ended/open/card.yaml ] || fail "status $status, or half a drive"
+  says err 'interrupted: 1 of 2 drives are in ended'
+  # So is a program that is stopped.
+  "$canyon" bench run one --quiet -- sh -c 'sleep 300 & echo $! >sleeper; wait' sh '{drive}' '{estimate}' 2>err & pid=$!
+  until [ -s sleeper ] || ! kill -0 $pid; do sleep 0.05; done
+  kill -TERM $pid; status=0; wait $pid || status=$?
+  [ $status -eq 130 ] && ! grep -qs '^State:.[RSD]' "/proc/$(cat sleeper)/status" || fail "status $status, or the program goes on"
   runs 2 "$canyon" bench make three --only outlyer-100
   says err "there is no drive 'outlyer-100'; did you mean 'outlier-100'?"; one_line
   runs 2 "$canyon" bench score . ; says err 'has no drives; make them: canyon bench make'
   runs 2 "$canyon" bench run one; says err 'there is no program to run'
-  runs 2 "$canyon" bench run one -- true '{drive}'; says err 'the program is not told {estimate}'; one_line
-  runs 1 "$canyon" bench run one --name gone --quiet -- sh -c 'echo time_s >"$2"; exit 3' sh '{drive}' '{estimate}'
-  says err 'drift: the program ended with status 3' 'it counts as absent'
+  runs 2 "$canyon" bench run one -- true '{drive}'; says err 'the program does not get {estimate}'; one_line
   runs 2 "$canyon" bench run one -- ./absent.py '{drive}' '{estimate}'; says err './absent.py: No such file'
-  echo 'limits: [{drives: [outlier-99], p95_m: 1}]' >other.yaml
-  runs 2 "$canyon" bench score one --limits other.yaml; says err "other.yaml: 'outlier-99' is no drive of one"; one_line
+  echo 'limits: [{drives: [open/], p95_m: 1}]' >other.yaml
+  runs 2 "$canyon" bench score one --limits other.yaml; says err "other.yaml: there is no drive 'open/' in the bench"; one_line
   printf 'time_s,latitude_deg,longitude_deg\n1,0.84,0.2\n' >bad.csv
-  runs 2 "$canyon" bench score one --estimate bad=bad.csv; says err 'bad.csv:2: the first place is' 'give degrees'; one_line
-  echo 'time_s,latitude_deg,longitude_deg
-1,x,2' >bad.csv
-  runs 2 "$canyon" bench score one --estimate bad=bad.csv; says err "bad.csv:2: 'x' in latitude_deg is no number"; one_line
-  printf 'time_s\n1\n' >bad.csv
-  runs 2 "$canyon" bench score one --estimate bad=bad.csv; says err "bad.csv:1: there is no column 'latitude_deg'"
-  ;;
+  runs 1 "$canyon" bench score one --estimate bad=bad.csv; says err 'bad.csv:2: the position is' 'give degrees' ;;
 
 study_ranks)
   sed -i '$a receivers: [{name: car}]\nduration_s: 2' small.yaml

@@ -136,7 +136,8 @@ double normal_of(std::uint64_t bits) {
   return (std::popcount(mix64(bits)) - 32) / 4.0;
 }
 
-/// To compare powers by: those of like facades differ only in digits that the C library's sines decide.
+/// To compare powers by: powers of like facades differ in the last digits only, and these differ between C
+/// libraries.
 float coarse(double power) {
   return static_cast<float>(power);
 }

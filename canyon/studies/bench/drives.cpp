@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -18,7 +19,7 @@
 namespace canyon::bench {
 
 /// Texts of examples/bench; CMakeLists.txt makes them.
-extern const char* const drives_yaml;
+extern const char *const drives_yaml, *const drives_1_yaml;
 
 namespace {
 
@@ -40,11 +41,8 @@ const std::string& part_named(const std::vector<ScenarioPart>& parts, const std:
 
 class DriveSink final : public simulation::EpochSink {
  public:
-  DriveSink(const simulation::Simulation& simulation, BenchDrive drive, std::string profile,
-            std::filesystem::path folder)
+  DriveSink(const simulation::Simulation& simulation, std::filesystem::path folder)
       : simulation_(simulation),
-        drive_(std::move(drive)),
-        profile_(std::move(profile)),
         folder_(std::move(folder)),
         sensors_(simulation.scenario().sensors, simulation.begin()) {}
 
@@ -63,7 +61,6 @@ class DriveSink final : public simulation::EpochSink {
     write_fix(t, epoch.observed.fix);
     write_single(t, epoch.observed.single_epoch);
     follow_events(t, epoch);
-    last_s_ = t;
   }
 
   void finish() override {
@@ -82,26 +79,18 @@ class DriveSink final : public simulation::EpochSink {
     write_file(folder_ / "single.csv",
                "time_s,latitude_deg,longitude_deg,height_m,cov_ee_m2,cov_en_m2,cov_nn_m2\n" + single_);
     write_file(folder_ / "events.csv",
-               "start_s,end_s,kind,bias_east_m,bias_north_m,bias_up_m,nlos\n" + events_);
+               "start_s,end_s,kind,bias_east_m,bias_north_m,bias_up_m,nlos,inputs\n" + events_);
     write_sensor(
         "imu", {"specific_force", "angular_rate"},
         "time_s,specific_force_x_mps2,specific_force_y_mps2,specific_force_z_mps2,angular_rate_x_radps,"
         "angular_rate_y_radps,angular_rate_z_radps\n");
     write_sensor("wheels", {"speed"}, "time_s,speed_left_mps,speed_right_mps\n");
-    const auto& scenario = simulation_.scenario();
-    const std::int64_t unix_ns = geodesy::unix_from_gps(simulation_.begin());
-    write_file(
-        folder_ / "card.yaml",
-        fmt::format("bench: {}\nname: {}\nabout: \"{}\"\nneeds: [{}]\nreceiver: {}\nseed: {}\n"
-                    "begin_unix_s: {}.{:09}\nduration_s: {:.3f}\nimu_axes: forward, left, up\n",
-                    catalogue().bench, drive_.name, drive_.about, fmt::join(drive_.needs, ", "), profile_,
-                    scenario.seed, unix_ns / 1'000'000'000, unix_ns % 1'000'000'000, last_s_));
   }
 
  private:
   struct Event {
     double start_s = 0, end_s = 0;
-    std::string kind;
+    std::string kind, inputs;
     Eigen::Vector3d bias = Eigen::Vector3d::Zero();
     int fixes = 0, epochs = 0;
     std::set<std::string> nlos;
@@ -144,13 +133,17 @@ class DriveSink final : public simulation::EpochSink {
   /// An event is a fault's time, or a stretch of errors above 5 m that no fault explains.
   void follow_events(double t, const simulation::Epoch& epoch) {
     const bool off = epoch.error_enu_m.head<2>().norm() > kLasting_m;
-    std::string kind = output::fault_names(epoch.faults);
-    if (kind.empty()) kind = sensor_fault(t);
-    if (kind.empty() && off) kind = "street";
+    std::string kind = output::fault_names(epoch.faults), inputs = inputs_of(epoch.faults);
+    for (const auto& [name, input] : sensor_faults(t)) {
+      kind += (kind.empty() ? "" : "; ") + name;
+      inputs += (inputs.empty() ? "" : " ") + input;
+    }
+    if (kind.empty() && off) kind = "street", inputs = "fixes raw";
     if (kind != event_.kind) {
       end_event();
       event_.start_s = t;
       event_.kind = kind;
+      event_.inputs = inputs;
     }
     event_.end_s = t;
     ++event_.epochs;
@@ -162,13 +155,24 @@ class DriveSink final : public simulation::EpochSink {
         event_.nlos.insert(gnss::to_string(satellite.id));
   }
 
-  [[nodiscard]] std::string sensor_fault(double t) const {
+  /// What contains faults of the receiver: those of the reported fix are not in raw data.
+  [[nodiscard]] std::string inputs_of(const std::vector<std::string>& names) const {
+    std::string inputs;
+    for (const disturbance::Fault& fault : simulation_.scenario().faults)
+      if (std::count(names.begin(), names.end(), fault.name) > 0 && inputs != "fixes raw")
+        inputs = fault.kind->name == "fix" ? "fixes" : "fixes raw";
+    return inputs;
+  }
+
+  [[nodiscard]] std::vector<std::pair<std::string, std::string>> sensor_faults(double t) const {
     const inertial::SensorOptions& sensors = simulation_.scenario().sensors;
     const auto any = [t](const std::vector<inertial::SensorFault>& faults) {
       return std::any_of(faults.begin(), faults.end(), [t](const auto& each) { return each.holds(t); });
     };
-    if (sensors.imu && any(sensors.imu->frozen)) return "frozen IMU";
-    return sensors.wheels && any(sensors.wheels->slips) ? "slip of wheels" : "";
+    std::vector<std::pair<std::string, std::string>> found;
+    if (sensors.imu && any(sensors.imu->frozen)) found.emplace_back("frozen IMU", "imu");
+    if (sensors.wheels && any(sensors.wheels->slips)) found.emplace_back("slip of wheels", "wheels");
+    return found;
   }
 
   void end_event() {
@@ -177,9 +181,9 @@ class DriveSink final : public simulation::EpochSink {
       const Eigen::Vector3d bias = 2 * event_.fixes > event_.epochs
                                        ? Eigen::Vector3d(event_.bias / event_.fixes)
                                        : Eigen::Vector3d::Constant(std::nan(""));
-      events_ += fmt::format("{:.3f},{:.3f},{},{},{},{},{}\n", event_.start_s, event_.end_s, event_.kind,
+      events_ += fmt::format("{:.3f},{:.3f},{},{},{},{},{},{}\n", event_.start_s, event_.end_s, event_.kind,
                              output::fixed(bias.x(), 3), output::fixed(bias.y(), 3),
-                             output::fixed(bias.z(), 3), fmt::join(event_.nlos, " "));
+                             output::fixed(bias.z(), 3), fmt::join(event_.nlos, " "), event_.inputs);
     }
     event_ = {};
   }
@@ -203,68 +207,88 @@ class DriveSink final : public simulation::EpochSink {
   }
 
   const simulation::Simulation& simulation_;
-  BenchDrive drive_;
-  std::string profile_;
   std::filesystem::path folder_;
   output::SensorArrays sensors_;
   std::string truth_, fixes_, single_, events_;
   Event event_;
-  double last_s_ = 0;
 };
 
 }  // namespace
 
 void visit(options::Visitor& v, Catalogue& o) {
-  v.integer({"bench", "", "version: same version, same bytes"}, o.bench, 1, 1000);
+  v.integer({"bench", "", "edition"}, o.bench, 1, 1000);
   v.text({"common", "", "YAML that all scenarios have"}, o.common);
   v.text({"sensors", "", "YAML of sensors"}, o.sensors);
   visit_parts(v, "towns", o.towns);
-  visit_parts(v, "ways", o.ways);
+  visit_parts(v, "routes", o.routes);
   v.list("drives", o.drives, [&](BenchDrive& each) {
     v.text({"name", "", "of its folder"}, each.name);
     v.text({"about", "", "what goes wrong"}, each.about);
     v.text({"town", "", "where"}, each.town);
-    v.text({"way", "", "along which way"}, each.way);
+    v.text({"route", "", "along which route"}, each.route);
     v.texts({"needs", "", "what estimators need"}, each.needs);
     v.text({"faults", "", "YAML of faults"}, each.faults);
     v.text({"sensors", "", "YAML of sensors", "those of all"}, each.sensors);
   });
 }
 
-const Catalogue& catalogue() {
-  static const Catalogue all = [] {
-    Catalogue read;
+const Catalogue& catalogue(int edition) {
+  static const auto read = [](const char* yaml) {
+    Catalogue catalogue;
     options::Document document;
     document.file = "drives.yaml";
     document.kind = "bench";
     document.page = "docs/bench.md";
-    options::read_yaml(drives_yaml, document, "it needs drives", read);
-    return read;
-  }();
-  return all;
+    options::read_yaml(yaml, document, "it needs drives", catalogue);
+    return catalogue;
+  };
+  static const std::array<Catalogue, kEdition> all{read(drives_1_yaml), read(drives_yaml)};
+  if (edition < 1 || edition > kEdition)
+    throw InputError(fmt::format("there is no edition {} of the bench", edition), "give 1 or 2");
+  return all[static_cast<std::size_t>(edition - 1)];
 }
 
-std::string scenario_of(const BenchDrive& drive, const std::string& profile, std::uint64_t seed,
-                        const std::string& place) {
-  const Catalogue& all = catalogue();
+std::string scenario_of(const Catalogue& all, const BenchDrive& drive, const BenchReceiver& receiver,
+                        std::uint64_t seed, const std::string& own) {
   std::string text = all.common + (drive.sensors.empty() ? all.sensors : drive.sensors);
-  text += place.empty() ? part_named(all.towns, drive.town) + part_named(all.ways, drive.way) : place;
-  const bool rtk = profile == "ublox-f9p";
-  text += fmt::format("receivers:\n  - {{name: rover, profile: {}{}}}\n", profile,
+  text += own.empty() ? part_named(all.towns, drive.town) + part_named(all.routes, drive.route) : own;
+  const bool rtk = !receiver.base.empty();
+  text += fmt::format("receivers:\n  - {{name: rover, profile: {}{}}}\n", receiver.profile,
                       rtk ? ", rtk: true, corrections: {from: base, rate_hz: 1, latency_s: 0.3}" : "");
   if (rtk)
-    text += fmt::format(
-        "  - {{name: base, profile: {}, signal: {{antenna: survey}}, fixed: {{east_m: 900, north_m: 300, "
-        "up_m: 30}}}}\n",
-        profile);
+    text += fmt::format("  - {{name: base, profile: {}, signal: {{antenna: survey}}, fixed: {}}}\n",
+                        receiver.profile, receiver.base);
   if (!drive.faults.empty()) text += "faults: " + drive.faults + "\n";
   return text + fmt::format("seed: {}\n", seed);
 }
 
+std::optional<double> first_fault_s(const simulation::Scenario& scenario) {
+  std::vector<double> times;
+  for (const disturbance::Fault& fault : scenario.faults) times.push_back(fault.from_s);
+  if (scenario.sensors.imu)
+    for (const auto& each : scenario.sensors.imu->frozen) times.push_back(each.from_s);
+  if (scenario.sensors.wheels)
+    for (const auto& each : scenario.sensors.wheels->slips) times.push_back(each.from_s);
+  if (times.empty()) return std::nullopt;
+  return *std::min_element(times.begin(), times.end());
+}
+
 std::unique_ptr<simulation::EpochSink> make_drive_sink(const simulation::Simulation& simulation,
-                                                       const BenchDrive& drive, const std::string& profile,
                                                        const std::filesystem::path& folder) {
-  return std::make_unique<DriveSink>(simulation, drive, profile, folder);
+  return std::make_unique<DriveSink>(simulation, folder);
+}
+
+void write_card(const simulation::Simulation& simulation, const DriveCard& card,
+                const std::filesystem::path& folder) {
+  const std::int64_t unix_ns = geodesy::unix_from_gps(simulation.begin());
+  const std::string without = card.without_fault.empty() ? "" : "without_fault: " + card.without_fault + "\n";
+  write_file(
+      folder / "card.yaml",
+      fmt::format("bench: {}\nname: {}\nabout: \"{}\"\nneeds: [{}]\n{}receiver: {}\nseed: {}\n"
+                  "begin_unix_s: {}.{:09}\nduration_s: {:.3f}\nimu_axes: forward, left, up\n",
+                  card.edition, card.drive.name, card.drive.about, fmt::join(card.drive.needs, ", "), without,
+                  card.receiver, simulation.scenario().seed, unix_ns / 1'000'000'000, unix_ns % 1'000'000'000,
+                  simulation.interval_s() * static_cast<double>(simulation.epoch_count() - 1)));
 }
 
 }  // namespace canyon::bench

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,32 +18,55 @@ struct ScenarioPart {
   std::string name, scenario;
 };
 struct BenchDrive {
-  std::string name, about, town, way;
+  std::string name, about, town, route;
   std::vector<std::string> needs;  ///< what an estimator needs to do well: fixes, imu, wheels, raw
   std::string faults;              ///< YAML of `faults:`; empty: clean physics
   std::string sensors;             ///< YAML; empty: those of the catalogue
+
+  [[nodiscard]] bool has_fault() const { return !faults.empty() || !sensors.empty(); }
 };
-/// examples/bench/drives.yaml. Same version, same bytes.
+/// The drives of an edition: examples/bench/drives.yaml. Same edition and version of Canyon, same bytes.
 struct Catalogue {
-  int bench = 0;
+  int bench = 0;  ///< edition
   std::string common, sensors;
-  std::vector<ScenarioPart> towns, ways;
+  std::vector<ScenarioPart> towns, routes;
   std::vector<BenchDrive> drives;
 };
 void visit(options::Visitor& v, Catalogue& o);
-/// The one that the program was built with.
-[[nodiscard]] const Catalogue& catalogue();
+inline constexpr int kEdition = 2;  ///< the latest
+/// Those that the program was built with. Throws InputError for another edition than 1 and 2.
+[[nodiscard]] const Catalogue& catalogue(int edition = kEdition);
 
-/// The scenario of a drive. @param profile of the rover; "ublox-f9p" has a base for RTK
-/// @param place YAML of city, start and trajectory instead of the town and the way
-[[nodiscard]] std::string scenario_of(const BenchDrive& drive, const std::string& profile, std::uint64_t seed,
-                                      const std::string& place = {});
+/// A receiver of drives.
+struct BenchReceiver {
+  std::string name;     ///< in names of drives
+  std::string profile;  ///< a scenario's `profile:`, YAML
+  std::string base;     ///< `fixed:` of its base for RTK, YAML; empty: none
+};
+/// The scenario of a drive.
+/// @param own YAML of city, start and trajectory instead of the town and the route; empty: theirs
+[[nodiscard]] std::string scenario_of(const Catalogue& all, const BenchDrive& drive,
+                                      const BenchReceiver& receiver, std::uint64_t seed,
+                                      const std::string& own = {});
+/// `fixed:` of a base in the open, of the made-up towns.
+inline constexpr const char* kTownBase = "{east_m: 900, north_m: 300, up_m: 30}";
 
-/// Writes a drive's folder: truth.csv, fixes.csv, imu.csv, wheels.csv, events.csv, card.yaml (docs/bench.md).
-/// The files of formats are the run's own.
+/// The first time at which a fault of a drive acts [s since its begin]; empty: it has none.
+[[nodiscard]] std::optional<double> first_fault_s(const simulation::Scenario& scenario);
+
+/// Properties of a drive for its card that its run does not have.
+struct DriveCard {
+  int edition = kEdition;
+  BenchDrive drive;
+  std::string receiver;
+  std::string without_fault;  ///< name of the drive that differs by the fault alone; empty: none
+};
+/// Writes a drive's folder: truth.csv, fixes.csv, imu.csv, wheels.csv, events.csv (docs/bench.md). The files
+/// of formats are the run's own.
 [[nodiscard]] std::unique_ptr<simulation::EpochSink> make_drive_sink(const simulation::Simulation& simulation,
-                                                                     const BenchDrive& drive,
-                                                                     const std::string& profile,
                                                                      const std::filesystem::path& folder);
+/// Writes card.yaml, by which a folder counts as a drive: after a whole run.
+void write_card(const simulation::Simulation& simulation, const DriveCard& card,
+                const std::filesystem::path& folder);
 
 }  // namespace canyon::bench

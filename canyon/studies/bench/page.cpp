@@ -50,11 +50,11 @@ void draw_line(Canvas& canvas, const drawing::Plot& plot, const std::vector<doub
 
 std::vector<double> axis_of(const Track& track, int axis) {
   std::vector<double> values;
-  for (const Eigen::Vector3d& place : track.enu_m) values.push_back(place(axis));
+  for (const Eigen::Vector3d& position : track.enu_m) values.push_back(position(axis));
   return values;
 }
 
-/// Truth and estimates from above; what is far beyond the way lies on the frame.
+/// Truth and estimates from above; points far from the drive are drawn on the frame.
 std::string map_picture(const DriveFolder& drive, const Tracks& tracks) {
   return picture(460, 420, [&](Canvas& canvas) {
     const std::vector<double> east = axis_of(drive.truth, 0), north = axis_of(drive.truth, 1);
@@ -102,13 +102,13 @@ std::string error_picture(const DriveFolder& drive, Errors errors) {
   });
 }
 
-/// Errors over the bound that is stated with them (Stanford diagram): what lies above the line misleads.
+/// Errors over the bound that is reported with them (Stanford diagram): points above the line mislead.
 std::string stanford_picture(const DriveFolder& drive, const Tracks& tracks, const Errors& all) {
   return picture(380, 300, [&](Canvas& canvas) {
     drawing::Plot plot{{55, 12, 310, 240},
                        drawing::decade_scale(0.1, 1000),
                        drawing::decade_scale(0.1, 1000),
-                       "stated bound, 99.99 % [m]",
+                       "reported bound, 99.99 % [m]",
                        "horizontal error [m]"};
     plot.draw_ground(canvas);
     canvas.polyline({plot.at(0.1, 0.1), plot.at(1000, 1000)}, {drawing::kInk, 1, {4, 3}});
@@ -140,8 +140,8 @@ std::string row_of(const std::vector<std::string>& cells, const char* tag) {
 }  // namespace
 
 std::vector<std::string> result_head() {
-  return {"drive",   "estimate", "p50 m",      "p95 m",    "largest m",  "RMSE m",    "RPE 10 s m",
-          "there %", "in 95 %",  "misleads %", "followed", "recovery s", "diverged s"};
+  return {"drive",   "estimate", "p50 m",    "p95 m",   "largest m",  "RMSE m",   "RPE 10 s m", "there %",
+          "< 2 m %", "< 5 m %",  "< 10 m %", "in 95 %", "misleads %", "followed", "recovery s", "diverged s"};
 }
 
 std::vector<std::string> result_cells(const Result& result) {
@@ -151,26 +151,31 @@ std::vector<std::string> result_cells(const Result& result) {
                                           : std::string("-");
   };
   std::optional<double> followed, recovery;
+  std::string state;  // of events that are not scored
   bool never = false;
   for (const EventScore& event : s.events) {
-    if (event.event.kind == "street") continue;
+    if (event.event.kind == "street" || event.state == EventState::NotRead) continue;
+    if (event.state == EventState::Absent && state.empty() && s.availability > 0) state = "absent";
+    if (event.state == EventState::Lost) state = "lost";
     if (event.followed) followed = std::max(followed.value_or(-1e9), *event.followed);
     if (event.recovery_s) recovery = std::max(recovery.value_or(0), *event.recovery_s);
     never = never || (event.over && !event.recovery_s);
   }
-  return {result.drive,
-          result.estimate,
-          number(s.p50_m, 1, 2),
-          number(s.p95_m, 1, 2),
-          number(s.largest_m, 1, 1),
-          number(s.rmse_m, 1, 2),
-          number(s.rpe_10s_m, 1, 2),
-          number(s.availability, 100, 0),
-          number(s.within_95, 100, 0),
-          number(s.misleading, 100, 1),
-          number(followed, 1, 2),
-          recovery ? number(recovery, 1, 1) : std::string(never ? "never" : "-"),
-          number(s.longest_divergence_s, 1, 1)};
+  std::vector<std::string> cells{result.drive,
+                                 result.estimate,
+                                 number(s.p50_m, 1, 2),
+                                 number(s.p95_m, 1, 2),
+                                 number(s.largest_m, 1, 1),
+                                 number(s.rmse_m, 1, 2),
+                                 number(s.rpe_10s_m, 1, 2),
+                                 number(s.availability, 100, 0)};
+  for (const double fraction : s.within) cells.push_back(number(fraction, 100, 0));
+  for (const std::string& cell :
+       {number(s.within_95, 100, 0), number(s.misleading, 100, 1),
+        followed || state.empty() ? number(followed, 1, 2) : state,
+        never ? std::string("never") : number(recovery, 1, 1), number(s.longest_divergence_s, 1, 1)})
+    cells.push_back(cell);
+  return cells;
 }
 
 std::string page(const std::vector<Result>& results, const std::vector<DriveFolder>& drives,

@@ -1,88 +1,56 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <filesystem>
+#include <array>
 #include <optional>
-#include <string>
-#include <utility>
-#include <vector>
 
-#include "canyon/base/geodesy/frames.hpp"
-#include "canyon/base/json.hpp"
 #include "canyon/base/options/fwd.hpp"
+#include "canyon/studies/bench/tracks.hpp"
 
 namespace canyon::bench {
 
-/// What an estimator says, or what is true, by time.
-struct Track {
-  std::vector<double> time_s;          ///< since the drive's begin, rising
-  std::vector<Eigen::Vector3d> enu_m;  ///< of the drive's first place; up is NaN where no height is given
-  std::vector<double> heading_deg;     ///< from north, clockwise; NaN where it is not given
-  std::vector<Eigen::Matrix2d> covariance;  ///< of east and north [m^2]; NaN where it is not given
+/// Whether an event can be scored.
+enum class EventState : std::uint8_t {
+  Scored,
+  NotRead,  ///< the estimator reads no data that contain it
+  Lost,     ///< the estimate had no error below bound_m in the 5 s before it
+  Absent    ///< there is no estimate during it
 };
-
-/// A fault's time, or a lasting error of the fix.
-struct Event {
-  double start_s = 0, end_s = 0;
-  std::string kind;
-  Eigen::Vector2d bias_m;  ///< mean error of the fixes, east and north; NaN without fixes
-};
-
-/// A drive's folder, read.
-struct DriveFolder {
-  std::filesystem::path folder;
-  std::string name;
-  double begin_unix_s = 0;
-  geodesy::LocalFrame frame;
-  Track truth, fixes;
-  std::vector<Event> events;
-};
-/// Throws InputError for a folder that `canyon bench make` did not write.
-[[nodiscard]] DriveFolder read_drive(const std::filesystem::path& folder);
-/// Folders of drives in a bench, by name. Throws InputError where there is none.
-[[nodiscard]] std::vector<std::filesystem::path> drives_in(const std::filesystem::path& bench);
-
-/// An estimate: CSV with a header (time_s or unix_s, latitude_deg, longitude_deg, and perhaps height_m,
-/// heading_deg, cov_ee_m2, cov_en_m2, cov_nn_m2), or TUM ("stamp x y z qx qy qz qw", metres east, north and
-/// up of the drive's first place). Times count from the drive's begin or from 1970. Throws InputError naming
-/// file, line and cure.
-[[nodiscard]] Track read_estimate(const std::filesystem::path& path, const DriveFolder& drive);
-
-/// Name and file of "NAME=FILE", where {drive} in FILE stands for the drive's name. Throws InputError, naming
-/// the option, for other texts.
-[[nodiscard]] std::pair<std::string, std::filesystem::path> named_file(const std::string& text,
-                                                                       const std::string& option,
-                                                                       const DriveFolder& drive);
-
-/// Where a track is at a time, between its neighbours [m, of the drive's first place]; NaN where it has no
-/// line within 0.5 s, up where it has no heights.
-[[nodiscard]] Eigen::Vector3d place_at(const Track& track, double time_s);
 
 /// What became of an event in an estimate.
 struct EventScore {
   Event event;
-  std::optional<double> followed;    ///< share of the fixes' mean error that the estimate has; empty: it is
-                                     ///< below 2.5 m, or of the whole drive
-  double largest_m = 0;              ///< error of the estimate from its start to 5 s behind its end
+  EventState state = EventState::Scored;
+  std::optional<double> followed;    ///< fraction of the fixes' mean error that the estimate has; empty: that
+                                     ///< error is below 2.5 m, the event has the whole drive, or not scored
+  std::optional<double> largest_m;   ///< error from its start to 5 s after its end; empty: no estimate
   bool over = true;                  ///< it ends before the drive does
-  std::optional<double> recovery_s;  ///< from its end until the error stays below recovered_m for 2 s
+  double bound_m = 0;                ///< the estimate has recovered when its error stays below
+  std::optional<double> recovery_s;  ///< from its end until the error stays below bound_m for 2 s
 };
 
-/// Figures of an estimate, by the field's words; horizontal errors at the times of the truth.
+/// Errors [m] within which fractions of the drive are given.
+inline constexpr std::array<int, 3> kWithin_m{2, 5, 10};
+
+/// Metrics of an estimate; horizontal errors at the times of the truth.
 struct Score {
-  double availability = 0;  ///< share of the times with an estimate within 0.5 s
-  double p50_m = 0, p95_m = 0, rmse_m = 0, largest_m = 0;  ///< ATE
-  double rpe_1s_m = 0, rpe_10s_m = 0;                      ///< RPE: RMS of errors of the way in 1 and 10 s
-  std::optional<double> nees, within_95;  ///< mean e' P^-1 e [1], 2 if honest; share inside the 95 % ellipse
-  std::optional<double> misleading;  ///< share of errors beyond the bound that a probability of 1e-4 states
-  std::optional<double> heading_p95_deg;
-  double longest_divergence_s = 0;  ///< longest time in which fixes are good and the estimate is not
+  double availability = 0;         ///< fraction of the times with an estimate (point_at())
+  std::array<double, 3> within{};  ///< fractions of all times with an error below kWithin_m; absent is not
+  double p50_m = 0, p95_m = 0, rmse_m = 0, largest_m = 0;  ///< ATE; NaN without an estimate
+  double rpe_1s_m = 0, rpe_10s_m = 0;  ///< RPE: RMS of errors of the displacement in 1 and 10 s
+  /// Mean e' P^-1 e [1], 2 if consistent; fraction inside the 95 % ellipse. A deviation below 1 mm counts as
+  /// 1 mm.
+  std::optional<double> nees, within_95;
+  std::optional<double> misleading;  ///< fraction of errors beyond the bound that is exceeded by 1e-4 of them
+  std::optional<double> heading_p95_deg;  ///< from where the vehicle has moved 10 m
+  double longest_divergence_s =
+      0;  ///< longest time in which fix and estimate are there and only the fix good
   std::vector<EventScore> events;
 };
 
-/// What an estimate must meet.
+/// Limits of a user's estimates.
 struct Limits {
   std::optional<double> p50_m, p95_m, largest_m, availability, followed, recovery_s, divergence_s, within_95;
+  std::array<std::optional<double>, 3> within;
   std::vector<std::string> drives;  ///< that they hold for; empty: all
 };
 /// A file of limits.
@@ -91,24 +59,36 @@ struct LimitsFile {
   std::vector<Limits> limits;
 };
 void visit(options::Visitor& v, LimitsFile& file);
-/// `limits: [{...}, ...]`. Throws InputError.
-[[nodiscard]] LimitsFile read_limits(const std::filesystem::path& path);
+/// `limits: [{...}, ...]`. Throws InputError, also for names that are not among `drives`.
+[[nodiscard]] LimitsFile read_limits(const std::filesystem::path& path,
+                                     const std::vector<std::string>& drives);
 
-[[nodiscard]] Score score(const DriveFolder& drive, const Track& estimate, double recovered_m);
-/// "p95 is 12.1 m, limit 10": what of a score the limits do not allow.
+/// What is known of an estimate.
+struct EstimateFacts {
+  std::vector<std::string> inputs;  ///< what the estimator reads, of kInputs; empty: not known, perhaps all
+  /// 95 % error [m] of the same estimator in the same drive without the fault; empty: that before the event.
+  std::optional<double> without_fault_p95_m;
+};
+[[nodiscard]] Score score(const DriveFolder& drive, const Track& estimate, double recovered_m,
+                          const EstimateFacts& facts = {});
+/// The score of a drive that cannot be read.
+[[nodiscard]] Score no_score();
+/// "p95_m is 12.1, limit 10": what of a score the limits do not allow.
 [[nodiscard]] std::vector<std::string> violations(const std::string& drive, const Score& score,
                                                   const std::vector<Limits>& limits);
 
 /// A row of results.
 struct Result {
   std::string drive, estimate;
+  int edition = 1;  ///< of the drive
   Score score;
-  std::vector<std::string> violations;
+  std::vector<std::string> violations;  ///< of a user's estimate: also why there is none
 };
-[[nodiscard]] Json to_json(const std::vector<Result>& results);
+/// JSON of all results.
+[[nodiscard]] std::string to_json(const std::vector<Result>& results);
 [[nodiscard]] std::string to_junit(const std::vector<Result>& results);
 
-/// The bound beyond which errors mislead, in stated deviations: exceeded with a probability of 1e-4.
+/// The bound beyond which errors mislead, in reported deviations: exceeded with a probability of 1e-4.
 [[nodiscard]] double misleading_bound();
 
 /// Distance of an estimate from the truth, at its times, horizontally [m]; NaN without estimate.
