@@ -136,8 +136,7 @@ double normal_of(std::uint64_t bits) {
   return (std::popcount(mix64(bits)) - 32) / 4.0;
 }
 
-/// To compare powers by: powers of like facades differ in the last digits only, and these differ between C
-/// libraries.
+/// To compare powers: those of like facades differ in the last digits, which differ between C libraries.
 float coarse(double power) {
   return static_cast<float>(power);
 }
