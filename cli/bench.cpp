@@ -30,14 +30,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kBench = bench::kEdition;
 constexpr std::array kBaselines{"fixes", "single", "ekf", "robust"};
 
 struct MakeArguments {
   std::string out;
   std::vector<std::string> only, receivers, map;
   std::size_t seeds = 1;
-  int edition = kBench, threads = 0;
+  int edition = bench::kEdition, threads = 0;
   bool quiet = false;
 };
 struct ScoreArguments {
@@ -369,8 +368,9 @@ DriveTracks read_tracks(const fs::path& folder, const std::vector<UserEstimate>&
 }
 
 std::vector<std::string> drive_names(const std::vector<fs::path>& folders) {
-  std::vector<std::string> names;
-  for (const fs::path& folder : folders) names.push_back(folder.filename().string());
+  std::vector<std::string> names(folders.size());
+  std::transform(folders.begin(), folders.end(), names.begin(),
+                 [](const fs::path& f) { return f.filename(); });
   return names;
 }
 
@@ -538,8 +538,8 @@ void add_bench(Command& app) {
   Command& bench = app.add_command("bench", "put an estimator on drives where GNSS goes wrong, and score it");
   Command& list = bench.add_command("list", "list the drives");
   MakeArguments& listed = list.run_with(run_list);
-  const std::string editions = fmt::format("edition of the drives ({})", kBench);
-  list.add_option("--edition", listed.edition, "N", editions).within(1, kBench);
+  const std::string editions = fmt::format("edition of the drives ({})", bench::kEdition);
+  list.add_option("--edition", listed.edition, "N", editions).within(1, bench::kEdition);
 
   Command& make = bench.add_command("make", "simulate drives: truth, fixes, IMU, wheels, raw data, events");
   MakeArguments& arguments = make.run_with(run_make);
@@ -549,7 +549,7 @@ void add_bench(Command& app) {
                   "receivers, by name or file (ublox-m10); ublox-f9p has a base for RTK");
   make.add_option("--seeds", arguments.seeds, "N", "realizations of each drive (1)").within(1, 100);
   make.add_option("--map", arguments.map, "FILE", "a map, and a track, instead of the made-up towns");
-  make.add_option("--edition", arguments.edition, "N", editions).within(1, kBench);
+  make.add_option("--edition", arguments.edition, "N", editions).within(1, bench::kEdition);
   add_threads(make, arguments.threads);
   make.add_flag("--quiet", arguments.quiet, "print warnings and errors only");
   make.footer = "docs/bench.md describes the files of a drive.";
