@@ -422,7 +422,7 @@ int score_estimates(const ScoreArguments& arguments, const std::vector<UserEstim
           results.emplace_back(bench::Result{each.drive.name,
                                              name,
                                              each.drive.edition,
-                                             score == scores.end() ? bench::no_score() : score->second,
+                                             score == scores.end() ? bench::Score() : score->second,
                                              {}});
       const auto failure = each.failures.find(name);
       if (failure != each.failures.end())

@@ -17,7 +17,6 @@ namespace canyon::bench {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 constexpr double kSmallest_m2 = 1e-6;  // variances below count as this: truth has a tenth of a millimetre
 constexpr double kMoved_m = 10;        // from there on a heading can be observed
 constexpr double kBefore_s = 5;        // in which an estimate is good, or lost
@@ -26,7 +25,7 @@ constexpr double kEnough_s = 30;       // of a drive before an event, for the es
 double rms(const std::vector<double>& values) {
   double sum = 0;
   for (const double v : values) sum += v * v;
-  return values.empty() ? kUndefined : std::sqrt(sum / static_cast<double>(values.size()));
+  return values.empty() ? kNan : std::sqrt(sum / static_cast<double>(values.size()));
 }
 
 std::optional<double> mean_of(const std::vector<double>& values) {
@@ -72,7 +71,7 @@ EventScore score_event(const DriveFolder& drive, const Event& event,
   const auto usual_m = facts.without_fault_p95_m || event.start_s < kEnough_s ? facts.without_fault_p95_m
                                                                               : quantile(before, 0.95);
   result.bound_m = std::max(recovered_m, usual_m.value_or(0));
-  double good_since = kUndefined;
+  double good_since = kNan;
   for (std::size_t i = 0; i < time_s.size(); ++i) {
     const double t = time_s[i], error_m = errors[i].norm();
     if (t >= event.start_s - kBefore_s && t < event.start_s) {
@@ -92,7 +91,7 @@ EventScore score_event(const DriveFolder& drive, const Event& event,
     }
     if (result.recovery_s) continue;
     if (!(error_m < result.bound_m))
-      good_since = kUndefined;
+      good_since = kNan;
     else if (std::isnan(good_since))
       good_since = t;
     if (t - good_since >= kStays_s) result.recovery_s = std::max(0.0, good_since - event.end_s);
@@ -137,7 +136,7 @@ Score score(const DriveFolder& drive, const Track& estimate, double recovered_m,
   const Track& truth = drive.truth;
   std::vector<Eigen::Vector2d> errors;
   std::vector<double> known, squares, inside, beyond, headings;
-  double diverged_since = kUndefined;
+  double diverged_since = kNan;
   bool moved = false;
   for (std::size_t i = 0; i < truth.time_s.size(); ++i) {
     const TrackPoint here = point_at(estimate, truth.time_s[i]);
@@ -145,7 +144,7 @@ Score score(const DriveFolder& drive, const Track& estimate, double recovered_m,
     const double error_m = errors.back().norm();
     const double fix_m = (point_at(drive.fixes, truth.time_s[i]).enu_m - truth.enu_m[i]).head<2>().norm();
     if (!(fix_m < recovered_m && error_m >= recovered_m))
-      diverged_since = kUndefined;
+      diverged_since = kNan;
     else if (std::isnan(diverged_since))
       diverged_since = truth.time_s[i];
     else
@@ -168,9 +167,9 @@ Score score(const DriveFolder& drive, const Track& estimate, double recovered_m,
   for (std::size_t k = 0; k < kWithin_m.size(); ++k)
     result.within[k] =
         fraction(std::count_if(known.begin(), known.end(), [k](double e) { return e < kWithin_m[k]; }));
-  result.p50_m = quantile(known, 0.5).value_or(kUndefined);
-  result.p95_m = quantile(known, 0.95).value_or(kUndefined);
-  result.largest_m = quantile(known, 1).value_or(kUndefined);
+  result.p50_m = quantile(known, 0.5).value_or(kNan);
+  result.p95_m = quantile(known, 0.95).value_or(kNan);
+  result.largest_m = quantile(known, 1).value_or(kNan);
   result.rmse_m = rms(known);
   result.rpe_1s_m = relative_error_m(truth, errors, 1);
   result.rpe_10s_m = relative_error_m(truth, errors, 10);
@@ -181,14 +180,6 @@ Score score(const DriveFolder& drive, const Track& estimate, double recovered_m,
   for (const Event& event : drive.events)
     result.events.push_back(score_event(drive, event, errors, recovered_m, facts));
   return result;
-}
-
-Score no_score() {
-  Score none;
-  for (double* value :
-       {&none.p50_m, &none.p95_m, &none.rmse_m, &none.largest_m, &none.rpe_1s_m, &none.rpe_10s_m})
-    *value = kUndefined;
-  return none;
 }
 
 void visit(options::Visitor& v, LimitsFile& file) {

@@ -35,8 +35,8 @@ inline constexpr std::array<int, 3> kWithin_m{2, 5, 10};
 struct Score {
   double availability = 0;         ///< fraction of the times with an estimate (point_at())
   std::array<double, 3> within{};  ///< fractions of all times with an error below kWithin_m; absent is not
-  double p50_m = 0, p95_m = 0, rmse_m = 0, largest_m = 0;  ///< ATE; NaN without an estimate
-  double rpe_1s_m = 0, rpe_10s_m = 0;  ///< RPE: RMS of errors of the displacement in 1 and 10 s
+  double p50_m = kNan, p95_m = kNan, rmse_m = kNan, largest_m = kNan;  ///< ATE; NaN without an estimate
+  double rpe_1s_m = kNan, rpe_10s_m = kNan;  ///< RPE: RMS of errors of the displacement in 1 and 10 s
   /// Mean e' P^-1 e [1], 2 if consistent; fraction inside the 95 % ellipse. A deviation below 1 mm counts as
   /// 1 mm.
   std::optional<double> nees, within_95;
@@ -71,8 +71,6 @@ struct EstimateFacts {
 };
 [[nodiscard]] Score score(const DriveFolder& drive, const Track& estimate, double recovered_m,
                           const EstimateFacts& facts = {});
-/// The score of a drive that cannot be read.
-[[nodiscard]] Score no_score();
 /// "p95_m is 12.1, limit 10": what of a score the limits do not allow.
 [[nodiscard]] std::vector<std::string> violations(const std::string& drive, const Score& score,
                                                   const std::vector<Limits>& limits);

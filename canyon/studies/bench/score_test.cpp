@@ -121,7 +121,7 @@ TEST_F(BenchScore, TumAndUnixTimesAreTheSame) {
   EXPECT_NEAR(*scored(tum).heading_p95_deg, 0, 1e-9);  // yaw 0 is east
 }
 
-// 50 seconds are absent from 0.75 s after the row before to 0.75 s before the next: 20 s less 1.5 s.
+// Rows from 20 to 39.8 s are missing; times farther than 0.75 s from the rows at 19.8 and 40 s are absent.
 TEST_F(BenchScore, GapsCountAsAbsent) {
   const auto time = [](int k) { return k < 100 || k >= 200 ? 0.2 * k : -1; };
   EXPECT_NEAR(scored(rows(

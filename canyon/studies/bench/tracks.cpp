@@ -16,7 +16,6 @@ namespace canyon::bench {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kNear_s = 0.75;           // a row counts for times that are at most this far
 constexpr double kOutside_s = 0.1;         // before the first and after the last row
 constexpr double kFar_m = 1e6;             // a position or height beyond has other units
@@ -87,7 +86,7 @@ class TrackBuilder {
     return (Eigen::Matrix2d() << ee, en, en, nn).finished();
   }
 
-  /// What is the matter with times outside the drive. @param t the last of them, as the file has it
+  /// The likely unit of times that are outside the drive. @param t the last of them, as the file has it
   [[nodiscard]] std::string hint(double t) const {
     const auto inside = [&](double time_s) { return time_s > -1 && time_s < duration_s_ + 1; };
     if (inside(t + kGpsEpoch_s - kMostLeap_s - begin_unix_s_) || inside(t + kGpsEpoch_s - begin_unix_s_))
@@ -267,7 +266,7 @@ void check_estimate_name(const std::string& name, const std::string& option) {
       name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.") ==
       std::string::npos;
   if (name.empty() || name.front() == '.' || !clean)
-    throw InputError(fmt::format("{}: '{}' is no name of an estimate", option, name),
+    throw InputError(fmt::format("{}: '{}' is not a valid name", option, name),
                      "give letters, digits, '-', '_' and '.'");
 }
 

@@ -13,6 +13,8 @@
 
 namespace canyon::bench {
 
+inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
 /// Positions over time: the truth, the fixes, or an estimate.
 struct Track {
   std::vector<double> time_s;          ///< since the drive's begin, rising
@@ -68,9 +70,9 @@ struct NamedFile {
 
 /// A track at a time.
 struct TrackPoint {
-  Eigen::Vector3d enu_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Constant(std::numeric_limits<double>::quiet_NaN());
-  double heading_deg = std::numeric_limits<double>::quiet_NaN();
+  Eigen::Vector3d enu_m = Eigen::Vector3d::Constant(kNan);
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Constant(kNan);
+  double heading_deg = kNan;
 };
 /// Linear between the two rows next to a time, so that it is continuous in their times; NaN farther than
 /// 0.75 s from both, and outside all rows (by more than 0.1 s; there the nearest row counts).
