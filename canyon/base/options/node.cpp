@@ -498,15 +498,35 @@ Node without_dots(const Node& root, const Document& document) {
   return result;
 }
 
-void use_keys(Node& root, const Document& document) {
-  for (const auto& [name, path] : document.other_names) {
-    const bool both = root.find_path(path) != nullptr;
-    const std::optional<Node> value = take_path(root, name);
-    if (!value) continue;
-    if (both)
-      throw document.error("", name, value->line, fmt::format("conflicts with '{}'", path), "keep one");
-    set_key(root, path, *value, document);
+namespace {
+
+/// Moves the value of `name` to `path`; "list[].key" names the key of each item of a list.
+void use_key(Node& node, std::string_view name, std::string_view path, const Document& document) {
+  constexpr std::string_view kItems = "[].";
+  if (const std::size_t end = name.find(kItems); end != std::string_view::npos) {
+    Node* list = &node;
+    for (const std::string_view key : split(name.substr(0, end), '.')) {
+      const auto entry = std::find_if(list->entries.begin(), list->entries.end(),
+                                      [&](const Node::Entry& each) { return each.key == key; });
+      if (entry == list->entries.end()) return;
+      list = &entry->value;
+    }
+    for (Node& item : list->items)
+      use_key(item, name.substr(end + kItems.size()), path.substr(end + kItems.size()), document);
+    return;
   }
+  const bool both = node.find_path(path) != nullptr;
+  const std::optional<Node> value = take_path(node, name);
+  if (!value) return;
+  if (both)
+    throw document.error("", std::string(name), value->line, fmt::format("conflicts with '{}'", path), "keep one");
+  set_key(node, std::string(path), *value, document);
+}
+
+}  // namespace
+
+void use_keys(Node& root, const Document& document) {
+  for (const auto& [name, path] : document.other_names) use_key(root, name, path, document);
 }
 
 std::string plain_key(std::string_view key) {

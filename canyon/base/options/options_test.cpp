@@ -67,7 +67,10 @@ void visit(Visitor& v, Car& o) {
   v.replaced("tyre", "the spare one is 'spare'");
   v.other_name("spare_m", "spare.radius_m");
   v.other_name("old.owner", "owners");
-  v.list("wheels", o.wheels, [&](Wheel& wheel) { visit(v, wheel); });
+  v.list("wheels", o.wheels, [&](Wheel& wheel) {
+    visit(v, wheel);
+    v.other_name("size_m", "radius_m");
+  });
 }
 
 struct Garage {
@@ -114,7 +117,10 @@ TEST(Options, OtherNamesAreTheKeys) {
             "g.yaml:2: radius_m: 3 is out of range; it is above 0 and at most 2");
   EXPECT_EQ(fault("spare: {radius_m: 1}\nspare_m: 1\n"),
             "g.yaml:2: spare_m: conflicts with 'spare.radius_m'; keep one");
-  EXPECT_EQ(describe<Car>().keys.back().meaning, "the same as owners");
+  EXPECT_EQ(read_text<Car>("wheels: [{radius_m: 0.3}, {size_m: 0.4}]").wheels.at(1).radius_m, 0.4);
+  EXPECT_EQ(fault("wheels: [{radius_m: 0.3},\n  {size_m: 0.4, radius_m: 0.4}]"),
+            "g.yaml:2: size_m: conflicts with 'radius_m'; keep one");
+  EXPECT_EQ(describe<Car>().keys.back().meaning, "the same as wheels[].radius_m");
 }
 
 TEST(Options, ReadersNameFileLineAndCure) {
