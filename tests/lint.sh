@@ -4,7 +4,7 @@
 set -u
 export LC_ALL=C
 here=$(cd "$(dirname "$0")" && pwd)
-links=$here/links.py counter=$here/lines.sh
+links=$here/links.py counter=$here/lines.sh words=$here/words.py
 cd "${1:-$(dirname "$0")/..}" || exit 2
 breaches=0
 breach() { echo "lint: $*"; breaches=$((breaches + 1)); }
@@ -132,7 +132,10 @@ allowed=$(sed -n 's/^total *//p' tests/lines_budget.txt 2>/dev/null)
 lines=$("$counter" . | sed -n 's/^total *//p')
 [ "$lines" -le "${allowed:-$lines}" ] || breach "tests/lines_budget.txt: the tree has $lines lines, and may have $allowed"
 
-# 7. Links of the documentation.
+# 7. Words that standard terms replace become no more than tests/words_budget.txt has.
+while IFS= read -r hit; do breach "$hit"; done < <(python3 "$words" .)
+
+# 8. Links of the documentation.
 while IFS= read -r hit; do breach "$hit"; done < <(python3 "$links")
 
 [ "$breaches" -eq 0 ] && echo "lint: ${#sources[@]} files, no breach"

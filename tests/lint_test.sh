@@ -6,7 +6,7 @@ copy=$(mktemp -d)
 trap 'rm -rf "$copy"' EXIT
 cp -r "$root/canyon" "$root/CMakeLists.txt" "$copy"
 mkdir -p "$copy/adapters" && cp -r "$root/adapters/common" "$copy/adapters"
-mkdir "$copy/tests" && cp "$root/tests/lines_budget.txt" "$copy/tests"
+mkdir "$copy/tests" && cp "$root"/tests/{lines,words}_budget.txt "$copy/tests"
 "$root/tests/lint.sh" "$copy" || { echo "the tree itself has breaches"; exit 1; }
 
 # All are planted at once, each in a file of its own, which the lint must name.
@@ -51,10 +51,11 @@ plant canyon/city/planted.cpp '// Declared in canyon/city/city.hpp.'
 { echo '#pragma once'; yes '// one more line' | head -150000; } >"$copy/canyon/sky/gnss/budget.hpp"
 wanted+=("the tree has")
 mkdir "$copy/canyon/cellar"
-plant canyon/cellar/planted.cpp 'int in_no_storey;'
-plant canyon/planted.cpp 'int beside_the_storeys;'
+plant canyon/cellar/planted.cpp 'int in_no_layer;'
+plant canyon/planted.cpp 'int in_no_folder;'
 plant canyon/planted.md '[a page](absent.md)'
 plant canyon/planted.md '[a heading](#absent)'
+plant canyon/base/planted.cpp 'bool begun_anew = false;'
 # add FILE TEXT NAMED: a line more in a file that is there; the lint must name NAMED.
 add() {
   printf '%s\n' "$2" >>"$copy/$1"
