@@ -42,9 +42,9 @@ class BareEmbree {
       rays_.push_back(r);
     }
   }
-  std::size_t blocked(bool coherent = false) const {
+  std::size_t blocked() const {
     std::size_t count = 0;
-    canyon::raytrace::embree::Query query(coherent);
+    canyon::raytrace::embree::Query query;
     for (RTCRay ray : rays_) {
       query.occluded1(bare_.scene.get(), &ray);
       count += ray.tfar < 0 ? 1 : 0;

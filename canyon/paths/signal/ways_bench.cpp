@@ -42,7 +42,7 @@ double reflected_power(canyon::city::Material material, double incidence_rad) {
   const auto eta = complex_permittivity(m, kL1_hz);
   const double theta = degrees * kPi / 180;
   const LinearReflection r = m.default_thickness_m > 0
-                                 ? slab(eta, theta, m.default_thickness_m, wavelength_m(kL1_hz)).reflected
+                                 ? slab(eta, theta, m.default_thickness_m, wavelength_m(kL1_hz))
                                  : reflect_half_space(eta, theta);
   return at->second = (std::norm(r.perpendicular) + std::norm(r.parallel)) / 2;
 }

@@ -74,8 +74,8 @@ class BareEmbree {
       put(packets16_[i / 16], i % 16, r);
     }
   }
-  void one_by_one(bool coherent, std::vector<std::uint8_t>& blocked) const {
-    canyon::raytrace::embree::Query query(coherent);
+  void one_by_one(std::vector<std::uint8_t>& blocked) const {
+    canyon::raytrace::embree::Query query;
     for (std::size_t i = 0; i < count_; ++i) {
       RTCRay ray = single_[i];
       query.occluded1(bare_.scene.get(), &ray);
@@ -262,8 +262,7 @@ void print_ratios() {
     std::vector<double> seconds, ratios;
   };
   std::vector<Way> ways{
-      {"bare Embree, single rays", [&] { f.bare.one_by_one(false, bare); }, false, {}, {}},
-      {"bare Embree, single rays, flag 'coherent'", [&] { f.bare.one_by_one(true, other); }, false, {}, {}},
+      {"bare Embree, single rays", [&] { f.bare.one_by_one(bare); }, false, {}, {}},
       {"bare Embree, packets of 8", [&] { f.bare.by_eight(other); }, false, {}, {}},
       {"bare Embree, packets of 16", [&] { f.bare.by_sixteen(other); }, false, {}, {}},
       {"RayScene, all at once",
