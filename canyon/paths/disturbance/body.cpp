@@ -17,11 +17,11 @@ using Eigen::Vector3d;
 using Complex = std::complex<double>;
 using city::cross;
 
-// Farther in the light than this an edge adds less than 0.6 dB of ripple: 1 / (pi sqrt(2) nu).
+// Farther outside the shadow than this an edge adds less than 0.6 dB of ripple: 1 / (pi sqrt(2) nu).
 constexpr double kClear_nu = 3;
 
-/// Outline of a screen: its leftmost and rightmost points, ahead and to the left of the ray, and the stretch
-/// of the ray over it.
+/// Outline of a screen: its leftmost and rightmost points, in coordinates ahead and to the left of the ray,
+/// and the section of the ray over it.
 struct Outline {
   Vector2d right, left;  // (ahead, to the left)
   double near, far;      // ahead
@@ -29,20 +29,20 @@ struct Outline {
   bool grounded;
 };
 
-/// Around an edge that runs across the ray at `t` ahead.
+/// Around an edge that crosses the ray at `t` ahead.
 double over_excess(const Sight& ray, double t, double height) {
   const double h = height - ray.from.z();
   return std::max(0.0, std::hypot(t, h) - (t * ray.cosine + h * ray.sine));
 }
 
-/// 1 - F - F of a screen between two edges [1]; F is 0 where there is no edge.
+/// 1 - F - F of a screen between two edges [1]; F is 0 if there is no edge.
 struct Span {
   bool covers;      // the ray passes between the edges
-  double excess_m;  // of the shorter way around
+  double excess_m;  // of the shorter detour
   Complex value;
 };
 
-/// False where the edges are so far from the ray that they have no effect.
+/// Returns false if the edges are so far from the ray that they have no effect.
 bool span(double low_excess, bool over_low, double high_excess, bool under_high, bool one_edge,
           double wavelength, Span& result) {
   result.covers = over_low && under_high;
@@ -61,17 +61,17 @@ struct Cover {
   double excess_m;
 };
 
-/// X Y of a screen; empty where the screen has no effect.
+/// X Y of a screen; empty if the screen has no effect.
 std::optional<Cover> cover(const Sight& ray, const Outline& o, double wavelength) {
   const double begin = ray.height(std::max(0.0, o.near)), end = ray.height(o.far);
   const double lowest = std::min(begin, end), highest = std::max(begin, end);
   Span up{}, across{};
-  // A ray that rises comes closest to the top over the near end, to the bottom below the far end.
+  // A rising ray is closest to the top at the near end, and to the bottom at the far end.
   const bool rises = ray.sine >= 0;
   if (!span(o.grounded ? 0 : over_excess(ray, rises ? o.far : o.near, o.bottom), highest > o.bottom,
             over_excess(ray, rises ? o.near : o.far, o.top), lowest < o.top, o.grounded, wavelength, up))
     return std::nullopt;
-  // Slant distance to an upright edge, where the ray is as high as the body.
+  // Slant distance to a vertical edge, if the ray is at the height of the body.
   const double up_to_m =
       ray.sine > 0 ? std::max(0.0, (o.grounded ? 0 : o.bottom - ray.from.z()) / ray.sine) : 0;
   const auto beside_excess = [&](const Vector2d& edge) {
@@ -84,7 +84,7 @@ std::optional<Cover> cover(const Sight& ray, const Outline& o, double wavelength
   return Cover{up.value * across.value, up.covers && across.covers, std::min(up.excess_m, across.excess_m)};
 }
 
-/// Stretch of a horizontal line over a box.
+/// Section of a horizontal line over a box.
 void clip(const Body& body, const Vector2d& origin, const Vector2d& along, double& near, double& far) {
   const Vector2d from = origin - body.centre;
   const std::array<double, 2> o{from.dot(body.ahead), cross(body.ahead, from)};
@@ -135,7 +135,7 @@ Sight::Sight(const Vector3d& antenna, const Vector3d& arrival, double leg_m) : f
 
 Blockage blockage(const Body& body, const Sight& ray, double wavelength_m) {
   if (body.kind == Body::Kind::Crown) return {};
-  // Most bodies are far from most rays: nu^2 = 2 w^2 / (lambda r) of an edge w beside a ray at a distance r.
+  // Most bodies are far from most rays: nu^2 = 2 w^2 / (lambda r) of an edge w off a ray at the range r.
   const Vector2d to_centre = body.centre - ray.from.head<2>();
   const double ahead = to_centre.dot(ray.along), beside = std::abs(cross(ray.along, to_centre));
   const double radius = body.half_length_m + body.half_width_m;
@@ -158,7 +158,7 @@ Blockage blockage(const Body& body, const Sight& ray, double wavelength_m) {
       if (seen.y() > outline.left.y()) outline.left = seen;
     }
   }
-  // The height of a ray that passes beside the box is taken where it passes the corner.
+  // The height of a ray that misses the box is taken at the corner.
   const double inset = 1e-6 * (outline.left.y() - outline.right.y());
   const double offset = std::clamp(0.0, outline.right.y() + inset, outline.left.y() - inset);
   const Vector2d line = ray.from.head<2>() + offset * Vector2d(-ray.along.y(), ray.along.x());
@@ -187,7 +187,7 @@ std::optional<propagation::Path> side_reflection(const Body& body, int side, con
   const Vector2d normal = sign * (side < 2 ? aside : body.ahead);
   const double depth = side < 2 ? body.half_width_m : body.half_length_m;
   const double half = side < 2 ? body.half_length_m : body.half_width_m;
-  // Closer to grazing the point of reflection runs away.
+  // Closer to grazing the reflection point moves towards infinity.
   const double cosine = satellite.head<2>().dot(normal);
   if (cosine < 0.02) return std::nullopt;
   const double distance = (antenna.head<2>() - body.centre).dot(normal) - depth;

@@ -10,19 +10,20 @@
 namespace canyon::disturbance {
 namespace {
 
-/// Satellites this far apart share shadows with a correlation of exp(-1/2): 10 deg.
+/// Angle between satellites whose shadows correlate by exp(-1/2): 10 deg.
 constexpr double kSharedAngle_rad = 0.17453292519943295;
-/// Way behind a change of state over which mean and deviation change linearly [m], at most a frame.
+/// Transition of mean and deviation, linear in travelled distance, after a change of state [m], at most a
+/// frame.
 constexpr double kTransition_m = 2.2;
-/// Way over which levels correlate by 1/e [m].
+/// Correlation length of levels (to 1/e) [m].
 constexpr double kCorrelation_m = 1.7;
-/// From antenna to what shadows it [m]: while a satellite's direction turns by an angle, shadows move over
+/// Distance from antenna to obstacle [m]: if a satellite's direction rotates by an angle, shadows move over
 /// the antenna by at most this times the angle, and a bridge shades the satellites ahead before those behind.
 /// Assumed, range 2 (a vehicle) to 30 (across a street).
 constexpr double kObstacleDistance_m = 10;
-/// Speed at which what shadows passes an antenna at rest [m/s]: vehicles and people come and go, leaves move.
-/// Added to the antenna's own speed by its square, so that only those at rest notice. Assumed: an urban
-/// shadow of 33 m in the mean then ends after some five minutes. Range 0.01 (parked vehicles) to 1 (traffic).
+/// Speed at which obstacles pass an antenna at rest [m/s]: vehicles and people come and go, leaves move.
+/// Added in quadrature to the antenna's own speed, so that it matters at rest only. Assumed: an urban shadow
+/// of 33 m (mean) then ends after some five minutes. Range 0.01 (parked vehicles) to 1 (traffic).
 constexpr double kObstacleSpeed_mps = 0.1;
 
 }  // namespace
@@ -110,7 +111,7 @@ void DirectShadowing::apply(const propagation::Antenna& antenna, propagation::Ar
 
 namespace {
 
-/// Frames that are kept. The slowest published chain goes back farther with a probability of 1e-6.
+/// Cached frames. The slowest published chain goes back farther with a probability of 1e-6.
 constexpr std::int64_t kSlots = 64;
 constexpr int kFarthest = 4096;
 
@@ -136,13 +137,13 @@ double FrameStates::uniform(std::int64_t frame, std::span<const SkyNodes::Share>
 bool FrameStates::state(std::int64_t frame, std::span<const SkyNodes::Share> shares, Steps steps) {
   const double stay = 1 - steps.leave;
   const double low = std::min(steps.enter, stay), high = std::max(steps.enter, stay);
-  bool turned = false;  // by the frames gone back over
+  bool turned = false;  // flipped by the frames between
   for (int back = 0;; ++back) {
     const double u = uniform(frame - back, shares);
     if (u < low || u >= high) return (u < low) != turned;
     if (back == kFarthest)
       return (u - low < (high - low) * steps.enter / (steps.enter + steps.leave)) != turned;
-    // Between the two the state stays. In chains that change more often than not, it turns.
+    // Between the bounds the state stays, or it flips in chains that change more often than not.
     if (steps.enter > stay) turned = !turned;
   }
 }

@@ -112,8 +112,8 @@ SkylineOptions skyline_numbers(const ShadowingOptions& options) {
 }
 
 void visit(options::Visitor& v, SkylineOptions& o) {
-  v.number({"share", "", "share of azimuths with an obstacle on the ground that the map lacks",
-            "dense 0.5, urban 0.25, suburban 0.1; drawn by the seed where surroundings are auto"},
+  v.number({"share", "", "fraction of azimuths with an obstacle on the ground that the map lacks",
+            "dense 0.5, urban 0.25, suburban 0.1; random by the seed if surroundings are auto"},
            o.share, {0, 1});
   v.number({"height_m", "m", "mean height of these obstacles above 2 m"}, o.height_m, {0, 100, true});
 }
@@ -133,14 +133,15 @@ void visit(options::Visitor& v, ShadowingOptions& o) {
   visit_environment(v, "environment", o.environment);
   v.part("skyline", o.skyline);
   v.replaced("blockage",
-             "obstacles that maps lack are 'skyline' now: write skyline: {share: S}, S twice the share of "
+             "obstacles that maps lack are now 'skyline': write skyline: {share: S}, S twice the share of "
              "blockages");
-  v.number({"frame_m", "m", "length of a frame; states last whole frames"}, o.frame_m, {2.2, 1000});
+  v.number({"frame_m", "m", "length of a frame; states have a whole number of frames"}, o.frame_m,
+           {2.2, 1000});
 }
 
 namespace {
 
-// Length, width, height, sill; shares in Europe, the Americas, East Asia, TR 37.885.
+// Length, width, height, sill; fractions in Europe, the Americas, East Asia, TR 37.885.
 constexpr std::array<VehicleClass, 8> kVehicles{{
     {"car", 4.5, 1.8, 1.5, 0.95, {0.76, 0.50, 0.60, 0}},
     {"light_truck", 5.3, 2.0, 1.85, 1.15, {0.10, 0.36, 0.06, 0}},  // SUVs and pickups
@@ -213,7 +214,7 @@ void StreetOptions::validate() const {
   options::check(*this, "streets");
   if (red_s > cycle_s) {
     throw InputError(fmt::format("red_s of the streets is {}", red_s),
-                     fmt::format("it runs from 0 s to one cycle, {:g} s", cycle_s));
+                     fmt::format("give 0 s to one cycle, {:g} s", cycle_s));
   }
   if (vehicle_shares.empty()) return;
   double sum = 0;
@@ -222,7 +223,7 @@ void StreetOptions::validate() const {
   for (const VehicleClass& each : kVehicles) names.push_back(each.name);
   for (const auto& [name, share] : vehicle_shares) {
     if (std::find(names.begin(), names.end(), name) == names.end()) {
-      throw InputError(fmt::format("the class of vehicles '{}' is not known", name),
+      throw InputError(fmt::format("unknown class of vehicles '{}'", name),
                        fmt::format("write {}", fmt::join(names, ", ")));
     }
     sum += share;
@@ -246,7 +247,7 @@ void visit(options::Visitor& v, StreetOptions& o) {
   v.number({"vehicles_per_km", "1/km", "vehicles of each lane", "by class: 25, 25 or 10"}, o.vehicles_per_km,
            {0, 65});
   v.named_numbers({"vehicle_shares", "",
-                   "shares of vehicles instead of the region's, divided by their sum: [car=80, bus=20]"},
+                   "fractions of vehicles instead of the region's, divided by their sum: [car=80, bus=20]"},
                   o.vehicle_shares, {0, 100}, "CLASS=SHARE");
   v.number({"speed_mps", "m/s", "speed of traffic on a free road", "by class: 13.9, 11.1 or 8.3"},
            o.speed_mps, {0, 50, true});
@@ -263,7 +264,7 @@ void visit(options::Visitor& v, StreetOptions& o) {
             "trajectory.height_above_terrain_m, else 1.8"},
            o.antenna_height_m, {0, 1000});
   v.number({"azimuth_deg", "deg", "azimuth of the street if the antenna does not move, from north, clockwise",
-            "the host's yaw, else drawn"},
+            "the host's yaw, else random"},
            o.azimuth_deg, {0, 360, false, true});
 }
 

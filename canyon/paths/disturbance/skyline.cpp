@@ -13,9 +13,9 @@ namespace canyon::disturbance {
 namespace {
 
 constexpr double kL1Wavelength_m = geodesy::kSpeedOfLight / 1575.42e6;
-/// Azimuth after which other obstacles are seen; radius that edges are rounded with.
+/// Azimuth after which obstacles are independent; radius of the rounded edges.
 constexpr double kWidth_deg = 30, kEdgeRadius_m = 1;
-/// Fields of numbers that do not depend on each other.
+/// Independent fields of numbers.
 enum Field : std::uint64_t { kHeight, kDistance };
 
 /// x with (1 + x) exp(-x) = p: the upper quantile of a gamma distribution of shape 2 and scale 1.
@@ -26,7 +26,7 @@ double gamma2_upper_quantile(double p) {
   return x;
 }
 
-/// Share of the way from one lattice point to the next, with no slope at either.
+/// Smooth interpolation weight between two lattice points, with zero slope at both.
 double eased(double share) {
   return share * share * (3 - 2 * share);
 }
@@ -40,7 +40,7 @@ Skyline::Skyline(const ShadowingOptions& options, std::uint64_t seed)
 
 double Skyline::number(std::uint64_t field, std::size_t node) const {
   const std::uint64_t of_node = mix64(root_ + kGolden64 * (field + 16 * node));
-  // Lattices of the nodes begin at places of their own.
+  // Each node has its own lattice origin.
   const double x = place_.x() / SkylineOptions::kLength_m + static_cast<double>(of_node >> 44U) / 0x1p20;
   const double y =
       place_.y() / SkylineOptions::kLength_m + static_cast<double>((of_node >> 24U) & 0xfffffU) / 0x1p20;
@@ -107,7 +107,7 @@ constexpr double kReach = 2.5;
 
 SkyNodes::SkyNodes(double angle_rad) : angle_rad_(angle_rad) {
   assert(angle_rad > 0 && angle_rad <= geodesy::kPi / 2);
-  // A cell of a hexagonal lattice has sqrt(3) / 2 of its spacing's square.
+  // The cell area of a hexagonal lattice is sqrt(3) / 2 of the squared spacing.
   const double spacing = kSpacing * angle_rad;
   count_ = std::ceil(4 * geodesy::kPi / (std::sqrt(0.75) * spacing * spacing));
   const double lowest = -std::sin(std::min(kReach * angle_rad, geodesy::kPi / 2));
@@ -125,7 +125,7 @@ void SkyNodes::shares(const Eigen::Vector3d& direction, std::vector<Share>& shar
   const double steepness = 2 / (angle_rad_ * angle_rad_);
   const double nearest = 1 - std::min(kReach * kReach / steepness, 2.0);
   double square = 0;
-  // Nodes come from the zenith down: those between the heights of the circle about the direction.
+  // Nodes are sorted downwards from the zenith: those at the heights of the circle around the direction.
   const double reach = std::acos(nearest), from_zenith = std::acos(std::clamp(direction.z(), -1.0, 1.0));
   const auto above = [this](double angle) {
     const double nodes = count_ * (1 - std::cos(std::clamp(angle, 0.0, geodesy::kPi))) / 2;

@@ -14,26 +14,26 @@
 
 namespace canyon::disturbance {
 
-/// Obstacles on the ground that a map lacks, about one antenna: in each azimuth one or none, with a height
-/// and a distance. It is a field over places, fixed in the world: a second pass and other receivers meet the
-/// same obstacles. SkylineOptions has the distributions.
+/// Obstacles on the ground that a map lacks, around one antenna: in each azimuth one or none, with a height
+/// and a distance. It is a field over positions, fixed in the world: a second pass and other receivers get
+/// the same obstacles. SkylineOptions has the distributions.
 ///
-/// Normal numbers stand at nodes of azimuth, each with a square lattice of places. A place blends the four
-/// nodes about it, an azimuth the two beside it, with weights of unit norm, so that every number is normal
-/// with unit variance.
+/// Normal numbers are at nodes of azimuth, each with a square lattice of points. A position blends the four
+/// nearest lattice points, an azimuth the two nearest nodes, with weights of unit norm, so that every number
+/// is normal with unit variance.
 class Skyline {
  public:
-  /// Obstacles of skyline_numbers(). Throws InputError where SkylineOptions::validate() does.
+  /// Obstacles of skyline_numbers(). Throws InputError if SkylineOptions::validate() does.
   Skyline(const ShadowingOptions& options, std::uint64_t seed);
 
-  /// Whether there are no obstacles.
+  /// True if there are no obstacles.
   [[nodiscard]] bool empty() const { return *numbers_.share == 0; }
-  /// Moves the antenna. Calls may come in any order of place.
+  /// Moves the antenna. Calls may come in any order of positions.
   /// @param place east, north in the city's frame [m]; @param height_m of the antenna above the ground [m]
   void go_to(const Eigen::Vector2d& place, double height_m);
-  /// The level that the obstacles leave of a path at the place of the last go_to() [dB], at most 0: the
+  /// Change of a path's level by the obstacles at the position of the last go_to() [dB], at most 0: the
   /// diffraction over a rounded edge (ITU-R P.526-15, 4.1 and 4.2) at L1.
-  /// @param arrival direction that the path comes from: unit, ENU; below the horizon as above it
+  /// @param arrival direction of arrival of the path: unit, ENU; also below the horizon
   [[nodiscard]] double level_db(const Eigen::Vector3d& arrival) const;
   /// Elevation of the obstacle's top in an azimuth (clockwise from north) [rad], [0, pi/2); 0 without one.
   [[nodiscard]] double top_rad(double azimuth_rad) const;
@@ -44,7 +44,7 @@ class Skyline {
     double distance_m;
   };
   [[nodiscard]] Obstacle obstacle(double azimuth_rad) const;
-  /// A number of unit variance at the antenna's place, in an azimuth node.
+  /// A number of unit variance at the antenna's position, in an azimuth node.
   [[nodiscard]] double number(std::uint64_t field, std::size_t node) const;
 
   SkylineOptions numbers_;
@@ -66,21 +66,20 @@ class Skyline {
   return coins(stream.next());
 }
 
-/// Normal numbers over the sky that are alike in directions close to each other: those of nodes all over it,
-/// blended. A direction has the same number, whatever other directions are requested.
+/// Normal numbers over the sky, correlated between nearby directions: a blend of the numbers of nodes all
+/// over the sky. The number of a direction does not depend on the other requested directions.
 ///
-/// Nodes lie on a Fibonacci lattice, 1.1 `angle` apart. A direction at the angle g from a node has it with
-/// the weight exp(-2 (1 - cos g) / angle^2), and all weights of a direction have unit norm, so that
-/// independent numbers of unit variance at the nodes give one at each direction. Two directions at the angle
-/// g then correlate by
+/// Nodes are on a Fibonacci lattice, 1.1 `angle` apart. A node at the angle g from a direction has the weight
+/// exp(-2 (1 - cos g) / angle^2). All weights of a direction have unit norm, so that independent numbers of
+/// unit variance at the nodes give one at each direction. Two directions at the angle g then correlate by
 ///
 ///     f(2 K cos(g / 2)) / f(2 K),  f(x) = sinh(x) / x, K = 2 / angle^2
 ///
 /// (the integral of both weights over the sphere; exp(-g^2 / (2 angle^2)) for small angles) within 0.025
-/// (RMS; 0.15 at worst), by what sums over nodes differ from integrals.
+/// (RMS; 0.15 at worst), the difference between sums over nodes and integrals.
 class SkyNodes {
  public:
-  /// Share of one node's number in a direction.
+  /// Weight of one node's number in a direction.
   struct Share {
     std::size_t node;  ///< below size()
     double weight;
@@ -90,17 +89,17 @@ class SkyNodes {
   explicit SkyNodes(double angle_rad);
 
   [[nodiscard]] std::size_t size() const { return nodes_.size(); }
-  /// Fills `numbers` with one for each node: heads of 64 tossed coins, which are as good as normal where a
-  /// dozen nodes are blended (their probabilities differ by less than 0.001), in a tenth of the time.
+  /// Fills `numbers` with one for each node: the standardized number of heads in 64 coin tosses. A blend of a
+  /// dozen of them is as good as normal (probabilities differ by less than 0.001), in a tenth of the time.
   /// They are multiples of 1/4.
   template <typename Numbers>
   static void draw(RandomStream& stream, Numbers&& numbers) {
     for (auto& number : numbers) number = static_cast<std::decay_t<decltype(number)>>(coins(stream));
   }
-  /// Shares of nodes' numbers in a direction (unit, ENU, not below the horizon). `shares` is the caller's:
-  /// nothing is allocated once it has grown.
+  /// Weights of nodes' numbers in a direction (unit, ENU, not below the horizon). `shares` belongs to the
+  /// caller: nothing is allocated once it has grown.
   void shares(const Eigen::Vector3d& direction, std::vector<Share>& shares) const;
-  /// The number of that direction.
+  /// The number of the last direction.
   template <typename Numbers>
   [[nodiscard]] static double blend(std::span<const Share> shares, const Numbers& numbers) {
     double sum = 0;
@@ -110,7 +109,7 @@ class SkyNodes {
 
  private:
   double angle_rad_;
-  double count_;  // of the whole lattice, of which nodes_ are the upper part
+  double count_;  // of the whole lattice; nodes_ are its upper part
   std::vector<Eigen::Vector3d> nodes_;
 };
 

@@ -21,22 +21,21 @@ using propagation::Path;
 using propagation::PathKind;
 
 constexpr double kWavelength_m = geodesy::kSpeedOfLight / 1575.42e6;
-// The largest vehicle, and the 2 m to the next that TR 37.885 6.1.2 has. Up to 0.3 m more, drawn for each
-// lane: else the way of a cycle of lights may be a whole number of slots, and every red light show the same
-// picture.
+// The largest vehicle, and the gap of 2 m of TR 37.885 6.1.2. Up to 0.3 m more, random for each lane: else
+// the travel in a cycle of lights may be a whole number of slots, and every red light has the same scene.
 constexpr double kVehicleSlot_m = 15, kGap_m = 2, kMoreSlot_m = 0.3;
 // Distance from the antenna to the vehicles before and behind it: half of a car and the gap.
 constexpr double kOwn_m = 2.5 + kGap_m;
 constexpr double kTurnover_m = 300;
 constexpr double kOvertaking = 0.1;
 constexpr double kLane_m = 3.3, kPavement_m = 3;
-// Weaker reflections are not worth a path: 26 dB under those of an endless wall.
+// Weaker reflections are omitted: 26 dB below those of an endless wall.
 constexpr double kLeastReflection = 0.05;
-// A path that keeps less of its amplitude is left out: 40 dB.
+// Paths with less of their amplitude left are removed: 40 dB.
 constexpr double kLeastLeft = 0.01;
 constexpr double kAntennaMargin_m = 0.3;
 
-// Words that rows hash with.
+// Hash salts of the rows.
 enum RowName : std::uint64_t {
   kLane = 1,
   kOncoming = 101,
@@ -69,14 +68,14 @@ struct Street::Frame {
   }
 };
 
-/// Adds a row of bodies. `make` sets all of a body but place and direction, and returns its length
+/// Adds a row of bodies. `make` sets all of a body except its position and direction, and returns its length
 /// along the road.
 struct Street::Row {
   std::uint64_t name;
   double left_m;  // of the vehicle's lane, its middle
   double slot_m, per_km;
   double moved_m = 0;  // of the whole row along the road
-  double hole_m = 0;   // slots begin this far from the row's zero, to both sides
+  double hole_m = 0;   // slots begin at this distance from the row's zero, on both sides
   double (*make)(const Street& street, std::uint64_t draw, Body& body);
 };
 
@@ -99,7 +98,7 @@ double Street::travelled_m(geodesy::GpsTime time, std::uint64_t direction) const
 void Street::fill(const Frame& frame, const Row& row, std::vector<Body>& bodies) const {
   const double taken = row.per_km * row.slot_m * 1e-3;
   if (!(taken > 0)) return;
-  // Both halves of a row with a hole begin at it.
+  // Both halves of a row with a hole begin at the hole.
   const double zero = frame.along_m - row.moved_m;
   const auto slot_of = [&](double x) {
     const double from_hole = row.hole_m > 0 ? (x >= 0 ? x - row.hole_m : x + row.hole_m) : x;
@@ -135,7 +134,7 @@ void Street::lanes(const Frame& frame, std::vector<Body>& bodies) const {
     body.sill_m = kind.sill_m;
     return kind.length_m + kGap_m;
   };
-  // The middle of the road is to the left where vehicles drive on the right.
+  // The middle of the road is to the left if vehicles drive on the right.
   const double middle = numbers_.left ? -1 : 1;
   const bool moves = frame.road != nullptr;
   const auto row = [&](std::uint64_t name, double left_m, double moved_m, double hole_m) {
@@ -158,7 +157,7 @@ void Street::lanes(const Frame& frame, std::vector<Body>& bodies) const {
 
 void Street::furniture(const Frame& frame, std::vector<Body>& bodies) const {
   const double middle = numbers_.left ? -1 : 1;
-  // Kerbs: of the antenna's side, and across.
+  // Kerbs: of the antenna's side, and of the other side.
   const double near_m = -middle * kLane_m * (numbers_.lanes - own_lane_ - 0.5);
   const double far_m = middle * kLane_m * (numbers_.lanes + own_lane_ + 0.5);
   const auto tree = [](const Street&, std::uint64_t draw, Body& body) {
@@ -224,7 +223,7 @@ void Street::near(geodesy::GpsTime time, const Road* road, const Vector3d& anten
     frame.along_m = road->along_m(time);
   } else {
     if (road != nullptr && road->facing() && !options_.azimuth_deg) frame.ahead = *road->facing();
-    // Places along one street have one way to count from.
+    // Positions along one street have a common origin.
     frame.along_m = frame.place.dot(frame.ahead);
   }
   lanes(frame, bodies);
@@ -239,7 +238,7 @@ void Streets::pass(const Vector3d& antenna, propagation::SatelliteView& view, co
   const bool direct =
       std::any_of(paths.begin(), paths.end(), [](const Path& path) { return path.kind == PathKind::Direct; });
   std::size_t mirrored = paths.size();
-  std::vector<std::uint64_t> of_body;  // of the paths behind `mirrored`
+  std::vector<std::uint64_t> of_body;  // of the paths in front of `mirrored`
   if (direct) {
     const double least = options_.strength ? kLeastReflection : 0;
     for (const Body& body : bodies_) {
@@ -247,7 +246,7 @@ void Streets::pass(const Vector3d& antenna, propagation::SatelliteView& view, co
       for (int side = 0; side < 4; ++side) {
         auto path = side_reflection(body, side, antenna, satellite, kWavelength_m, least);
         if (!path) continue;
-        // A path without a strength is kept or removed.
+        // Without signal strength, a path is kept or removed.
         if (!options_.strength && !body.holds(path->point, 1e-6)) continue;
         if (!options_.strength) path->amplitude_factor = 1;
         paths.push_back(*std::move(path));
@@ -309,7 +308,7 @@ DisturbanceSource streets_source(const StreetsOptions& options) {
 
 namespace {
 
-// The direction between closer places is jitter.
+// The direction between closer points is jitter.
 constexpr double kStep_m = 3;
 // The direction is that of the chord this far to both sides.
 constexpr double kChord_m = 5;
@@ -322,7 +321,7 @@ void Road::add(geodesy::GpsTime time, const Eigen::Vector2d& place) {
   const Vertex& last = vertices_.back();
   const double along_m = last.along_m + (place - last.place).norm();
   if (along_m - last.along_m >= kStep_m) vertices_.push_back({along_m, place});
-  // A vehicle that stands keeps its place: jitter does not move what is around it back and forth.
+  // A stationary vehicle keeps its position: jitter does not move the objects around it.
   knots_.push_back({time, knots_.empty() ? along_m : std::max(along_m, knots_.back().along_m)});
 }
 
@@ -353,7 +352,7 @@ Road::Point Road::at(double along_m) const {
   assert(leads());
   Point point{place(along_m), {}};
   point.ahead = place(along_m + kChord_m) - place(along_m - kChord_m);
-  // The vehicle turned round within the chord.
+  // The vehicle made a U-turn within the chord.
   if (point.ahead.norm() < 0.1 * kChord_m) point.ahead = place(along_m + 0.5) - place(along_m - 0.5);
   const double length = point.ahead.norm();
   point.ahead = length > 0 ? Eigen::Vector2d(point.ahead / length) : Eigen::Vector2d::UnitX();

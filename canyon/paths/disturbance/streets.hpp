@@ -13,26 +13,27 @@
 
 namespace canyon::disturbance {
 
-/// The way of an antenna's vehicle through a city [m, east and north]: the lane that it drives in, straight
-/// on beyond both ends. Filled once from a trajectory, or as a host drives; const calls are thread-safe.
+/// The route of an antenna's vehicle through a city [m, east and north]: the lane of the vehicle, extended
+/// straight beyond both ends. Filled once from a trajectory, or during a drive by a host. Const calls are
+/// thread-safe.
 class Road {
  public:
-  /// A place on it.
+  /// A point of the route.
   struct Point {
     Eigen::Vector2d place;
     Eigen::Vector2d ahead;  ///< unit: its direction, over 10 m
   };
 
-  /// The vehicle's place at a time; times that are not later than the last one change nothing.
+  /// Adds the vehicle's position at a time; times that are not later than the last one change nothing.
   void add(geodesy::GpsTime time, const Eigen::Vector2d& place);
-  /// Sets the vehicle's direction (unit), which is the road's while it has not moved.
+  /// Sets the vehicle's direction (unit), which is the road's until the vehicle moves.
   void face(const Eigen::Vector2d& ahead) { facing_ = ahead; }
   void clear();
 
-  /// The vehicle has gone far enough to say where the road leads.
+  /// Whether the vehicle has moved far enough to give the direction of the road.
   [[nodiscard]] bool leads() const { return vertices_.size() > 1; }
   [[nodiscard]] const std::optional<Eigen::Vector2d>& facing() const { return facing_; }
-  /// Way [m] up to a time, linear between those that were added, held beyond.
+  /// Travelled distance [m] up to a time, linear between the added times, constant outside.
   [[nodiscard]] double along_m(geodesy::GpsTime time) const;
   /// Precondition: leads().
   [[nodiscard]] Point at(double along_m) const;
@@ -53,30 +54,29 @@ class Road {
   std::optional<Eigen::Vector2d> facing_;
 };
 
-/// Traffic and furniture of one street. A function of seed, time and place: the order of calls and their
-/// number do not matter.
+/// Traffic and furniture of one street. A function of seed, time and position: the order and number of calls
+/// do not matter.
 ///
-/// Each lane, and each line of trees, signs or awnings, is a row of slots of one length, every one of which
-/// is taken with the probability that the density asks for, by something of a class that is drawn, anywhere
-/// in its slot. Rows of vehicles move as a whole:
-/// - the lane of the antenna's vehicle with it (equilibrium of car following: G. F. Newell, Transp. Res. B
-///   36(3), 2002, p. 195-205), with a gap about it, and with new vehicles after each 300 m of way;
-/// - other lanes of its direction 10 % faster for each lane towards the middle of the road, 10 % slower
-/// towards
-///   the kerb, so that they stand where it stands;
-/// - oncoming ones, and all where the antenna does not move, at StreetNumbers::speed_mps while their light is
-///   green, and not at all while it is red.
+/// Each lane, and each line of trees, signs or awnings, is a row of slots of equal length. A slot is occupied
+/// with the probability that gives the density, by an object of a random class at a random position in its
+/// slot. Rows of vehicles move as a whole:
+/// - the lane of the antenna's vehicle moves with it (equilibrium of car following: G. F. Newell, Transp.
+///   Res. B 36(3), 2002, p. 195-205), with a gap around it, and with new vehicles after each 300 m of travel;
+/// - other lanes of its direction are 10 % faster for each lane towards the middle of the road and 10 %
+///   slower towards the kerb, so they stop when it stops;
+/// - oncoming lanes, and all lanes if the antenna does not move, have StreetNumbers::speed_mps during their
+///   green light and 0 during the red one.
 class Street {
  public:
   Street(const StreetOptions& options, std::uint64_t seed);
 
   /// Bodies within kReach_m of the vehicle along the road. @param road may be null
-  /// @param antenna of the receiver: the vehicle's place where the road leads nowhere; its height
+  /// @param antenna of the receiver: its height, and the vehicle's position if not road->leads()
   /// @param above_point_m height of the antenna over the trajectory's point
   void near(geodesy::GpsTime time, const Road* road, const Eigen::Vector3d& antenna, double above_point_m,
             std::vector<Body>& bodies) const;
 
-  /// A double-decker's roof stands 3 deg high there.
+  /// At this distance the roof of a double-decker has an elevation of 3 deg.
   static constexpr double kReach_m = 50;
 
  private:
@@ -96,22 +96,22 @@ class Street {
 
 struct StreetsOptions {
   StreetOptions street;
-  std::shared_ptr<const Road> road;  ///< null: the antenna stands
+  std::shared_ptr<const Road> road;  ///< null: the antenna is stationary
   double above_point_m = 0;          ///< of the antenna over the road's points (its lever arm)
-  /// The rest of a path that bodies cut stays as a Diffracted one, and weak reflections are added. False,
-  /// for receivers to whom strength means nothing: what is cut is gone, and sides reflect where the mirror
-  /// point lies on them.
+  /// True: the remainder of a path that bodies cut stays as a Diffracted one, and weak reflections are added.
+  /// False, for receivers without signal strength: cut paths are removed, and a side reflects only if it
+  /// contains the mirror point.
   bool strength = true;
 };
 
-/// Bodies of a street between antenna and signals. All paths lose what the bodies on their last leg take
-/// (blockage(), crown_depth_m()); a direct path that a body cuts becomes a Diffracted one, longer by the
-/// detour around the nearest edge. Satellites in direct view, by the map's word, are reflected by vehicles'
-/// sides (side_reflection()). At 1575.42 MHz, for all signals. A moving body changes the phase of its
-/// reflection from epoch to epoch; its speed is not in the path's Doppler shift.
+/// Bodies of a street between antenna and signals. Each path is attenuated by the bodies on its last leg
+/// (blockage(), crown_depth_m()). A direct path that a body cuts becomes a Diffracted one, longer by the
+/// detour around the nearest edge. Satellites in direct view by the map are reflected by vehicles' sides
+/// (side_reflection()). At 1575.42 MHz, for all signals. A moving body changes the phase of its reflection
+/// from epoch to epoch; its speed is not in the path's Doppler shift.
 class Streets : public Disturbance {
  public:
-  /// Throws InputError where StreetOptions::validate() does.
+  /// Throws InputError if StreetOptions::validate() does.
   Streets(const StreetsOptions& options, std::uint64_t seed);
   void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override;
 
@@ -121,7 +121,7 @@ class Streets : public Disturbance {
 
   StreetsOptions options_;
   Street street_;
-  std::vector<Body> bodies_;  // of the epoch in hand
+  std::vector<Body> bodies_;  // of the current epoch
 };
 
 /// The same numbers for all receivers of a seed, whatever their name.

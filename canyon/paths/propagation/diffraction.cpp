@@ -20,16 +20,16 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Paths of one satellite nearer than this are one.
+/// Paths of one satellite closer than this are one.
 constexpr double kSamePoint = 2e-3;  // m
 /// Faces must be free from the edge for this far; a quarter of the wavelength of L1.
 constexpr double kStep = 0.05;  // m
-/// A point is lifted by at most this many times the offset, where the faces enclose next to nothing.
+/// A point is lifted by at most this multiple of the offset, if the angle between the faces is nearly 0.
 constexpr double kMostLift = 4;
 /// Of L1, for nu and the loss; excess paths do not depend on it.
 constexpr double kWavelength_m = geodesy::kSpeedOfLight / gnss::kL1_hz;
 
-/// A path by the geometry of one edge, before obstacles are looked for.
+/// A path by the geometry of one edge, before the test for obstacles.
 struct Candidate {
   std::uint32_t satellite = 0;
   DiffractedPath path;
@@ -39,7 +39,7 @@ struct Candidate {
   SetPose pose;
 };
 
-/// Memory of one trace(); each thread keeps it, so that nothing is allocated once it has grown.
+/// Memory of one trace(); kept by each thread, so that nothing is allocated once it has grown.
 struct DiffractionScratch {
   NearEdges near;
   std::vector<std::uint8_t> marks;
@@ -51,7 +51,7 @@ DiffractionScratch& diffraction_scratch() {
   return scratch;
 }
 
-/// Off the edge into the air, so that the point lies `offset_m` above both faces.
+/// Off the edge into the air, so that the point is `offset_m` above both faces.
 Vector3d lift(const Edge& edge, double offset_m) {
   const Vector3d outward = edge.outward();
   const double above = std::max(outward.dot(edge.normal[0]), 1 / kMostLift);
@@ -154,7 +154,7 @@ struct EdgeDiffraction::Impl {
   /// Keeps the strongest clear candidates of each satellite.
   void choose(const Vector3d& antenna, std::span<const Vector3d> directions, DiffractionScratch& s,
               std::span<std::vector<DiffractedPath>> result) const {
-    // Weakest last: once a satellite has its paths, the rest are not looked at.
+    // Weakest last: the search stops once a satellite has its paths.
     std::sort(s.candidates.begin(), s.candidates.end(), [](const Candidate& a, const Candidate& b) {
       return std::tie(a.satellite, a.path.excess_m, a.path.instance, a.path.edge) <
              std::tie(b.satellite, b.path.excess_m, b.path.instance, b.path.edge);
@@ -170,8 +170,8 @@ struct EdgeDiffraction::Impl {
     }
   }
 
-  /// Both legs, and the air on the edge's faces: where another body goes on from there there is no edge. A
-  /// seam of coplanar walls of two buildings looks like one of each, and a wall drawn as sheets that share no
+  /// Both legs, and the air on the edge's faces: if another body continues there, there is no edge. A seam of
+  /// coplanar walls of two buildings looks like one edge of each, and a wall of sheets without common
   /// vertices like the free edges of its pieces.
   [[nodiscard]] bool is_clear(const Vector3d& antenna, const Vector3d& direction, const Candidate& c) const {
     const Vector3d leg = c.lifted - antenna;

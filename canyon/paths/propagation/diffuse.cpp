@@ -21,41 +21,41 @@ namespace {
 using Eigen::Vector3d;
 using geodesy::kPi;
 
-/// Patches seen more grazingly than this are taken as seen at 0.06 deg.
+/// Smaller cosines of patches are set to this one (0.06 deg from grazing).
 constexpr double kLeastCosine = 1e-3;
-/// Length [m] of a piece of facade that scatters with one strength.
+/// Length [m] of a piece of facade with one scattering strength.
 constexpr double kPiece_m = 8;
-/// A wall at a whole coordinate lies within one row of cubes; on their faces, rounding would choose the cube.
+/// Puts a wall at a whole coordinate into one row of cubes; on their faces, rounding would select the cube.
 constexpr double kPieceShift_m = 1e-3;
 
-/// A piece of facade that a ray of the antenna met, at once or over others.
+/// A piece of facade that a ray of the antenna hits, directly or over others.
 struct Patch {
-  Vector3d arrival;            ///< unit, from the antenna towards where its waves come from
+  Vector3d arrival;            ///< unit, from the antenna towards the origin of its waves
   Vector3d towards;            ///< unit, from the antenna to the patch
-  Vector3d normal;             ///< unit, to the side that was met
+  Vector3d normal;             ///< unit, to the side that was hit
   Vector3d lifted;             ///< the point, off the surface
   bool moves = false;          ///< on a movable instance
   FacadeLight::Cell cell;      ///< on the city
-  double range_m = 0;          ///< from the antenna, straight
-  double detour_m = 0;         ///< of the path over other facades against that
-  double arrival_m = 0;        ///< from the antenna to the first facade on the path
+  double range_m = 0;          ///< straight-line range from the antenna
+  double detour_m = 0;         ///< of the path over other facades against the straight line
+  double arrival_m = 0;        ///< from the antenna to the first facade of the path
   double cos_seen = 0;         ///< between the normal and the ray
-  double share = 0;            ///< of the power that falls on it at normal incidence
+  double share = 0;            ///< fraction of the incident power at normal incidence
   std::uint32_t triangle = 0;  ///< of the first facade, of `instance`
   std::uint32_t instance = 0;
 };
 
-/// Patches [first, last) of a satellite's, with detours of one bin.
+/// Patches [first, last) of a satellite, with detours of one bin.
 struct Class {
   std::uint32_t first = 0, last = 0;
-  double power = 0;  ///< if all of them were lit
+  double power = 0;  ///< if all of them are lit
 };
 
-/// The fields of all patches that each satellite needs, as arrays: a Patch takes four lines of the cache.
+/// Fields of all patches that each satellite needs, as arrays: a Patch occupies four cache lines.
 struct PatchArrays {
   std::vector<double> normal_x, normal_y, normal_z, towards_x, towards_y, towards_z, half_range_m, detour_m,
       share;
-  /// For one satellite: cosine at the patch, excess of its path and its power, 0 where the patch faces away.
+  /// For one satellite: cosine at the patch, excess of its path and its power, 0 if the patch faces away.
   std::vector<double> cos_lit, excess_m, power;
   std::vector<std::int32_t> bin;  ///< floor(excess / class_m)
 
@@ -75,8 +75,8 @@ struct PatchArrays {
   }
 };
 
-/// PatchArrays::cos_lit, excess_m, power and bin. excess = detour + range (1 - towards .
-/// s), without the loss of digits near 1.
+/// PatchArrays::cos_lit, excess_m, power and bin. excess = detour + range (1 - towards . s), without the loss
+/// of digits near 1.
 CANYON_CLONES void light(std::size_t count, const double* __restrict nx, const double* __restrict ny,
                          const double* __restrict nz, const double* __restrict tx,
                          const double* __restrict ty, const double* __restrict tz,
@@ -93,7 +93,7 @@ CANYON_CLONES void light(std::size_t count, const double* __restrict nx, const d
   }
 }
 
-/// Memory of one trace(); each thread keeps it, so that nothing is allocated once it has grown.
+/// Memory of one trace(); kept by each thread, so that nothing is allocated once it has grown.
 struct DiffuseScratch {
   std::vector<Patch> patches;
   PatchArrays arrays;
@@ -107,7 +107,7 @@ DiffuseScratch& diffuse_scratch() {
   return scratch;
 }
 
-/// For each triangle its reflectance; 0 where nothing scatters.
+/// Reflectance of each triangle; 0 if it does not scatter.
 std::vector<double> reflectances(const city::Mesh& mesh, std::optional<double> of_all) {
   std::vector<double> result(mesh.triangles.size(), 0);
   for (const city::Object& object : mesh.objects) {
@@ -118,25 +118,25 @@ std::vector<double> reflectances(const city::Mesh& mesh, std::optional<double> o
   return result;
 }
 
-/// Unit, about the normal, with a density of cos / pi: of two numbers from [0, 1).
+/// Unit, around the normal, with a density of cos / pi: from two numbers in [0, 1).
 Vector3d lambert_direction(const Vector3d& normal, double u, double v) {
   const double across = std::sqrt(u), along = std::sqrt(1 - u);
   const Vector3d x = normal.unitOrthogonal();
   return across * (std::cos(2 * kPi * v) * x + std::sin(2 * kPi * v) * normal.cross(x)) + along * normal;
 }
 
-/// Number `index` of an even sequence in [0, 1) (Weyl's, of an irrational step).
+/// Number `index` of a uniform sequence in [0, 1) (Weyl's, of an irrational step).
 double even(std::size_t index, double step) {
   const double x = (static_cast<double>(index) + 0.5) * step;
   return x - std::floor(x);
 }
 
-/// Heads of 64 tossed coins: normal within 0.03 of its quantiles out to 2.5 deviations.
+/// Heads of 64 coin tosses: normal within 0.03 of its quantiles out to 2.5 deviations.
 double normal_of(std::uint64_t bits) {
   return (std::popcount(mix64(bits)) - 32) / 4.0;
 }
 
-/// To compare powers: those of like facades differ in the last digits, which differ between C libraries.
+/// For comparing powers: those of equal facades differ in the last digits, which differ between C libraries.
 float coarse(double power) {
   return static_cast<float>(power);
 }
@@ -211,7 +211,7 @@ struct DiffuseScattering::Impl {
     })[hit.triangle];
   }
 
-  /// Every patch that rays from the antenna meet, and those that they meet over it.
+  /// All patches that rays from the antenna hit, and the patches that these rays hit next.
   void look_around(const Vector3d& antenna, std::vector<Patch>& patches) const {
     patches.clear();
     for (std::size_t i = 0; i < sphere.size(); ++i) {
@@ -232,7 +232,7 @@ struct DiffuseScattering::Impl {
           patch.triangle = hit->triangle;
           patch.instance = hit->instance;
         } else {
-          patch = patches.back();  // its waves arrive as those before
+          patch = patches.back();  // its waves arrive as those of the previous patch
           patch.range_m = (point - antenna).norm();
           patch.towards = (point - antenna) / patch.range_m;
           patch.detour_m = way_m - patch.range_m;
@@ -300,7 +300,7 @@ struct DiffuseScattering::Impl {
     const FacadeLight::Direction grid_direction = FacadeLight::direction(direction);
     classify(direction, grid_direction, s);
     std::erase_if(s.classes, [&](const Class& of) { return of.first == of.last || of.power < min_power; });
-    // Strongest first, so that rays are cast only for classes that may still be among the strongest.
+    // Strongest first, so that rays are cast only for classes that can be among the strongest.
     std::sort(s.classes.begin(), s.classes.end(), [](const Class& a, const Class& b) {
       return a.power != b.power ? a.power > b.power : a.first < b.first;
     });
@@ -323,7 +323,7 @@ struct DiffuseScattering::Impl {
               [](const DiffusePath& a, const DiffusePath& b) { return a.bin < b.bin; });
   }
 
-  /// Number of a piece of facade: of what comes over it, and the cube in which the point lies.
+  /// Number of a piece of facade: of the reflectors, and the cube of the point.
   [[nodiscard]] std::uint64_t piece(std::uint64_t of, raytrace::InstanceId instance,
                                     const Vector3d& point) const {
     std::uint64_t bits = mix64(root + kGolden64 * of + mix64(instance));
@@ -336,7 +336,7 @@ struct DiffuseScattering::Impl {
     return bits;
   }
 
-  /// By which the class's power is multiplied.
+  /// Factor of the class's power.
   [[nodiscard]] double strength(const DiffusePath& path) const {
     if (options.strength_sigma_db == 0 && options.strength_median_db == 0) return 1;
     const double normal = normal_of(piece(path.bin, path.instance, path.point));
@@ -351,7 +351,7 @@ struct DiffuseScattering::Impl {
            (scene->placed_instances().empty() || !scene->occluded_by_instances({patch.lifted, direction}));
   }
 
-  /// A class as it arrives: power 0 where nothing of it is lit.
+  /// The result of a class: power 0 if no part of it is lit.
   [[nodiscard]] DiffusePath sum_up(const Vector3d& antenna, const Vector3d& direction,
                                    const FacadeLight::Direction& grid_direction, const Class& of,
                                    DiffuseScratch& s) const {
@@ -403,7 +403,7 @@ void DiffuseScattering::trace(const Vector3d& antenna, std::span<const Vector3d>
     result[i].clear();
     if (!wanted[i]) continue;
     if (!(std::abs(directions[i].squaredNorm() - 1) <= 2e-6)) {
-      throw InputError(fmt::format("the direction ({}, {}, {}) to satellite {} is not of length 1",
+      throw InputError(fmt::format("the direction ({}, {}, {}) to satellite {} does not have length 1",
                                    directions[i].x(), directions[i].y(), directions[i].z(), i),
                        "normalise it");
     }

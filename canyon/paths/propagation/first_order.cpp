@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Facets are gathered for antennas within this distance of a place, if one antenna is so near the next.
+/// Facets are gathered for antennas within this distance of a point, if successive antennas are so close.
 constexpr double kNearby_m = 8;
 
 }  // namespace
@@ -28,11 +28,11 @@ std::span<const FirstOrderSearch::Found> FirstOrderSearch::trace(const raytrace:
   return found_;
 }
 
-/// Those of a set about an antenna in its frame.
+/// The facets of a set near an antenna in its frame.
 const NearFacets& FirstOrderSearch::gather(const PlacedFacets& set, const Vector3d& here, double reach_m,
                                            Kept* kept) {
   if (kept != nullptr && set.pose.is_own()) {
-    // An antenna that has hardly moved is expected to go on like that.
+    // An antenna that hardly moved is expected to continue like that.
     const bool again = (here - kept->antenna).norm() < kNearby_m / 4;
     kept->antenna = here;
     if ((here - kept->facets.centre).norm() <= kept->facets.radius_m) return kept->facets;
@@ -45,7 +45,7 @@ const NearFacets& FirstOrderSearch::gather(const PlacedFacets& set, const Vector
   return near_;
 }
 
-/// Appends what the image construction gives for every facet of one set.
+/// Appends the image construction's paths for every facet of one set.
 void FirstOrderSearch::find(const raytrace::RayScene& scene, const PlacedFacets& set, const Vector3d& antenna,
                             std::span<const Vector3d> directions, const ReflectionLimits& limits,
                             Kept* kept) {
@@ -59,7 +59,7 @@ void FirstOrderSearch::find(const raytrace::RayScene& scene, const PlacedFacets&
     const Vector3d towards = pose.turned_back(directions[i]);
     mark_reflecting(facing, towards, limits.min_cosine, limits.reach_m, marks_);
     for_each_mark(marks_.data(), marks_.size(), [&](std::size_t k) {
-      // The same again in doubles, with the facet's true outline.
+      // Again in doubles, with the facet's true outline.
       const Facet& facet = set.facets->facets()[facing.facet[k]];
       const double cosine = facet.normal.dot(towards);
       if (cosine < limits.min_cosine) return;
@@ -90,8 +90,8 @@ void FirstOrderSearch::find(const raytrace::RayScene& scene, const PlacedFacets&
   }
 }
 
-/// Sorts by satellite and excess path, and keeps one of several reflections at the same place of the same
-/// plane: walls that two buildings share, facets that meet where the signal is reflected.
+/// Sorts by satellite and excess path, and removes duplicate reflections at the same point of the same plane:
+/// common walls of two buildings, facets that meet at the reflection point.
 void FirstOrderSearch::sort_and_drop_doubles() {
   std::sort(found_.begin(), found_.end(), [](const Found& a, const Found& b) {
     return std::tie(a.satellite, a.path.excess_m, a.path.instance, a.path.triangle) <
@@ -105,8 +105,8 @@ void FirstOrderSearch::sort_and_drop_doubles() {
   });
 }
 
-/// Keeps what has two clear legs. Points are lifted off their facet, so that the facet does not hide itself;
-/// anything else nearer than that is not seen.
+/// Keeps paths with two clear legs. Points are lifted off their facet, so that the facet does not hide
+/// itself; other surfaces nearer than that are ignored.
 void FirstOrderSearch::keep_clear(const raytrace::RayScene& scene, const Vector3d& antenna,
                                   std::span<const Vector3d> directions) {
   const auto point = [](const Found& f) -> Vector3d { return f.path.point + f.lift_m * f.normal; };

@@ -13,19 +13,19 @@
 
 namespace canyon::propagation {
 
-/// Paths satellite -> facet -> antenna by the image method (Propagator::trace()). Holds what a search needs
-/// for a while: one for each thread; nothing is allocated once it has grown.
+/// Paths satellite -> facet -> antenna by the image method (Propagator::trace()). Holds the memory of a
+/// search: use one per thread; nothing is allocated once it has grown.
 class FirstOrderSearch {
  public:
   struct Found {
     std::uint32_t satellite = 0;
-    double lift_m = 0;  ///< along the normal, so that rays do not meet the facet itself
+    double lift_m = 0;  ///< along the normal, so that rays do not hit the facet itself
     double cosine = 1;  ///< of incidence
     Eigen::Vector3d normal;
     Path path;  ///< without materials and the elevation of its arrival
   };
 
-  /// The city's facets about an antenna, and where it was last. Of one set and one reach.
+  /// The city's facets near an antenna, and the antenna's last position. Of one set and one reach.
   struct Kept {
     NearFacets facets;
     Eigen::Vector3d antenna = Eigen::Vector3d::Constant(1e300);
@@ -33,12 +33,12 @@ class FirstOrderSearch {
 
   /// All first-order paths to `directions`, by satellite and excess path; valid until the next call. The
   /// first of `sets` is the city, in its own frame; only facets, instances and poses are used. @param kept
-  /// about the antenna; null: none is
+  /// cache for this antenna; null: no cache
   std::span<const Found> trace(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
                                const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                                const ReflectionLimits& limits, Kept* kept);
 
-  /// The city's facets that the last search gathered about its antenna.
+  /// The city's facets that the last search gathered around its antenna.
   [[nodiscard]] const FacingFacets& facing_of_city() const { return facing_of_city_; }
 
  private:

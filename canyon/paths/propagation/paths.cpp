@@ -51,7 +51,7 @@ void SatellitePaths::arrange() {
 }
 
 void SatellitePaths::take(const std::vector<Path>& found) {
-  // A path takes six lines of the cache: each is copied once.
+  // A path occupies six cache lines: each is copied once.
   static thread_local std::vector<const Path*> order;
   order.clear();
   for (const Path& path : found) order.push_back(&path);
@@ -74,7 +74,7 @@ double SatellitePaths::tracked_excess_m() const {
 double plane_turn_rad(const Eigen::Vector3d& direction, const Eigen::Vector3d& first_normal,
                       const Eigen::Vector3d& second_normal) {
   const Eigen::Vector3d s1 = direction.cross(first_normal), s2 = direction.cross(second_normal);
-  // Closer to the normal than this the plane of incidence is rounding.
+  // Closer to the normal than this the plane of incidence is rounding noise.
   constexpr double kUndefined = 1e-9;
   if (s1.norm() < kUndefined || s2.norm() < kUndefined) return 0;
   return std::atan2(s1.cross(s2).dot(direction), s1.dot(s2));
@@ -92,7 +92,7 @@ Body body_of(const raytrace::PlacedInstance& instance) {
   const Eigen::Matrix3d rotation = instance.enu_from_instance.linear();
   const Eigen::Vector3d centre = instance.enu_from_instance * instance.bounds.center();
   Body body;
-  // One that stands on its nose has no heading.
+  // A vertical body has no heading.
   const Eigen::Vector2d nose = rotation.col(0).head<2>();
   if (nose.norm() > 1e-6) body.ahead = nose.normalized();
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // of the box, as rows

@@ -28,12 +28,13 @@ void visit(options::Visitor& v, DiffuseOptions& o) {
   v.number({"scattering_coefficient", "",
             "scattered amplitude, divided by the amplitude that a smooth wall reflects"},
            o.scattering_coefficient, {0, 1});
-  v.integer({"bounces", "", "largest number of facades on a path, one of which scatters"}, o.bounces, 1, 8);
+  v.integer({"bounces", "", "largest number of facades on a path, at least one of which scatters"}, o.bounces,
+            1, 8);
   v.number({"max_range_m", "m", "largest length of these rays"}, o.max_range_m, kReach_m);
-  v.number(
-      {"glint_sigma", "rad",
-       "angle between a mirror's point and what leads on a piece of facade, which Dopplers show; 0: mirrors"},
-      o.glint_sigma, {0, 1});
+  v.number({"glint_sigma", "rad",
+            "angle between the specular point and the scattering centre of a piece of facade, visible in "
+            "Dopplers; 0: mirrors"},
+           o.glint_sigma, {0, 1});
 }
 
 void PropagationOptions::validate() const {
@@ -52,7 +53,7 @@ void visit(options::Visitor& v, PropagationOptions& o) {
             o.reflection_order, 0, 2);
   v.number(
       {"max_range_m", "m",
-       "largest length of the mirror ray, and of the way from the antenna to the (last) reflection point"},
+       "largest length of the mirror ray, and of the path from the antenna to the (last) reflection point"},
       o.max_range_m, kReach_m);
   v.angle({"max_incidence_deg", "deg",
            "largest angle of incidence of a reflection, from the facade's normal; specular only"},
@@ -72,10 +73,10 @@ void visit(options::Visitor& v, PropagationOptions& o) {
       {"through_foliage", "", "vegetation weakens the direct signal instead of blocking it; specular only"},
       o.through_foliage);
   v.number({"retrace_interval_s", "s",
-            "reflections of the second order, diffuse paths and the choice of edges are found anew so often, "
-            "and go along with antenna and satellites in between; 0: anew in every epoch"},
+            "interval between searches for reflections of the second order, diffuse paths and edges; in "
+            "between, paths are updated for the motion of antenna and satellites; 0: search in every epoch"},
            o.retrace_interval_s, {0, 10});
-  v.number({"retrace_distance_m", "m", "they are found anew, too, where the antenna has gone so far"},
+  v.number({"retrace_distance_m", "m", "distance of the antenna from the last search that starts a new one"},
            o.retrace_distance_m, {0, 10});
 }
 

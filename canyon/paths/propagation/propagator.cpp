@@ -21,13 +21,13 @@ namespace {
 using Eigen::Vector3d;
 using raytrace::Ray;
 
-/// Below this cosine of incidence the reflection point runs away along the plane.
+/// Below this cosine of incidence the reflection point moves towards infinity along the plane.
 constexpr double kMinCosine = 1e-6;
-/// Between directions of one satellite at places and times close to each other, at most [rad]: Earth turns by
-/// 7e-4 in 10 s, satellites as seen from it by as little.
+/// Largest angle [rad] between directions of one satellite at nearby points and times: Earth rotates by 7e-4
+/// in 10 s, and the motion of satellites changes it by as little.
 constexpr double kSameSatellite = 2e-3;
 
-/// Properties of the triangle that a path comes over.
+/// Properties of the triangle that reflects or diffracts a path.
 struct Skin {
   city::Material material = city::Material::Unknown;
   city::Surface surface = city::Surface::Building;
@@ -41,8 +41,8 @@ std::vector<Skin> skins_of(const city::Mesh& mesh) {
   return skins;
 }
 
-/// For the mirror model, which needs no facets: a number for each triangle that triangles of one object in
-/// about one plane (half a degree, a decimetre) mostly have in common.
+/// For the mirror model, which needs no facets: a number for each triangle. Triangles of one object in nearly
+/// one plane (half a degree, a decimetre) mostly have the same number.
 std::vector<std::uint32_t> planes_of(const city::Mesh& mesh) {
   std::map<std::tuple<std::size_t, long, long, long, long>, std::uint32_t> numbers;
   std::vector<std::uint32_t> planes(mesh.triangles.size());
@@ -64,7 +64,7 @@ std::vector<std::uint32_t> planes_of(const city::Mesh& mesh) {
   return planes;
 }
 
-/// Structures that are made once of a mesh, as far as the options ask for them.
+/// Structures that are built once per mesh, those that the options need.
 struct Prepared {
   std::vector<Skin> skins;
   std::vector<std::uint32_t> planes;
@@ -87,14 +87,14 @@ struct Prepared {
   }
 };
 
-/// A prepared mesh where it stands.
+/// A prepared mesh at its pose.
 struct PlacedSet {
   const Prepared* prepared;
   raytrace::InstanceId instance;
   SetPose pose;
 };
 
-/// Memory of one trace(); each thread keeps it, so that nothing is allocated once it has grown.
+/// Memory of one trace(); kept by each thread, so that nothing is allocated once it has grown.
 struct PropagationScratch {
   std::vector<Ray> rays;
   Flags blocked, wanted;
@@ -122,7 +122,7 @@ PropagationScratch& propagation_scratch() {
   return scratch;
 }
 
-/// One list for each of `count` satellites. Never shrinks, so that the lists keep their memory.
+/// One list for each of `count` satellites. Never shrinks, so that the lists keep their capacity.
 template <typename List>
 std::span<List> lists(std::vector<List>& of, std::size_t count) {
   if (of.size() < count) of.resize(count);
@@ -137,7 +137,7 @@ void take(std::span<const SatellitePaths> found, std::span<SatellitePaths> resul
   for (std::size_t i = 0; i < result.size(); ++i) result[i].take(found[i].paths);
 }
 
-/// A path over what was `found`: what DiffractedPath and DiffusePath have in common.
+/// A path from `found`: the common fields of DiffractedPath and DiffusePath.
 template <typename Found>
 Path& append(SatellitePaths& paths, PathKind kind, const Found& found) {
   Path& path = paths.paths.emplace_back();
@@ -173,7 +173,7 @@ double mirror_excess_m(double range_m, double elevation_rad) {
 
 namespace {
 
-/// The path over a wall of concrete that faces the arrival, until more is known.
+/// The path over a wall of concrete that faces the arrival, as a default.
 Path mirror_path(const Vector3d& antenna, const Vector3d& direction, double range_m) {
   Path path;
   path.kind = PathKind::Reflected;
@@ -208,13 +208,13 @@ SatellitePaths mirror_paths(const Vector3d& antenna, const Vector3d& direction, 
 struct Propagator::Impl {
   const raytrace::RayScene* scene;
   PropagationOptions options;
-  /// Share of a smooth wall's amplitude that goes on in the mirror direction where walls scatter.
+  /// Fraction of a smooth wall's amplitude that continues in the mirror direction of a scattering wall.
   double specular_factor;
-  // Before `city`: what edges need while they are made is large.
+  // Before `city`: the temporary memory of edges is large.
   std::optional<EdgeDiffraction> diffraction;
   std::optional<DiffuseScattering> diffuse;
   Prepared city;
-  /// What reflects about an antenna.
+  /// Reflectors near an antenna.
   struct About {
     FirstOrderSearch::Kept facets;
     NearPairs pairs;
@@ -238,7 +238,7 @@ struct Propagator::Impl {
                     : std::nullopt),
         city(mesh, o) {}
 
-  /// Lists the city and the instances as they stand, by id.
+  /// Lists the city and the instances at their poses, by id.
   void place(PropagationScratch& s) const {
     s.sets.clear();
     s.sets.push_back({&city, 0, nullptr});
@@ -249,7 +249,7 @@ struct Propagator::Impl {
     }
   }
 
-  /// Depth of vegetation on the direct ray; empty where something else stands in it.
+  /// Depth of vegetation on the direct ray; empty if another surface blocks it.
   [[nodiscard]] std::optional<double> foliage_depth(const Vector3d& antenna, const Vector3d& direction,
                                                     PropagationScratch& s) const {
     const double step = scene->surface_offset_m(antenna);
@@ -257,7 +257,7 @@ struct Propagator::Impl {
     while (const auto hit = scene->cast({antenna, direction}, from)) {
       if (s.prepared(hit->instance).skins[hit->triangle].surface != city::Surface::Foliage)
         return std::nullopt;
-      // The next hit may be at the same place, but a ray cannot go on from there a second time.
+      // The next hit may be at the same range, but a ray cannot continue from there a second time.
       from = hit->range_m > from ? hit->range_m
                                  : from + std::max(step, scene->surface_offset_m(antenna + from * direction));
     }
@@ -270,7 +270,7 @@ struct Propagator::Impl {
     return covered_length_m(s.inside);
   }
 
-  /// Unblocks the satellites that only vegetation hides, and notes how much of it.
+  /// Unblocks the satellites that only vegetation hides, and stores its depth.
   void look_through_foliage(const Vector3d& antenna, std::span<const Vector3d> directions,
                             std::span<bool> blocked, PropagationScratch& s) const {
     const bool any = std::any_of(s.sets.begin(), s.sets.end(),
@@ -293,10 +293,10 @@ struct Propagator::Impl {
     if (skin.surface != city::Surface::Terrain) incidence.specular_factor = specular_factor;
   }
 
-  /// Begins `result` with the direct paths; which satellites have none.
+  /// Fills `result` with the direct paths; returns the satellites without one.
   std::span<bool> look(const Vector3d& antenna, std::span<const Vector3d> directions, PropagationScratch& s,
                        std::span<SatellitePaths> result) const {
-    raytrace::check_place(antenna, "the antenna's place");
+    raytrace::check_place(antenna, "the antenna's position");
     s.rays.clear();
     for (const Vector3d& direction : directions) {
       assert(std::abs(direction.squaredNorm() - 1) < 1e-6);
@@ -416,7 +416,7 @@ struct Propagator::Impl {
     }
   }
 
-  /// In this thread's memory, in any order.
+  /// In this thread's memory, unordered.
   [[nodiscard]] std::span<SatellitePaths> trace_near(const Vector3d& antenna,
                                                      std::span<const Vector3d> directions,
                                                      std::span<const KnownEdge> edges) const {
@@ -429,7 +429,7 @@ struct Propagator::Impl {
     return found;
   }
 
-  /// The instances, by id, that may have a part in paths to the antenna.
+  /// The instances, by id, that may affect paths to the antenna.
   [[nodiscard]] std::vector<raytrace::PlacedInstance> instances_about(const Vector3d& antenna) const {
     const double reach_m =
         std::max({options.max_range_m, options.edges.max_range_m, options.scattering.max_range_m});
@@ -449,7 +449,7 @@ std::optional<Path> FarPath::seen_from(const Vector3d& antenna, const Vector3d& 
   const double turned_m =
       (direction - from_direction).dot(from_antenna - antenna_image(path, from_antenna, from_direction));
   seen.excess_m = std::max(0.0, path.excess_m + turned_m + (direction - path.arrival).dot(step));
-  // The ray is moved by `step`, and the one that its mirror image is by the step's image.
+  // The ray moves by `step`, and its mirror image by the step's image.
   seen.leg_m = path.leg_m - normal.dot(step) / normal.dot(path.arrival);
   if (!(seen.leg_m > 0)) return std::nullopt;
   seen.point = antenna + seen.leg_m * path.arrival;

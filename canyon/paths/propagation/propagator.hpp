@@ -17,25 +17,25 @@
 
 namespace canyon::propagation {
 
-/// A path of the second order, which costs much to find and which an antenna a metre farther has as well.
+/// A path of the second order: expensive to find, but still valid for an antenna a metre away.
 struct FarPath {
   std::uint32_t satellite = 0;  ///< index of its direction
-  Path path;                    ///< at the place where it was found
+  Path path;                    ///< at the point of the search
   /// Unit normals of the facets next to the antenna and next to the satellite.
   Eigen::Vector3d normal = Eigen::Vector3d::Zero(), far_normal = Eigen::Vector3d::Zero();
 
-  /// The path at another place and a little later, over the same planes. Its detour is exact for the
-  /// satellite's old direction; what the satellite's way adds is of first order. Whether the way is still
-  /// clear is not asked.
-  /// @param antenna, direction of the satellite there, unit, ENU; @param from_antenna, from_direction where
-  /// the path was found. Empty: the antenna is behind the facet.
+  /// The path at another point and a little later, over the same planes. Its detour is exact for the
+  /// satellite's old direction; the effect of the satellite's motion is of first order. Does not check that
+  /// the path is still clear.
+  /// @param antenna, direction of the satellite there, unit, ENU; @param from_antenna, from_direction those
+  /// of the search. Empty: the antenna is behind the facet.
   [[nodiscard]] std::optional<Path> seen_from(const Eigen::Vector3d& antenna,
                                               const Eigen::Vector3d& direction,
                                               const Eigen::Vector3d& from_antenna,
                                               const Eigen::Vector3d& from_direction) const;
 };
 
-/// The same of a diffuse path, from the same point of the facade: exact for a point over one facade. Small,
+/// The same for a diffuse path, from the same point of the facade: exact for a point over one facade. Small,
 /// since an antenna keeps some hundreds.
 struct FarScatter {
   std::uint32_t satellite = 0;
@@ -48,82 +48,81 @@ struct FarScatter {
                                                      const Eigen::Vector3d& from_direction) const;
 };
 
-/// What was found at one place, for antennas near it (Propagator::retrace()).
+/// Paths found at one point, for antennas near it (Propagator::retrace()).
 struct TracedPlace {
   Eigen::Vector3d antenna = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3d> directions;  ///< of the satellites, unit, ENU; empty: nothing was traced
-  std::vector<KnownEdge> edges;             ///< of the city that bend signals here
+  std::vector<KnownEdge> edges;             ///< of the city that diffract signals here
   std::vector<FarPath> far;
   std::vector<FarScatter> scattered;
   std::vector<raytrace::PlacedInstance> instances;  ///< in reach; their meshes are not used
 };
 
-/// Traces satellites at places in a city. Const, thread-safe; facets are prepared once, and copies share
-/// them. The scene must outlive the propagator; its movable instances block and (specular) reflect, as they
-/// stood at its last commit(). `city` is the mesh that the scene was built from; it is not kept.
+/// Traces satellites at points in a city. Const, thread-safe; facets are prepared once, and copies share
+/// them. The scene must outlive the propagator. Its movable instances block and (specular) reflect at the
+/// poses of their last commit(). `city` is the mesh that the scene was built from; it is not stored.
 class Propagator {
  public:
-  /// Throws InputError for options that do not validate(). @param seed of what the facades draw
+  /// Throws InputError for options that do not validate(). @param seed of the facades' random strengths
   /// (DiffuseScattering)
   Propagator(const city::Mesh& city, const raytrace::RayScene& scene, PropagationOptions options = {},
              std::uint64_t seed = 0);
 
   [[nodiscard]] const PropagationOptions& options() const;
-  /// Whether there are other copies.
+  /// Whether other copies exist.
   [[nodiscard]] bool is_shared() const { return impl_.use_count() > 1; }
 
   /// Paths of satellites in the given directions (unit, ENU, antenna to satellite) at one antenna.
   /// result[i] belongs to directions[i]. The antenna must be finite (InputError).
   ///
-  /// Specular: image method on planar facets: for facet normal n, satellite direction s and
-  /// antenna height h over the facet's plane, the reflected direction is r = s - 2 (s.n) n, excess path 2 h
-  /// (n.s); kept when r hits that facet's plane first, from its front, and the reflection point sees the
-  /// satellite. A facet is a maximal group of adjacent triangles in one plane (to 0.5 mm); buildings and
-  /// vehicles reflect, foliage only blocks. Facets in one plane that touch or coincide give one path. The
-  /// reflection point and the excess path are exact to the facet's plane (1e-9 m in a city of 10 km); paths
-  /// whose reflection point lies within RayScene::surface_offset_m() of an outer edge may be kept or missed,
-  /// and an antenna within twice that of a facet's plane gets none from it.
+  /// Specular: image method on planar facets. For facet normal n, satellite direction s and antenna height h
+  /// over the facet's plane, the reflected direction is r = s - 2 (s.n) n, the excess path 2 h (n.s). A path
+  /// is kept if r hits that facet's plane first, from its front, and the reflection point sees the satellite.
+  /// A facet is a maximal group of adjacent triangles in one plane (to 0.5 mm); buildings and vehicles
+  /// reflect, foliage only blocks. Facets in one plane that touch or coincide give one path. The reflection
+  /// point and the excess path are exact to the facet's plane (1e-9 m in a city of 10 km). Paths whose
+  /// reflection point is within RayScene::surface_offset_m() of an outer edge may be kept or missed; an
+  /// antenna within twice that of a facet's plane gets none from it.
   ///
   /// Specular, second order (reflection_order 2; see SecondOrderSearch): satellite -> facet A -> facet B ->
   /// antenna by double images, excess = 2 h_B (n_B.s) + 2 h_A (n_A.s), h_B the antenna's height over B's
   /// plane and h_A that of its image in B over A's. A and B may be of the city or of instances, both limits
-  /// hold for both reflections, all three legs are clear; reflection points within twice surface_offset_m()
+  /// hold for both reflections, all three legs are clear. Reflection points within twice surface_offset_m()
   /// of the other facet's plane (deep in a corner) give no path. Excess paths are exact to 1e-9 m and points
-  /// to 1e-6 m for the facets' planes; facets within 0.5 mm of their triangles make the points of a real city
-  /// exact to some millimetres. Paths of the lower orders are the same as without it.
+  /// to 1e-6 m for the facets' planes; as facets are within 0.5 mm of their triangles, points of a real city
+  /// are exact to some millimetres. Paths of the lower orders do not change.
   ///
   /// Diffraction: EdgeDiffraction::trace(), excess_m the edge's own detour and edge_nu its nu (both are set;
-  /// arriving_wave() counts them once). A blocked satellite with nothing else is NLOS; beside a direct path
-  /// the edge's wave is a path, but the satellite stays LOS. Edges drawn beside a path through vegetation
-  /// count as beside a clear one.
+  /// arriving_wave() counts them once). A blocked satellite with no other path is NLOS. Next to a direct path
+  /// the edge's wave is a path, but the satellite stays LOS. Edges next to a path through vegetation count as
+  /// next to a clear one.
   ///
   /// Diffuse: DiffuseScattering::trace(), for satellites without a direct path. point and arrival are of the
   /// strongest path of a class.
   ///
-  /// All: Direct comes first, then by excess path, of equal ones the lower order first. The lists are the
-  /// caller's; where they have grown, and what each thread and place keeps, nothing is allocated.
+  /// All: Direct comes first, then by excess path, of equal ones the lower order first. The lists belong to
+  /// the caller. Once they and the caches of threads and antennas have grown, nothing is allocated.
   ///
   /// Mirror: the paper's algorithm 2 and equation 1, m = d (1 + sin(pi/2 - 2 theta)), d the range of the ray
   /// at azimuth + 180 deg and the same elevation theta, only for satellites whose direct ray is blocked. The
   /// direct ray has no limit: walls farther than max_range_m block too. Material and incidence are those of
-  /// the facet that the mirror ray meets.
+  /// the facet that the mirror ray hits.
   ///
-  /// @param place takes the far paths and edges that antennas near this one share (retrace()); null: nobody
-  /// asks for them
+  /// @param place gets the far paths and edges that are valid for antennas near this one (retrace()); null:
+  /// not needed
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
              std::span<SatellitePaths> result, TracedPlace* place = nullptr) const;
 
-  /// Of those paths that trace() finds at this antenna the ones that change from step to step: direct ones,
-  /// reflections of the first order, and around edges only those that `edges` names (places nearby mostly
-  /// have the same). Each path is as trace() has it. Left out are reflections of the second order and diffuse
-  /// paths, which cost most. Specular (asserted).
+  /// The paths of trace() that change from step to step: direct ones, reflections of the first order, and
+  /// those around the edges in `edges` (nearby points mostly have the same edges). Each path is as in
+  /// trace(). Omits reflections of the second order and diffuse paths, which cost most. Specular (asserted).
   void trace_near(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                   std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const;
-  /// The same with the far paths of a place nearby (FarPath::seen_from()). False: its satellites are others,
-  /// or an instance in reach has moved; nothing is done.
+  /// As trace_near(), plus the far paths of a nearby point (FarPath::seen_from()). Returns false and does
+  /// nothing if its satellites differ, or an instance in reach has moved.
   [[nodiscard]] bool retrace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                              const TracedPlace& place, std::span<SatellitePaths> result) const;
-  /// Whether retrace() may be called, and costs less than trace().
+  /// Whether retrace() may be called and costs less than trace().
   [[nodiscard]] bool has_far_paths() const;
 
  private:
@@ -135,13 +134,12 @@ class Propagator {
 /// `elevation_rad`, d (1 + sin(pi/2 - 2 theta)) = 2 d cos^2(theta).
 [[nodiscard]] double mirror_excess_m(double range_m, double elevation_rad);
 
-/// The paper's algorithm 2 on ranges that another ray caster measured: LOS where the direct ray is free, else
-/// NLOS by the mirror ray, else blocked. The surface that the ray met is unknown: the path is as strong as
-/// one over concrete at the incidence of a vertical wall that faces the arrival, its elevation, and all
-/// reflectors have the same name.
+/// The paper's algorithm 2 on ranges of another ray caster: LOS if the direct ray is free, else NLOS by the
+/// mirror ray, else blocked. The surface that the ray hit is unknown. So the path has the strength of a
+/// reflection by concrete, with the incidence of a vertical wall that faces the arrival, and its elevation;
+/// all reflectors have one id.
 /// @param direction unit, ENU, antenna to satellite
-/// @param mirror_range_m of the ray at azimuth + 180 deg and the same elevation; empty: it met nothing in
-/// reach
+/// @param mirror_range_m of the ray at azimuth + 180 deg and the same elevation; empty: no hit in reach
 [[nodiscard]] SatellitePaths mirror_paths(const Eigen::Vector3d& antenna, const Eigen::Vector3d& direction,
                                           bool direct_blocked, std::optional<double> mirror_range_m);
 /// Direction of the mirror ray of a satellite in `direction`.

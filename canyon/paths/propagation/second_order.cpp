@@ -12,10 +12,10 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// Facets whose hidden regions are used. More hide little more: in Tsim Sha Tsui 686 facets face an antenna
-/// in the street, of which 8 leave 372 in view, 16 leave 323, 48 leave 226 (means over the drive).
+/// Number of facets whose hidden regions are used. More of them hide little more: in Tsim Sha Tsui 686 facets
+/// face an antenna in the street; 8 leave 372 in view, 16 leave 323, 48 leave 226 (means over the drive).
 constexpr std::size_t kOccluders = 48;
-/// Outlines are asked only for points that are within this of the facet's bounds.
+/// Outlines are tested only for points within this of the facet's bounds.
 constexpr double kBoundsSlack = 1e-3;
 
 bool within_bounds(const Facet& facet, const Vector3d& point) {
@@ -25,7 +25,7 @@ bool within_bounds(const Facet& facet, const Vector3d& point) {
   return true;
 }
 
-/// Whether a sphere comes into the cone of the beam: its distance from the cone's side is across cos - along
+/// Whether a sphere intersects the cone of the beam: its distance from the cone's side is across cos - along
 /// sin.
 bool meets(const Beam& beam, const Vector3d& centre, double radius) {
   const Vector3d d = centre - beam.apex;
@@ -37,7 +37,7 @@ bool meets(const Beam& beam, const Vector3d& centre, double radius) {
 
 }  // namespace
 
-/// A facet next to the antenna, with the image of the antenna in it. In ENU but for `facet`.
+/// A facet next to the antenna, with the image of the antenna in it. In ENU except `facet`.
 struct SecondOrderSearch::Near {
   const PlacedFacets* set;
   std::size_t set_index;
@@ -80,7 +80,7 @@ void SecondOrderSearch::prepare(const raytrace::RayScene& scene, std::span<const
     if (!around.in_reach) continue;
     set.beams->gather(set.pose.moved_back(antenna), limits.reach_m, around.blocks);
     if (i == 0) {
-      // Rays may pass a hair inside an outer edge: four times what a point is lifted from surfaces.
+      // Rays may pass just inside an outer edge: four times the lift of points off surfaces.
       set.occluders->hidden_regions(*set.facets, *facing_of_city_, antenna, kOccluders,
                                     4 * scene.surface_offset_m(antenna), occluders_, hidden_regions_);
     } else {
@@ -155,7 +155,7 @@ void SecondOrderSearch::reflect(const raytrace::RayScene& scene, const Near& nea
                                 std::span<const Vector3d> directions, const ReflectionLimits& limits) {
   const SetPose& pose = set.pose;
   const Vector3d apex = pose.moved_back(near.beam.apex);
-  constexpr std::size_t kAhead = 6;  // facets lie all over the memory: the cache is told of them in time
+  constexpr std::size_t kAhead = 6;  // facets are scattered in memory: prefetch distance
   const Facet* const facets = set.facets->facets().data();
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (i + kAhead < matches.size()) __builtin_prefetch(&facets[matches[i + kAhead].facet]);
@@ -168,7 +168,7 @@ void SecondOrderSearch::reflect(const raytrace::RayScene& scene, const Near& nea
                              static_cast<std::size_t>(__builtin_ctzll(bits));
       const Vector3d& s = directions[satellite];
       const Vector3d towards = pose.turned_back(s);
-      // The test that most pairs fail comes first.
+      // First the test that most pairs fail.
       const double far_cosine = facet.normal.dot(towards);
       if (far_cosine < limits.min_cosine) continue;
       const double total = height / far_cosine;
@@ -180,7 +180,7 @@ void SecondOrderSearch::reflect(const raytrace::RayScene& scene, const Near& nea
       const double cosine = near.normal.dot(onward);
       if (cosine < limits.min_cosine) continue;
       const double leg = near.height / cosine;
-      // The heights of the points over each other's planes.
+      // The heights of the points over the other facet's plane.
       if ((total - leg) * far_cosine <= limits.clearance_m + 2 * facet.deviation) continue;
       if ((total - leg) * cosine <= limits.clearance_m + 2 * near.facet->deviation) continue;
       const Vector3d point = near.beam.apex + leg * onward;
@@ -238,16 +238,16 @@ void SecondOrderSearch::keep_clear(const raytrace::RayScene& scene, const Vector
   });
 }
 
-/// Sorts by satellite and excess path, and keeps one of several paths by the same places of the same planes.
+/// Sorts by satellite and excess path, and removes duplicate paths by the same points of the same planes.
 void SecondOrderSearch::sort_and_drop_doubles(const Vector3d& antenna) {
   const auto key = [](const Found& f) {
     return std::tie(f.satellite, f.path.excess_m, f.path.instance, f.path.triangle, f.path.far_instance,
                     f.path.far_triangle);
   };
   std::sort(found_.begin(), found_.end(), [&](const Found& a, const Found& b) { return key(a) < key(b); });
-  // How far apart the points of one path by two pairs of planes can be, planes that differ by kSamePlace and
-  // by small angles turn_B and turn_A: the image in B moves by 2 kSamePlace and 2 turn_B leg, s' turns by
-  // 2 turn_A, and what moves or turns the ray moves the point in its plane by 1 / cos(incidence) of that.
+  // Largest distance between the points of one path by two pairs of planes that differ by kSamePlace and by
+  // small angles turn_B and turn_A: the image in B moves by 2 kSamePlace and 2 turn_B leg, s' rotates by 2
+  // turn_A, and each motion of the ray moves the point in its plane by 1 / cos(incidence) of it.
   const auto same = [&](const Found& a, const Found& b) {
     const double turn = (a.normal - b.normal).norm(), far_turn = (a.far_normal - b.far_normal).norm();
     if (a.normal.dot(b.normal) <= kSameNormal || a.far_normal.dot(b.far_normal) <= kSameNormal) return false;

@@ -17,7 +17,7 @@
 
 namespace canyon::propagation {
 
-/// Facets as the second order needs them, and where they stand.
+/// Facets of one set for the second order, and their pose.
 struct PlacedFacets {
   const FacetSet* facets;
   const BeamIndex* beams;
@@ -32,39 +32,39 @@ struct ReflectionLimits {
   double clearance_m;  ///< of the antenna, and of reflection points, over the next facet's plane, more than
 };
 
-/// Paths satellite -> facet A -> facet B -> antenna. Holds what a search needs for a while: one for each
-/// thread; nothing is allocated once it has grown.
+/// Paths satellite -> facet A -> facet B -> antenna. Holds the memory of a search: use one per thread;
+/// nothing is allocated once it has grown.
 ///
 /// Image method (McKown and Hamilton, "Ray tracing as a design tool for radio networks", IEEE Network 5(6),
 /// 1991, pp. 27-30; for rooms Allen and Berkley, J. Acoust. Soc. Am. 65(4), 1979, pp. 943-950). With planes
 /// n . x = d, the antenna p and the satellite's direction s:
 ///   p_B = p - 2 h_B n_B, h_B = n_B . p - d_B, is the antenna in the mirror B,
 ///   p_BA = p_B - 2 h_A n_A, h_A = n_A . p_B - d_A, is that in the mirror A.
-/// The straight ray p_BA -> s unfolds the path, so the path is as much longer than the direct one as p_BA is
-/// farther from the satellite's wave front: excess = s . (p - p_BA) = 2 h_B (n_B . s) + 2 h_A (n_A . s).
-/// With s' = s - 2 (s . n_A) n_A, the ray that leaves p_B along s' meets B in q_B after h_B / (n_B . s') and
-/// A in q_A after h_A / (n_A . s); those are lengths along the path from the antenna. It is a path where q_B
-/// and q_A are on their facets, the second behind the first, both cosines positive (fronts), and the three
+/// The straight ray p_BA -> s unfolds the path, so the path is longer than the direct one by the distance
+/// from p_BA to the satellite's wave front through p: excess = s . (p - p_BA) = 2 h_B (n_B . s) + 2 h_A (n_A
+/// . s). With s' = s - 2 (s . n_A) n_A, the ray that leaves p_B along s' hits B in q_B after h_B / (n_B . s')
+/// and A in q_A after h_A / (n_A . s); those are lengths along the path from the antenna. It is a path if q_B
+/// and q_A are on their facets, the second after the first, both cosines are positive (fronts), and the three
 /// legs are clear.
 ///
-/// The search: facets B that the antenna may see (those behind a large facet are left out); facets
-/// A in the beam from p_B through B; for each such pair the satellites that lie, mirrored in A, in the
-/// narrower of the beam and A's cone. All of that never misses a path; what remains is computed in doubles.
-/// An antenna that hardly moves has its pairs of the city's facets from NearPairs.
+/// The search: facets B that the antenna may see (without those behind a large facet); facets A in the beam
+/// from p_B through B; for each such pair the satellites whose mirror direction in A is in the narrower of
+/// the beam and A's cone. This never misses a path; the candidates are then computed in doubles. A nearly
+/// stationary antenna gets its pairs of the city's facets from NearPairs.
 class SecondOrderSearch {
  public:
   struct Found {
     std::uint32_t satellite = 0;
-    double lift_m = 0, far_lift_m = 0;  ///< along the normals, so that rays do not meet the facets themselves
+    double lift_m = 0, far_lift_m = 0;  ///< along the normals, so that rays do not hit the facets themselves
     double cosine = 1, far_cosine = 1;  ///< of the incidences
     Eigen::Vector3d normal, far_normal;
-    Path path;  ///< as FirstOrderSearch::Found::path, and without the turn of the plane
+    Path path;  ///< as FirstOrderSearch::Found::path, and without the rotation of the plane
   };
 
   /// All second-order paths to `directions`, by satellite and excess path; valid until the next call. The
-  /// first of `sets` is the city, in its own frame; the others stand in it. `facing_of_city` are its facets
-  /// by FacingFacets::fill(), as the first order has gathered them. @param pairs of the city, about the
-  /// antenna; null: none is kept
+  /// first of `sets` is the city, in its own frame; the others have poses in it. `facing_of_city` are its
+  /// facets by FacingFacets::fill(), as gathered by the first order. @param pairs cache of the city's pairs
+  /// for this antenna; null: no cache
   std::span<const Found> trace(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
                                const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                                const ReflectionLimits& limits, const FacingFacets& facing_of_city,
@@ -89,7 +89,7 @@ class SecondOrderSearch {
                   std::span<const Eigen::Vector3d> directions);
   void sort_and_drop_doubles(const Eigen::Vector3d& antenna);
 
-  /// A set as it stands about the antenna.
+  /// A set at its pose near the antenna.
   struct Around {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< ENU, of a sphere about all its facets
     bool in_reach = false;
@@ -106,7 +106,7 @@ class SecondOrderSearch {
   std::vector<std::uint8_t> hidden_;
   std::vector<Around> around_;
   std::vector<BeamIndex::Match> matches_;
-  NearPairs* near_pairs_ = nullptr;  ///< during a search: of the city, where they hold
+  NearPairs* near_pairs_ = nullptr;  ///< during a search: of the city, if valid
   std::vector<Found> found_;
   ClearRays clear_rays_;
 };

@@ -34,7 +34,7 @@ void check(const std::vector<PatternPoint>& points, const std::string& name) {
   for (const PatternPoint& point : points) {
     if (!(point.elevation_deg >= -90 && point.elevation_deg <= 90 && point.elevation_deg > last))
       throw InputError(fmt::format("antenna pattern '{}': elevation {} deg", name, point.elevation_deg),
-                       "give elevations from -90 to 90 that rise strictly");
+                       "give strictly increasing elevations from -90 to 90");
     if (!(std::abs(point.rhcp_dbic) <= kLargest && std::abs(point.lhcp_dbic) <= kLargest))
       throw InputError(fmt::format("antenna pattern '{}': gains {} and {} dBic at {} deg", name,
                                    point.rhcp_dbic, point.lhcp_dbic, point.elevation_deg),
@@ -76,7 +76,7 @@ AntennaPattern isotropic_antenna() {
 
 AntennaPattern patch_antenna() {
   // Above the horizon the axial ratio grows from 2 dB as the ground plane shorts the horizontal component.
-  // Below it the wave creeps around the plane's rim and both hands are alike; the back lobe is left-handed.
+  // Below it the wave creeps around the plane's rim and both hands are equal; the back lobe is left-handed.
   return {"patch",
           {{-90, -16, -12},
            {-60, -15, -12},

@@ -86,7 +86,7 @@ CircularReflection reflection_of(const propagation::Incidence& incidence, double
                                              : slab(eta, incidence.incidence_rad, thickness, wavelength);
   if (!(incidence.specular_factor >= 0 && incidence.specular_factor <= 1)) {
     throw InputError(fmt::format("specular factor of {}", incidence.specular_factor),
-                     "give a share from 0 to 1");
+                     "give a fraction from 0 to 1");
   }
   CircularReflection result = circular(linear);
   result.co *= incidence.specular_factor;
@@ -130,7 +130,7 @@ Complex antenna_output(const CircularWave& wave, const AntennaGain& gain) {
   const Complex l = wave.lhcp * amplitude_of_db(gain.lhcp_dbic);
   const Complex sum = r + l;
   const double power = std::norm(r) + std::norm(l), sum_power = std::norm(sum);
-  // Where both hands cancel there is no phase.
+  // If both hands cancel, the phase is undefined.
   if (!(sum_power > 0)) return std::sqrt(power);
   return sum * std::sqrt(power / sum_power);
 }
@@ -143,7 +143,7 @@ Complex received(const propagation::PathGeometry& path, double frequency_hz, con
                         antenna.gain(path.arrival_elevation_rad, frequency_hz));
 }
 
-/// Amplitude behind the antenna, of a wave that has 1 before it.
+/// Amplitude after the antenna, of a wave with 1 before it.
 Complex received(const propagation::Path& path, double frequency_hz, const AntennaPattern& antenna,
                  const StrengthOptions& options) {
   const double factor = path.amplitude_factor;
@@ -157,7 +157,7 @@ Complex received(const propagation::Path& path, double frequency_hz, const Anten
            received(wave, frequency_hz, antenna, options);
   }
   if (path.kind == propagation::PathKind::Diffracted && path.edge_nu) {
-    // trace() gives nu of its own carrier.
+    // trace() sets nu for its own carrier.
     propagation::PathGeometry here = path;
     here.edge_nu = propagation::signed_knife_edge_nu(here.excess_m, wavelength_m(frequency_hz),
                                                      !std::signbit(*here.edge_nu));
@@ -175,7 +175,7 @@ Complex received(const propagation::Path& path, double frequency_hz, const Anten
          phasor(path.excess_m / wavelength_m(frequency_hz));
 }
 
-/// The same of the direct wave, inverted.
+/// Inverse of the same for the direct wave.
 double over_direct(double satellite_elevation_rad, double frequency_hz, const AntennaPattern& antenna) {
   return amplitude_of_db(-antenna.gain(satellite_elevation_rad, frequency_hz).rhcp_dbic);
 }

@@ -121,8 +121,8 @@ void check_wavelength(double wavelength_m) {
     throw InputError(fmt::format("wavelength of {} m", wavelength_m), "give one above 0 m");
 }
 
-/// sqrt(eta - sin^2) without the cancellation that grazing angles on thin media would bring; real part >= 0,
-/// imaginary part <= 0: the wave in the medium decays.
+/// sqrt(eta - sin^2) without cancellation at grazing angles on thin media; real part >= 0, imaginary part <=
+/// 0: the wave in the medium decays.
 Complex refracted_cosine(Complex eta, double cosine) {
   return std::sqrt(eta - 1.0 + cosine * cosine);
 }

@@ -9,23 +9,23 @@ namespace canyon::signal {
 
 /// Electrical properties of a building material by ITU-R P.2040-3 (08/2023), 2.1.4 and table 3:
 ///   eps' = a f^b,  sigma = c f^d [S/m],  f in GHz,
-/// curves through measurements of non-magnetic materials; single walls differ from them by tens of percent
+/// fits to measurements of non-magnetic materials; single walls differ from them by tens of percent
 /// (moisture, composition).
 struct RadioMaterial {
   double a = 1, b = 0, c = 0, d = 0;
-  /// Thickness of the slab that stands for a facade of this material [m]; 0: a half space. These are Canyon's
-  /// assumptions, not P.2040's; docs/propagation.md gives the reason of each.
+  /// Thickness of the slab that represents a facade of this material [m]; 0: a half space. These are Canyon's
+  /// assumptions, not P.2040's; docs/propagation.md gives the reason for each.
   double default_thickness_m = 0;
 };
 
 /// Rows of table 3: Concrete, Glass (0.1 to 100 GHz), Brick, Metal, Wood by their names; Stone: marble;
 /// Plaster: plasterboard; Ground: medium dry ground; Unknown: concrete. Foliage is air: it scatters and
-/// attenuates (foliage_loss_db()) but makes no mirror.
+/// attenuates (foliage_loss_db()) but does not reflect.
 [[nodiscard]] RadioMaterial radio_material(city::Material material);
 
 /// eta = eps' - j sigma / (2 pi f eps0) [1] for the time dependence exp(+j w t) (P.2040-3, 2.1.2: eta''
 /// = 17.98 sigma / f_GHz).
-/// @param frequency_hz 1 to 10 GHz, where all rows but none beyond are valid; else InputError
+/// @param frequency_hz 1 to 10 GHz, the common range of all rows; else InputError
 [[nodiscard]] std::complex<double> complex_permittivity(const RadioMaterial& material, double frequency_hz);
 
 /// Wavelength in vacuum [m]. Throws InputError unless the frequency is finite and > 0.
@@ -35,20 +35,18 @@ struct RadioMaterial {
 enum class FoliageModel : std::uint8_t {
   /// 2.1, equation (1): A = A_m (1 - exp(-d gamma / A_m)), saturating. Specific attenuation gamma [dB/m] and
   /// maximum A_m [dB] as measured in a mixed forest near St Petersburg (table there): 0.17 dB/m, 26.5 dB at
-  /// 949
-  /// MHz and 0.30 dB/m, 29.0 dB at 1852.2 MHz; power laws between the rows.
+  /// 949 MHz and 0.30 dB/m, 29.0 dB at 1852.2 MHz; power laws between the rows.
   Woodland,
   /// 2.2, satellite slant paths: L = 0.25 f^0.39 d^0.25 theta^0.05, f in MHz, d in metres, theta the
-  /// elevation
-  /// in degrees: the fit to measurements in an Austrian pine wood. Steep at small depths (a metre is 5 dB),
-  /// flat beyond.
+  /// elevation in degrees: the fit to measurements in an Austrian pine wood. Steep at small depths (a metre
+  /// is 5 dB), flat beyond.
   SlantPath,
 };
 
 /// Median loss [dB] of a path through foliage.
-/// @param depth_m of vegetation along the ray, >= 0; 0 loses nothing
+/// @param depth_m of vegetation along the ray, >= 0; 0: no loss
 /// @param frequency_hz 105.9e6 to 2117.5e6 (the table's)
-/// @param elevation_rad of the ray, [-pi/2, pi/2]; SlantPath takes 1 degree for less
+/// @param elevation_rad of the ray, [-pi/2, pi/2]; SlantPath uses at least 1 degree
 /// InputError outside.
 [[nodiscard]] double foliage_loss_db(FoliageModel model, double depth_m, double frequency_hz,
                                      double elevation_rad);
@@ -83,8 +81,8 @@ struct LinearReflection {
 /// same two coefficients hold for an incident LHCP wave. Circular axes e_R = (s - j p) / sqrt(2), e_L = (s +
 /// j p) / sqrt(2):
 ///   co = (R_perpendicular + R_parallel) / 2,  cross = (R_perpendicular - R_parallel) / 2.
-/// Metal turns RHCP into LHCP (co 0, cross -1); above the Brewster angle co is the stronger one; |co|^2 +
-/// |cross|^2 is the reflected share of the power.
+/// Metal reflects RHCP as LHCP (co 0, cross -1); above the Brewster angle co is the stronger one; |co|^2 +
+/// |cross|^2 is the reflected fraction of the power.
 struct CircularReflection {
   std::complex<double> co;
   std::complex<double> cross;
@@ -97,9 +95,9 @@ struct CircularWave {
   std::complex<double> lhcp = 0;
 };
 
-/// `wave` after a reflection. `plane_turn_rad`: from the s axis of the reflection before to the s axis of
-/// this one about the ray between them (plane_turn_rad()); 0 for the first. A turn by phi is e^(-j phi) on
-/// RHCP and e^(+j phi) on LHCP.
+/// `wave` after a reflection. `plane_turn_rad`: rotation from the s axis of the previous reflection to the s
+/// axis of this one about the ray between them (plane_turn_rad()); 0 for the first. A rotation by phi is
+/// e^(-j phi) on RHCP and e^(+j phi) on LHCP.
 [[nodiscard]] CircularWave reflect(const CircularWave& wave, const CircularReflection& reflection,
                                    double plane_turn_rad = 0);
 

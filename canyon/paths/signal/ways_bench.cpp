@@ -123,5 +123,5 @@ int main(int argc, char** argv) {
   for (const auto& [name, sum] : groups)
     fmt::print("{:34} {:6.1f} dB {:5.1f} %\n", name, 10 * std::log10(sum / hidden), 100 * sum / total);
   for (const auto& [ways, count] : reached)
-    fmt::print("{:6} ways to a hidden satellite: {:.3f}\n", ways, count / hidden);
+    fmt::print("{:6} paths to a hidden satellite: {:.3f}\n", ways, count / hidden);
 }

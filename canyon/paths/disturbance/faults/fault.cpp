@@ -28,7 +28,7 @@ void PlaceOptions::validate() const {
   const int global = latitude_deg.has_value() + longitude_deg.has_value() + height_m.has_value();
   const int local = east_m.has_value() + north_m.has_value() + up_m.has_value();
   if ((global == 3 && local == 0) || (global == 0 && local == 3)) return;
-  throw InputError("a place lacks coordinates",
+  throw InputError("a position is incomplete",
                    "give latitude_deg, longitude_deg and height_m, or east_m, north_m and up_m");
 }
 
@@ -69,7 +69,7 @@ void visit(options::Visitor& v, CourseOptions& o) {
 Course::Course(const CourseOptions& options, const geodesy::LocalFrame& frame, geodesy::GpsTime begin)
     : speed_mps_(options.speed_mps), begin_(begin) {
   options.validate();
-  if (!options.given()) throw InputError("a place is missing", "give position or waypoints");
+  if (!options.given()) throw InputError("a position is missing", "give position or waypoints");
   if (options.position.given()) points_.push_back(options.position.enu(frame));
   for (const PlaceOptions& each : options.waypoints) points_.push_back(each.enu(frame));
 }
@@ -130,31 +130,31 @@ class SettingsOf final : public FaultSettings {
 };
 
 constexpr FaultKind kKinds[]{
-    {"jamming", "a transmitter that drowns the bands in noise, chirps or tones",
+    {"jamming", "a transmitter that jams the bands with noise, chirps or tones",
      "{from_s: 10, jamming: {position: {east_m: 100, north_m: 0, up_m: 2}, preset: privacy_l1}}",
      &SettingsOf<JammingOptions, Jamming>::fresh},
-    {"spoofing", "a transmitter that sends what satellites would: another place or time, or a delay",
+    {"spoofing", "a transmitter of counterfeit satellite signals: another position or time, or a delay",
      "{from_s: 10, spoofing: {position: {east_m: 100, north_m: 0, up_m: 30}, pull_off: {east_m: 200}}}",
      &SettingsOf<SpoofingOptions, Spoofing>::fresh},
-    {"outage", "satellites that send nothing, or are flagged as unusable",
+    {"outage", "satellites without signals, or flagged as unusable",
      "{from_s: 10, until_s: 40, outage: {satellites: [G05, Galileo], mode: silent}}",
      &SettingsOf<OutageOptions, Outage>::fresh},
     {"ephemeris", "satellites whose messages have the wrong orbit or clock",
      "{from_s: 10, ephemeris: {satellites: G05, radial_m: 100}}",
      &SettingsOf<EphemerisOptions, EphemerisFault>::fresh},
-    {"clock", "the receiver's oscillator jumps, or runs at another rate",
+    {"clock", "the receiver's oscillator jumps, or has a frequency offset",
      "{from_s: 10, duration_s: 20, clock: {jump_s: 1e-3, drift: 1e-7}}",
      &SettingsOf<OscillatorOptions, OscillatorFault>::fresh},
-    {"time", "a firmware that misreads the date: week rollover, leap second",
+    {"time", "firmware that misreads the date: week rollover, leap second",
      "{from_s: 10, time: {weeks: -1024}}", &SettingsOf<DateOptions, DateFault>::fresh},
-    {"antenna", "a shaded sector of the antenna, a cable that loses, a loose contact",
+    {"antenna", "a shaded sector of the antenna, a lossy cable, a loose contact",
      "{from_s: 10, antenna: {azimuth_from_deg: 315, azimuth_to_deg: 45, loss_db: 15}}",
      &SettingsOf<AntennaFaultOptions, AntennaFault>::fresh},
     {"restart", "the receiver restarts: hot, warm or cold", "{from_s: 10, restart: {kind: cold}}",
      &SettingsOf<RestartOptions, RestartFault>::fresh},
-    {"force", "the receiver states a fix of the kind that a test asks for",
+    {"force", "the receiver reports a forced kind of fix, for tests",
      "{from_s: 10, until_s: 20, force: {fix: float}}", &SettingsOf<ForceOptions, ForceFault>::fresh},
-    {"fix", "a fix that is stated wrongly: stuck, late, off, dropped, too sure of itself",
+    {"fix", "a wrongly reported fix: stuck, late, offset, dropped, overconfident",
      "{from_s: 10, until_s: 20, fix: {east_m: 20, accuracy_m: 0.01, state: fixed}}",
      &SettingsOf<FixFaultOptions, FixFault>::fresh},
     {"scintillation", "a stormy ionosphere: amplitude and phase scintillate",
@@ -167,7 +167,7 @@ void one_kind(options::Visitor& v, std::index_sequence<I...> /*all*/) {
   v.one_of({kKinds[I].name...}, "give the section of its kind, such as 'outage: {}'");
 }
 
-/// A name stands in tables and pictures, between others.
+/// A name is shown in tables and pictures, between other text.
 void check_name(const options::Visitor& v, const std::string& name) {
   const bool fits = name.size() <= 60 && std::none_of(name.begin(), name.end(), [](char c) {
                       return c == ';' || static_cast<unsigned char>(c) < 0x20;
@@ -179,7 +179,7 @@ void visit_times(options::Visitor& v, Fault& fault) {
   constexpr options::Range kTimes{0, 1e8};
   v.number({"from_s", "s", "begin, since the scenario's start"}, fault.from_s, kTimes);
   v.one_of({"until_s", "duration_s"});
-  v.number({"until_s", "s", "end, since the scenario's start", "none; of restart the time to the first fix"},
+  v.number({"until_s", "s", "end, since the scenario's start", "none; for restart the time to the first fix"},
            fault.until_s, kTimes);
   if (v.wants(v.has("duration_s"))) {
     std::optional<double> duration_s;
@@ -273,7 +273,8 @@ void visit_faults(options::Visitor& v, std::vector<Fault>& faults, std::span<con
     if (!v.reads()) return;
     if (fault.name.empty()) fault.name = fmt::format("{} {}", fault.kind->name, names.size() + 1);
     if (std::find(names.begin(), names.end(), fault.name) != names.end())
-      throw v.fault("name", fmt::format("'{}' names two faults", fault.name), "give each its own name");
+      throw v.fault("name", fmt::format("two faults have the name '{}'", fault.name),
+                    "give each fault another name");
     names.push_back(fault.name);
     for (const std::string& receiver : fault.receivers) {
       if (std::find(receivers.begin(), receivers.end(), receiver) != receivers.end()) continue;

@@ -11,12 +11,12 @@
 namespace canyon::disturbance {
 namespace {
 
-/// More faults than any scenario has; clients of a running receiver could add them without end.
+/// More faults than any scenario has. Limits the faults that clients of a running receiver add.
 constexpr std::size_t kMostFaults = 10'000;
 
 }  // namespace
 
-/// Effects on one receiver; they begin anew with it.
+/// Effects on one receiver; a restart rebuilds them.
 class FaultTimeline::Effects final : public Disturbance {
  public:
   Effects(std::shared_ptr<const FaultTimeline> timeline, std::uint64_t seed, std::string draws)
@@ -51,7 +51,7 @@ class FaultTimeline::Effects final : public Disturbance {
   }
 
  private:
-  /// Asks for the fixes that a late one may report from now on.
+  /// Extends the stored fixes to those that a late fix may report from now on.
   void keep_fixes(const Fault& fault, geodesy::GpsTime now, std::optional<geodesy::GpsTime>& from) const {
     const double late_s = fault.settings->late_s();
     if (late_s == 0 || (fault.until_s && now >= timeline_->start_ + *fault.until_s)) return;
@@ -94,13 +94,14 @@ bool FaultTimeline::add(Fault fault) {
     throw InputError(fmt::format("fault '{}' has no kind", fault.name), "give the settings of its kind");
   const auto same = [&](const Entry& entry) { return entry.fault.name == fault.name; };
   if (std::any_of(entries_.begin(), entries_.end(), same))
-    throw InputError(fmt::format("'{}' names two faults", fault.name), "give each its own name");
+    throw InputError(fmt::format("two faults have the name '{}'", fault.name),
+                     "give each fault another name");
   if (entries_.size() >= kMostFaults) {
-    throw InputError(fmt::format("a timeline takes {} faults, ended ones included", kMostFaults),
+    throw InputError(fmt::format("a timeline has at most {} faults, ended ones included", kMostFaults),
                      "restart the run");
   }
   if (surroundings_.sky) fault.check(*surroundings_.sky);
-  ++next_;  // whoever it concerns, so that all receivers of a host number alike
+  ++next_;  // also for other receivers' faults, so that all receivers of a host use the same numbers
   if (!fault.concerns(receiver_)) return false;
   entries_.push_back({next_, std::move(fault)});
   return true;
@@ -118,7 +119,7 @@ void FaultTimeline::end(const std::string& name, double at_s) {
     names.push_back(entry.fault.name);
   }
   throw InputError(
-      fmt::format("no fault '{}' is at work or still to come", name),
+      fmt::format("no active or future fault '{}'", name),
       names.empty() ? std::string("there is none") : fmt::format("there are {}", fmt::join(names, ", ")));
 }
 

@@ -9,7 +9,7 @@
 
 namespace canyon::disturbance {
 
-/// Content of a timeline.
+/// Contents of a timeline.
 struct FaultState {
   std::string name;
   std::string_view kind;
@@ -18,11 +18,10 @@ struct FaultState {
   bool active = false;
 };
 
-/// The faults of one receiver, which may change while it runs. Not thread-safe: changes belong between two
-/// epochs.
+/// The faults of one receiver, which may change during a run. Not thread-safe: change it between epochs.
 class FaultTimeline {
  public:
-  /// Surroundings of the receiver, for effects that need them.
+  /// Environment of the receiver, for effects that need it.
   struct Surroundings {
     std::shared_ptr<const orbit::Sky> sky;
     std::shared_ptr<const city::City> city;
@@ -30,24 +29,23 @@ class FaultTimeline {
     friend bool operator==(const Surroundings&, const Surroundings&) = default;
   };
 
-  /// @param start where seconds count from @param receiver those of `faults` that do not name it are left out
+  /// @param start origin of the timeline's seconds @param receiver faults that do not act on it are left out
   FaultTimeline(geodesy::GpsTime start, const std::vector<Fault>& faults, std::string receiver);
 
-  /// Effects that are at work are made anew in other surroundings, and have no memory of before. Throws as
-  /// Fault::check().
+  /// Active effects are rebuilt in the new environment and lose their memory. Throws as Fault::check().
   void set_surroundings(Surroundings surroundings);
-  /// False where it does not concern this receiver. Throws InputError for a name that stands there already,
+  /// Returns false if the fault does not act on this receiver. Throws InputError if the name exists already,
   /// beyond 10,000 faults, and as Fault::check().
   bool add(Fault fault);
-  /// Throws InputError where none of that name is still to come or at work, naming those that are.
+  /// Throws InputError if no future or active fault has that name; the message has the names that exist.
   void end(const std::string& name, double at_s);
   [[nodiscard]] std::vector<FaultState> states(double now_s) const;
   [[nodiscard]] bool empty() const { return entries_.empty(); }
-  /// Number of the next fault, from 1; it makes a free name behind the fault's kind.
+  /// Number of the next fault, from 1; kind and number together make an unused name.
   [[nodiscard]] int next_number() const { return static_cast<int>(next_) + 1; }
 
-  /// Source of a timeline: applies each fault's effect while begin <= now < end, in the timeline's order,
-  /// made at its first epoch. Sets ReceiverEvents::faults.
+  /// Source of a timeline: applies each fault's effect while begin <= now < end, in the timeline's order. An
+  /// effect is created at its first epoch. Sets ReceiverEvents::faults.
   [[nodiscard]] static DisturbanceSource source(std::shared_ptr<const FaultTimeline> timeline);
 
  private:

@@ -33,10 +33,9 @@ void DateOptions::validate() const {
 }
 
 void visit(options::Visitor& v, DateOptions& o) {
-  v.integer(
-      {"weeks", "weeks", "error of the stated date: -1024 after a rollover that the firmware does not know"},
-      o.weeks, -2048, 2048);
-  v.integer({"utc_s", "s", "error of the stated UTC: 1 for a leap second that was not inserted"}, o.utc_s,
+  v.integer({"weeks", "weeks", "error of the reported date: -1024 after an unhandled rollover"}, o.weeks,
+            -2048, 2048);
+  v.integer({"utc_s", "s", "error of the reported UTC: 1 for a leap second that was not inserted"}, o.utc_s,
             -60, 60);
 }
 
@@ -48,7 +47,7 @@ void DateFault::happen(const propagation::Antenna& /*antenna*/, ReceiverEvents& 
 void AntennaFaultOptions::validate() const {
   options::check(*this, "antenna fault");
   if (elevation_from_rad > elevation_to_rad)
-    throw InputError("elevation_from_deg is above elevation_to_deg", "exchange them");
+    throw InputError("elevation_from_deg is above elevation_to_deg", "swap them");
   if (period_s > 0 && on_s > period_s)
     throw InputError("on_s is longer than period_s", "give at most the period");
 }
@@ -64,10 +63,9 @@ void visit(options::Visitor& v, AntennaFaultOptions& o) {
   v.angle({"elevation_to_deg", "deg", "upper edge of the sector"}, o.elevation_to_rad, {-90, 90});
   v.number({"loss_db", "dB", "loss of signals from the sector; none: nothing is received"}, o.loss_db,
            options::or_none({0, std::numeric_limits<double>::infinity()}));
-  v.choice(
-      {"stage", "",
-       "the loss is before the antenna's amplifier (C/N0 falls as much) or behind it (by Friis' formula)"},
-      o.stage, kStages);
+  v.choice({"stage", "",
+            "before the antenna's amplifier (C/N0 falls by the loss) or behind it (by Friis' formula)"},
+           o.stage, kStages);
   v.number({"period_s", "s", "period of a loose contact; 0: permanent"}, o.period_s, {0, 1e6});
   v.number({"on_s", "s", "duration of the loss in each period"}, o.on_s, {0, 1e6});
 }
@@ -101,7 +99,7 @@ void AntennaFault::apply(const propagation::Antenna& antenna, propagation::Arriv
   if (options_.period_s > 0 && std::fmod(antenna.time - begin_, options_.period_s) >= options_.on_s) return;
   const double loss_db = options_.cn0_loss_db();
   const double amplitude = std::pow(10, -loss_db / 20);
-  // The receiver's own noise stays, and everything that the antenna receives weakens alike.
+  // The receiver's own noise stays; all signals that the antenna receives weaken equally.
   for (propagation::Interference& wave : arrival.interference)
     if (concerns(wave.arrival)) wave.power_dbw -= loss_db;
   for (propagation::SatelliteView& view : arrival.views) {
@@ -140,14 +138,13 @@ double RestartOptions::duration_s() const {
 }
 
 void visit(options::Visitor& v, RestartOptions& o) {
-  v.choice(
-      {"kind", "",
-       "what the receiver still knows: hot (all), warm (time and position, no ephemerides), cold (nothing)"},
-      o.kind, kRestartNames);
+  v.choice({"kind", "",
+            "what the receiver keeps: hot (all), warm (time and position, no ephemerides), cold (nothing)"},
+           o.kind, kRestartNames);
   v.number({"search_s", "s", "time until signals are measured again", "by the receiver's profile"},
            o.search_s, {0, 1e4});
   v.number({"ephemeris_s", "s", "additional time until the ephemeris of each satellite is read",
-            "by what satellites send when"},
+            "by the satellites' message schedule"},
            o.ephemeris_s, {0, 1e4});
 }
 
@@ -161,17 +158,18 @@ void RestartFault::happen(const propagation::Antenna& /*antenna*/, ReceiverEvent
 void visit(options::Visitor& v, ForceOptions& o) {
   static constexpr std::string_view kFixes[]{"none", "single", "differential", "float", "fixed"};
   v.require("fix", "give fix: none, single, differential, float or fixed");
-  v.choice({"fix", "", "what the receiver states, whatever it measures"}, o.fix, kFixes);
-  v.number({"horizontal_m", "m", "standard deviation that its position states and has, east and north each",
-            "single 1, differential 0.5, float 0.2, fixed 0.01"},
-           o.horizontal_m, {0, 1000, true});
+  v.choice({"fix", "", "reported kind of fix, independent of the measurements"}, o.fix, kFixes);
+  v.number(
+      {"horizontal_m", "m", "reported and actual standard deviation of its position, east and north each",
+       "single 1, differential 0.5, float 0.2, fixed 0.01"},
+      o.horizontal_m, {0, 1000, true});
   v.number({"vertical_m", "m", "the same of its height", "single 2, differential 1, float 0.4, fixed 0.02"},
            o.vertical_m, {0, 1000, true});
 }
 
 ForceFault::ForceFault(const ForceOptions& options, const FaultContext& context)
     : stream_(context.seed, context.receiver + "/force/" + context.name) {
-  // Assumed: the order of what modules state under an open sky, horizontally and vertically, and of velocity.
+  // Assumed: the order of modules' reported accuracy under an open sky: horizontal, vertical, velocity.
   constexpr std::array<std::array<double, 2>, 5> kUsual_m{
       {{0, 0}, {1, 2}, {0.5, 1}, {0.2, 0.4}, {0.01, 0.02}}};
   constexpr double kVelocity_mps = 0.05;
@@ -197,24 +195,27 @@ void ForceFault::happen(const propagation::Antenna& antenna, ReceiverEvents& eve
 void visit(options::Visitor& v, FixFaultOptions& o) {
   static constexpr std::string_view kStates[]{"own", "single", "differential", "float", "fixed"};
   constexpr options::Range kMetres{-1e6, 1e6};
-  v.boolean({"stuck", "", "the fix of the begin is stated on and on, with fresh times"}, o.stuck);
-  v.number({"late_s", "s", "the fix of so long ago is stated, with fresh times"}, o.late_s, {0, 1e4});
-  v.integer({"repeat", "", "each fix is stated so many times"}, o.repeat, 1, 1'000'000);
-  v.number({"drop", "", "share of epochs without a fix, at random"}, o.drop, {0, 1});
+  v.boolean({"stuck", "", "the fix at the fault's begin is reported again and again, with fresh timestamps"},
+            o.stuck);
+  v.number({"late_s", "s", "age of the reported fix, which has fresh timestamps"}, o.late_s, {0, 1e4});
+  v.integer({"repeat", "", "number of times that each fix is reported"}, o.repeat, 1, 1'000'000);
+  v.number({"drop", "", "fraction of epochs without a fix, at random"}, o.drop, {0, 1});
   v.number({"east_m", "m", "added to the position"}, o.east_m, kMetres);
   v.number({"north_m", "m", "added to the position"}, o.north_m, kMetres);
   v.number({"up_m", "m", "added to the position"}, o.up_m, kMetres);
   v.number({"forward_m", "m", "added along the direction of travel, as by a wrong lever arm"}, o.forward_m,
            kMetres);
-  v.number({"growth_s", "s", "time over which that grows to its whole; 0: at once"}, o.growth_s, {0, 1e6});
-  v.choice({"state", "", "kind of fix that is stated"}, o.state, kStates);
-  v.number({"accuracy_m", "m", "standard deviation of each axis that is stated; 0: none", "its own"},
-           o.accuracy_m, {0, 1e6});
-  v.number({"accuracy_factor", "", "of the standard deviations that are stated"}, o.accuracy_factor,
+  v.number({"growth_s", "s", "time over which the offset grows to its full value; 0: at once"}, o.growth_s,
+           {0, 1e6});
+  v.choice({"state", "", "reported kind of fix"}, o.state, kStates);
+  v.number({"accuracy_m", "m", "reported standard deviation of each axis; 0: none", "its own"}, o.accuracy_m,
+           {0, 1e6});
+  v.number({"accuracy_factor", "", "of the reported standard deviations"}, o.accuracy_factor,
            {0, 1000, true});
-  v.number({"after_outage_s", "s", "only for so long after each outage of fixes of 2 s or more", "always"},
+  v.number({"after_outage_s", "s", "active only for this time after each outage of fixes of 2 s or more",
+            "always"},
            o.after_outage_s, {0, 1e6, true});
-  v.boolean({"without_satellites", "", "states 0 satellites"}, o.without_satellites);
+  v.boolean({"without_satellites", "", "reports 0 satellites"}, o.without_satellites);
 }
 
 FixFault::FixFault(const FixFaultOptions& options, const FaultContext& context)
@@ -235,7 +236,7 @@ void FixFault::happen(const propagation::Antenna& antenna, ReceiverEvents& event
   else if (options_.repeat > 1)
     edit.of = repeated_;
   const double grown = options_.growth_s > 0 ? std::min(1.0, (antenna.time - begin_) / options_.growth_s) : 1;
-  // Who stands keeps the last direction.
+  // A stationary antenna keeps the last direction.
   const Eigen::Vector3d along =
       geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(antenna.position_ecef)) *
       antenna.velocity_ecef;

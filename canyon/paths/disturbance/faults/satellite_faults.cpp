@@ -8,7 +8,7 @@
 namespace canyon::disturbance {
 namespace {
 
-/// The path comes from the satellite itself, not from a transmitter that copies it.
+/// The path comes from the satellite itself, not from a transmitter with copies.
 bool from_satellite(const propagation::Path& path) {
   return path.kind != propagation::PathKind::Transmitted;
 }
@@ -36,8 +36,8 @@ orbit::MessageError error_of(const EphemerisOptions& o, geodesy::GpsTime begin) 
 void visit(options::Visitor& v, OutageOptions& o) {
   static constexpr std::string_view kModes[]{"silent", "unhealthy"};
   visit_satellites(v, o.satellites);
-  v.choice({"mode", "", "silent (nothing is sent) or unhealthy (signals continue, flagged as unusable)"},
-           o.mode, kModes);
+  v.choice({"mode", "", "silent (no signals) or unhealthy (signals continue, flagged as unusable)"}, o.mode,
+           kModes);
 }
 
 void visit(options::Visitor& v, EphemerisOptions& o) {
@@ -55,8 +55,8 @@ void visit(options::Visitor& v, EphemerisOptions& o) {
   v.number({"clock_drift", "s/s", "growth of that error from the fault's start"}, o.clock_drift,
            {-1e-6, 1e-6});
   v.choice({"clock_in", "",
-            "message (the clock is right, its description is wrong) or signal (the clock drifts away, the "
-            "message does not contain it)"},
+            "message (the clock is right, its message is wrong) or signal (the clock drifts, the message "
+            "does not contain it)"},
            o.clock_in, kPlaces);
 }
 
@@ -134,8 +134,8 @@ Scintillation::Way& Scintillation::way(gnss::SatelliteId id, geodesy::GpsTime ti
   way.last = time;
   const double kept = std::exp(-dt / options_.correlation_s);
   way.amplitude_normal = kept * way.amplitude_normal + std::sqrt(1 - kept * kept) * way.stream.normal();
-  // x'' + 2 b x' + b^2 x = white noise, unit variance of x: the transition over dt, and what it lacks of the
-  // stationary covariance diag(1, b^2).
+  // x'' + 2 b x' + b^2 x = white noise, unit variance of x: the transition over dt, and its difference from
+  // the stationary covariance diag(1, b^2).
   const double b = 1 / options_.phase_correlation_s;
   Eigen::Matrix2d step;
   step << 1 + b * dt, dt, -b * b * dt, 1 - b * dt;
@@ -154,7 +154,7 @@ Scintillation::Way& Scintillation::way(gnss::SatelliteId id, geodesy::GpsTime ti
 double Scintillation::power(double normal) const {
   if (options_.s4 < 1e-3) return 1;
   const double m = 1 / (options_.s4 * options_.s4);
-  // The tail that is the smaller keeps its digits.
+  // The smaller tail keeps its digits.
   const double tail = normal_probability(-std::abs(normal));
   return (normal < 0 ? gamma_quantile(m, tail) : gamma_quantile_above(m, tail)) / m;
 }

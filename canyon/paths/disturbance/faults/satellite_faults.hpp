@@ -9,13 +9,13 @@
 #include "canyon/paths/disturbance/faults/fault.hpp"
 #include "canyon/sky/orbit/wrong_sky.hpp"
 
-// Faults of satellites, and of the ionosphere on the way from them.
+// Faults of satellites, and of the ionosphere along their signals.
 
 namespace canyon::disturbance {
 
 enum class OutageMode : std::uint8_t {
-  Silent,     ///< nothing is sent
-  Unhealthy,  ///< signals go on, and the messages say not to use them
+  Silent,     ///< no signals
+  Unhealthy,  ///< signals continue, and the messages flag the satellite as unhealthy
 };
 struct OutageOptions {
   SatelliteSet satellites;
@@ -25,13 +25,13 @@ void visit(options::Visitor& v, OutageOptions& o);
 
 enum class ClockFault : std::uint8_t {
   Message,  ///< the clock is right, and its message is wrong
-  Signal,   ///< the clock runs off, and nobody says so
+  Signal,   ///< the clock drifts, and no message reports it
 };
-/// Satellites' messages differ from the truth. Pseudoranges are true, but for a clock
-/// error of ClockFault::Signal.
+/// Satellites' messages differ from the truth. Pseudoranges stay true, except for a clock error of
+/// ClockFault::Signal.
 struct EphemerisOptions {
   SatelliteSet satellites;
-  double radial_m = 0, along_m = 0, cross_m = 0;        ///< said minus true, +-1e6
+  double radial_m = 0, along_m = 0, cross_m = 0;        ///< broadcast minus true, +-1e6
   double radial_mps = 0, along_mps = 0, cross_mps = 0;  ///< from the fault's begin on, +-1e3
   double clock_offset_s = 0;                            ///< +-1e-2
   double clock_drift = 0;                               ///< from the fault's begin on [s/s], +-1e-6
@@ -39,11 +39,11 @@ struct EphemerisOptions {
 };
 void visit(options::Visitor& v, EphemerisOptions& o);
 
-/// Wraps Arrival::broadcast and Arrival::messages; made anew where those change.
+/// Wraps Arrival::broadcast and Arrival::messages; rebuilt when these change.
 class MessageFault {
  public:
   MessageFault(SatelliteSet satellites, const orbit::MessageError& error);
-  /// @param truth where the arrival has none
+  /// @param truth used if the arrival has no broadcast sky
   void apply(propagation::Arrival& arrival, const std::shared_ptr<const orbit::Sky>& truth);
 
  private:
@@ -76,9 +76,9 @@ class EphemerisFault final : public Disturbance {
   MessageFault message_;
 };
 
-/// Amplitude by Nakagami's m distribution, m = 1 / S4^2, phase Gaussian: what long records of equatorial
-/// scintillation show (E. J. Fremouw, R. C. Livingston & D. A. Miller, J. Atmos. Terr. Phys. 42, 1980). Each
-/// satellite by itself, all its carriers alike in amplitude.
+/// Amplitude by Nakagami's m distribution, m = 1 / S4^2, phase Gaussian, as long records of equatorial
+/// scintillation show (E. J. Fremouw, R. C. Livingston & D. A. Miller, J. Atmos. Terr. Phys. 42, 1980).
+/// Satellites are independent; all carriers of one satellite have the same amplitude.
 struct ScintillationOptions {
   SatelliteSet satellites;
   double s4 = 0.5;                 ///< deviation of the power over its mean, [0, 1.4]
@@ -88,9 +88,9 @@ struct ScintillationOptions {
 };
 void visit(options::Visitor& v, ScintillationOptions& o);
 
-/// Powers are Gamma(m, 1/m) by the copula of a Gauss-Markov process; phases a second-order Gauss-Markov
-/// process (critically damped, autocorrelation (1 + |t|/T) exp(-|t|/T)), which has a rate. Both in their
-/// exact discrete form, stationary from the first epoch on.
+/// Powers are Gamma(m, 1/m) by the copula of a Gauss-Markov process. Phases are a second-order Gauss-Markov
+/// process (critically damped, autocorrelation (1 + |t|/T) exp(-|t|/T)), which has a rate. Both are in exact
+/// discrete form, stationary from the first epoch on.
 class Scintillation final : public Disturbance {
  public:
   Scintillation(const ScintillationOptions& options, const FaultContext& context);

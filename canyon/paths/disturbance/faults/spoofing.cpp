@@ -20,7 +20,7 @@ namespace {
 using Eigen::Vector3d;
 using geodesy::kSpeedOfLight;
 
-/// Power of a satellite's signal at an isotropic antenna in the clear [dBW], by the link budget's defaults.
+/// Power of a satellite's signal at an isotropic antenna in clear view [dBW], by the default link budget.
 double nominal_dbw(const gnss::Signal& signal, double elevation_rad) {
   static const signal::LinkBudgetOptions kLink;
   return signal.minimum_dbw + kLink.above_minimum_db + signal::elevation_rise_db(elevation_rad);
@@ -66,9 +66,9 @@ void visit(options::Visitor& v, SpoofingOptions& o) {
   static constexpr std::string_view kKinds[]{"simulated", "meaconing"};
   static constexpr std::string_view kCarriers[]{"follows_code", "held"};
   visit(v, o.transmitter);
-  v.choice(
-      {"kind", "", "simulated (signals of another place and time) or meaconing (repeats what it receives)"},
-      o.kind, kKinds);
+  v.choice({"kind", "",
+            "simulated (signals of another position and time) or meaconing (repeats received signals)"},
+           o.kind, kKinds);
   if (v.wants(v.reads() || o.shows.given())) v.part("shows", o.shows);
   v.part("pull_off", o.pull_off);
   v.choice({"carrier", "", "carrier during the pull-off: follows_code, or held (does not move)"}, o.carrier,
@@ -76,32 +76,32 @@ void visit(options::Visitor& v, SpoofingOptions& o) {
   v.number({"delay_s", "s", "delay of all codes; for meaconing the repeater's delay"}, o.delay_s,
            {-0.01, 0.01});
   v.number({"advantage_db", "dB",
-            "power of each signal above the true one's in the clear, before the receiver's antenna, with the "
-            "transmitter in line of sight"},
+            "power of each signal above the true one's in a clear line of sight, before the receiver's "
+            "antenna, with the transmitter in line of sight"},
            o.advantage_db, {-50, 80});
   v.number({"power_dbm", "dBm", "isotropically radiated power of each signal, instead of advantage_db",
             "by advantage_db"},
            o.power_dbm, {-200, 60});
-  v.number({"ramp_s", "s", "time for which the power rises at first"}, o.ramp_s, {0, 1e5});
+  v.number({"ramp_s", "s", "time over which the power rises at the beginning"}, o.ramp_s, {0, 1e5});
   v.number({"ramp_from_db", "dB", "power at the beginning, below full power"}, o.ramp_from_db, {0, 100});
   visit_satellites(v, o.satellites);
-  gnss::visit_signals(
-      v, {"signals", "", "signals that it sends: [L1CA, E1]", "of each system the one near L1"}, o.signals);
+  gnss::visit_signals(v, {"signals", "", "transmitted signals: [L1CA, E1]", "of each system the one near L1"},
+                      o.signals);
   v.number({"mask_deg", "deg", "lowest elevation of the sent satellites at the shown position"}, o.mask_deg,
            {0, 90});
 }
 
-/// Data that all satellites of an epoch share.
+/// Data common to all satellites of an epoch.
 struct Spoofing::Scene {
   propagation::Antenna antenna;
   Vector3d antenna_enu;
   Eigen::Matrix3d ecef_from_enu;
 };
 
-/// A satellite's signal as it arrives from the spoofer.
+/// A satellite's signal from the spoofer.
 struct Spoofing::Copy {
-  double range_m = 0;    ///< that its code shows
-  double carrier_m = 0;  ///< that its carrier shows
+  double range_m = 0;    ///< of its code
+  double carrier_m = 0;  ///< of its carrier
   double elevation_rad = 0;
 };
 
@@ -126,8 +126,8 @@ bool Spoofing::sends(gnss::SatelliteId id) const {
   return holds(options_.satellites, id);
 }
 
-/// Seconds `dt_s` from the epoch, with the antenna's velocity. Signals are those of a place at a time `late`
-/// ago: P = r(place, t - late) + c late, so that orbits and codes agree however late they are.
+/// `dt_s` from the epoch [s], with the antenna's velocity. Signals are those of a position at a time `late`
+/// ago: P = r(position, t - late) + c late, so that orbits and codes agree for any delay.
 std::optional<Spoofing::Copy> Spoofing::copy(gnss::SatelliteId id, const Scene& scene, double dt_s) const {
   const geodesy::GpsTime time = scene.antenna.time + dt_s;
   const Vector3d antenna_ecef = scene.antenna.position_ecef + dt_s * scene.antenna.velocity_ecef;
@@ -196,7 +196,7 @@ void Spoofing::apply(const propagation::Antenna& antenna, propagation::Arrival& 
       view = arrival.views.end() - 1;
     }
     const orbit::LineOfSight& line = view->line;
-    // The fix masks by the place that it finds.
+    // The fix applies its mask with the position that it computes.
     if (!options_.aligned()) view->shown_elevation_rad = std::max(line.elevation_rad, now->elevation_rad);
     path.code_ahead_m = now->range_m - now->carrier_m;
     const double rate_mps = (after->carrier_m - before->carrier_m) / (2 * kHalfStep_s);

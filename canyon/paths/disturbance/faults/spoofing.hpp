@@ -11,16 +11,16 @@
 
 namespace canyon::disturbance {
 
-/// Course of a spoofer's pull-off: after a hold its place and its time move, evenly accelerated to a
-/// speed, and stop at an offset.
+/// Course of a spoofer's pull-off: after a hold, position and time accelerate to a speed, and stop at an
+/// offset.
 struct PullOffOptions {
   double hold_s = 10;            ///< [0, 1e5]
   double rate_mps = 1;           ///< (0, 1e4]
   double acceleration_mps2 = 0;  ///< to the rate, [0, 1e3]; 0: at once
-  /// The offsets at its end [m], [-1e6, 1e6]: of the place, and of the time (a delay of all codes alike).
+  /// The offsets at its end [m], [-1e6, 1e6]: of the position, and of the time (a common delay of all codes).
   double east_m = 0, north_m = 0, up_m = 0, clock_m = 0;
 
-  /// Way [m] and speed [m/s] `seconds` after it began. @param target_m >= 0
+  /// Distance [m] and speed [m/s] `seconds` after its begin. @param target_m >= 0
   struct Progress {
     double way_m = 0, speed_mps = 0;
   };
@@ -28,49 +28,50 @@ struct PullOffOptions {
 };
 void visit(options::Visitor& v, PullOffOptions& o);
 
-/// A transmitter that sends what satellites would.
+/// A transmitter of counterfeit satellite signals.
 struct SpoofingOptions {
   enum class Kind : std::uint8_t { Simulated, Meaconing };
   enum class Carrier : std::uint8_t {
-    FollowsCode,  ///< Doppler as the code's delay changes
-    Held,         ///< stays at the true signals' while the code is drawn off ("frequency lock")
+    FollowsCode,  ///< Doppler matches the change of the code's delay
+    Held,         ///< stays at the true signals' during the code's pull-off ("frequency lock")
   };
   TransmitterOptions transmitter;
   Kind kind = Kind::Simulated;
-  /// Simulated: what is shown; not given: the antenna's own place, so that codes and carriers are aligned
-  /// with the true ones. Meaconing: where the signals are picked up; not given: at the transmitter.
+  /// Simulated: the position that the copies show; not given: the antenna's own position, so that codes and
+  /// carriers are aligned with the true ones. Meaconing: the position of the receiving antenna; not given: at
+  /// the transmitter.
   CourseOptions shows;
   PullOffOptions pull_off;
   Carrier carrier = Carrier::FollowsCode;
-  /// All codes are later by this [s], [-0.01, 0.01]; Meaconing: the delay of the repeater, 0 or above.
+  /// Delay of all codes [s], [-0.01, 0.01]; Meaconing: the delay of the repeater, 0 or above.
   double delay_s = 0;
   /// Power of each signal over the true one's in a clear line of sight, before the receiver's antenna [dB],
-  /// [-50, 80], where nothing stands before the transmitter.
+  /// [-50, 80], with a free path from the transmitter.
   double advantage_db = 3;
-  /// In its place: each signal's isotropically radiated power on the beam's axis [dBm], [-200, 60].
+  /// Instead of it: each signal's isotropically radiated power on the beam's axis [dBm], [-200, 60].
   std::optional<double> power_dbm;
-  /// Power begins at ramp_from_db below that, and rises evenly in dB for ramp_s [s], [0, 1e5].
+  /// Power begins at ramp_from_db below its final value, and rises evenly in dB for ramp_s [s], [0, 1e5].
   double ramp_s = 0;
   double ramp_from_db = 20;
   SatelliteSet satellites;  ///< that it copies
   /// Names of gnss::signals_of(); empty: each system's signal near L1.
   std::vector<std::string> signals;
-  /// Satellites lower than this where it says to be are not sent [deg], [0, 90].
+  /// Satellites below this elevation at the shown position are not sent [deg], [0, 90].
   double mask_deg = 5;
 
   [[nodiscard]] bool aligned() const { return kind == Kind::Simulated && !shows.given(); }
-  /// Throws InputError naming what is missing or out of range.
+  /// Throws InputError naming the field that is missing or out of range.
   void validate() const;
 };
 void visit(options::Visitor& v, SpoofingOptions& o);
 
-/// Adds a path of kind Transmitted to each satellite that it copies, adds satellites that the antenna does
-/// not see, and adds the copies as interference to all other satellites. The receiver's loops
-/// (tracking::Channel) decide which of two signals of one code they track. Receivers without signal strength
-/// receive satellites alone.
+/// Adds a path of kind Transmitted to each copied satellite. Adds satellites that the antenna does not see,
+/// and adds the copies as interference to all other satellites. The receiver's loops (tracking::Channel)
+/// decide which of two signals of one code they track. Receivers without signal strength receive satellites
+/// alone.
 class Spoofing : public Disturbance {
  public:
-  /// Throws InputError where options do not validate().
+  /// Throws InputError if options do not validate().
   Spoofing(const SpoofingOptions& options, FaultContext context);
   void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override;
 

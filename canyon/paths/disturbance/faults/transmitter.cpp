@@ -25,14 +25,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// A point near the straight line: `along` it from the transmitter, `over` it to the side of the
-/// profile [m].
+/// A point near the straight line: `along` it from the transmitter, `over` it to the side of the profile [m].
 struct Station {
   double along = 0, over = 0;
 };
 
-/// Bullington's equivalent edge of a profile; over >= 0 where it is in the way. Where the whole profile is
-/// below the line: its station closest to the line in Fresnel zones.
+/// Bullington's equivalent edge of a profile; over >= 0 if it blocks the line. If the whole profile is below
+/// the line: its station closest to the line in Fresnel zones.
 Station equivalent_edge(std::span<const Station> profile, double length_m) {
   double from_here = -1e300, from_there = -1e300, nearest = -1e300;
   Station result{length_m / 2, -1e9};
@@ -64,7 +63,7 @@ struct Line {
 };
 
 /// The surfaces below and above the line, seen from above.
-/// @param walls that the line meets, along it: what is thinner than the spacing
+/// @param walls on the line, along it: surfaces thinner than the spacing
 std::vector<Station> profile_from_above(const raytrace::RayScene& rays, const Line& line, double top_m,
                                         std::span<const double> walls) {
   constexpr double kSpacing_m = 0.25;
@@ -87,7 +86,7 @@ std::vector<Station> profile_from_above(const raytrace::RayScene& rays, const Li
   return profile;
 }
 
-/// Walls to one side of a blocked line, as far as they begin on it. @param side unit, across the line
+/// Walls to one side of a blocked line, if they begin on it. @param side unit, across the line
 std::vector<Station> profile_aside(const raytrace::RayScene& rays, const Line& line, const Vector3d& side,
                                    double first_m, double last_m) {
   constexpr int kStations = 24;
@@ -117,7 +116,7 @@ double obstruction_db(const raytrace::RayScene& rays, const Line& line, double t
   if (last) walls.push_back(line.length_m - last->range_m - kInside_m);
   Station over = equivalent_edge(profile_from_above(rays, line, top_m, walls), line.length_m);
   if (in_sight) {
-    // A surface above a clear line is a bridge or a roof over it.
+    // A surface above a clear line is a bridge or a roof.
     return over.over < 0 ? edge_loss_db(over, line.length_m, wavelength_m) : 0;
   }
   over.over = std::max(over.over, 0.0);
@@ -161,7 +160,7 @@ double beam_gain_db(const BeamOptions& beam, const Vector3d& direction) {
 void TransmitterOptions::validate() const {
   course.validate();
   options::check(beam, "beam");
-  if (!course.given()) throw InputError("a transmitter has no place", "give position or waypoints");
+  if (!course.given()) throw InputError("a transmitter has no position", "give position or waypoints");
 }
 
 void visit(options::Visitor& v, TransmitterOptions& o) {
@@ -273,7 +272,7 @@ void JammingOptions::validate() const {
   transmitter.validate();
   for (const EmissionOptions& each : emissions) options::check(each, "emission");
   if (preset.empty() == emissions.empty()) {
-    throw InputError(preset.empty() ? "a jammer sends nothing" : "a jammer has a preset and emissions",
+    throw InputError(preset.empty() ? "a jammer has no emissions" : "a jammer has a preset and emissions",
                      fmt::format("give emissions, or a preset: {}", fmt::join(kPresets, ", ")));
   }
 }

@@ -20,12 +20,12 @@ struct BeamOptions {
   double width_deg = std::numeric_limits<double>::infinity();
   double azimuth_deg = 0;    ///< of its axis, from north, clockwise, [0, 360)
   double elevation_deg = 0;  ///< of its axis, [-90, 90]
-  /// Power on the axis over that in directions far from it.
+  /// Power on the axis over power in directions far from it.
   static constexpr double kFrontToBack_db = 20;
 };
 void visit(options::Visitor& v, BeamOptions& o);
-/// Gain over that of the axis [dB], <= 0: a parabola in dB, 12 (angle / width)^2, down to the front-to-back
-/// ratio (the antenna element of 3GPP TR 36.814, table A.2.1.1-2).
+/// Gain over the gain of the axis [dB], <= 0: a parabola in dB, 12 (angle / width)^2, down to the
+/// front-to-back ratio (the antenna element of 3GPP TR 36.814, table A.2.1.1-2).
 [[nodiscard]] double beam_gain_db(const BeamOptions& beam, const Eigen::Vector3d& direction);
 
 struct TransmitterOptions {
@@ -36,39 +36,39 @@ struct TransmitterOptions {
 /// Visits its fields: those of the course, and `beam`.
 void visit(options::Visitor& v, TransmitterOptions& o);
 
-/// One way of a transmitter's wave to an antenna.
+/// One path of a transmitter's wave to an antenna.
 struct TransmitterWay {
   Eigen::Vector3d arrival = Eigen::Vector3d::UnitZ();  ///< unit, ENU, from the antenna to where it comes from
   double length_m = 0;
   /// Power at an isotropic antenna over the transmitter's EIRP on the beam's axis [dB].
   double gain_db = 0;
-  /// The loss by obstacles [dB]: 0 or above; less by some 1 dB beside an edge.
+  /// The loss by obstacles [dB]: 0 or above; near an edge down to about -1 dB.
   double obstruction_db = 0;
-  std::uint64_t reflector = 0;  ///< that it comes by; 0: none
+  std::uint64_t reflector = 0;  ///< of the path; 0: none
 };
 
 /// A transmitter in a city.
 ///
-/// In sight its power falls as in free space, (lambda / 4 pi d)^2, d at least a wavelength. Where the city
-/// stands between, the wave over the roofs is that of Bullington's equivalent knife edge over the profile of
-/// the surfaces below the line (K. Bullington, Proc. IRE 35(10), 1947; ITU-R P.526-15, 4.5.1, without its
-/// correction for terrain), and the waves around both sides of the first and the last wall are the same in
-/// the horizontal plane, each where its legs are clear; powers add.
+/// With a free line of sight its power falls as in free space, (lambda / 4 pi d)^2, d at least a wavelength.
+/// If the city blocks the line, the wave over the roofs is that of Bullington's equivalent knife edge over
+/// the profile of the surfaces below the line (K. Bullington, Proc. IRE 35(10), 1947; ITU-R P.526-15, 4.5.1,
+/// without its correction for terrain). The waves around both sides of the first and the last wall use the
+/// same method in the horizontal plane, each if its legs are clear. Powers add.
 ///
-/// Walls reflect by the method of images, once, the mean of both linear polarisations' power by their
-/// material's half space (signal::reflect_half_space()). Second reflections, and edges and walls in a row,
+/// Walls reflect by the method of images, once: the mean power of both linear polarisations by the half space
+/// of their material (signal::reflect_half_space()). Second reflections, and combinations of edges and walls,
 /// are left out.
 class Transmitter {
  public:
-  /// Throws InputError where options do not validate() or the context has no city.
+  /// Throws InputError if options do not validate() or the context has no city.
   Transmitter(const TransmitterOptions& options, const FaultContext& context);
 
   [[nodiscard]] Eigen::Vector3d position(geodesy::GpsTime time) const { return course_.at(time); }
-  /// The straight way to an antenna, or what bends around what stands in it.
+  /// The straight path to an antenna, or the diffracted one if obstacles block it.
   /// @param antenna_enu [m] in the city's frame
   [[nodiscard]] TransmitterWay way(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
                                    double frequency_hz) const;
-  /// The straight way, and the ways by walls within kReach_m of the antenna.
+  /// The straight path, and the paths by walls within kReach_m of the antenna.
   [[nodiscard]] std::vector<TransmitterWay> ways(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
                                                  double frequency_hz) const;
   static constexpr double kReach_m = 300;
@@ -82,7 +82,7 @@ class Transmitter {
   double top_m_ = 0;  // of the city
 };
 
-/// One carrier of a jammer: a band, a tone or a chirp of 20 MHz in 10 us, unless said.
+/// One carrier of a jammer: a band, a tone or a chirp; by default of 20 MHz in 10 us.
 struct EmissionOptions {
   propagation::Spectrum spectrum{propagation::Spectrum::Shape::Band, gnss::kL1_hz, 20e6, 10e-6};
   double power_dbm = 10;  ///< equivalent isotropically radiated, on the beam's axis, [-100, 100]
@@ -96,16 +96,16 @@ struct JammingOptions {
   /// A known kind of jammer instead of emissions: "privacy_l1", "privacy_l1_l2", "noise_l1".
   std::string preset;
   std::vector<EmissionOptions> emissions;
-  /// Throws InputError naming what is missing or out of range.
+  /// Throws InputError naming the field that is missing or out of range.
   void validate() const;
 };
 void visit(options::Visitor& v, JammingOptions& o);
 
-/// Adds its emissions to what interferes at the antenna (propagation::Arrival::interference), each as the
-/// city lets it through (Transmitter).
+/// Adds its emissions to the interference at the antenna (propagation::Arrival::interference), each
+/// attenuated by the city (Transmitter).
 class Jamming : public Disturbance {
  public:
-  /// Throws InputError where options do not validate().
+  /// Throws InputError if options do not validate().
   Jamming(const JammingOptions& options, FaultContext context);
   void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override;
 

@@ -15,22 +15,22 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Boxes that are looked at together, and children of one.
+/// Boxes per vector operation, and children of one box.
 constexpr std::size_t kLanes = 8;
 constexpr float kNothing = -1e30f;
-/// Facets whose normals are no farther than this from the horizontal are walls; from the vertical, level.
+/// Facets whose normals are within this of the horizontal are walls; within this of the vertical, level.
 constexpr double kTilt = 1e-3;
-/// How far s' = s - 2 (s . n) n may thus be from s_z and -s_z; roundings to float.
+/// Largest difference of the z of s' = s - 2 (s . n) n from s_z and -s_z, with roundings to float.
 constexpr double kTurn = 2 * kTilt + 2 * kTilt * kTilt + 1e-6;
 
-/// A beam in floats about the centre of a set. `slack` covers the roundings of coordinates of both.
+/// A beam in floats relative to the centre of a set. `slack` covers the roundings of coordinates of both.
 struct FloatBeam {
   float x, y, z, axis_x, axis_y, axis_z, sine, reach, slack;
-  float room;        ///< `slack` and the radius of the ball about the apex
+  float room;        ///< `slack` plus the radius of the ball around the apex
   float spread = 0;  ///< BeamIndex::find()
-  /// The window and the sides: normals, their absolute values, least distances along them.
+  /// The window and the sides: normals, their absolute values, smallest distances along them.
   float plane_x[5], plane_y[5], plane_z[5], size_x[5], size_y[5], size_z[5], plane_m[5];
-  /// A ray has gone at most (d + lift) * per_climb before it is d above the apex.
+  /// The length of a ray is at most (d + lift) * per_climb at the height d above the apex.
   float lift = 1e30f, per_climb = 1;
 
   FloatBeam(const Beam& beam, const Vector3d& centre, double radius) {
@@ -57,7 +57,7 @@ struct FloatBeam {
   }
 };
 
-/// max(0, |distance| - half). Compilers make branches of choices, and no vectors of loops with those.
+/// max(0, |distance| - half). Without branches, because compilers do not vectorize loops with branches.
 inline float clearance(float distance, float half) {
   const float beyond = std::abs(distance) - half;
   return 0.5f * (beyond + std::abs(beyond));
@@ -87,7 +87,7 @@ CANYON_CLONES void mark_boxes(const FloatBeam& beam, const float* __restrict x, 
   const FloatBeam b = beam;
   for (std::size_t g = 0; g < count; ++g) {
     const std::size_t first = kLanes * groups[g];
-    int inside[kLanes];  // as wide as the floats: bytes would make short vectors of them
+    int inside[kLanes];  // as wide as the floats: bytes would give short vectors
     for (std::size_t i = 0; i < kLanes; ++i) {
       const std::size_t k = first + i;
       inside[i] = meets(b, x[k] - b.x, y[k] - b.y, z[k] - b.z, hx[k], hy[k], hz[k]);
@@ -97,8 +97,8 @@ CANYON_CLONES void mark_boxes(const FloatBeam& beam, const float* __restrict x, 
 }
 
 /// 1 / sqrt(x) to 1 in 100,000, for x in (1e-30, 1e30): two of Newton's steps from the guess that halves the
-/// exponent (Lomont, "Fast inverse square root", 2003). std::sqrt sets errno, which keeps compilers from
-/// making vectors of the loop.
+/// exponent (Lomont, "Fast inverse square root", 2003). std::sqrt sets errno, which prevents the
+/// vectorization of the loop.
 inline float inverse_root(float x) {
   std::uint32_t bits = 0;
   std::memcpy(&bits, &x, 4);
@@ -109,24 +109,24 @@ inline float inverse_root(float x) {
   return y * (1.5f - 0.5f * x * y * y);
 }
 
-/// Facets: centres, normals, offsets, radii of the spheres about their boxes.
+/// Facets: centres, normals, offsets, radii of their boxes' bounding spheres.
 struct EightFacets {
   float x[kLanes], y[kLanes], z[kLanes], nx[kLanes], ny[kLanes], nz[kLanes], offset[kLanes], radius[kLanes];
 };
-/// Where satellites must stand for facets to reflect them into a beam: within `reach` (the chord of the
-/// half-angle) of a unit direction.
+/// Directions of satellites that facets may reflect into a beam: within `reach` (the chord of the half-angle)
+/// of a unit direction.
 struct Caps {
   float x[kLanes], y[kLanes], z[kLanes], reach[kLanes];
   float height[kLanes];  ///< of the apex over the facet
 };
-/// The same as boxes of slices of DirectionBins.
+/// The caps as boxes of slices of DirectionBins.
 struct SliceBoxes {
   int low[3][kLanes], high[3][kLanes];
 };
 
 CANYON_CLONES void make_caps(const FloatBeam& beam, const EightFacets& __restrict f, Caps& __restrict caps) {
   const FloatBeam b = beam;
-  // In two loops, and sums in place of choices: compilers make branches of choices, and no vectors of those.
+  // Two loops, and sums instead of choices: compilers turn choices into branches and then do not vectorize.
   float inverse[kLanes], facet_part[kLanes];
   for (std::size_t i = 0; i < kLanes; ++i) {
     const float dx = f.x[i] - b.x, dy = f.y[i] - b.y, dz = f.z[i] - b.z;
@@ -145,7 +145,7 @@ CANYON_CLONES void make_caps(const FloatBeam& beam, const EightFacets& __restric
     caps.y[i] = ay - twice * f.ny[i];
     caps.z[i] = az - twice * f.nz[i];
     // The chord 2 sin(angle / 2) of an angle up to 90 deg is at most sin + (sqrt(2) - 1) sin^3, which is
-    // exact at 0 and at 90 deg. The rest is for the roundings of the axis.
+    // exact at 0 and at 90 deg. The other terms are for the roundings of the axis.
     caps.reach[i] = sine * (1 + 0.41422f * sine * sine) + 1e-4f + b.spread;
     caps.height[i] = f.nx[i] * b.x + f.ny[i] * b.y + f.nz[i] * b.z - f.offset[i];
   }
@@ -166,24 +166,24 @@ void turn(Caps& caps, const Eigen::Matrix3f& rotation) {
   }
 }
 
-/// The sides of the beam, and the range of z of the unit vectors from `apex` to points of the facet, which is
-/// `height_m` in front of it.
+/// Sets the sides of the beam, and the range of z of the unit vectors from `apex` to points of the facet,
+/// which is `height_m` in front of it.
 void set_sides(const Facet& facet, const Vector3d& apex, double height_m, const Surroundings& antennas,
                Beam& beam) {
   const Vector3d& n = facet.normal;
   const double flat = n.head<2>().norm();
-  // The facet lies in the rectangle about its bounds along these axes; that of a wall is the least.
+  // The facet is within the rectangle of its bounds along these axes; for a wall it is the smallest one.
   const Vector3d u =
       flat > 0.1 ? Vector3d(-n.y() / flat, n.x() / flat, 0) : Vector3d(n.z(), 0, -n.x()).normalized();
   const Vector3d v = n.cross(u);
   const Vector3d to_centre = 0.5 * (facet.min + facet.max) - apex, half_size = 0.5 * (facet.max - facet.min);
   const double slack = 1e-3 + facet.deviation;
-  // Images stand about the apex as the antennas about theirs, in the mirror.
+  // Images are around the apex like the antennas around theirs, mirrored.
   const auto extent = [&](const Vector3d& axis) { return antennas.extent_m(axis - 2 * axis.dot(n) * n); };
   const double depth = extent(n), rise = extent(Vector3d::UnitZ());
   std::size_t k = 0;
-  // The plane that no ray passes which leaves the rectangle short of its end, at `to` along an axis: through
-  // that end and the image from where it is seen farthest outwards.
+  // A plane that bounds the rays through the rectangle's end at `to` along an axis: through that end and the
+  // image from which the end is seen farthest outwards.
   const auto bound = [&](const Vector3d& axis, double to) {
     const double across = to + extent(axis), ahead = height_m + (across > 0 ? -depth : depth);
     beam.side[k] = (across * n - ahead * axis).normalized();
@@ -375,7 +375,7 @@ void BeamIndex::find(const Beam& beam, Blocks& blocks, const DirectionBins& bins
   }
 }
 
-/// Appends of one tree.
+/// Appends the matches of one tree.
 void BeamIndex::find(const Query& query, Blocks& blocks, std::size_t tree, std::vector<Match>& out) const {
   const std::size_t begin = tree > 0 ? blocks.end[tree - 1] : 0, end = blocks.end[tree];
   if (begin == end) return;

@@ -9,8 +9,8 @@
 
 namespace canyon::propagation {
 
-/// Axis-aligned bounds of runs of items, and of runs of these: which items may lie within reach of a point is
-/// found without looking at most of them. Useful where neighbours in the list are neighbours in space.
+/// Axis-aligned bounds of blocks of items, and of blocks of blocks, to find the items within reach of a point
+/// without testing most of them. Efficient if neighbours in the list are neighbours in space.
 class BoundsBlocks {
  public:
   static constexpr std::size_t kBlock = 32;  ///< items in a block, blocks in a super-block
@@ -24,7 +24,7 @@ class BoundsBlocks {
     ++size_;
   }
 
-  /// visit(i), ascending, for the items of every block that begins within sqrt(reach2) of the point.
+  /// Calls visit(i), ascending, for the items of every block with a point within sqrt(reach2) of `point`.
   template <typename Visit>
   void for_each_near(const Eigen::Vector3d& point, double reach2, const Visit& visit) const {
     for (std::size_t s = 0; s < super_blocks_.size(); ++s) {
@@ -47,8 +47,8 @@ class BoundsBlocks {
   std::size_t size_ = 0;
 };
 
-/// Orders `items` so that every run of `block` items lies close together: median splits along the widest
-/// axis, at multiples of `block`. Ties keep the order of the numbers, so the result depends on nothing else.
+/// Orders `items` so that every block of `block` items is compact: median splits along the widest axis, at
+/// multiples of `block`. Ties keep the order of the numbers, so the result is deterministic.
 /// @param centre Vector3d of an item
 template <typename Centre>
 void order_compactly(std::uint32_t* begin, std::uint32_t* end, std::size_t block, const Centre& centre) {

@@ -26,8 +26,8 @@ void for_each_mark(const std::uint8_t* marks, std::size_t count, const Visit& vi
   }
 }
 
-/// Keeps one of several reflections by the same planes: of `found`, by satellite and excess path, the first.
-/// @param reach_m excess paths of the same differ by no more; @param same(kept, other)
+/// Keeps the first of duplicate reflections by the same planes in `found`, sorted by satellite and excess
+/// path. @param reach_m largest difference of duplicates' excess paths; @param same(kept, other)
 template <typename Found, typename Same>
 void drop_doubles(std::vector<Found>& found, double reach_m, const Same& same) {
   std::size_t kept = 0;
@@ -38,7 +38,7 @@ void drop_doubles(std::vector<Found>& found, double reach_m, const Same& same) {
           found[i].path.excess_m - found[k].path.excess_m > reach_m)
         break;
       seen = same(found[k], found[i]);
-      // Rounding may decide which of the two comes first, but not the reflector's name.
+      // Rounding may change which one comes first, but must not change the reflector's id.
       if (seen) found[k].path.reflector = std::min(found[k].path.reflector, found[i].path.reflector);
     }
     if (seen) continue;
@@ -48,7 +48,7 @@ void drop_doubles(std::vector<Found>& found, double reach_m, const Same& same) {
   found.resize(kept);
 }
 
-/// Answers of batched rays. std::vector<bool> cannot be a span of bool.
+/// Results of batched rays. std::vector<bool> cannot be a span of bool.
 class Flags {
  public:
   std::span<bool> resize(std::size_t size) {
@@ -64,11 +64,11 @@ class Flags {
   std::size_t capacity_ = 0;
 };
 
-/// Drops what rays find in the way. Nothing is allocated once it has grown.
+/// Removes paths with blocked rays. Nothing is allocated once it has grown.
 class ClearRays {
  public:
-  /// Keeps those of `found`, in their order, whose ray meets nothing farther than `min_range_m`.
-  /// @param make_ray gives the ray of one
+  /// Keeps those of `found`, in their order, whose ray hits nothing beyond `min_range_m`.
+  /// @param make_ray returns the ray of one
   template <typename Found, typename MakeRay>
   void keep(const raytrace::RayScene& scene, std::vector<Found>& found, double min_range_m,
             const MakeRay& make_ray) {

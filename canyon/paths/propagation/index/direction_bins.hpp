@@ -9,8 +9,7 @@
 
 namespace canyon::propagation {
 
-/// Directions sorted into slices along each axis, so that those in a box are found without looking at all of
-/// them.
+/// Directions sorted into slices along each axis, to find those in a box without testing all of them.
 class DirectionBins {
  public:
   static constexpr int kSlices = 64;
@@ -19,12 +18,12 @@ class DirectionBins {
   /// @param directions unit
   void build(std::span<const Eigen::Vector3d> directions);
   [[nodiscard]] std::size_t groups() const { return groups_.size(); }
-  /// The slice [0, kSlices) that holds a coordinate; what is beyond -1 or 1 is in the outermost one.
+  /// The slice [0, kSlices) of a coordinate; coordinates outside -1 to 1 are in the outermost ones.
   [[nodiscard]] static int slice(float coordinate) {
     const float k = (coordinate + 1) * (0.5F * kSlices);
     return static_cast<int>(k < 0 ? 0 : k > kSlices - 1 ? kSlices - 1 : k);
   }
-  /// The least z of the directions with low <= z <= high; 2 where there is none.
+  /// The smallest z of the directions with low <= z <= high; 2 if there is none.
   [[nodiscard]] double least_z(double low, double high) const {
     const auto z = std::lower_bound(z_.begin(), z_.end(), low);
     return z != z_.end() && *z <= high ? *z : 2;

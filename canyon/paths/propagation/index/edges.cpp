@@ -23,8 +23,8 @@ using geodesy::kPi;
 
 const double kSameDirection = std::cos(geodesy::radians(0.5));
 constexpr double kLineTolerance = 0.5e-3;  // m
-constexpr double kSameFace = 1e-3;  // rad about the edge: faces given twice, walls that two buildings share
-/// Faces turn away from one plane by at least 5 deg; seams of rounded walls stay below it.
+constexpr double kSameFace = 1e-3;  // rad about the edge: duplicate faces, common walls of two buildings
+/// Faces deviate from one plane by at least 5 deg; seams of rounded walls stay below it.
 constexpr double kMinTurn_rad = 0.087266462599716477;
 constexpr double kFloorTolerance = 1e-3;  // m
 constexpr double kEndSlack = 1e-9;        // m
@@ -35,7 +35,7 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 /// A triangle as seen along an edge.
 struct Face {
   double angle = 0;       ///< of its plane about the edge
-  bool ascending = true;  ///< its front is where angles grow
+  bool ascending = true;  ///< its front is on the side of growing angles
   std::uint32_t triangle = 0;
   Vector3d normal = Vector3d::UnitZ();  ///< unit, front
 };
@@ -56,7 +56,7 @@ struct Piece {
   }
 };
 
-/// Triangles with edges that diffract, welded, and their numbers in the mesh.
+/// Triangles with edges that may diffract, welded, and their numbers in the mesh.
 struct SolidTriangles {
   city::TriangleIndices corners;
   std::vector<std::uint32_t> number;
@@ -80,13 +80,13 @@ struct SolidTriangles {
   }
 };
 
-/// The faces at an edge in order of their angle; of those at one angle the ascending come first, so that the
-/// common wall of two buildings encloses nothing, and each kind is there once.
+/// Sorts the faces at an edge by angle and removes duplicates. Of those at one angle the ascending come
+/// first, so that the common wall of two buildings encloses no volume.
 void order_faces(std::vector<Face>& faces) {
   std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) {
     return std::tie(a.angle, a.triangle) < std::tie(b.angle, b.triangle);
   });
-  // Angles just below 2 pi are those just above 0.
+  // Angles just below 2 pi equal those just above 0.
   while (faces.size() > 1 && faces.back().angle > faces.front().angle + 2 * kPi - kSameFace) {
     faces.back().angle -= 2 * kPi;
     std::rotate(faces.begin(), faces.end() - 1, faces.end());
@@ -169,7 +169,7 @@ std::vector<Piece> pieces_of(const city::Mesh& mesh, bool terrain) {
       face.normal = city::normal_of(mesh.vertices, mesh.triangles[face.triangle]).normalized();
       const Vector3d across = opposite(side) - blank.edge.start;
       face.ascending = face.normal.dot(u.cross(across)) > 0;
-      // The normal is square to the edge, but for roundings; it gives the angle better than a sliver would.
+      // The normal is perpendicular to the edge within rounding; a sliver would give a worse angle.
       const Vector3d into = face.ascending ? Vector3d(face.normal.cross(u)) : Vector3d(u.cross(face.normal));
       face.angle = std::atan2(into.dot(y), into.dot(x));
       faces.push_back(face);
@@ -183,7 +183,7 @@ std::vector<Piece> pieces_of(const city::Mesh& mesh, bool terrain) {
   return pieces;
 }
 
-/// Extends the longest pieces both ways, since their directions are the most certain.
+/// Extends the longest pieces in both directions, since their directions are the most accurate.
 std::vector<Edge> merge(std::vector<Piece> pieces) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> at_vertex;  // vertex, piece
   for (std::uint32_t i = 0; i < pieces.size(); ++i) {
@@ -197,13 +197,13 @@ std::vector<Edge> merge(std::vector<Piece> pieces) {
     return pieces[a].edge.length_m > pieces[b].edge.length_m;
   });
   std::vector<char> used(pieces.size(), 0);
-  std::vector<std::uint32_t> seeds;  // whose pieces become whole edges, in their place
+  std::vector<std::uint32_t> seeds;  // start pieces of the merged edges, sorted
   for (const std::uint32_t seed : order) {
     if (used[seed] != 0) continue;
     used[seed] = 1;
     Piece whole = pieces[seed];
     for (int way = 0; way < 2; ++way) {
-      const Edge line = whole.edge;  // longest piece's direction and, so far, its whole length
+      const Edge line = whole.edge;  // longest piece's direction and, at first, its whole length
       for (std::uint32_t next = 0; next != kNone;) {
         next = kNone;
         for (auto k = std::lower_bound(at_vertex.begin(), at_vertex.end(), std::pair(whole.to, 0u));
@@ -242,8 +242,8 @@ double squared_distance(const Vector3d& point, const Edge& edge) {
   return (edge.start + along * edge.direction - point).squaredNorm();
 }
 
-/// One block of edges, all in floats; written so that the compiler makes vectors of it: the path's inequality
-/// is squared, as a square root may set errno.
+/// One block of edges, all in floats, written for vectorization: the path's inequality is squared, as a
+/// square root may set errno.
 CANYON_CLONES void mark_lanes(const float* __restrict ux, const float* __restrict uy,
                               const float* __restrict uz, const float* __restrict wx,
                               const float* __restrict wy, const float* __restrict wz,
@@ -282,7 +282,7 @@ std::optional<EdgePoint> diffraction_point(const Edge& edge, const Vector3d& ant
   const Vector3d& u = edge.direction;
   const Vector3d to_start = edge.start - antenna;
   const double start = to_start.dot(u);
-  const Vector3d foot = to_start - start * u;  // from the antenna, square to the edge
+  const Vector3d foot = to_start - start * u;  // from the antenna, perpendicular to the edge
   const double distance = foot.norm();
   const double cosine = s.dot(u);
   const double sine = s.cross(u).norm();
@@ -300,8 +300,8 @@ std::optional<EdgePoint> diffraction_point(const Edge& edge, const Vector3d& ant
   const double half_chord = 0.5 * (leg / result.leg_m - s).norm();
   result.bending_rad = 2 * std::asin(std::min(1.0, half_chord));
   result.excess_m = 2 * result.leg_m * half_chord * half_chord;
-  // Seen from the antenna the straight line passes the edge on the side that the growing angle is on where
-  // this is positive; the face that the antenna does not see is there if it sees the first one only.
+  // If this is positive, the straight line, seen from the antenna, passes the edge on the side of growing
+  // angles. The face that the antenna does not see is on that side if the antenna sees the first face only.
   const double side = u.cross(foot).dot(s);
   result.shadowed = (sees_first != sees_second) && (sees_first ? side > 0 : side < 0);
   return result;
@@ -337,7 +337,7 @@ void NearEdges::append(std::uint32_t index, const Edge& from, const Vector3d& an
   put(from.normal[0], first_x, first_y, first_z);
   put(from.normal[1], second_x, second_y, second_z);
   squared_distance[i] = static_cast<float>(distance2);
-  // The cosine grows with the place along the edge, so that its ends bound it.
+  // The cosine increases along the edge, so that its values at the ends are bounds.
   const auto cosine = [&](double along) { return along / std::sqrt(along * along + distance2); };
   low[i] = static_cast<float>(cosine(start - kEndSlack));
   high[i] = static_cast<float>(cosine(stop + kEndSlack));
@@ -377,7 +377,7 @@ EdgeSet::EdgeSet(const city::Mesh& mesh, bool terrain) : edges_(merge(pieces_of(
   order_in_blocks();
 }
 
-/// Along a Z-curve through cubes of 1/1024 of the bounds.
+/// Sorts along a Z-curve through cubes of 1/1024 of the bounds.
 void EdgeSet::order_in_blocks() {
   Vector3d low = Vector3d::Constant(1e300), high = -low;
   const auto stop = [](const Edge& e) -> Vector3d { return e.start + e.length_m * e.direction; };

@@ -14,11 +14,12 @@
 
 namespace canyon::propagation {
 
-/// A straight convex edge between two faces, or the free edge of a single one: what diffracts as one.
+/// A diffracting edge: a straight convex edge between two faces, or the free edge of a single one.
 ///
-/// Angles about an edge are counted from face 0 through the air to face 1: the direction from the edge into
-/// face 0 is normal[0] x direction and lies at 0, the one into face 1 is direction x normal[1] and lies at
-/// `exterior_rad`. A free edge has its sheet as both faces, normals to both sides, 2 pi of air between them.
+/// Angles around an edge are counted from face 0 through the air to face 1: the direction from the edge into
+/// face 0 is normal[0] x direction and has the angle 0, the one into face 1 is direction x normal[1] and has
+/// `exterior_rad`. Both faces of a free edge are its sheet, with normals to both sides and 2 pi of air
+/// between them.
 struct Edge {
   Eigen::Vector3d start = Eigen::Vector3d::Zero();       ///< [m]
   Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  ///< unit
@@ -26,14 +27,14 @@ struct Edge {
   double exterior_rad = 0;  ///< of air between the faces, (pi, 2 pi]
   std::array<Eigen::Vector3d, 2> normal{Eigen::Vector3d::UnitZ(),
                                         Eigen::Vector3d::UnitZ()};  ///< unit, of the faces, into the air
-  std::array<std::uint32_t, 2> triangle{};  ///< one of each face's at the edge; equal for a free edge
+  std::array<std::uint32_t, 2> triangle{};  ///< one per face at the edge; equal for a free edge
   double deviation_m = 0;                   ///< of the farthest vertex from the straight line
 
-  /// Unit; halves the air between the faces.
+  /// Unit; bisects the air between the faces.
   [[nodiscard]] Eigen::Vector3d outward() const;
-  /// A free edge: 2 pi of air about a sheet, open or closed to no thickness.
+  /// A free edge: 2 pi of air around a sheet, open or closed with zero thickness.
   [[nodiscard]] bool is_free() const { return normal[0].dot(normal[1]) < -1 + 1e-9; }
-  /// Whether a place lies more than `clearance_m` + twice the deviation above the plane of a face.
+  /// Whether a point is more than `clearance_m` + twice the deviation above the plane of a face.
   [[nodiscard]] bool is_seen_from(const Eigen::Vector3d& place, double clearance_m) const {
     const Eigen::Vector3d from = place - start;
     return std::max(normal[0].dot(from), normal[1].dot(from)) > clearance_m + 2 * deviation_m;
@@ -44,29 +45,28 @@ struct Edge {
 struct EdgePoint {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< on the edge
   double leg_m = 0;                                 ///< from the antenna to the point, above 0
-  double excess_m = 0;                              ///< longer than the straight line, at least 0
+  double excess_m = 0;                              ///< excess over the straight line, at least 0
   double bending_rad = 0;  ///< between the leg and the direction to the satellite, [0, pi]
-  bool shadowed = false;   ///< the edge's own faces, were they endless, stand in the straight line
+  bool shadowed = false;   ///< the edge's own faces, extended to infinity, block the straight line
 };
 
 /// The diffraction point for an antenna and a satellite at infinity in direction `s` (unit), in closed form.
 ///
-/// The path |P - A| - s.(P - A) is stationary over the edge's points P where the leg makes with the edge the
-/// angle that the satellite's direction makes with it (Keller's cone: J. B. Keller, "Geometrical theory of
-/// diffraction", J. Opt. Soc. Am. 52 (1962), 116-130). With w the vector from the antenna to the nearest
-/// point of the edge's line and c = s.u that point lies |w| c / sqrt(1 - c^2) along u from there; it is a
-/// minimum, as the path is convex. Excess = leg (1 - cos(bending)), computed as leg |e - s|^2 / 2, e the
-/// leg's direction, which loses no digits near the shadow boundary: within 1e-12 of the leg + 4e-16 of the
-/// coordinates.
+/// The path |P - A| - s.(P - A) is stationary over the edge's points P if leg and satellite direction make
+/// the same angle with the edge (Keller's cone: J. B. Keller, "Geometrical theory of diffraction", J. Opt.
+/// Soc. Am. 52 (1962), 116-130). With w the vector from the antenna to the nearest point of the edge's line
+/// and c = s.u, P is at |w| c / sqrt(1 - c^2) along u from that point; it is a minimum, as the path is
+/// convex. Excess = leg (1 - cos(bending)), computed as leg |e - s|^2 / 2, e the leg's direction, which loses
+/// no digits near the shadow boundary: within 1e-12 of the leg + 4e-16 of the coordinates.
 ///
-/// Empty where the point is beyond the edge's ends (1 nm of slack), where antenna or satellite lie behind
-/// both faces, where the satellite stands within 1e-6 rad of the edge's own direction, or the antenna within
-/// 1 um of its line. Other obstacles are not looked at.
+/// Empty if the point is beyond the edge's ends (1 nm of slack), if antenna or satellite is behind both
+/// faces, if the satellite is within 1e-6 rad of the edge's own direction, or the antenna within 1 um of its
+/// line. Ignores other obstacles.
 [[nodiscard]] std::optional<EdgePoint> diffraction_point(const Edge& edge, const Eigen::Vector3d& antenna,
                                                          const Eigen::Vector3d& s);
 
 /// Edges within reach of an antenna, prepared for testing many directions at once: structure of arrays in
-/// floats about the antenna.
+/// floats relative to the antenna.
 struct NearEdges {
   std::vector<std::uint32_t> edge;  ///< index into the set; not padded
   std::vector<float> along_x, along_y, along_z;
@@ -76,15 +76,14 @@ struct NearEdges {
   double farthest_m = 0;                      ///< of the lines
   /// Normals of both faces.
   std::vector<float> first_x, first_y, first_z, second_x, second_y, second_z;
-  /// After pad() arrays but `edge` are padded to a multiple of this with edges that match nothing; before,
-  /// they are longer than that.
+  /// After pad() all arrays except `edge` are padded to a multiple of this with edges that match nothing;
+  /// before pad(), they are longer than that.
   static constexpr std::size_t kLanes = 32;
 
   void clear();
   void append(std::uint32_t index, const Edge& edge, const Eigen::Vector3d& antenna);
   void pad();
-  /// Rounding a foot some hundred metres away, and its product with a direction, moves an excess by 1e-6 of
-  /// it.
+  /// Upper bound: the rounding of a foot some hundred metres away changes an excess by up to 1e-6 of it.
   [[nodiscard]] float rounded_up(double excess_m) const {
     return static_cast<float>(excess_m * (1 + 1e-6) + 1e-4 + 2e-6 * farthest_m);
   }
@@ -97,22 +96,22 @@ struct NearEdges {
 /// `max_excess_m`. Never misses one that diffraction_point() finds; `marks` gets the padded length.
 void mark_diffracting(const NearEdges& near, const Eigen::Vector3d& s, double max_excess_m,
                       std::vector<std::uint8_t>& marks);
-/// The same for a bound of each edge's (rounded_up(), of the padded length) and directions up to `spread`
-/// from `s`, whose cosines `low` and `high` take in.
+/// As above, with one bound per edge (rounded_up(), of the padded length), for directions up to `spread` from
+/// `s`, whose cosines are within `low` and `high`.
 void mark_diffracting(const NearEdges& near, const Eigen::Vector3d& s, std::span<const float> max_excess_m,
                       double spread, std::vector<std::uint8_t>& marks);
 
-/// The diffracting edges of a mesh, made once. Foliage has none. Const members are thread-safe.
+/// The diffracting edges of a mesh, built once. Foliage has none. Const members are thread-safe.
 class EdgeSet {
  public:
   /// No edges.
   EdgeSet() = default;
-  /// Triangles meet at an edge when they share the positions of two vertices. About each edge the faces are
-  /// put in order by angle, so that walls that two buildings share, roofs that go on over them and faces
-  /// given twice make no edge. Edges are merged where one goes on from the other with the same faces:
-  /// directions and normals within 0.5 deg, vertices within 0.5 mm of the line of the longest. The lower
-  /// edge of a wall without a floor (its vertices at its object's lowest one within 1 mm, the wall above) is
-  /// no edge. The mesh must pass city::check_mesh(). @param terrain crests of its triangles as well
+  /// Triangles meet at an edge if they share the positions of two vertices. The faces around each edge are
+  /// sorted by angle, so that common walls of two buildings, roofs that continue over them and duplicate
+  /// faces make no edge. Edges are merged if one continues the other with the same faces: directions and
+  /// normals within 0.5 deg, vertices within 0.5 mm of the line of the longest. The lower edge of a wall
+  /// without a floor (its vertices within 1 mm of its object's lowest one, the wall above) is no edge. The
+  /// mesh must pass city::check_mesh(). @param terrain crests of its triangles as well
   explicit EdgeSet(const city::Mesh& mesh, bool terrain = false);
 
   [[nodiscard]] std::span<const Edge> edges() const { return edges_; }
@@ -123,7 +122,7 @@ class EdgeSet {
  private:
   void order_in_blocks();
 
-  std::vector<Edge> edges_;  ///< so ordered that neighbours lie together
+  std::vector<Edge> edges_;  ///< ordered so that neighbours are adjacent
   BoundsBlocks blocks_;
 };
 

@@ -25,18 +25,18 @@ constexpr std::uint32_t kSideBit = 1U << 31;
 constexpr std::uint32_t kAzimuthBits = 9, kDirectionBits = 17;
 constexpr double kRings = 180;
 constexpr double kDegree = geodesy::kPi / 180;
-/// Cells that share a word of the table, and words a line of the cache; words for each cell.
+/// Cells that share a word of the table, and words of a cache line; words for each cell.
 constexpr std::uint32_t kRow = 8, kLine = 8;
 constexpr std::size_t kWordsPerCell = 4;
-/// Lower bits of a word: what the cells of the row see, and of which of them that is known.
+/// Lower bits of a word: the visibility bits of the row's cells, and the bits that mark known cells.
 constexpr std::uint32_t kKnownShift = kRow, kKeyShift = 2 * kRow;
 
-/// A convex polygon of a triangle that four lines have cut.
+/// A convex polygon: a triangle cut by four lines.
 struct Cut {
   std::array<Vector2d, 8> corner;
   std::size_t size = 0;
 
-  /// Keeps what has sign * (coordinate - bound) >= 0.
+  /// Keeps the part with sign * (coordinate - bound) >= 0.
   void keep(int axis, double sign, double bound) {
     const Cut before = *this;
     size = 0;
@@ -74,7 +74,7 @@ FacadeLight::FacadeLight(const raytrace::RayScene& scene, double cell_m) : scene
   const std::size_t wanted = kWordsPerCell * std::max<std::size_t>(first_.back(), 1024);
   const std::size_t words = std::min(std::bit_ceil(wanted), kMostBytes / 8);
   words_mask_ = words - 1;
-  // In pages of 2 MB where it fills some: keys lie all over it.
+  // Large tables use pages of 2 MB, because accesses are random.
   const std::size_t bytes = 8 * words, page = std::min(bytes, std::size_t{2} << 20);
   words_.reset(static_cast<std::uint64_t*>(std::aligned_alloc(page, bytes)));
   if (!words_) throw std::bad_alloc();
@@ -150,7 +150,7 @@ FacadeLight::Direction FacadeLight::direction(const Vector3d& towards) {
   return result;
 }
 
-/// The middle of the part of the triangle in the square.
+/// The middle of the part of the triangle in one square.
 Vector3d FacadeLight::middle(std::uint32_t cell) const {
   const std::uint32_t number = cell & ~kSideBit;
   const auto triangle =
@@ -197,7 +197,7 @@ bool FacadeLight::sees(Cell& cell, const Direction& direction) const {
   if (!cell.has_middle) cell.middle = middle(cell.number);
   cell.has_middle = true;
   const bool free = !scene_->occluded_by_city({cell.middle, direction.middle});
-  // What another thread has found out meanwhile may be lost: it is found out again.
+  // Results of another thread may be overwritten; they are then recomputed.
   const std::uint64_t others = row >> kKeyShift == key ? row : key << kKeyShift;
   word.store(others | known | (free ? lit : 0), std::memory_order_relaxed);
   return free;

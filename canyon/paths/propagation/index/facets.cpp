@@ -51,7 +51,7 @@ double side(const Vector2d& a, const Vector2d& b, const Vector2d& p) {
   return (b.x() - a.x()) * (p.y() - a.y()) - (b.y() - a.y()) * (p.x() - a.x());
 }
 
-/// One block of kLanes facets, all in floats; written so that the compiler makes vectors of it.
+/// One block of kLanes facets, all in floats, written for vectorization.
 CANYON_CLONES void mark_lanes(const float* __restrict nx, const float* __restrict ny,
                               const float* __restrict nz, const float* __restrict height,
                               const float* __restrict lx, const float* __restrict ly,
@@ -64,7 +64,7 @@ CANYON_CLONES void mark_lanes(const float* __restrict nx, const float* __restric
   constexpr float kCosineError = 4e-7f;
   for (std::size_t i = 0; i < count; ++i) {
     const float cosine = nx[i] * sx + ny[i] * sy + nz[i] * sz;
-    const float inverse = 1 / cosine;  // where cosine <= 0 the first test fails
+    const float inverse = 1 / cosine;  // if cosine <= 0 the first test fails
     const float leg = height[i] * inverse;
     const float error = leg * inverse * kCosineError;
     const float twice = -2 * height[i];
@@ -79,10 +79,10 @@ CANYON_CLONES void mark_lanes(const float* __restrict nx, const float* __restric
   }
 }
 
-/// Bounds that nothing lies in begin here.
+/// Start of empty bounds.
 constexpr float kNowhere = 1e30F;
 
-/// Normals in floats, and the antenna's height over each plane: 0 where it is not above `clearance` and twice
+/// Normals in floats, and the antenna's height over each plane: 0 if it is not above `clearance` and twice
 /// the deviation.
 CANYON_CLONES void place_normals(const double* __restrict nx, const double* __restrict ny,
                                  const double* __restrict nz, const double* __restrict offset,
@@ -96,12 +96,12 @@ CANYON_CLONES void place_normals(const double* __restrict nx, const double* __re
     normal_x[i] = static_cast<float>(nx[i]);
     normal_y[i] = static_cast<float>(ny[i]);
     normal_z[i] = static_cast<float>(nz[i]);
-    // Products in place of choices: compilers make branches of choices, and no vectors of loops with those.
+    // Products instead of choices: compilers turn choices into branches and then do not vectorize.
     height[i] = static_cast<float>(over * static_cast<double>(static_cast<int>(over > least)));
   }
 }
 
-/// Bounds along one axis about the antenna, widened; nowhere where the height is 0.
+/// Bounds along one axis relative to the antenna, widened; empty if the height is 0.
 CANYON_CLONES void place_bounds(const double* __restrict low, const double* __restrict high,
                                 const float* __restrict height, std::size_t count, double at,
                                 float* __restrict min, float* __restrict max) {
@@ -163,7 +163,7 @@ void FacetSet::find_facets(const city::Mesh& mesh, bool with_terrain) {
                           (object.surface == city::Surface::Terrain && with_terrain);
     if (reflects) std::fill_n(free.begin() + object.first_triangle, object.triangle_count, char{1});
   }
-  const Adjacency adjacency(mesh);  // first: what it needs while it is made is large
+  const Adjacency adjacency(mesh);  // first: its temporary memory is large
   std::vector<double> area(count);
   std::vector<Vector3d> normal(count);
   for (std::uint32_t t = 0; t < count; ++t) {
@@ -174,7 +174,7 @@ void FacetSet::find_facets(const city::Mesh& mesh, bool with_terrain) {
     else
       normal[t] /= area[t];
   }
-  // Largest first: its plane is the best known of the group.
+  // Largest first: its plane is the most accurate of the group.
   std::vector<std::uint32_t> seeds(count);
   std::iota(seeds.begin(), seeds.end(), 0u);
   std::stable_sort(seeds.begin(), seeds.end(),
@@ -246,7 +246,7 @@ void FacetSet::add_facet(const city::Mesh& mesh, std::vector<std::uint32_t>& gro
       if (blocks) flat_bounds_.back().extend(flat.corner[k]);
       if (wide_blocks) wide_bounds_.back().extend(flat.corner[k]);
     }
-    // Seen along the axis the triangle is turned over where the normal points the other way.
+    // Seen along the axis the triangle is flipped if the normal points the other way.
     if (facet.normal[facet.axis] < 0) std::swap(flat.corner[1], flat.corner[2]);
     flat_.push_back(flat);
   }
@@ -334,7 +334,7 @@ std::size_t FacetSet::convex_part(const Facet& facet, std::array<Vector3d, 4>& c
     for (std::size_t k = 0; k < 3; ++k) {
       const Vector2d &a = corner[k], &b = corner[(k + 1) % 3], &c = corner[(k + 2) % 3];
       for (std::size_t j = 0; j < 3; ++j) {
-        // The neighbour has the edge a -> b the other way round; its third corner comes between a and b.
+        // The neighbour has the edge a -> b in reverse order; its third corner comes between a and b.
         const auto& other = flat_[i].corner;
         if (other[j] != b || other[(j + 1) % 3] != a) continue;
         const Vector2d& tip = other[(j + 2) % 3];
@@ -354,7 +354,7 @@ std::size_t FacetSet::convex_part(const Facet& facet, std::array<Vector3d, 4>& c
     at[facet.axis] =
         (facet.offset - facet.normal[u] * p.x() - facet.normal[v] * p.y()) / facet.normal[facet.axis];
   }
-  // Seen along the axis the facet is turned over where its normal points the other way.
+  // Seen along the axis the facet is flipped if its normal points the other way.
   if (facet.normal[facet.axis] < 0)
     std::reverse(corners.begin(), corners.begin() + static_cast<std::ptrdiff_t>(count));
   return count;

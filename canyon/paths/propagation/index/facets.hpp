@@ -13,8 +13,7 @@
 
 namespace canyon::propagation {
 
-/// A maximal group of adjacent triangles of one mesh in one plane, fronts to the same side: what reflects as
-/// one mirror.
+/// A maximal group of adjacent triangles of one mesh in one plane, fronts to the same side: one mirror.
 struct Facet {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, to the front
   double offset = 0;                                  ///< normal . x = offset on the plane
@@ -23,69 +22,68 @@ struct Facet {
   std::uint32_t first = 0, count = 0;                 ///< of FacetSet's flat triangles
   std::uint32_t first_bounds = 0;                     ///< of the bounds of blocks of these
   std::uint32_t first_wide_bounds = 0;                ///< of the bounds of blocks of those
-  int axis = 2;                                       ///< that flat triangles leave out
+  int axis = 2;                                       ///< omitted in flat triangles
 };
 
-/// Facets that antennas about a place may see the front of, within reach. Structure of arrays.
+/// Facets within reach that may face the antennas around a point. Structure of arrays.
 struct NearFacets {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  double radius_m = -1;              ///< of the antennas about the centre; negative: none
+  double radius_m = -1;              ///< of the antennas around the centre; negative: none
   std::vector<std::uint32_t> facet;  ///< index into the set
   std::vector<double> normal_x, normal_y, normal_z, offset, deviation;
   std::vector<double> min_x, min_y, min_z, max_x, max_y, max_z;
 };
 
 /// Facets in front of an antenna and within reach, prepared for testing many directions at once: structure of
-/// arrays in floats about the antenna, so that distances are small numbers. Bounds are widened by 2 mm plus
-/// 1e-6 of the coordinates, which covers the roundings to float. Facets that the antenna sees from behind
-/// may be among them; their bounds match nothing.
+/// arrays in floats relative to the antenna, so that distances are small numbers. Bounds are widened by 2 mm
+/// plus 1e-6 of the coordinates, which covers the roundings to float. Facets with their back to the antenna
+/// may be included; their bounds match nothing.
 struct FacingFacets {
   std::vector<std::uint32_t> facet;  ///< index into the set; not padded
   std::vector<float> normal_x, normal_y, normal_z, height;
   std::vector<float> min_x, min_y, min_z, max_x, max_y, max_z;
-  /// Arrays but `facet` are padded to a multiple of this with facets that match nothing.
+  /// All arrays except `facet` are padded to a multiple of this with facets that match nothing.
   static constexpr std::size_t kLanes = 32;
 
-  /// Takes the facets of `near` whose front the antenna sees from more than `clearance_m` + twice their
+  /// Adds the facets of `near` whose front faces the antenna from more than `clearance_m` + twice their
   /// deviation above their plane. @param antenna within `near.radius_m` of its centre
   void fill(const NearFacets& near, const Eigen::Vector3d& antenna, double clearance_m);
 };
 
-/// Marks facets that may reflect a satellite in direction `s` to the antenna: the image construction's
-/// reflection point lies within the facet's bounds, cos(incidence) is at least `min_cosine` and the leg from
+/// Marks facets that may reflect a satellite in direction `s` to the antenna: the reflection point of the
+/// image construction is within the facet's bounds, cos(incidence) is at least `min_cosine` and the leg from
 /// the antenna at most `reach_m`. Never misses one; `marks` has the padded length.
 void mark_reflecting(const FacingFacets& facing, const Eigen::Vector3d& s, double min_cosine, double reach_m,
                      std::vector<std::uint8_t>& marks);
 
-/// The facets of a mesh, made once. Foliage does not reflect; terrain only if asked. Const members are
-/// thread-safe.
+/// The facets of a mesh, built once. Foliage does not reflect; terrain only with `with_terrain`. Const
+/// members are thread-safe.
 class FacetSet {
  public:
-  /// Facets [i * kBlock, (i + 1) * kBlock) lie close together; the last block may be shorter.
+  /// Facets [i * kBlock, (i + 1) * kBlock) are close together; the last block may be shorter.
   static constexpr std::size_t kBlock = BoundsBlocks::kBlock;
 
   /// No facets.
   FacetSet() = default;
-  /// Triangles belong to one facet when they share an edge (same two positions), their normals differ by less
+  /// Triangles belong to one facet if they share an edge (same two positions), their normals differ by less
   /// than 0.5 deg and no vertex is farther than 0.5 mm from the plane of the group's largest triangle: the
   /// roundings of meshes stored in floats are smaller.
   FacetSet(const city::Mesh& mesh, bool with_terrain);
 
   [[nodiscard]] const std::vector<Facet>& facets() const { return facets_; }
 
-  /// Facets that may face an antenna within `radius_m` of a place, with bounds that begin within `reach_m` of
-  /// it.
+  /// Facets that may face an antenna within `radius_m` of a point, and have bounds within `reach_m` of it.
   void gather(const Eigen::Vector3d& centre, double radius_m, double reach_m, NearFacets& out) const;
 
-  /// The triangle of the mesh at a point of the facet's plane, the lowest one of several; edges belong to the
-  /// facet (1 nm of slack).
+  /// The triangle of the mesh at a point of the facet's plane, the lowest number of several; edges belong to
+  /// the facet (1 nm of slack).
   [[nodiscard]] std::optional<std::uint32_t> triangle_at(const Facet& facet,
                                                          const Eigen::Vector3d& point) const;
 
-  /// Corners [m, frame of the mesh] of a convex polygon that the facet's triangles cover without a gap, on
-  /// the facet's plane, in turn about its normal: the facet's largest triangle, or that and the neighbour
-  /// with which it makes the largest convex quadrilateral. A wall of two triangles is covered whole.
-  /// @param corners gets them. @return how many: 3 or 4
+  /// Corners [m, frame of the mesh] of a convex polygon on the facet's plane that its triangles cover without
+  /// a gap, counter-clockwise about its normal: the facet's largest triangle, or that and the neighbour with
+  /// which it makes the largest convex quadrilateral. A wall of two triangles is covered completely. @return
+  /// 3 or 4 corners
   std::size_t convex_part(const Facet& facet, std::array<Eigen::Vector3d, 4>& corners) const;
 
  private:

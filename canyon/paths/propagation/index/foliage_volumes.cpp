@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 using Triangle = std::array<Vector3d, 3>;
 
 constexpr double kSameRange = 1e-6;  // m
-/// Triangles reach this share of their size beyond their edges, so that no ray slips between two.
+/// Triangles are extended by this fraction of their size, so that no ray passes between two.
 constexpr double kRim = 1e-9;
 
 struct Crossing {
@@ -42,7 +42,7 @@ bool meet(const Vector3d& origin, const Vector3d& direction, const Triangle& t, 
   return crossing.range_m > 0;
 }
 
-/// Whether a ray meets bounds, with a micrometre to spare.
+/// Whether a ray meets bounds, with a tolerance of a micrometre.
 bool meets_bounds(const Eigen::AlignedBox3d& bounds, const Vector3d& origin, const Vector3d& direction) {
   double from = 0, to = 1e300;
   for (int axis = 0; axis < 3; ++axis) {
@@ -80,7 +80,7 @@ FoliageVolumes::FoliageVolumes(const city::Mesh& mesh) {
   std::vector<Triangle> triangles;
   for (const city::Object& object : mesh.objects) {
     if (object.surface != city::Surface::Foliage) continue;
-    // Each object has its own positions: trees that touch stay two.
+    // Each object has its own positions: touching trees stay separate.
     std::map<std::tuple<double, double, double>, std::uint32_t> positions;
     for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
       auto& corner = corners.emplace_back();
@@ -113,7 +113,7 @@ FoliageVolumes::FoliageVolumes(const city::Mesh& mesh) {
         volume.bounds.extend(corner);
       }
     }
-    // Closed: every side is run through as often one way as the other.
+    // Closed: every side occurs equally often in both directions.
     volume.closed = true;
     city::each_edge(own, [&](std::span<const city::TriangleSide> sides) {
       const auto forward =
@@ -159,7 +159,7 @@ void FoliageVolumes::append_inside(const Vector3d& origin, const Vector3d& direc
       bool front = false, back = false;
       for (; i < crossings.size() && crossings[i].range_m - range <= kSameRange; ++i)
         (crossings[i].front ? front : back) = true;
-      if (front && back) continue;  // touched from outside, or two lobes that touch
+      if (front && back) continue;  // touches from outside, or two lobes that touch
       if (front && !inside) {
         inside = true;
         entered = range;

@@ -15,7 +15,7 @@ namespace {
 using Complex = std::complex<double>;
 using geodesy::kPi;
 
-/// sum (j pi/2)^n x^(2n+1) / (n! (2n+1)): A&S 7.3.11 and 7.3.13 in one.
+/// sum (j pi/2)^n x^(2n+1) / (n! (2n+1)): A&S 7.3.11 and 7.3.13 combined.
 Complex fresnel_series(double x) {
   const double u = kPi / 2 * x * x;
   double term = x;
@@ -48,9 +48,8 @@ Complex fresnel_tail(double x) {
     h *= step;
     if (std::abs(step.real() - 1) + std::abs(step.imag()) < 1e-16) break;
   }
-  // (1 + j)/2 erfc(z) with e^(-z^2) = e^(j pi x^2 / 2) and 2z / sqrt(pi) = (1 - j) x. The turns x^2/4 are
-  // taken from the parts of x = whole + part (whole^2 mod 4 is 0 or 1): x^2 itself would lose the fraction's
-  // digits.
+  // (1 + j)/2 erfc(z) with e^(-z^2) = e^(j pi x^2 / 2) and 2z / sqrt(pi) = (1 - j) x. The cycles x^2/4 are
+  // computed from x = whole + part (whole^2 mod 4 is 0 or 1): x^2 itself would lose the fraction's digits.
   const double whole = std::floor(x), part = x - whole;
   const double turns =
       (std::fmod(whole, 2.0) == 0 ? 0.0 : 0.25) + std::fmod(whole * part / 2, 1.0) + part * part / 4;
@@ -97,7 +96,7 @@ double rounded_edge_loss_db(double radius_m, double leg_m, double bending_rad, d
   if (radius_m == 0) return 0;
   if (!(leg_m > 0) || !(bending_rad >= 0 && bending_rad <= kPi))
     throw InputError(fmt::format("ray bent by {} rad, {} m away", bending_rad, leg_m),
-                     "give an angle from 0 to pi and a way above 0 m");
+                     "give an angle from 0 to pi and a distance above 0 m");
   const double k = std::cbrt(kPi * radius_m / wavelength_m);
   const double m = radius_m / (leg_m * k), mn = bending_rad * k, root = std::sqrt(m);
   const double of_radius = 7.2 * root - 2 * m + 3.6 * m * root - 0.8 * m * m;

@@ -57,9 +57,9 @@ void NearBends::hold(const EdgeSet& set, const Vector3d& antenna, std::span<cons
   for (Found& found : found_) found.max_excess_m = -1;
 }
 
-/// The excess E of a path around an endless edge is leg |e - s|^2 / 2, e the direction of the leg to it. It
-/// is stationary, so that it changes by (s - e) . dA as the antenna moves and by leg (e - s) . ds as the
-/// satellite does: its root by at most |dA| / sqrt(2 leg) and sqrt(leg / 2) |ds|.
+/// The excess E of a path around an infinite edge is leg |e - s|^2 / 2, e the direction of the leg to it. It
+/// is stationary: a motion of the antenna changes it by (s - e) . dA, a motion of the satellite by leg (e -
+/// s) . ds. So its root changes by at most |dA| / sqrt(2 leg) and sqrt(leg / 2) |ds|.
 void NearBends::see(const EdgeSet& set, double reach_m, double clearance_m) {
   const double radius = Stay::kAntennas.reach_m();
   set.gather(stay_.centre(), reach_m + radius, clearance_m - radius, near_);

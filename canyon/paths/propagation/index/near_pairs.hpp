@@ -13,16 +13,16 @@
 
 namespace canyon::propagation {
 
-/// Remembers during a Stay which facets may reflect satellites over a facet next to the antenna. For each
-/// facet it is searched once. Never misses a facet that BeamIndex::find() needs; what is found must be
-/// verified, so that results do not depend on it. Of one set of facets and one reach; its memory is that of
-/// the facets in one antenna's view.
+/// Cache, during a Stay, of the facets that may reflect satellites over a facet next to the antenna; each
+/// facet is searched once. Never misses a facet that BeamIndex::find() needs. Results must be verified, so
+/// that the cache does not change the paths. Of one set of facets and one reach; its memory is that of the
+/// facets in one antenna's view.
 class NearPairs {
  public:
-  /// Makes it hold for an antenna.
+  /// Updates the cache for an antenna.
   void hold(const FacetSet& set, const BeamIndex& beams, const Eigen::Vector3d& antenna,
             std::span<const Eigen::Vector3d> directions, double reach_m);
-  /// Facets and directions behind a facet next to the antenna; empty if the facet is too near to be held.
+  /// Facets and directions behind a facet next to the antenna; empty if the facet is too near for the cache.
   /// Valid until the next call.
   struct Matches {
     bool held = false;
@@ -46,15 +46,15 @@ class NearPairs {
   std::vector<BeamIndex::Match> matches_, found_;
 };
 
-/// Remembers during a Stay which edges may bend which satellites. Never misses one that mark_diffracting()
-/// marks; what is found must be verified, so that results do not depend on it. Of one set of edges and one
-/// reach; its memory is that of the edges in one antenna's view.
+/// Cache, during a Stay, of the edges that may diffract each satellite. Never misses one that
+/// mark_diffracting() marks. Results must be verified, so that the cache does not change the paths. Of one
+/// set of edges and one reach; its memory is that of the edges in one antenna's view.
 class NearBends {
  public:
-  /// Makes it hold for an antenna.
+  /// Updates the cache for an antenna.
   void hold(const EdgeSet& set, const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
             double reach_m, double clearance_m);
-  /// Edges of that set that may bend a satellite by at most `max_excess_m`; valid until the next call.
+  /// Edges of that set that may diffract a satellite with at most `max_excess_m`; valid until the next call.
   [[nodiscard]] std::span<const std::uint32_t> of(std::uint32_t satellite, double max_excess_m);
 
  private:
@@ -65,8 +65,8 @@ class NearBends {
   void see(const EdgeSet& set, double reach_m, double clearance_m);
 
   Stay stay_;
-  NearEdges near_;             ///< as they are seen from everywhere in the stay
-  std::vector<float> root_m_;  ///< by how much the root of an edge's excess may change [sqrt(m)]
+  NearEdges near_;             ///< for all antennas within the stay
+  std::vector<float> root_m_;  ///< largest change of the root of an edge's excess [sqrt(m)]
   std::vector<Found> found_;   ///< by satellite
 };
 

@@ -14,10 +14,10 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 using Hidden = Occluders::Hidden;
 
-/// Roundings of a product of float coordinates and a float unit normal, of the distance.
+/// Rounding of the product of float coordinates and a float unit normal, relative to the distance.
 constexpr float kRounding = 1e-6f;
 
-/// The corner of each facet's bounds that is farthest against `direction`: where the bounds begin along it.
+/// The corner of each facet's bounds that is first along `direction`.
 struct Corner {
   const float *x, *y, *z;
   Corner(const FacingFacets& f, const Vector3f& direction)
@@ -26,7 +26,7 @@ struct Corner {
         z((direction.z() >= 0 ? f.min_z : f.max_z).data()) {}
 };
 
-/// inside[i] &= corner i . direction >= height, roundings taken off.
+/// inside[i] &= corner i . direction >= height, minus roundings.
 CANYON_CLONES void narrow(const float* __restrict x, const float* __restrict y, const float* __restrict z,
                           std::size_t count, float dx, float dy, float dz, float height,
                           std::uint8_t* __restrict inside) {
@@ -37,7 +37,7 @@ CANYON_CLONES void narrow(const float* __restrict x, const float* __restrict y, 
   }
 }
 
-/// FacetSet::convex_part(); a triangle has its last corner twice.
+/// FacetSet::convex_part(); the last corner of a triangle is duplicated.
 std::size_t corners_of(const FacetSet& set, const Facet& facet, std::array<Vector3d, 4>& corner) {
   const std::size_t count = set.convex_part(facet, corner);
   if (count == 3) corner[3] = corner[2];
@@ -96,11 +96,11 @@ void Occluders::hidden_regions(const FacetSet& set, const FacingFacets& facing, 
     Hidden region;
     bool sound = true;
     for (std::size_t k = 0; k < 4; ++k) {
-      // A triangle's last corner is there twice, with no side between; the side before it stands in.
+      // A triangle's last corner is duplicated and has no side between; the previous side is used again.
       const bool none = corner[k] == corner[(k + 1) % 4];
       const std::size_t from = none ? k - 1 : k;
-      // Corners go anticlockwise as the antenna sees them, so the cross product the other way round points
-      // in.
+      // Corners are counter-clockwise as seen from the antenna, so the cross product in reverse order points
+      // inwards.
       const Vector3d normal = corner[(from + 1) % 4].cross(corner[from]);
       const double length = normal.norm();
       sound &= length > 1e-6 * corner[from].squaredNorm() && length > 1e-9;

@@ -10,12 +10,12 @@
 
 namespace canyon::propagation {
 
-/// Convex parts of a set's facets, each able to prove that something is hidden from an antenna. Made once;
-/// const members are thread-safe.
+/// Convex parts of a set's facets, each of which hides a region from an antenna. Built once; const members
+/// are thread-safe.
 class Occluders {
  public:
-  /// A cone with its apex at the antenna that ends at one convex polygon; what lies in it beyond the
-  /// polygon's plane is hidden. Inner sides are planes through the antenna: normal . x >= 0, x from the
+  /// A cone with its apex at the antenna and one convex polygon as its section. Everything inside it beyond
+  /// the polygon's plane is hidden. Inner sides are planes through the antenna: normal . x >= 0, x from the
   /// antenna.
   struct Hidden {
     std::array<Eigen::Vector3f, 4> side;  ///< unit, inwards; a triangle has its last one twice
@@ -30,14 +30,14 @@ class Occluders {
   Occluders() = default;
   explicit Occluders(const FacetSet& set);
 
-  /// Appends the regions behind the `count` facets of `facing` that take the most of the antenna's view (by
-  /// area times cosine over squared distance). Polygons are made smaller by `margin_m` at their corners, so
-  /// that rays that miss their edges by a rounding are not called hidden.
+  /// Appends the regions behind the `count` facets of `facing` that cover most of the antenna's view (by area
+  /// times cosine over squared distance). Polygons are shrunk by `margin_m` at their corners, so that rays
+  /// that miss their edges by a rounding are not counted as hidden.
   void hidden_regions(const FacetSet& set, const FacingFacets& facing, const Eigen::Vector3d& antenna,
                       std::size_t count, double margin_m, Scratch& scratch, std::vector<Hidden>& out) const;
 
  private:
-  /// FacetSet::convex_part() of a facet; its corners are computed again where they are needed.
+  /// FacetSet::convex_part() of a facet; its corners are recomputed when needed.
   struct Part {
     Eigen::Vector3d centre;
     float area;
@@ -45,12 +45,12 @@ class Occluders {
   std::vector<Part> parts_;  ///< one per facet
 };
 
-/// hidden[i] = 1 where facet i of `facing` lies wholly in one of the regions. Never hides a facet with a
-/// point outside all of them; `hidden` has the padded length.
+/// hidden[i] = 1 if facet i of `facing` is completely in one of the regions. Never hides a facet with a point
+/// outside all of them; `hidden` has the padded length.
 void mark_hidden(const FacingFacets& facing, const std::vector<Occluders::Hidden>& regions,
                  std::vector<std::uint8_t>& hidden);
 
-/// Whether a sphere about `centre` (from the antenna) lies wholly in one of the regions.
+/// Whether a sphere around `centre` (from the antenna) is completely in one of the regions.
 [[nodiscard]] bool is_hidden(const Eigen::Vector3d& centre, double radius,
                              const std::vector<Occluders::Hidden>& regions);
 

@@ -11,12 +11,12 @@
 
 namespace canyon::propagation {
 
-/// Caches what is made of the meshes of movable instances, each when it is first seen. Ids are never used
-/// again, so an entry stays true. Thread-safe.
+/// Caches data derived from the meshes of movable instances, each at its first use. Ids are never reused, so
+/// an entry stays valid. Thread-safe.
 template <typename Prepared>
 class PerInstance {
  public:
-  /// `make(mesh)` gives a std::unique_ptr<const Prepared>; called once for each instance.
+  /// `make(mesh)` returns a std::unique_ptr<const Prepared>; called once for each instance.
   template <typename Make>
   const Prepared& of(const raytrace::PlacedInstance& placed, const Make& make) const {
     {
@@ -35,22 +35,22 @@ class PerInstance {
   mutable std::unordered_map<raytrace::InstanceId, std::unique_ptr<const Prepared>> prepared_;
 };
 
-/// Where a set of facets or edges stands: at the pose of a movable instance, or, as the city does, in its own
-/// frame (null). Poses are rigid (RayScene sees to it).
+/// Pose of a set of facets or edges: of a movable instance, or null for a set in its own frame, as the city.
+/// Poses are rigid (RayScene ensures it).
 class SetPose {
  public:
   SetPose(const Eigen::Isometry3d* enu_from_set = nullptr) : pose_(enu_from_set) {}
 
   [[nodiscard]] bool is_own() const { return pose_ == nullptr; }
   [[nodiscard]] const Eigen::Isometry3d* get() const { return pose_; }
-  /// A direction of the set in ENU, and the other way.
+  /// Rotates a direction of the set to ENU; turned_back() is the inverse.
   [[nodiscard]] Eigen::Vector3d turned(const Eigen::Vector3d& v) const {
     return is_own() ? v : Eigen::Vector3d(pose_->linear() * v);
   }
   [[nodiscard]] Eigen::Vector3d turned_back(const Eigen::Vector3d& v) const {
     return is_own() ? v : Eigen::Vector3d(pose_->linear().transpose() * v);
   }
-  /// A point of the set in ENU, and the other way.
+  /// Transforms a point of the set to ENU, and back.
   [[nodiscard]] Eigen::Vector3d moved(const Eigen::Vector3d& v) const {
     return is_own() ? v : Eigen::Vector3d(*pose_ * v);
   }

@@ -11,31 +11,31 @@
 
 namespace canyon::propagation {
 
-/// An upright cylinder about an antenna.
+/// A vertical cylinder around an antenna.
 struct Surroundings {
   double radius_m = 0, half_height_m = 0;
 
-  /// From the middle along a unit vector.
+  /// Half the extent along a unit vector.
   [[nodiscard]] double extent_m(const Eigen::Vector3d& along) const {
     return radius_m * along.head<2>().norm() + half_height_m * std::abs(along.z());
   }
-  /// The radius of a ball about it.
+  /// The radius of its circumscribed ball.
   [[nodiscard]] double reach_m() const { return std::hypot(radius_m, half_height_m); }
-  /// Whether a place lies in `share` of it.
+  /// Whether a point is within the cylinder scaled by `share`.
   [[nodiscard]] bool hold(const Eigen::Vector3d& from_middle, double share) const {
     return from_middle.head<2>().norm() <= share * radius_m &&
            std::abs(from_middle.z()) <= share * half_height_m;
   }
 };
 
-/// Where an antenna hardly moves: what may be found from everywhere in kAntennas about `centre()`, of
-/// directions within kSpread of `directions()`, is looked for once.
+/// State of a nearly stationary antenna. Data valid for all antennas in kAntennas around `centre()`, and
+/// directions within kSpread of `directions()`, is computed once.
 class Stay {
  public:
   static constexpr Surroundings kAntennas{5, 0.5};
   static constexpr double kSpread = 2e-3;  ///< chord of directions: some 14 s of a satellite's motion
 
-  /// Goes on while antenna and directions hold, and begins anew where they do not. @return whether it begins
+  /// Continues while antenna and directions are within the bounds, else restarts and returns true.
   bool begins(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions) {
     if (holds(antenna, directions)) return false;
     centre_ = antenna;
@@ -58,16 +58,16 @@ class Stay {
   std::vector<Eigen::Vector3d> directions_;
 };
 
-/// Keeps something about each antenna that comes near the same place again, so that any number of receivers
-/// have their own whatever thread computes their epochs. Results must not depend on what is kept.
-/// Thread-safe. Memory: a `Kept` for each antenna of the last kMost requests that was asked for near its last
+/// Cache with one entry per antenna. An antenna that returns near its last position gets its entry back, on
+/// any thread. Results must not depend on the cache. Thread-safe. Memory: a `Kept` for each antenna of the
+/// last kMost requests that was near its last position twice in succession; nodes of a heat map have none.
 /// place twice in a row; a map's nodes have none.
 template <typename Kept>
 class Places {
  public:
   static constexpr std::uint64_t kMost = 1024;
 
-  /// Holds what is kept about one antenna; no other lease has the same.
+  /// Exclusive access to the entry of one antenna.
   class Lease {
    public:
     Lease(const Places* places, std::size_t entry, Kept* kept)
@@ -80,7 +80,7 @@ class Places {
       const std::scoped_lock lock(places_->mutex_);
       places_->entries_[entry_].taken = false;
     }
-    /// Null: no antenna was near here of late.
+    /// Null: no recent antenna was near this one.
     [[nodiscard]] Kept* get() const { return kept_; }
 
    private:
@@ -89,7 +89,7 @@ class Places {
     Kept* kept_;
   };
 
-  /// What is kept about the antenna whose last place is the nearest, within Stay::kAntennas.
+  /// The entry of the antenna with the nearest last position, within Stay::kAntennas.
   [[nodiscard]] Lease about(const Eigen::Vector3d& antenna) const {
     const std::scoped_lock lock(mutex_);
     ++requests_;
@@ -124,7 +124,7 @@ class Places {
  private:
   struct Entry {
     Eigen::Vector3d antenna;
-    std::uint64_t request = 0;  ///< the last one
+    std::uint64_t request = 0;  ///< number of the last request
     bool taken = false, came_again = false;
     std::unique_ptr<Kept> kept;
   };
