@@ -24,20 +24,19 @@
 
 namespace canyon::receiver {
 
-/// A receiver's progress after a restart, satellite by satellite: how long it searches for each, and whose
-/// ephemerides it has read since.
+/// Progress of a receiver after a restart, per satellite: search time, and state of its ephemeris.
 ///
-/// Hot: each is searched for SignalLockOptions::reacquisition_s, and its ephemeris is known. Warm: likewise,
-/// and its ephemeris is read: all of its messages (broadcast::unsent_ephemeris()), while it is tracked
-/// without a break at the acquisition threshold or above. Cold: searched for a time of its own, uniform from
-/// 0.4 to 2.25 (T - 20 s), then read; T is SignalLockOptions::cold_acquisition_s, which so is the median of
-/// the times to the first fix of receivers of several systems under an open sky (a test: within 3 s). A
-/// receiver with T below 18 s, in which no GPS satellite sends its ephemeris, has it from a network: searched
-/// for 0.8 to 1.6 T. The search's distribution is assumed.
+/// Hot: the search takes SignalLockOptions::reacquisition_s, and ephemerides are known. Warm: same search,
+/// and the ephemeris is read: all of its messages (broadcast::unsent_ephemeris()), during uninterrupted
+/// tracking at the acquisition threshold or above. Cold: a random search time, uniform from 0.4 to 2.25 (T -
+/// 20 s), then reading. T is SignalLockOptions::cold_acquisition_s, which so is the median time to first fix
+/// of receivers of several systems under an open sky (a test: within 3 s). If T is below 18 s, too short for
+/// a GPS satellite's ephemeris, the ephemeris comes from a network: search of 0.8 to 1.6 T. The distribution
+/// of the search time is assumed.
 class KnownEphemerides {
  public:
   /// @param channels_search whether the receiver's channels search for search_s(); else a satellite is found
-  /// so long after it appears
+  /// this long after it appears
   /// @param draws name of its random streams
   KnownEphemerides(const disturbance::Restart& restart, const tracking::SignalLockOptions& lock,
                    bool channels_search, std::uint64_t seed, std::string draws)
@@ -59,7 +58,7 @@ class KnownEphemerides {
     return (0.4 + 1.85 * uniform) * std::max(1.0, cold_s - 20);
   }
 
-  /// Whether a satellite's ephemeris is known; asked once an epoch for each. @param readable it is tracked
+  /// Whether a satellite's ephemeris is known; call once per epoch for each. @param readable it is tracked
   /// and strong enough
   [[nodiscard]] bool read(gnss::SatelliteId id, const gnss::Signal& signal, bool readable,
                           geodesy::GpsTime now) {
@@ -83,8 +82,8 @@ class KnownEphemerides {
 
  private:
   struct Satellite {
-    std::optional<geodesy::GpsTime> since;  // readable without a break
-    std::uint32_t unread = ~0U;             // messages
+    std::optional<geodesy::GpsTime> since;  // readable without interruption
+    std::uint32_t unread = ~0U;             // messages not yet read
   };
   [[nodiscard]] bool by_network() const {
     constexpr double kSubframes1To3_s = 18;
@@ -105,40 +104,39 @@ struct Tracked {
   tracking::Reception reception;
 };
 
-/// The satellites of an epoch after their channels have received it, in the order of ReceiverEpoch.
+/// The satellites of an epoch after processing by their channels, in the order of ReceiverEpoch.
 struct Followed {
   struct Satellite {
     const propagation::SatelliteView* view;
     std::size_t first_channel;  ///< in `channels`; those of SatelliteObservation::more come next
   };
   std::vector<Satellite> satellites;
-  std::vector<std::optional<Tracked>> channels;  ///< empty where signals have no strength
+  std::vector<std::optional<Tracked>> channels;  ///< empty if signals have no strength
   int los = 0;                                   ///< satellites in line of sight above the mask
 };
 
-/// A receiver's front end and its channels: which signals are found, how strong they are, and whose
-/// ephemerides are known.
+/// A receiver's front end and its channels: found signals, their strength, and known ephemerides.
 class ChannelBank {
  public:
   /// @param options must outlive this
   /// @param draws name of its random streams
   ChannelBank(const ReceiverOptions& options, std::uint64_t seed, std::string draws);
 
-  /// Forgets all channels and ephemerides, and searches as after the restart.
+  /// Resets all channels and ephemerides, and searches as after the restart.
   void restart(const disturbance::Restart& restart);
-  /// Interference of an epoch behind the antenna; valid until the next call.
+  /// Interference of an epoch after the antenna; valid until the next call.
   [[nodiscard]] std::span<const tracking::ReceivedWave> receive(
       std::span<const propagation::Interference> waves);
   /// State of the front end around each tracked carrier, by carrier.
   [[nodiscard]] std::vector<BandState> bands(std::span<const tracking::ReceivedWave> waves);
-  /// Lists the satellites of an arrival in `epoch`, and passes their signals through their channels.
+  /// Lists the satellites of an arrival in `epoch`, and processes their signals in their channels.
   [[nodiscard]] Followed follow(const tracking::AntennaMotion& motion, const propagation::Arrival& arrival,
                                 ReceiverEpoch& epoch);
-  /// Tells the channels of satellites that are below the horizon. @param satellites ascending
+  /// Processes an epoch without signal in the channels of all satellites not in `satellites` (ascending).
   void miss_all_but(const std::vector<SatelliteObservation>& satellites, geodesy::GpsTime now);
   /// Errors of a tracked signal's loops at an epoch.
   [[nodiscard]] tracking::LoopErrors sample(const Tracked& tracked, geodesy::GpsTime now);
-  /// Whether a satellite's ephemeris is known; asked once an epoch for each.
+  /// Whether a satellite's ephemeris is known; call once per epoch for each.
   [[nodiscard]] bool read_ephemeris(const SatelliteObservation& satellite, geodesy::GpsTime now);
 
  private:
@@ -156,7 +154,7 @@ class ChannelBank {
   std::optional<tracking::ChannelModel> signals_;  ///< empty: signals have no strength
   std::map<gnss::SatelliteId, std::vector<tracking::Channel>> channels_;
   std::optional<KnownEphemerides> known_;  ///< since the last restart; empty: all
-  // Kept for their memory.
+  // Members to keep their capacity.
   std::vector<tracking::ReceivedWave> received_waves_;
   std::vector<const gnss::Signal*> wanted_;
 };

@@ -19,50 +19,50 @@ namespace canyon::receiver {
 
 struct ReceiverEpoch;
 
-/// An epoch as a station gives it; null where it measured nothing. @param place_ecef of its antenna as it
-/// states it [m]; empty: it moves, and states its own fix of the epoch, without one nothing
+/// An epoch as corrections of a station; null if it measured nothing. @param place_ecef reported position of
+/// its antenna [m]; empty: the station moves, and reports its own fix of the epoch; without a fix it sends
+/// nothing
 [[nodiscard]] std::shared_ptr<const relative::Corrections> corrections_of(
     const ReceiverEpoch& station, const std::optional<Eigen::Vector3d>& place_ecef);
 
-/// Corrections of pseudoranges by the latest epoch of a reference station: the range of a signal by its place
-/// and the ephemerides, less the measured one. They remove the errors of orbits, satellite clocks and
-/// atmosphere that station and receiver share.
+/// Corrections of pseudoranges by the latest epoch of a reference station: the range of a signal by the
+/// station's position and the ephemerides, minus the measured one. They remove the errors of orbits,
+/// satellite clocks and atmosphere that are common to station and receiver.
 class CodeCorrections {
  public:
   struct Correction {
-    double metres = 0;   ///< to be added to the pseudorange
+    double metres = 0;   ///< added to the pseudorange
     double sigma_m = 0;  ///< of the station's code
-    /// The same without the errors from space that the correction takes away, and with what they differ by at
+    /// The deviation without the errors in space that the correction removes, and with their difference at
     /// the receiver.
     double stated_sigma_m = 0;
   };
 
   explicit CodeCorrections(const relative::CorrectionOptions& options) : max_age_s_(options.max_age_s) {}
 
-  /// The station's epoch in the place of the one before. Its clock, as the mean over the satellites of each
-  /// constellation, is taken off: corrections of a drifting clock would contradict the Doppler.
+  /// Replaces the station's epoch. Removes its clock, the mean over the satellites of each constellation:
+  /// corrections of a drifting clock would contradict the Doppler.
   /// @param sky the receiver's ephemerides
-  /// @param fix the models of the atmosphere that the receiver's fix applies are taken off here, so that they
-  /// bridge the places
-  /// @param shared_m deviation of the errors from space in the station's codes
-  /// @param apart_m deviation of what they differ by at the receiver
+  /// @param fix its atmosphere models, which the receiver's fix applies, are removed here too, so that they
+  /// cover the difference between the positions
+  /// @param shared_m deviation of the errors in space in the station's codes
+  /// @param apart_m deviation of their difference at the receiver
   /// Throws InputError as positioning::solve_fix() does.
   void take(const relative::Corrections& corrections, const orbit::Sky& sky,
             const positioning::FixOptions& fix, const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
             double shared_m = 0, double apart_m = 0);
-  /// How old the corrections are [s], >= 0; empty where there are none that may be used: older than
+  /// Age of the corrections [s], >= 0; empty if none are usable: older than
   /// relative::CorrectionOptions::max_age_s, or more than a second ahead of `receiver_time`.
   [[nodiscard]] std::optional<double> age_s(geodesy::GpsTime receiver_time) const;
-  /// Null where the station did not measure the signal.
+  /// Null if the station did not measure the signal.
   [[nodiscard]] const Correction* of(gnss::SatelliteId id, const gnss::Signal& signal) const;
   [[nodiscard]] int station() const { return station_; }
-  /// From the place that the station states to that which its own codes have, mean of its last epochs (30 at
-  /// most) [m]; empty where they do not determine one (PDOP above 5). Some metres where the statement is
-  /// right.
+  /// Offset from the station's reported position to that of its own codes, mean of its last epochs (30 at
+  /// most) [m]; empty if they do not determine a position (PDOP above 5). Some metres for a correct position.
   [[nodiscard]] std::optional<double> station_offset_m() const;
 
  private:
-  /// A signal whose correction says where the station is.
+  /// Residual of a signal's correction, for locating the station.
   struct Sighting {
     const gnss::Signal* signal;
     Eigen::Vector3d towards;  ///< unit, from the station to the satellite
@@ -79,7 +79,7 @@ class CodeCorrections {
   int located_ = 0;  // epochs in the mean, 30 at most
 };
 
-/// One line where station_offset_m() is more than 15 m; else empty.
+/// One line if station_offset_m() is more than 15 m; else empty.
 [[nodiscard]] std::optional<std::string> wrong_station_warning(std::optional<double> offset_m);
 
 }  // namespace canyon::receiver

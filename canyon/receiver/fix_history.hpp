@@ -12,11 +12,10 @@
 
 namespace canyon::receiver {
 
-/// Fixes of a receiver that faults may still report instead of its newest, and no others.
+/// The fixes that faults may still report instead of a receiver's newest one.
 class FixHistory {
  public:
-  /// Adds the fix of the next epoch, in order of time, and drops those that no fault can ask for from its
-  /// events on.
+  /// Adds the fix of the next epoch, in order of time, and drops those that no later fault can use.
   void add(geodesy::GpsTime time, const positioning::Fix& fix, const disturbance::ReceiverEvents& events) {
     if (events.fix_edits.empty() && !events.fixes_from) return fixes_.clear();
     fixes_.emplace_back(time, fix);
@@ -24,7 +23,7 @@ class FixHistory {
     for (const disturbance::FixEdit& edit : events.fix_edits)
       if (const std::size_t at = position(edit.of, edit.first); at < size())
         asked.push_back(fixes_[at].first);
-    std::size_t older = size();  // than those that are all kept
+    std::size_t older = size();  // fixes that are not all kept
     if (events.fixes_from) {
       const std::size_t first = position(*events.fixes_from, false);
       older = first < size() ? first : 0;
@@ -36,7 +35,7 @@ class FixHistory {
     fixes_.erase(std::remove_if(fixes_.begin(), end, unasked), end);
   }
 
-  /// The fix that an edit of the last epoch asks for (FixEdit::of); null: there was none.
+  /// The fix that an edit of the last epoch selects (FixEdit::of); null: there was none.
   [[nodiscard]] const positioning::Fix* find(const disturbance::FixEdit& edit) const {
     const std::size_t at = position(edit.of, edit.first);
     return at < size() ? &fixes_[at].second : nullptr;

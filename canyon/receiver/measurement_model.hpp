@@ -12,46 +12,46 @@
 
 namespace canyon::receiver {
 
-/// An epoch's values that all of its satellites share.
+/// Values of an epoch common to all of its satellites.
 struct Instant {
   geodesy::GpsTime time;
   ClockReading clock;
   tracking::AntennaMotion motion;
   geodesy::Geodetic place;
   const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
-  ShiftedAntenna before, after;  ///< by half a second, where the signals have delays of the atmosphere
+  ShiftedAntenna before, after;  ///< by half a second, if the signals have delays of the atmosphere
 };
 
 /// The observation equation: pseudoranges, Dopplers and carrier phases of tracked signals, with the
-/// receiver's own noise and delays; remembers both for each signal.
+/// receiver's own noise and delays, whose states it stores for each signal.
 class MeasurementModel {
  public:
   /// @param options must outlive this
   MeasurementModel(const ReceiverOptions& options, std::uint64_t seed);
 
-  /// Sets the antenna's place of an epoch, and what the atmosphere's rates need.
+  /// Sets the antenna's position of an epoch, and the inputs of the atmosphere's rates.
   void place(Instant& at, const Eigen::Vector3d& antenna_ecef) const;
   /// The measurement of a tracked signal; sets the terms of its pseudorange in `observation`.
-  /// @param reception of its channel; null where signals have no strength
+  /// @param reception of its channel; null if signals have no strength
   /// @param loops errors of its channel's loops
-  /// @param drifting whether the noise has its mean of drift mode (NoiseOptions::drifts())
+  /// @param drifting whether the mean of the noise is in drift mode (NoiseOptions::drifts())
   [[nodiscard]] positioning::Measurement measure(const Instant& at, const propagation::SatelliteView& view,
                                                  const tracking::Reception* reception,
                                                  const tracking::LoopErrors& loops, bool drifting,
                                                  SignalObservation& observation);
 
-  /// What the fix takes off a code at 1575.42 MHz for the ionosphere [m].
+  /// Ionosphere correction of the fix for a code at 1575.42 MHz [m].
   [[nodiscard]] double ionosphere_model_m(const Instant& at, const orbit::LineOfSight& line) const;
 
  private:
-  /// Noise of one satellite's pseudorange and Doppler that does not come from its strength.
+  /// Noise of one satellite's pseudorange and Doppler that does not depend on its strength.
   struct SignalNoise {
     tracking::OuProcess code;
     RandomStream doppler;
     double drifted_mean_m;  ///< added to the mean in drift mode
     geodesy::GpsTime last;
   };
-  /// How far a signal's bias has drifted.
+  /// State of a signal's bias drift.
   struct Drift {
     tracking::OuProcess process;
     geodesy::GpsTime last;

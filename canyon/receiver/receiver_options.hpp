@@ -21,15 +21,15 @@
 
 namespace canyon::receiver {
 
-/// Pseudorange noise, one OU process per satellite; and the paper's drifting mean. It stands for what is left
-/// of orbits, clocks and atmosphere where no errors of space are simulated (errors::SpaceErrors).
+/// Pseudorange noise, one OU process per satellite; and the paper's drifting mean. It represents the residual
+/// errors of orbits, clocks and atmosphere if no errors in space are simulated (errors::SpaceErrors).
 struct NoiseOptions {
-  /// Left out: on where no errors of space are.
+  /// Default: on if there are no errors in space.
   options::Switch enabled = true;
   tracking::OuOptions ou;
   double doppler_sigma_hz = 0.1;  ///< white, per measurement; >= 0
-  /// The paper's mu drift mode: while the antenna is slower than 0.5 m/s or fewer than five satellites above
-  /// the mask are in line of sight, each satellite's mean moves by a value drawn once per satellite from
+  /// The paper's mu drift mode: while the antenna is slower than 0.5 m/s, or fewer than five satellites above
+  /// the mask are in line of sight, each satellite's mean moves to a value sampled once per satellite from
   /// N(0, kDriftMuSigma_m), with the process's own time constant 1 / theta.
   bool drift_enabled = false;
   static constexpr double kDriftMuSigma_m = 2;
@@ -40,15 +40,14 @@ struct NoiseOptions {
 };
 void visit(options::Visitor& v, NoiseOptions& o);
 
-/// The receiver's own delays of signals in its pseudoranges [m]; their common part belongs to its clock.
+/// The receiver's own delays of signals in its pseudoranges [m]; their common part is in its clock.
 struct BiasOptions {
   /// Delays of groups of signals, [-1e4, 1e4]: inter-system ("GLONASS") and inter-frequency ones ("L5").
   gnss::GroupValues code_m;
-  /// GLONASS: from one frequency channel to the next [m], [-100, 100]; some receivers differ by metres over
-  /// the band.
+  /// GLONASS: increment per frequency channel [m], [-100, 100]; in some receivers metres over the band.
   double glonass_channel_m = 0;
-  /// Each system's signal drifts about its bias, a first-order process of this deviation [m], [0, 1000], and
-  /// time constant [s], [1, 1e6].
+  /// Drift of each system's signal around its bias: a first-order process of this deviation [m], [0, 1000],
+  /// and time constant [s], [1, 1e6].
   double drift_sigma_m = 0;
   double drift_time_s = 3600;
   /// Throws InputError naming the field that is out of range.
@@ -56,8 +55,8 @@ struct BiasOptions {
 };
 void visit(options::Visitor& v, BiasOptions& o);
 
-/// White noise on the solved position and velocity, beside all other errors and in the stated covariances, as
-/// simulators' own GNSS sensors have it. Each >= 0.
+/// White noise on the solved position and velocity, in addition to all other errors and included in the
+/// reported covariances, as in the GNSS sensors of simulators. Each >= 0.
 struct FixNoiseOptions {
   double horizontal_m = 0, vertical_m = 0;      ///< standard deviations: east and north each; up [m]
   double horizontal_mps = 0, vertical_mps = 0;  ///< likewise [m/s]
@@ -65,11 +64,11 @@ struct FixNoiseOptions {
 };
 void visit(options::Visitor& v, FixNoiseOptions& o);
 
-/// Checks by which a receiver notices spoofing (SpoofingCheck).
+/// Checks for spoofing in a receiver (SpoofingCheck).
 struct SpoofingCheckOptions {
   bool enabled = false;
   double gain_db = 1;  ///< [0.1, 30]
-  /// Jump of place or clock [m], [1, 1e6]. Echoes that come and go in a street move a fix by tens of metres.
+  /// Jump of position or clock [m], [1, 1e6]. Changing echoes in a street move a fix by tens of metres.
   double jump_m = 150;
   double hold_s = 30;  ///< [0, 1e5]
 };
@@ -78,57 +77,56 @@ void visit(options::Visitor& v, SpoofingCheckOptions& o);
 /// A receiver without a name.
 inline constexpr std::string_view kReceiver = "receiver";
 
-/// Standard deviation that receivers take errors from space to have [m]; assumed.
+/// Standard deviation that receivers assume for errors in space [m]; assumed.
 inline constexpr double kSpaceSigma_m = 1;
 
-/// Systems that the radio of a receiver has at once near L1, where `tracks` is left out.
+/// Systems that the receiver's radio can receive concurrently near L1, if `tracks` is not given.
 enum class AtOnce : std::uint8_t {
   All,
-  GlonassOrBeiDou,  ///< one band beside 1575.42 MHz: B1I rests under a sky that has GLONASS (u-blox M8)
+  GlonassOrBeiDou,  ///< one band besides 1575.42 MHz: no B1I if the sky has GLONASS (u-blox M8)
   BeiDouByB1C,      ///< likewise, and BeiDou's signal is B1C (u-blox M10)
 };
 
 struct ReceiverOptions : positioning::RangeOptions {
   std::string name{kReceiver};
-  /// Names of gnss::signals_of(), of any system: these are tracked, of systems without any nothing. Empty: of
+  /// Names of gnss::signals_of(), of any system, to track; systems without any are not tracked. Empty: of
   /// each satellite its signal near L1.
   std::vector<std::string> tracks;
-  /// Groups of signals that it does not track all the same: satellites that its firmware leaves out
-  /// ("BeiDou-GEO").
+  /// Groups of signals excluded from tracking: satellites that the firmware ignores ("BeiDou-GEO").
   std::vector<std::string> leaves_out;
-  /// Systems that the hardware receives at once near L1.
+  /// Systems that the hardware receives concurrently near L1.
   AtOnce at_once = AtOnce::All;
   FixInputOptions fix_input;
   BiasOptions biases;
-  /// Whether random draws depend on the receiver's name, beside seed and satellite. Left out: noise, clock
-  /// and phases do, shadows and other disturbances do not, so that receivers meet the same streets. True:
-  /// shadows do as well, for antennas on different vehicles. False: nothing does, and receivers that differ
-  /// in a setting are compared under the same noise realization.
+  /// Whether random realizations depend on the receiver's name, in addition to seed and satellite. Default:
+  /// noise, clock and phases do; shadows and other disturbances do not, so that receivers get the same
+  /// streets. True: shadows do as well, for antennas on different vehicles. False: nothing does, to compare
+  /// receivers with different settings under the same noise.
   options::Switch own_draws = true;
   NoiseOptions noise;
   FixNoiseOptions fix_noise;
   tracking::ClockOptions clock;
   SpoofingCheckOptions spoofing_check;
   tracking::SignalOptions signal;
-  /// Position filter behind the fix; off: each epoch's fix stands alone, as in the paper.
+  /// Position filter after the fix; off: independent fixes of single epochs, as in the paper.
   positioning::PositionFilterOptions filter;
   relative::CorrectionOptions corrections;
-  /// Float and fixed solutions by carrier phases beside those of the corrections.
+  /// Float and fixed solutions by carrier phases, in addition to those of the corrections.
   relative::RtkOptions rtk;
-  /// The vehicle's sensors behind all of it, where the receiver's driver has some (EpochContext::sensors).
+  /// Fusion with the vehicle's sensors, if the receiver's driver has some (EpochContext::sensors).
   positioning::DeadReckoningOptions dead_reckoning;
-  /// Errors that a receiver assumes in its codes beside those of its loops: the noise process where that is
-  /// on; under errors of space kSpaceSigma_m that changes over an hour.
+  /// Errors that a receiver assumes in its codes in addition to those of its loops: the noise process if it
+  /// is on; with errors in space kSpaceSigma_m that changes over an hour.
   [[nodiscard]] positioning::CodeNoise slow_error() const;
-  /// The part that two receivers near each other have in common, a standard deviation [m].
+  /// The part common to two receivers near each other, a standard deviation [m].
   [[nodiscard]] double shared_error_m() const;
-  /// Standard deviation that a pseudorange states beside that of its loop [m]; 0: none.
+  /// Standard deviation that a pseudorange reports in addition to that of its loop [m]; 0: none.
   [[nodiscard]] double stated_noise_m() const;
-  /// Decides the options that are left out. @param space whether the environment has errors of space
+  /// Sets the options that are not given. @param space whether the environment has errors in space
   /// @param with_ionosphere whether these have an ionosphere
   void decide(bool space, bool with_ionosphere);
-  /// Sets `tracks` or `leaves_out` to what `at_once` receives of these satellites; nothing where `tracks`
-  /// says it. Throws InputError where `tracks` has no signal of any of the satellites.
+  /// Sets `tracks` or `leaves_out` to the signals of these satellites that `at_once` receives; no change if
+  /// `tracks` is given. Throws InputError if `tracks` has no signal of any of the satellites.
   void choose_signals(std::span<const gnss::SatelliteId> sky);
   /// Throws InputError naming receiver and field that are out of range.
   void validate() const;
@@ -140,14 +138,14 @@ void visit(options::Visitor& v, ReceiverOptions& o);
 [[nodiscard]] std::vector<const gnss::Signal*> tracked_signals(const std::vector<std::string>& tracks,
                                                                gnss::System system);
 
-/// A program's models in the place of a receiver's own. Empty functions: the receiver's own. Called once an
-/// epoch or more, in order of time, in the thread that calls Receiver::observe().
+/// User models that replace a receiver's own. Empty functions: the receiver's own. Called one or more times
+/// per epoch, in order of time, in the thread that calls Receiver::observe().
 struct OwnModels {
-  /// Instead of FixOptions::weights, for fix and position filter: standard deviation that a pseudorange is
-  /// weighted by [m], > 0 (else InputError). @param elevation_rad true one of the satellite
+  /// Replaces FixOptions::weights, for fix and position filter: standard deviation of a pseudorange's weight
+  /// [m], > 0 (else InputError). @param elevation_rad the satellite's true elevation
   std::function<double(const positioning::Measurement& measurement, double elevation_rad)> sigma_m;
-  /// Instead of positioning::solve_fix(), in front of the position filter; the arguments are those of
-  /// solve_fix(), and so is what the fix must hold (positioning::fix_at() makes it of a place).
+  /// Replaces positioning::solve_fix(), before the position filter. Arguments and required contents of the
+  /// fix are those of solve_fix() (positioning::fix_at() makes it from a position).
   std::function<positioning::Fix(geodesy::GpsTime receiver_time,
                                  const std::vector<positioning::Measurement>& measurements,
                                  const orbit::Sky& sky, const positioning::FixOptions& options,
@@ -155,8 +153,8 @@ struct OwnModels {
       solve;
 };
 
-/// Makes the models of one receiver as they are before the first epoch; a run or a world that begins anew
-/// makes them anew. @param seed of the run; @param receiver what sets its draws apart, as for
+/// Creates the models of one receiver in their state before the first epoch; called again when a run or a
+/// world restarts. @param seed of the run; @param receiver makes its random streams distinct, as for
 /// disturbance::DisturbanceSource
 using ModelSource = std::function<OwnModels(std::uint64_t seed, const std::string& receiver)>;
 

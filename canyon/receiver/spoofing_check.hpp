@@ -8,18 +8,18 @@
 namespace canyon::receiver {
 
 /// Signs of spoofing in a receiver's own measurements; the truth is never used:
-/// - its gain control gives way, but signals do not weaken with it, as they do amid noise (D. M. Akos,
-///   Navigation 59(4), 2012): in a band, 10 log10(1 + interference / noise) is gain_db and more, and the mean
-///   C/N0 is within half of that of its mean over a minute before;
-/// - the fix's place, or clock, is off what its own velocity, or drift, says since the fix before, at most
-///   5 s ago, by jump_m and more.
-/// Interference beside a signal's main lobe but within the front end looks like the first; a slow pull-off
-/// without much power shows in neither.
+/// - The gain control reduces the gain, but signals do not weaken as they do under noise (D. M. Akos,
+///   Navigation 59(4), 2012): in a band, 10 log10(1 + interference / noise) is at least gain_db, and the mean
+///   C/N0 is within half of that of its mean over the minute before.
+/// - The fix's position, or clock, differs by at least jump_m from the prediction by velocity, or drift, from
+///   the last fix, at most 5 s ago.
+/// Interference outside a signal's main lobe but inside the front end looks like the first. A slow pull-off
+/// with little power triggers neither.
 class SpoofingCheck {
  public:
   explicit SpoofingCheck(const SpoofingCheckOptions& options) : options_(options) {}
 
-  /// Epochs in order of time. Each check counts for hold_s after it failed.
+  /// Epochs in order of time. Each check stays failed for hold_s.
   [[nodiscard]] SpoofingState update(const ReceiverEpoch& epoch);
 
  private:

@@ -25,11 +25,11 @@ inline constexpr int kStates = kClock + static_cast<int>(gnss::kConstellations.s
 using StateVector = Eigen::Matrix<double, kStates, 1>;
 using StateMatrix = Eigen::Matrix<double, kStates, kStates>;
 
-/// Standard deviation of states unknown at a start: a fix's own position and clocks, which its measurements
-/// then determine again. 1e-8 of the weight of a pseudorange of 1 m.
+/// Standard deviation of states that are unknown at the start: position and clocks of the starting fix, which
+/// its measurements then determine again. 1e-8 of the weight of a pseudorange of 1 m.
 inline constexpr double kUnknown_m = 1e4;
 
-/// Place of a system's clock among kConstellations.
+/// Index of a system's clock in kConstellations.
 inline std::size_t clock_index(gnss::System system) {
   return static_cast<std::size_t>(clock_system(system));
 }
@@ -41,29 +41,29 @@ inline int clock_of(gnss::System system) {
 struct FilterRow {
   StateVector gradient = StateVector::Zero();
   double innovation = 0;
-  double sigma = 1;  ///< that gains go by
-  /// The satellite of a pseudorange; empty: a Doppler, whose errors do not last.
+  double sigma = 1;  ///< for the gain
+  /// The satellite of a pseudorange; empty: a Doppler, whose errors are not correlated in time.
   std::optional<gnss::SatelliteId> satellite;
   double share = 1;  ///< Measurement::stated_share
 };
-/// A row that was taken, and its gain.
+/// An accepted row, and its gain.
 struct Taken {
   FilterRow row;
   StateVector gain;
-  std::size_t lasting = 0;   ///< place of a pseudorange's error in FilterState::lasting
+  std::size_t lasting = 0;   ///< index of a pseudorange's error in FilterState::lasting
   double lasting_sigma = 0;  ///< its deviation; both by state_accuracy()
 };
-/// Covariance of the state's error and the error of a satellite's pseudorange that lasts, as multiples of the
-/// latter's deviation.
+/// Covariance of the state's error and the time-correlated error of a satellite's pseudorange, as multiples
+/// of the latter's deviation.
 struct Lasting {
   gnss::SatelliteId satellite;
   StateVector covariance = StateVector::Zero();
-  geodesy::GpsTime taken;  ///< when a pseudorange of it last passed the gate
+  geodesy::GpsTime taken;  ///< when a pseudorange of the satellite last passed the gate
 };
 
-/// How the clock of the pseudoranges goes beside the drift of the Dopplers. Phones set it anew at each epoch.
+/// The clock of the pseudoranges relative to the drift of the Dopplers. Phones reset it at each epoch.
 struct OwnClock {
-  std::optional<gnss::System> of;  ///< whose clock it is; empty: none is known
+  std::optional<gnss::System> of;  ///< the clock's system; empty: unknown
   double clock_m = 0;              ///< at the last epoch, by the median of the pseudoranges
   double rate_mps = 0;
   double mean_square_m2 = 0;
@@ -77,12 +77,12 @@ struct FilterState {
   std::array<std::optional<geodesy::GpsTime>, gnss::kConstellations.size()> system_astray_since;
   std::array<bool, gnss::kConstellations.size()> known{};  ///< the constellation has a clock
   StateVector x = StateVector::Zero();
-  StateMatrix p = StateMatrix::Zero();  ///< covariance that gains go by: of white errors as the weights say
-  /// Covariance of the state's error under these gains, where errors last and are as large as residuals show.
+  StateMatrix p = StateMatrix::Zero();  ///< for the gains: for white errors by the weights
+  /// Covariance of the state's error under these gains, with time-correlated errors as large as residuals.
   StateMatrix stated = StateMatrix::Zero();
   std::vector<Lasting> lasting;
-  /// Share of the motion's noise in `stated`: that of the latest pseudoranges' variances (FilterRow::share),
-  /// for the gains are those of the whole errors.
+  /// Fraction of the motion's noise in `stated`: that of the latest pseudoranges' variances
+  /// (FilterRow::share), because the gains are for the whole errors.
   double noise_share = 1;
 
   [[nodiscard]] Eigen::Vector3d position() const { return x.segment<3>(kPosition); }
@@ -93,17 +93,17 @@ struct FilterState {
 /// Scalar updates at one point of linearisation, by Joseph's form: P = (I - K h) P (I - K h)^T + K R K^T.
 class Update {
  public:
-  /// @param taken rows that were taken; emptied, it keeps its memory
+  /// @param taken accepted rows; emptied, it keeps its capacity
   Update(FilterState& filter, std::vector<Taken>& taken) : state_(filter), taken_(taken) { taken.clear(); }
-  /// Goes on from `begun`, an update of another state that is otherwise equal.
+  /// Continues from `begun`, an update of another state that is otherwise equal.
   Update(FilterState& filter, std::vector<Taken>& taken, const Update& begun)
       : state_(filter), correction_(begun.correction_), taken_(taken) {
     taken = begun.taken_;
   }
 
-  /// False, and nothing changed, where the innovation is beyond `gate_sigmas`.
+  /// Returns false without change if the innovation is beyond `gate_sigmas`.
   bool take(const FilterRow& row, double gate_sigmas);
-  /// Takes the result of `other` in place of its own.
+  /// Replaces its result by that of `other`.
   void adopt(const Update& other) {
     state_.p = other.state_.p;
     state_.stated = other.state_.stated;
@@ -118,17 +118,17 @@ class Update {
   std::vector<Taken>& taken_;
 };
 
-/// Brings FilterState::stated up to date with rows that were taken: the covariance of an estimate whose gains
-/// K come from another model of the errors than these have (Gelb, Applied Optimal Estimation, 7.2; Schmidt's
-/// consider states). A pseudorange's error has a white part and one that lasts, of deviations w and b; C is
-/// the covariance of the state's error and the latter over b:
+/// Updates FilterState::stated with the accepted rows: the covariance of an estimate whose gains K come from
+/// another error model than the actual one (Gelb, Applied Optimal Estimation, 7.2; Schmidt's consider
+/// states). A pseudorange's error has a white part and a time-correlated one, of deviations w and b; C is the
+/// covariance of the state's error and the correlated part over b:
 ///   S - K m' - m K' + K K' (h' S h + w^2 + b^2 + 2 b h' C),  m = S h + b C,  then C - K h' C - K b.
-/// @param excess variance of errors over that of the weights. With error_correlation_s all of it lasts, of
-/// corrected pseudoranges what is above 1: their noise is white.
+/// @param excess variance of errors over that of the weights. With error_correlation_s all of it is
+/// correlated; of corrected pseudoranges the part above 1: their noise is white.
 void state_accuracy(FilterState& filter, std::span<Taken> taken, double excess,
                     const PositionFilterOptions& options);
 
-/// One epoch's satellites around a position. Vectors keep their memory from epoch to epoch.
+/// One epoch's satellites relative to a position. Vectors keep their capacity from epoch to epoch.
 struct FilterEpoch {
   struct Candidate {
     std::size_t index;  ///< of the satellite
@@ -137,7 +137,7 @@ struct FilterEpoch {
   geodesy::GpsTime time;
   std::vector<RangedSatellite> satellites;
   std::vector<bool> passed;           ///< one per satellite
-  std::vector<Candidate> candidates;  ///< in the order in which pseudoranges are looked at
+  std::vector<Candidate> candidates;  ///< in the order of processing of pseudoranges
   std::vector<Taken> taken, taken_if_turned;
   FilterState turned;
   std::vector<double> innovations;
@@ -146,16 +146,16 @@ struct FilterEpoch {
 /// Covariance [m^2/s^2, ECEF] of an unknown velocity.
 [[nodiscard]] Eigen::Matrix3d unknown_velocity(const Eigen::Vector3d& position_ecef);
 
-/// Over dt white acceleration of density q gives position and velocity q dt^3 / 3, q dt^2 / 2, q dt
-/// (Bar-Shalom, Li & Kirubarajan, Estimation with Applications to Tracking and Navigation, eq. 6.2.2-4), and
-/// likewise the clock from its drift, plus white frequency.
-/// Errors that last keep exp(-dt / error_correlation_s) of themselves.
+/// Over dt, white acceleration of density q adds q dt^3 / 3, q dt^2 / 2, q dt to position and velocity
+/// (Bar-Shalom, Li & Kirubarajan, Estimation with Applications to Tracking and Navigation, eq. 6.2.2-4);
+/// likewise drift to the clock, plus white frequency. Time-correlated errors are multiplied by exp(-dt /
+/// error_correlation_s).
 void predict(FilterState& filter, double dt, const PositionFilterOptions& options);
 
 [[nodiscard]] FilterRow pseudorange_row(const FilterState& filter, const RangedSatellite& satellite);
 [[nodiscard]] FilterRow doppler_row(const FilterState& filter, const RangedSatellite& satellite);
 
-/// The clock's steps `dt` seconds after the last epoch, and clocks of constellations that had none.
+/// Handles clock steps `dt` seconds after the last epoch, and clocks of new constellations.
 void mind_clocks(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double dt);
 
 }  // namespace canyon::positioning

@@ -19,7 +19,8 @@
 namespace canyon::positioning {
 
 /// A receiver's measurement of one signal of a satellite, or of a combination of two. In a fix it refers to
-/// the signal near L1: for another the caller takes the difference of group delays off the pseudorange.
+/// the signal near L1: for another signal the caller subtracts the difference of group delays from the
+/// pseudorange.
 struct Measurement {
   gnss::SatelliteId id;
   double pseudorange_m =
@@ -28,30 +29,29 @@ struct Measurement {
   /// receiver's own clock.
   std::optional<double> doppler_hz;
   double carrier_frequency_hz = 0;
-  double sigma_m = 1;  ///< standard deviation that the solver weights and states covariances by; > 0
+  double sigma_m = 1;             ///< for the solver's weights and covariances; > 0
   double doppler_sigma_hz = 0.1;  ///< likewise, of the Doppler; > 0
   std::optional<double> cn0_dbhz;
   /// Accumulated since the channel's lock [cycles], growing with the pseudorange (RINEX's sign); empty while
   /// no phase is tracked.
   std::optional<double> carrier_phase_cycles;
   double carrier_phase_sigma_cycles = 0;  ///< standard deviation
-  /// Since when the phase is continuous; a later instant than at the epoch before is a cycle slip.
+  /// Start of the phase's continuity; a later instant than at the previous epoch is a cycle slip.
   std::optional<geodesy::GpsTime> phase_since;
-  /// The phase may be off by half a cycle: the channel has not found the sign of the carrier yet.
+  /// The phase may be off by half a cycle: the channel has not resolved the sign of the carrier.
   bool half_cycle = false;
-  /// Share of the ionosphere's delay at carrier_frequency_hz in the pseudorange: 1 in one signal, 0 in
-  /// the ionosphere-free combination of two, between in others.
+  /// Fraction of the ionosphere's delay at carrier_frequency_hz in the pseudorange: 1 in one signal, 0 in the
+  /// ionosphere-free combination of two, between in others.
   double ionosphere_share = 1;
-  /// Deviation over that of the one signal with cn0_dbhz: weights that do not go by sigma_m take it times
-  /// this.
+  /// Ratio of the deviation to that of the single signal with cn0_dbhz: a factor of weights without sigma_m.
   double sigma_factor = 1;
-  /// Share of the deviation of weights and gates that corrections leave of the error, (0,
-  /// 1]: stated covariances go by it.
+  /// Fraction of the deviation of weights and gates that remains after corrections, (0, 1]: a factor of
+  /// reported covariances.
   double stated_share = 1;
 };
 
 enum class FixStatus : std::uint8_t {
-  NotSolved,  ///< as constructed
+  NotSolved,  ///< initial value
   Fix,
   TooFewSatellites,
   Singular,      ///< the satellites' geometry does not determine position and clocks
@@ -59,24 +59,24 @@ enum class FixStatus : std::uint8_t {
   WeakGeometry,  ///< PDOP beyond FixOptions::max_pdop, accuracy beyond PositionFilterOptions::max_sigma_m
   NoSignal,      ///< the antenna is inside a building or under the terrain
 };
-/// "fix" or "no fix": the words of every output.
+/// "fix" or "no fix": the words of all outputs.
 [[nodiscard]] std::string_view name(FixStatus status);
-/// Reason for people: "too few satellites".
+/// Text for users: "too few satellites".
 [[nodiscard]] std::string_view reason(FixStatus status);
 
-/// Method that made a position. Output formats map it in canyon/outputs/output/ubx/fix_codes.hpp.
+/// Method of a position. Output formats map it in canyon/outputs/output/ubx/fix_codes.hpp.
 enum class FixKind : std::uint8_t {
-  None,           ///< there is no position
+  None,           ///< no position
   Single,         ///< satellites of this epoch, without corrections
   Differential,   ///< code measurements, corrected by those of a base
-  Float,          ///< carrier phases relative to a base, ambiguities real numbers
-  Fixed,          ///< likewise, ambiguities whole numbers
-  DeadReckoning,  ///< prediction: no satellite of this epoch is in it
+  Float,          ///< carrier phases relative to a base, real-valued ambiguities
+  Fixed,          ///< likewise, integer ambiguities
+  DeadReckoning,  ///< prediction without satellites of this epoch
   Combined,       ///< Single, together with the vehicle's sensors
 };
 /// "none", "single", "differential", "float", "fixed", "dead reckoning", "combined".
 [[nodiscard]] std::string_view name(FixKind kind);
-/// Whether a base's corrections are in it: Differential, Float, Fixed.
+/// Whether it uses a base's corrections: Differential, Float, Fixed.
 [[nodiscard]] constexpr bool corrected(FixKind kind) {
   return kind == FixKind::Differential || kind == FixKind::Float || kind == FixKind::Fixed;
 }
@@ -84,12 +84,12 @@ enum class FixKind : std::uint8_t {
 /// Position of a receiver's antenna relative to a base's, by their carrier phases.
 struct Baseline {
   FixKind kind = FixKind::Float;                         ///< Float or Fixed
-  bool moving_base = false;                              ///< the base's place is its own fix of this epoch
-  Eigen::Vector3d base_ecef = Eigen::Vector3d::Zero();   ///< as its corrections state it [m]
+  bool moving_base = false;                              ///< the base's position is its own fix of this epoch
+  Eigen::Vector3d base_ecef = Eigen::Vector3d::Zero();   ///< as reported in its corrections [m]
   Eigen::Vector3d vector_enu = Eigen::Vector3d::Zero();  ///< from base to receiver, axes at the receiver [m]
   Eigen::Matrix3d covariance_enu = Eigen::Matrix3d::Zero();  ///< [m^2]
-  /// Squared distance of the second best whole numbers to the real ones over that of the best, 1 or more
-  /// (relative::RtkOptions::ratio); empty where no search was made.
+  /// Ratio of the squared distances of the second best and the best integers from the real values, 1 or more
+  /// (relative::RtkOptions::ratio); empty if no search was made.
   std::optional<double> ratio;
   std::vector<gnss::SatelliteId> used;  ///< ascending
 
@@ -103,41 +103,41 @@ struct Baseline {
 
 /// Phases of a receiver with the vehicle's sensors (UBX-ESF-STATUS).
 enum class FusionPhase : std::uint8_t {
-  Initialising,  ///< it waits for a motion that tells its heading: the position is the satellites'
-  Calibrating,   ///< the sensors are in the position; their errors are being found
-  Navigating,    ///< the errors of the sensors are known
+  Initialising,  ///< waits for motion that determines the heading: the position is the satellites'
+  Calibrating,   ///< the position uses the sensors; their errors are being estimated
+  Navigating,    ///< the errors of the sensors are estimated
 };
 /// "initialising", "calibrating", "navigating".
 [[nodiscard]] std::string_view name(FusionPhase phase);
 
-/// The state, beside the position, of a receiver with the vehicle's sensors (DeadReckoning).
+/// The state, except the position, of a receiver with the vehicle's sensors (DeadReckoning).
 struct Fusion {
   FusionPhase phase = FusionPhase::Initialising;
-  /// The vehicle's heading from north clockwise, [0, 2 pi), nose up, left side up. Nothing while
+  /// The vehicle's heading from north clockwise, [0, 2 pi), nose up, left side up. Undefined while
   /// initialising.
   double heading_rad = 0, pitch_rad = 0, roll_rad = 0;
   double heading_sigma_rad = 0;  ///< standard deviation
   bool standing = false;
   bool imu_calibrated = false, wheels_calibrated = false;
-  double imu_hz = 0, wheels_hz = 0;  ///< rates of their readings; 0: there is no such sensor
+  double imu_hz = 0, wheels_hz = 0;  ///< rates of their readings; 0: no such sensor
 };
 
-/// A position solution. Covariance, DOP and counts all come from the system that made the position.
+/// A position solution. Covariance, DOP and counts all belong to the system of equations of the position.
 struct [[nodiscard]] Fix {
   FixStatus status = FixStatus::NotSolved;
   /// Single, Differential, Float or Fixed: the kind of solution by the satellites' measurements. kind() also
-  /// says where there is no position, or no measurement in it.
+  /// covers a fix without position, or without measurements.
   FixKind solution = FixKind::Single;
-  bool claimed = false;  ///< stated as measured by 0 satellites (disturbance::FixEdit)
-  /// Age of the corrections in use: time of this epoch minus that of the base's observations [s], 0 or more;
-  /// has no meaning where corrected(kind()) is false.
+  bool claimed = false;  ///< reported as measured with 0 satellites (disturbance::FixEdit)
+  /// Age of the used corrections: time of this epoch minus that of the base's observations [s], 0 or more;
+  /// meaningless if corrected(kind()) is false.
   std::optional<double> correction_age_s;
-  /// Reference station id (RTCM DF003, 0 to 4095) of the base; likewise, and empty where it is not known.
+  /// Reference station id (RTCM DF003, 0 to 4095) of the base; likewise, and empty if unknown.
   std::optional<int> correction_station;
-  /// Solution by carrier phases, where the receiver has corrections. A moving base gives no position: the fix
-  /// then is Single or Differential beside it.
+  /// Solution by carrier phases, if the receiver has corrections. A moving base gives no position: the fix is
+  /// then Single or Differential.
   std::optional<Baseline> baseline;
-  /// Only a receiver with the vehicle's sensors has it.
+  /// Only with the vehicle's sensors.
   std::optional<Fusion> fusion;
   /// NaN unless solved.
   Eigen::Vector3d position_ecef = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
@@ -146,7 +146,7 @@ struct [[nodiscard]] Fix {
                              std::numeric_limits<double>::quiet_NaN()};
   Eigen::Matrix3d covariance_enu =
       Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN());  ///< [m^2]
-  /// Empty without Doppler of at least four of the satellites used, or where these do not determine it.
+  /// Empty without Doppler of at least four of the used satellites, or if these do not determine it.
   std::optional<Eigen::Vector3d> velocity_enu_mps;
   std::optional<Eigen::Matrix3d> velocity_covariance_enu;  ///< [m^2/s^2]
   std::map<gnss::System, double> clock_bias_s;  ///< receiver clock minus each system's time, of those used
@@ -154,22 +154,22 @@ struct [[nodiscard]] Fix {
   std::optional<Dop> dop;
   std::vector<gnss::SatelliteId> used;  ///< ascending; empty unless solved
   std::vector<double> residuals_m;      ///< measured minus computed, one per used
-  /// By RAIM, in order; by a position filter's gate, ascending. Those in `used` as well: their Doppler alone.
+  /// By RAIM, in order; by a position filter's gate, ascending. If also in `used`: their Doppler only.
   std::vector<gnss::SatelliteId> excluded;
-  /// RAIM's test passed on what is used; empty where it was off or had no redundancy to test.
+  /// RAIM's test passed on the used satellites; empty if off or without redundancy.
   std::optional<bool> consistent;
-  /// Satellites that were measured, have a state in the sky, are not below the C/N0 mask and, as far as a
-  /// position was known, lie above the mask; those left out as the only one of their constellation or by RAIM
-  /// included. Known without a solution, too.
+  /// Measured satellites with a state in the sky, not below the C/N0 mask and, if a position was known, above
+  /// the elevation mask. Includes those left out by RAIM or as the only one of their constellation. Set also
+  /// without a solution.
   int available = 0;
   int iterations = 0;
-  int rank = 0;      ///< of the last design matrix; 0 where there was none
+  int rank = 0;      ///< of the last design matrix; 0 if there was none
   int unknowns = 0;  ///< 3 + constellation clocks
 
   [[nodiscard]] bool solved() const { return status == FixStatus::Fix; }
-  /// Satellites of this epoch are in the position.
+  /// The position uses satellites of this epoch.
   [[nodiscard]] bool measured() const { return solved() && (!used.empty() || claimed); }
-  /// The vehicle's sensors are in the position.
+  /// The position uses the vehicle's sensors.
   [[nodiscard]] bool fused() const { return fusion && fusion->phase != FusionPhase::Initialising; }
   /// DeadReckoning is a prediction, of a position filter or of the vehicle's sensors.
   [[nodiscard]] FixKind kind() const {
@@ -179,48 +179,48 @@ struct [[nodiscard]] Fix {
   }
 };
 
-/// The residual of a satellite in a fix, measured minus computed [m]; empty where the satellite is not used.
+/// The residual of a satellite in a fix, measured minus computed [m]; empty if the satellite is not used.
 [[nodiscard]] std::optional<double> residual_m(const Fix& fix, gnss::SatelliteId id);
 
 /// Iterated weighted least squares on pseudoranges, one clock per constellation; velocity from Doppler.
 ///
-/// Satellites are evaluated at T - P/c - (satellite clock - group delay), the receiver's clock cancels there;
-/// the Earth's rotation during the flight and the mask follow the iterated position. A constellation with a
-/// single satellite is left out: it would add its own clock and say nothing of the position. The rank is that
-/// of the weighted design matrix by QR with column pivoting, pivots above 1e-6 of the largest (a PDOP of
-/// about 1e6). Noise-free measurements give the position within 0.1 mm for GDOP below 100.
+/// Satellites are evaluated at T - P/c - (satellite clock - group delay), in which the receiver's clock
+/// cancels; the Earth's rotation during the flight and the mask follow the iterated position. A constellation
+/// with a single satellite is left out: it would add its own clock and no information on the position. The
+/// rank is that of the weighted design matrix by QR with column pivoting, pivots above 1e-6 of the largest (a
+/// PDOP of about 1e6). Noise-free measurements give the position within 0.1 mm for GDOP below 100.
 ///
 /// @param receiver_time T, the receiver's own clock reading at reception (its bias included)
-/// @param measurements any order, each satellite once; satellites that the sky does not know are left out
-/// @param sky answers for the satellites at transmission, as the receiver's decoded navigation messages do
+/// @param measurements any order, each satellite once; satellites that are not in the sky are left out
+/// @param sky gives the satellites at transmission, as the receiver's decoded navigation messages do
 /// @param klobuchar per system, GPS's as fallback; needed with correct_ionosphere
-/// @param start initial guess, ECEF [m]; the Earth's centre works. Where it leads nowhere the ground below
+/// @param start initial guess, ECEF [m]; the Earth's centre works. If it does not converge, the ground below
 /// the satellites is tried. The mask is applied at the iterated position.
 ///
-/// With RAIM, sum (r_i / sigma_i)^2 is tested against the chi-square quantile of 1 -
-/// false_alarm with (satellites used - unknowns) degrees of freedom. While it fails, the satellite with the
-/// largest normalised residual is excluded; once it passes, all exclusions but the last are tried again in
-/// turn. Where fewer than two measurements are redundant (with one, all normalised residuals are alike), or
-/// the rest has no solution, exclusions are taken back: the fix of all satellites with Fix::consistent false.
-/// Where max_exclusions stops it, the last fix stays, with Fix::consistent false.
+/// With RAIM, sum (r_i / sigma_i)^2 is tested against the chi-square quantile of 1 - false_alarm with
+/// (satellites used - unknowns) degrees of freedom. While it fails, the satellite with the largest normalised
+/// residual is excluded. Once it passes, each exclusion except the last is reversed and tested again. If
+/// fewer than two measurements are redundant (with one, all normalised residuals are equal), or the rest has
+/// no solution, all exclusions are reversed: the fix of all satellites with Fix::consistent false. If
+/// max_exclusions is reached, the last fix stays, with Fix::consistent false.
 ///
-/// The result starts as NotSolved and says why it failed. Throws InputError for a measurement that is not a
-/// number, a satellite measured twice, bad options and missing Klobuchar coefficients.
+/// The status is NotSolved at first, then the reason of a failure. Throws InputError for a measurement that
+/// is not a number, a satellite measured twice, bad options and missing Klobuchar coefficients.
 [[nodiscard]] Fix solve_fix(geodesy::GpsTime receiver_time, const std::vector<Measurement>& measurements,
                             const orbit::Sky& sky, const FixOptions& options,
                             const std::map<gnss::System, gnss::Klobuchar>& klobuchar = {},
                             const Eigen::Vector3d& start = Eigen::Vector3d::Zero());
 
 struct RangedSatellite;
-/// The same of range_satellites() with these options, for callers that have them.
+/// The same from the result of range_satellites() with these options.
 [[nodiscard]] Fix solve_fix(geodesy::GpsTime receiver_time, const std::vector<RangedSatellite>& satellites,
                             const FixOptions& options,
                             const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
                             const Eigen::Vector3d& start);
 
-/// What solve_fix() states of its position, of a place that was found by other means (ECEF, finite): clocks,
-/// residuals, DOP, covariance and velocity of the satellites that its RAIM keeps. No fix where these do not
-/// determine a position.
+/// The solve_fix() outputs at a position from another method (ECEF, finite): clocks, residuals, DOP,
+/// covariance and velocity of the satellites that its RAIM keeps. No fix if these do not determine a
+/// position.
 [[nodiscard]] Fix fix_at(const Eigen::Vector3d& place, geodesy::GpsTime receiver_time,
                          const std::vector<Measurement>& measurements, const orbit::Sky& sky,
                          const FixOptions& options, const std::map<gnss::System, gnss::Klobuchar>& klobuchar);

@@ -15,9 +15,9 @@
 
 namespace canyon::positioning {
 
-/// Dilutions of precision: square roots of traces of the cofactor matrix (unit variance) in local ENU.
-/// GDOP^2 = PDOP^2 + TDOP^2 where TDOP takes all clocks of the solution. (The paper prints squares of D's
-/// diagonal; the root of the diagonal is meant, see Langley 1999.)
+/// Dilutions of precision: square roots of traces of the cofactor matrix (unit variance) in local ENU. GDOP^2
+/// = PDOP^2 + TDOP^2 with all clocks of the solution in TDOP. (The paper prints squares of D's diagonal; the
+/// root of the diagonal is meant, see Langley 1999.)
 struct Dop {
   double gdop = 0, pdop = 0, hdop = 0, vdop = 0, tdop = 0;
 };
@@ -26,33 +26,32 @@ struct Dop {
 enum class DopRating : std::uint8_t { Ideal, Excellent, Good, Moderate, Fair, Poor };
 [[nodiscard]] std::string_view name(DopRating rating);
 /// < 1 Ideal, 1 to 2 Excellent, 2 to 5 Good, 5 to 10 Moderate, 10 to 20 Fair, above Poor; a bound belongs to
-/// the worse class. Rates PDOP everywhere in Canyon. NaN is Poor.
+/// the worse class. Canyon rates PDOP. NaN is Poor.
 [[nodiscard]] DopRating rate_dop(double dop);
 
 inline constexpr int kMostRows = 100 * static_cast<int>(gnss::kSystemCount);  ///< each satellite once
-/// Throws InputError where there are more rows than the matrices below hold.
+/// Throws InputError if there are more rows than the matrices below have.
 void check_rows(std::size_t rows);
-/// A design matrix, one row for each satellite, and its right side. Neither allocates.
+/// A design matrix, one row for each satellite, and its right side, without allocation.
 using Design = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostRows, 8>;
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostRows, 1>;
-/// Cofactor matrix (A^T A)^-1, by QR with column pivoting. Empty where the rank, at pivots above `threshold`
-/// of the largest, is below the columns.
+/// Cofactor matrix (A^T A)^-1, by QR with column pivoting. Empty if the rank, at pivots above `threshold` of
+/// the largest, is below the number of columns.
 using Cofactor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 8, 8>;
 [[nodiscard]] std::optional<Cofactor> cofactor(const Design& design, double threshold = 1e-6);
 
 /// @param cofactor_enu (3 + clocks) square: east, north, up, then every clock (in units of length)
 [[nodiscard]] Dop dop_from_cofactor(const Cofactor& cofactor_enu);
 
-/// DOP of satellites of one system in directions (unit, ENU, antenna to satellite): what a place offers,
-/// before any measurement. Empty where they do not determine position and clock. Throws InputError beyond
-/// kMostRows.
+/// DOP of satellites of one system in directions (unit, ENU, antenna to satellite), without measurements.
+/// Empty if they do not determine position and clock. Throws InputError beyond kMostRows.
 [[nodiscard]] std::optional<Dop> dop_of_directions(std::span<const Eigen::Vector3d> directions);
 
-/// Horizontal protection level [m] that a receiver may state with a fix: K d_major, d_major the larger half
-/// axis of the ellipse of its stated standard deviations,
+/// Horizontal protection level [m] that a receiver may report with a fix: K d_major, d_major the semi-major
+/// axis of the ellipse of its reported standard deviations,
 ///   d_major^2 = (d_E^2 + d_N^2) / 2 + sqrt(((d_E^2 - d_N^2) / 2)^2 + d_EN^2)
-/// (RTCA DO-229D, appendix J.1: HPL_SBAS). It bounds errors as far as they are normal with the covariance
-/// that is stated, which reflections are not.
+/// (RTCA DO-229D, appendix J.1: HPL_SBAS). It bounds errors that are normal with the reported covariance,
+/// which reflections are not.
 /// @param covariance_enu [m^2], east, north, up: Fix::covariance_enu @param factor K: 6.0 for precision
 /// approaches (K_H,PA), 6.18 for en route to non-precision approaches (K_H,NPA)
 [[nodiscard]] inline double horizontal_protection_level_m(const Eigen::Matrix3d& covariance_enu,
@@ -62,18 +61,18 @@ using Cofactor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Co
   return factor * std::sqrt(middle + std::hypot(half, covariance_enu(0, 1)));
 }
 
-/// Row whose residual is largest beside its own standard deviation: |w_i| = |r_i| / (sigma_i sqrt(q_ii)),
-/// with Q = I - A (A^T A)^-1 A^T (Baarda's w-test; Kuusniemi 2005). Rows that nothing checks (q_ii below
-/// 1e-6: a lone satellite of its clock) are passed over; empty where all are such. Ties go to the first.
+/// Row with the largest residual relative to its standard deviation: |w_i| = |r_i| / (sigma_i sqrt(q_ii)),
+/// with Q = I - A (A^T A)^-1 A^T (Baarda's w-test; Kuusniemi 2005). Skips rows without redundancy (q_ii below
+/// 1e-6: a lone satellite of its clock); empty if all rows are such. Of equal ones the first.
 /// @param design whitened: each row divided by its sigma; full column rank
 /// @param residual whitened residuals of the least-squares solution, one per row
 [[nodiscard]] std::optional<Eigen::Index> largest_normalised_residual(const Design& design,
                                                                       const Rows& residual);
 
-/// Variance of errors over that of their weights, 1 or more [1], by `squares`, the sum of the squared
-/// whitened residuals of least squares: s^2 n / (n - 2), with s^2 = squares / n, n the degrees of freedom. An
-/// error over its deviation by the residuals has Student's distribution, of that variance; up to two degrees,
-/// where that has none, 5 s^2. Without redundancy (n < 1) nothing is known: 1.
+/// Variance of errors over that of their weights, 1 or more [1], from `squares`, the sum of the squared
+/// whitened residuals of least squares: s^2 n / (n - 2), with s^2 = squares / n, n the degrees of freedom.
+/// The ratio of an error to its deviation by the residuals has Student's distribution, of that variance; up
+/// to two degrees, where the variance is undefined, 5 s^2. Without redundancy (n < 1) it is 1.
 [[nodiscard]] inline double excess_variance(double squares, std::ptrdiff_t redundancy) {
   if (redundancy < 1) return 1;
   const auto n = static_cast<double>(redundancy);
@@ -93,11 +92,11 @@ class LeastSquares {
   [[nodiscard]] Eigen::Index unknowns() const { return qr_.cols(); }
   /// Number of pivots above `threshold` of the largest.
   [[nodiscard]] Eigen::Index rank(double threshold) const;
-  /// x of right side b, as long as A has rows; a basic solution where A lacks rank.
+  /// x for the right side b, as long as A has rows; a basic solution if A is rank-deficient.
   [[nodiscard]] Unknowns solve(const Rows& b) const { return qr_.solve(b); }
-  /// (A^T A)^-1 = P R^-1 R^-T P^T. A has full rank and no fewer rows than columns.
+  /// (A^T A)^-1 = P R^-1 R^-T P^T. A has full rank and at least as many rows as columns.
   [[nodiscard]] Cofactor cofactor() const;
-  /// Covariance of x where the elements of b are independent.
+  /// Covariance of x for independent elements of b.
   /// @param sigma standard deviation of each element of b
   [[nodiscard]] Cofactor covariance(const Rows& sigma) const;
   /// The diagonal of the projection onto A's columns.

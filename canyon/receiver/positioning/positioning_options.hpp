@@ -14,14 +14,14 @@ struct Measurement;
 /// Weights of pseudoranges in a solver.
 enum class Weighting : std::uint8_t {
   Sigma,      ///< 1 / sigma^2 of Measurement::sigma_m
-  Equal,      ///< all alike, at the rms of Measurement::sigma_m of the satellites used
+  Equal,      ///< equal, at the rms of Measurement::sigma_m of the satellites used
   Elevation,  ///< sigma^2 = a^2 + b^2 / sin(elevation)^2, satellites below 5 deg as at 5 deg
   Cn0,        ///< sigma^2 = c + d 10^(-C/N0 / 10); a signal without C/N0 counts as 30 dB-Hz
 };
 /// "sigma", "equal", "elevation", "cn0": the words of scenarios.
 [[nodiscard]] std::string_view name(Weighting weighting);
 
-/// C/N0 of a measurement that carries none.
+/// C/N0 of a measurement without one.
 inline constexpr double kUnknownCn0_dbhz = 30;
 
 struct WeightOptions {
@@ -30,13 +30,13 @@ struct WeightOptions {
   /// stats-eratio1, 100. The square of the sine is that of its relative positioning (varerr() of rtkpos.c);
   /// its single point positioning (pntpos.c) has b^2 / sin(elevation), and adds orbit and atmosphere.
   double elevation_a_m = 0.3, elevation_b_m = 0.3;
-  /// Standard deviation that a pseudorange is weighted by [m]. For Equal the measurement's own: whoever
-  /// solves takes the rms over what is used.
-  /// @param elevation_rad of the satellite; only Elevation looks at it
+  /// Standard deviation of a pseudorange's weight [m]. For Equal the measurement's own: the solver takes the
+  /// rms over the used satellites.
+  /// @param elevation_rad of the satellite; used by Elevation only
   [[nodiscard]] double sigma_m(const Measurement& measurement, double elevation_rad) const;
-  /// Standard deviation that a Doppler is weighted by, as a range rate [m/s]: the measurement's own; for Cn0
-  /// with variance 0.001 m^2/s^2 + 40 m^2/s^2 Hz 10^(-C/N0 / 10) on top, since the Doppler of an echo belongs
-  /// to another direction.
+  /// Standard deviation of a Doppler's weight, as a range rate [m/s]: the measurement's own. For Cn0 with an
+  /// additional variance of 0.001 m^2/s^2 + 40 m^2/s^2 Hz 10^(-C/N0 / 10), since the Doppler of an echo
+  /// belongs to another direction.
   [[nodiscard]] double doppler_sigma_mps(const Measurement& measurement) const;
   /// Throws InputError naming the field that is out of range.
   void validate() const;
@@ -46,10 +46,10 @@ void visit(options::Visitor& v, WeightOptions& o);
 /// Receiver autonomous integrity monitoring: fault detection and exclusion on the residuals of one fix.
 struct RaimOptions {
   bool enabled = false;
-  /// Probability that a fix without faults is taken for a faulty one, (0, 0.5]: the level of the chi-square
-  /// test. 0.001 is what RTKLIB tests its single point positions at (chisqr[], pntpos.c).
+  /// Probability of detecting a fault in a fix without faults, (0, 0.5]: the level of the chi-square test.
+  /// RTKLIB tests its single point positions at 0.001 (chisqr[], pntpos.c).
   double false_alarm = 1e-3;
-  /// Satellites that may be excluded from one fix at most. [1, 30].
+  /// Largest number of satellites excluded from one fix. [1, 30].
   int max_exclusions = 3;
   /// Throws InputError naming the field that is out of range.
   void validate() const;
@@ -58,40 +58,40 @@ void visit(options::Visitor& v, RaimOptions& o);
 
 struct FixOptions {
   double elevation_mask_rad = 0.17453292519943295;  ///< 10 deg; [0, pi/2)
-  /// Satellites needed, on top of one for each constellation clock beyond the first. >= 4 (the paper: 5).
+  /// Required satellites, plus one for each constellation clock beyond the first. >= 4 (the paper: 5).
   int min_satellites = 4;
   int max_iterations = 20;      ///< 5 to 1000; from the Earth's centre 6 to 8 are needed
   double convergence_m = 1e-6;  ///< the paper's epsilon, on |dx| (position and clocks); [1e-9, 1]
-  /// Models: the sky's Klobuchar coefficients, and Saastamoinen. Left out: as the errors of space are in the
+  /// Models: the sky's Klobuchar coefficients, and Saastamoinen. Default: as the errors in space are in the
   /// signals (receiver::ReceiverOptions::decide()).
   options::Switch correct_ionosphere = false, correct_troposphere = false;
-  /// Satellites weaker than this are not used [dB-Hz]; those without C/N0 are. 0: no mask. [0, 60].
+  /// Satellites below this C/N0 are not used [dB-Hz]; those without C/N0 are. 0: no mask. [0, 60].
   double cn0_mask_dbhz = 0;
   WeightOptions weights;
   RaimOptions raim;
-  /// The stated covariance is that of the weights times excess_variance() of the residuals: signals of a
-  /// canyon scatter more than their noise. Without redundancy nothing is known of it. With correct_ionosphere
-  /// it also has what the model may leave, half of the delay on all satellites alike, which moves the height
-  /// and shows in no residual.
+  /// The reported covariance is that of the weights times excess_variance() of the residuals: signals in a
+  /// canyon scatter by more than their noise. Without redundancy the factor is 1. With correct_ionosphere it
+  /// also includes the model's possible residual, half of the delay on all satellites, which moves the height
+  /// without residuals.
   bool covariance_by_residuals = false;
-  /// A solution of larger PDOP is none [1]; > 0, infinite: any.
+  /// Solutions with a larger PDOP are rejected [1]; > 0, infinite: none is.
   double max_pdop = std::numeric_limits<double>::infinity();
   /// Throws InputError naming the field that is out of range.
   void validate() const;
 };
 void visit(options::Visitor& v, FixOptions& o);
 
-/// Which errors of space are in a receiver's signals, and what its fix takes off.
+/// Errors in space in a receiver's signals, and corrections of its fix.
 struct RangeOptions {
   FixOptions fix;
-  /// Delays are in the signal (the fix corrects them where FixOptions says so), and errors of broadcast
-  /// orbits and clocks. Left out: as the environment has them.
+  /// Delays are in the signal (the fix corrects them if FixOptions has the models), and errors of broadcast
+  /// orbits and clocks. Default: as in the environment.
   options::Switch ionosphere = false, troposphere = false, orbit_errors = false;
 };
 
-/// Extended Kalman filter over pseudoranges and Doppler, as receivers for vehicles run: position and velocity
-/// with white acceleration, one oscillator's drift, and a clock for each constellation that all follow the
-/// oscillator (the same as one clock and an inter-system bias for each further constellation).
+/// Extended Kalman filter over pseudoranges and Doppler, as in receivers for vehicles: position and velocity
+/// with white acceleration, one oscillator's drift, and a clock for each constellation that follows the
+/// oscillator (equivalent to one clock and an inter-system bias for each further constellation).
 struct PositionFilterOptions {
   bool enabled = false;
   /// Roots of the spectral densities of the white accelerations, horizontal and vertical [m/s^2/sqrt(Hz)],
@@ -106,17 +106,17 @@ struct PositionFilterOptions {
   /// Hwang, Introduction to Random Signals and Applied Kalman Filtering, 4th ed., 9.3, p. 327).
   double clock_frequency_density = 1e-19;
   double clock_drift_density = 4e-19;
-  /// After so long without a measurement that passed the gate, or with most satellites failing it, the filter
-  /// begins anew [s], (0, 3600].
+  /// After this time without an accepted measurement, or with most satellites failing the gate, the filter
+  /// restarts [s], (0, 3600].
   double coast_s = 5;
-  /// A position of a larger standard deviation (root of the sum of the three variances) [m] is none, and
-  /// begins nothing; > 0, infinite: any.
+  /// Positions with a larger standard deviation (root of the sum of the three variances) [m] are rejected,
+  /// also as a start; > 0, infinite: none is.
   double max_sigma_m = std::numeric_limits<double>::infinity();
-  /// Time constant of the errors of pseudoranges [s], [0, 3600]; 0: white ones. The filter averages as if
-  /// they were white; the covariance that it states is that of its estimate if each satellite's error keeps
-  /// exp(-dt / error_correlation_s) of itself (state_accuracy()). With FixOptions::covariance_by_residuals
-  /// the errors' variance is that of the weights times excess_variance() of the epoch's innovations, of all
-  /// satellites above the masks, those that failed the gate included, each with at most twice the gate.
+  /// Time constant of the errors of pseudoranges [s], [0, 3600]; 0: white ones. The filter's gains are those
+  /// of white errors; the reported covariance is that of its estimate if each satellite's error is correlated
+  /// by exp(-dt / error_correlation_s) (state_accuracy()). With FixOptions::covariance_by_residuals the
+  /// errors' variance is that of the weights times excess_variance() of the epoch's innovations, of all
+  /// satellites above the masks, also those that failed the gate, each with at most twice the gate.
   double error_correlation_s = 0;
   /// Throws InputError naming the field that is out of range.
   void validate() const;

@@ -17,12 +17,12 @@
 
 namespace canyon::positioning {
 
-/// A measured satellite with its state at transmission, as fix and position filter need it. place_satellite()
-/// and look_up() renew the fields that depend on the receiver's place.
+/// A measured satellite with its state at transmission, for fix and position filter. place_satellite() and
+/// look_up() update the fields that depend on the receiver's position.
 struct RangedSatellite {
   const Measurement* measured = nullptr;
   orbit::SatelliteState state;   ///< ECEF of the transmission instant
-  double pseudorange_m = 0;      ///< cleaned of satellite_range(): range + terms of space + receiver clock
+  double pseudorange_m = 0;      ///< after satellite_range(): range + terms of space + receiver clock
   double sigma_m = 1;            ///< by the weights; for elevation weights that of the last look_up()
   double doppler_sigma_mps = 1;  ///< by the weights
   double flight_time_s = 0.07;
@@ -30,66 +30,65 @@ struct RangedSatellite {
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit, receiver to satellite
   double range_m = 0;
   double space_m = 0;       ///< models of the terms of space
-  double ionosphere_m = 0;  ///< of it, where no corrections replace the model
+  double ionosphere_m = 0;  ///< part of space_m, if no corrections replace the model
   bool above_mask = true;
   bool excluded = false;  ///< by RAIM
 };
 
-/// Measurements whose satellites the sky knows, at or above the C/N0 mask, ascending by satellite. Two
-/// evaluations of the sky at most. `measurements` must outlive the result.
+/// Measurements of satellites in the sky, at or above the C/N0 mask, ascending by satellite. At most two
+/// evaluations of the sky. `measurements` must outlive the result.
 /// Throws InputError for a measurement that is not a number and a satellite measured twice.
-/// @param satellites replaced; it keeps its memory
+/// @param satellites replaced; it keeps its capacity
 void range_satellites(geodesy::GpsTime receiver_time, const std::vector<Measurement>& measurements,
                       const orbit::Sky& sky, const FixOptions& options,
                       std::vector<RangedSatellite>& satellites);
 
-/// What the satellite's messages say of a signal's range beside its geometry [m]: clock and group delay.
+/// Correction of a signal's range by the satellite's messages, without geometry [m]: clock and group delay.
 /// @param signal null: the one near L1
 [[nodiscard]] receiver::CodeAndCarrier satellite_range(const orbit::SatelliteState& state,
                                                        const gnss::Signal* signal);
 
-/// Share of the ionosphere's delay that broadcast models may leave (IS-GPS-200, 20.3.3.5.2.5: they remove at
-/// least half of the rms).
+/// Fraction of the ionosphere's delay that remains after broadcast models (IS-GPS-200, 20.3.3.5.2.5: they
+/// remove at least half of the rms).
 inline constexpr double kIonosphereLeft = 0.5;
 
-/// Pivots of a weighted design matrix below this part of the largest count as zero.
+/// Pivots of a weighted design matrix below this fraction of the largest count as zero.
 inline constexpr double kRankThreshold = 1e-6;
 
-/// Columns of the design matrix that belong to constellation clocks, behind the three of the position.
+/// Columns of the design matrix for constellation clocks, after the three of the position.
 struct Clocks {
   std::array<int, gnss::kSystemCount> column{};  ///< -1: without
   int count = 0;
 };
-/// A constellation has a clock from its second satellite on: a single one would say nothing but its clock.
-/// SBAS shares GPS's (gnss::clock_system()).
+/// A constellation has a clock if it has at least two satellites: a single one would determine its clock
+/// only. SBAS uses GPS's (gnss::clock_system()).
 /// @param satellites of each system
 [[nodiscard]] Clocks clocks_of(const std::array<int, gnss::kSystemCount>& satellites);
 /// FixOptions::min_satellites and one more for each clock beyond the first.
 [[nodiscard]] bool enough_satellites(int satellites, int clocks, const FixOptions& options);
 /// FixOptions::max_pdop. @param dop empty: the geometry is beyond all bounds
 [[nodiscard]] bool strong_enough(const std::optional<Dop>& dop, const FixOptions& options);
-/// Heights of receivers run from check_geodetic()'s lower bound (-10 km) to the edge of space (100 km), below
+/// Heights of receivers are from check_geodetic()'s lower bound (-10 km) to the edge of space (100 km), below
 /// every mirrored root of the pseudorange equations.
 [[nodiscard]] bool is_near_ground(double height_m);
-/// What a solved fix states, and its baseline, is finite, and covariances are positive semi-definite.
+/// Whether all values of a solved fix and its baseline are finite, and covariances positive semi-definite.
 [[nodiscard]] bool is_sound(const Fix& fix);
 
-/// Turns the satellite by the Earth's rotation over the flight time so far, and renews flight time, range and
-/// direction from `receiver_ecef`. From a known place three calls in a row settle below 1e-9 m, whatever the
-/// flight time was: each leaves 1e-5 of the last one's error.
+/// Rotates the satellite by the Earth's rotation over the current flight time, and updates flight time, range
+/// and direction from `receiver_ecef`. From a known position three successive calls converge below 1e-9 m for
+/// any initial flight time: each leaves 1e-5 of the last one's error.
 void place_satellite(RangedSatellite& satellite, const Eigen::Vector3d& receiver_ecef);
 
-/// Mask, atmosphere and elevation weights at `receiver_ecef`, of satellites that have been placed.
-/// @param looks how often the iteration has looked before. So that the mask does not keep it from settling,
-/// after three a satellite that was below it stays out.
+/// Mask, atmosphere and elevation weights at `receiver_ecef`, after place_satellite().
+/// @param looks number of earlier iterations. After three a masked satellite stays out, for convergence.
 ///
-/// Throws InputError where options.correct_ionosphere finds no coefficients.
+/// Throws InputError if options.correct_ionosphere lacks coefficients.
 void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& receiver_ecef,
              geodesy::GpsTime receiver_time, const FixOptions& options,
              const std::map<gnss::System, gnss::Klobuchar>& klobuchar, int looks = 0);
 
-/// Doppler as an equation. With T' = 1 + d, d the receiver clock's drift, and the light-time equation derived
-/// once, the range rate is r' = e.(V - v) / g, g = 1 + e.(V + omega x S) / c, and
+/// Doppler equation. With T' = 1 + d, d the receiver clock's drift, and the derivative of the light-time
+/// equation, the range rate is r' = e.(V - v) / g, g = 1 + e.(V + omega x S) / c, and
 ///   -lambda D = r' + (1 + lambda D / c) c d - c d_sat,
 /// linear in the receiver's velocity v (ECEF) and d.
 struct DopplerEquation {
@@ -98,16 +97,16 @@ struct DopplerEquation {
   double measured_mps = 0;  ///< -lambda D
   double sigma_mps = 1;
 };
-/// @param satellite placed, with Doppler
+/// @param satellite after place_satellite(), with Doppler
 [[nodiscard]] DopplerEquation doppler_equation(const RangedSatellite& satellite);
 
 enum class Smoothing : std::uint8_t {
   None,
   /// Smooths by the signal's own carrier (Hatch, The synergism of GPS code and carrier measurements, 1982):
-  /// the ionosphere, which delays codes and advances carriers, leaves 2 (window_s) dI/dt behind.
+  /// the ionosphere, which delays codes and advances carriers, leaves an error of 2 (window_s) dI/dt.
   Hatch,
-  /// Smooths by a combination of two carriers that has the code's delay: no divergence. Where only one
-  /// carrier goes on: as Hatch.
+  /// Smooths by a combination of two carriers that has the code's delay: no divergence. With only one
+  /// continuous carrier: as Hatch.
   DivergenceFree,
 };
 
@@ -123,19 +122,19 @@ struct CodeNoise {
   double rate_per_s = 0;  ///< >= 0; infinite: white
 };
 
-/// A pseudorange smoothed by the way that a carrier went:
+/// A pseudorange smoothed by the carrier's range changes:
 ///   S_k = a P_k + (1 - a) (S_k-1 + L_k - L_k-1),  a = max(dt / window, 1 / k)
-/// so that the first epochs after a slip are plain averages. Its deviation is followed exactly for codes
+/// so that the first epochs after a slip are plain averages. Its deviation is computed exactly for codes
 /// whose errors are sums of two first-order processes (CodeNoise) of constant deviation; the carrier's noise
-/// is left out.
+/// is neglected.
 class CodeSmoother {
  public:
   struct Smoothed {
     double pseudorange_m = 0;
-    double sigma_m = 0;  ///< of what CodeNoise says alone
+    double sigma_m = 0;  ///< by CodeNoise alone
   };
   /// The smoothed pseudorange of the next epoch.
-  /// @param carrier_step_m L_k - L_k-1; empty: begins anew
+  /// @param carrier_step_m L_k - L_k-1; empty: restarts
   [[nodiscard]] Smoothed next(geodesy::GpsTime time, double pseudorange_m,
                               std::optional<double> carrier_step_m, const std::array<CodeNoise, 2>& noise,
                               const SmoothingOptions& options);
@@ -144,7 +143,7 @@ class CodeSmoother {
   std::optional<geodesy::GpsTime> last_;
   int count_ = 0;
   double smoothed_m_ = 0;
-  // Variance of the smoothed error and its covariance with the code's, over each part's own.
+  // Variance of the smoothed error and its covariance with the code's, relative to each part's own.
   std::array<double, 2> variance_{}, covariance_{};
 };
 

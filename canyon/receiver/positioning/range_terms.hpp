@@ -12,8 +12,9 @@
 #include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
-// The range of a signal is a sum of terms. This is their one list: receivers, their fixes and corrections,
-// map cells, virtual stations, samples and columns iterate over it. docs/extending.md says how to add a term.
+// The range of a signal is a sum of terms. This is the only list of them: receivers, their fixes and
+// corrections, map cells, virtual stations, samples and columns iterate over it. docs/extending.md describes
+// how to add a term.
 
 namespace canyon::tracking {
 struct AntennaMotion;
@@ -21,7 +22,7 @@ struct AntennaMotion;
 
 namespace canyon::receiver {
 
-/// A receiver's clock against GPST.
+/// A receiver's clock relative to GPST.
 struct ClockReading {
   double bias_s = 0;
   double drift = 0;  ///< [s/s]
@@ -42,7 +43,7 @@ struct ShiftedAntenna {
   double zenith_m = 0;  ///< delay in the troposphere
 };
 
-/// What the terms of a signal's range at an epoch follow from. The pointers must not be null, but where said.
+/// Inputs of the terms of a signal's range at an epoch. Pointers must not be null unless noted.
 struct RangeState {
   const positioning::RangeOptions* options = nullptr;
   const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
@@ -55,7 +56,7 @@ struct RangeState {
   double code_excess_m = 0, carrier_excess_m = 0;  ///< by paths, over the geometric range
   double code_noise_m = 0;
   double bias_m = 0;  ///< the receiver's own delay of the code
-  // For rates alone:
+  // For rates only:
   const propagation::Path* path = nullptr;
   const tracking::AntennaMotion* motion = nullptr;
   /// The antenna half a second before and after; null: rates leave the atmosphere out.
@@ -63,11 +64,11 @@ struct RangeState {
   std::array<geodesy::AzimuthElevation, 2> looks{};  ///< from there to the satellite
 };
 
-/// What a receiver's models of the terms follow from: what messages tell it, and the place where it takes
-/// itself to be. The pointers must not be null, but where said; `klobuchar`, `place` and `look` are of terms
-/// of space alone.
+/// Inputs of a receiver's models of the terms: data from messages, and the receiver's own estimate of its
+/// position. Pointers must not be null unless noted; `klobuchar`, `place` and `look` are for terms of space
+/// only.
 struct ModelState {
-  const positioning::FixOptions* fix = nullptr;  ///< which models it corrects by
+  const positioning::FixOptions* fix = nullptr;  ///< selects the models of its corrections
   const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
   const orbit::SatelliteState* satellite = nullptr;
   const gnss::Signal* signal = nullptr;  ///< null: the satellite's near L1
@@ -76,7 +77,7 @@ struct ModelState {
   geodesy::GpsTime time;
   geodesy::Geodetic place;
   geodesy::AzimuthElevation look;
-  /// Share of the ionosphere in the pseudorange (positioning::Measurement::ionosphere_share).
+  /// Fraction of the ionosphere in the pseudorange (positioning::Measurement::ionosphere_share).
   double ionosphere_share = 1;
 };
 
@@ -91,12 +92,12 @@ struct CodeAndCarrier {
   }
 };
 
-/// Whose a term is.
+/// Origin of a term.
 enum class RangeTermOf : std::uint8_t {
-  Satellite,  ///< geometry and the satellite's clock: the broadcast messages tell them
-  Space,      ///< errors of these and the atmosphere: they depend on the antenna's place, and corrections
-              ///< take them away
-  Receiver,   ///< its clock and delays: the same for all of its paths
+  Satellite,  ///< geometry and the satellite's clock, given by the broadcast messages
+  Space,      ///< errors of these and the atmosphere: they depend on the antenna's position, and corrections
+              ///< remove them
+  Receiver,   ///< its clock and delays: equal for all of its paths
   Channel     ///< paths and noise of one signal
 };
 
@@ -104,9 +105,9 @@ enum class RangeTermOf : std::uint8_t {
 struct RangeTerm {
   const char* name;  ///< "ionosphere"
   RangeTermOf of;
-  /// Its truth [m]; 0 where the receiver's options switch it off.
+  /// Its truth [m]; 0 if the receiver's options switch it off.
   CodeAndCarrier (*truth_m)(const RangeState&);
-  /// What a receiver takes off for it [m]; null: nothing, or an unknown of its own.
+  /// A receiver's correction for it [m]; null: none, or an unknown of its own.
   CodeAndCarrier (*model_m)(const ModelState&) = nullptr;
   /// Its rate [m/s] per second of GPST; null: none, or too slow for a Doppler.
   CodeAndCarrier (*rate_mps)(const RangeState&) = nullptr;
@@ -114,7 +115,7 @@ struct RangeTerm {
   const char* help = "";         ///< of the column
 };
 
-/// Numbers of terms that are asked for one by one, in the order of range_terms().
+/// Numbers of terms that are used individually, in the order of range_terms().
 enum class RangeTermId : std::uint8_t {
   Geometry,
   SatelliteClock,
@@ -130,26 +131,26 @@ enum class RangeTermId : std::uint8_t {
 };
 
 inline constexpr std::size_t kMostRangeTerms = 16;
-/// All terms. Cycles of a carrier phase are none: whole numbers are not counted in metres.
+/// All terms. Cycles of a carrier phase are not included: integers are not counted in metres.
 [[nodiscard]] std::span<const RangeTerm> range_terms();
 /// Appends a term for an experiment; call it before the first run. Throws InputError for a term without a
 /// truth, and beyond kMostRangeTerms, the size of the arrays of terms.
 void add_range_term(const RangeTerm& term);
-/// Removes the last one that was added, if any.
+/// Removes the last added term, if any.
 void remove_range_term();
 
 /// A signal's range by its code (the pseudorange) and by its carrier (carrier phase times wavelength, without
 /// an ambiguity) [m]: the sum of all terms.
-/// @param code_terms_m each term's part of the code, in the order of range_terms(); empty: not wanted
+/// @param code_terms_m each term's part of the code, in the order of range_terms(); empty: not needed
 [[nodiscard]] CodeAndCarrier signal_range(const RangeState& state, std::span<double> code_terms_m = {});
-/// The terms of some alone [m].
+/// The sum of the terms of one origin [m].
 [[nodiscard]] CodeAndCarrier range_of(RangeTermOf of, const RangeState& state);
-/// What a receiver takes off a signal for the terms of some [m]: the sum of their models.
-/// @param code_models_m each model's part of the code, in the order of range_terms(); empty: not wanted
+/// A receiver's corrections for the terms of one origin [m]: the sum of their models.
+/// @param code_models_m each model's part of the code, in the order of range_terms(); empty: not needed
 [[nodiscard]] CodeAndCarrier modelled_range(RangeTermOf of, const ModelState& state,
                                             std::span<double> code_models_m = {});
-/// What the fix leaves of the terms of space in a code [m]: truth less model.
-/// @param code_terms_m of signal_range(); empty: not known
+/// Error of a code after the fix's corrections of the terms of space [m]: truth minus model.
+/// @param code_terms_m of signal_range(); empty: computed here
 [[nodiscard]] double uncorrected_m(const RangeState& state, std::span<const double> code_terms_m = {});
 /// d/dt of a range over RangeState::path per second of the receiver's clock [m/s]. -f / c of the carrier's is
 /// the Doppler shift; the code's has Path::code_ahead_mps.

@@ -13,16 +13,16 @@
 
 namespace canyon::relative {
 
-/// A number that the filter estimates beside position, velocity and clock.
+/// A state of the filter other than position, velocity and clock.
 struct BaselineSlot {
   gnss::SatelliteId id;
   const gnss::Signal* signal = nullptr;  ///< of an ambiguity [cycles]; null: the ionosphere's difference [m]
   geodesy::GpsTime begun, seen;
-  std::optional<geodesy::GpsTime> rover_since, base_since;  ///< since when the phases are continuous
+  std::optional<geodesy::GpsTime> rover_since, base_since;  ///< start of the phases' continuity
   bool half_cycle = false;
-  int epochs = 0;      ///< that its phase was taken
-  double phase_m = 0;  ///< difference of the phases at the epoch before
-  /// Its whole number in the last fixed position, from an origin that its signal's ambiguities share.
+  int epochs = 0;      ///< number of epochs with its phase
+  double phase_m = 0;  ///< difference of the phases at the previous epoch
+  /// Its integer in the last fixed position, relative to a common origin of its signal's ambiguities.
   std::optional<double> whole{};
 };
 
@@ -34,7 +34,7 @@ struct Difference {
   double age_variance = 0;  // of both [m^2]
   std::optional<geodesy::GpsTime> base_since;
   bool has_phase = false, half_cycle = false, aligned = true;
-  // The filter sets these.
+  // Set by the filter.
   std::optional<std::size_t> slot;
   bool used = false;      // phase
   bool trusted = false;   // within the gate
@@ -45,7 +45,7 @@ struct Difference {
   [[nodiscard]] double ionosphere_rate() const;
 };
 
-/// Gradient of an observation that is not zero at few states.
+/// Gradient of an observation that is nonzero at few states.
 struct SparseRow {
   std::array<std::pair<Eigen::Index, double>, 8> terms{};
   std::size_t count = 0;
@@ -64,16 +64,16 @@ class BaselineState {
   [[nodiscard]] static Eigen::Index index(std::size_t slot) {
     return kFirstSlot + static_cast<Eigen::Index>(slot);
   }
-  /// The place of a satellite's ambiguity, or with a null signal of its ionosphere.
+  /// Index of a satellite's ambiguity, or with a null signal of its ionosphere.
   [[nodiscard]] std::optional<std::size_t> find(gnss::SatelliteId id, const gnss::Signal* signal) const;
-  /// How a difference depends on the state. @param ionosphere whether its delays are states
+  /// Gradient of a difference by the state. @param ionosphere whether its delays are states
   [[nodiscard]] SparseRow row_of(const Difference& d, bool phase, bool ionosphere) const;
-  /// A new slot, independent of everything else. Returns its place.
+  /// Adds a slot, independent of all others. Returns its index.
   std::size_t add(const BaselineSlot& slot, double value, double variance);
   void remove(std::size_t slot);
-  /// Makes a state independent of everything else.
+  /// Makes a state independent of all others.
   void reset(Eigen::Index state, double value, double variance);
-  /// Position and velocity over dt_s [s], with white accelerations; position error is 0 before.
+  /// Propagates position and velocity over dt_s [s], with white accelerations; the position error must be 0.
   void move(double dt_s, const Eigen::Matrix3d& acceleration_density_squared);
 
   /// Innovation of an observation of `value`, and its variance.
@@ -83,13 +83,13 @@ class BaselineState {
   };
   /// Reads the lower triangle of `p`.
   [[nodiscard]] Innovation innovation(const SparseRow& row, double value, double variance) const;
-  /// Takes it, into the lower triangle of `p` alone: call mirror() behind the last of several.
+  /// Applies it, to the lower triangle of `p` only: call mirror() after the last of several.
   void take(const SparseRow& row, double value, double variance);
-  /// The lower triangle of `p` into the upper one.
+  /// Copies the lower triangle of `p` to the upper one.
   void mirror();
 
  private:
-  Eigen::VectorXd gain_;  // kept for its memory
+  Eigen::VectorXd gain_;  // member to keep its capacity
 };
 
 }  // namespace canyon::relative

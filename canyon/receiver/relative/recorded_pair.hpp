@@ -22,16 +22,16 @@
 
 namespace canyon::relative {
 
-/// Options of solving a recorded rover beside a recorded base.
+/// Options of solving a recorded rover relative to a recorded base.
 struct PairOptions {
   RtkOptions rtk;
-  positioning::FixOptions fix;       ///< masks, and the fix of single epochs that begins the filter
+  positioning::FixOptions fix;       ///< masks, and the single-epoch fix that starts the filter
   double max_age_s = 60;             ///< of the base's epoch
-  std::vector<std::string> signals;  ///< names of gnss::signals_of(); empty: all that both have
+  std::vector<std::string> signals;  ///< names of gnss::signals_of(); empty: all common ones
 };
 
 struct PairEpoch {
-  geodesy::GpsTime receiver_time;  ///< the rover's tag
+  geodesy::GpsTime receiver_time;  ///< the rover's time tag
   positioning::Fix fix;
 };
 
@@ -39,35 +39,34 @@ struct PairEpoch {
 /// (rtcm::read_rtcm_corrections()).
 using RecordedEpochs = std::vector<std::shared_ptr<const Corrections>>;
 
-/// Recording of an observation file, with the place of its antenna that its header states for each epoch.
-/// @param place of its antenna instead, ECEF [m]; NaN where neither says it. A rover's is not used
+/// Recording of an observation file, with the antenna position of its header in each epoch.
+/// @param place replaces that position, ECEF [m]; NaN if both are unknown. Not used for a rover
 [[nodiscard]] RecordedEpochs recorded_epochs(const std::vector<rinex::ObservationEpoch>& recorded,
                                              const orbit::Sky& sky,
                                              const std::optional<Eigen::Vector3d>& place = {});
 
-/// Solves each epoch of the rover with the latest base's epoch that is not behind it, in order of time:
-/// fixed, float, or the fix of the epoch alone.
-/// @param progress may be empty; called with epochs done and in all
-/// Throws InputError for options out of range, and where base and rover share no time or no signal.
+/// Solves each epoch of the rover with the latest epoch of the base that is not later, in order of time:
+/// fixed, float, or the single-epoch fix.
+/// @param progress may be empty; called with the number of finished epochs and the total
+/// Throws InputError for options out of range, and if base and rover have no common time or signal.
 [[nodiscard]] std::vector<PairEpoch> solve_pair(
     const RecordedEpochs& rover, const RecordedEpochs& base, const orbit::Sky& sky,
     const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const PairOptions& options,
     const std::function<void(std::size_t, std::size_t)>& progress = {});
 
 /// Writes RTKLIB's format of solutions (".pos", GPST, degrees, ellipsoidal heights), which rtkplot reads: a
-/// header that names `program`, a line for each solved epoch, quality 1 fixed, 2 float, 4 differential, 5
-/// single (RTKLIB 2.4.2 manual, appendix B.1).
+/// header with `program`, a line for each solved epoch, quality 1 fixed, 2 float, 4 differential, 5 single
+/// (RTKLIB 2.4.2 manual, appendix B.1).
 [[nodiscard]] std::string rtklib_solutions(const std::vector<PairEpoch>& epochs, const std::string& program);
 
-/// Turns epochs of an observation file into what a rover or a base measured; remembers since when phases are
-/// continuous: a phase that was missing, is of another code, or whose loss-of-lock indicator says so, begins
-/// anew.
+/// Converts epochs of an observation file into measurements of a rover or a base. Stores the start of each
+/// phase's continuity: a phase restarts after a gap, a change of code, or by its loss-of-lock indicator.
 class RecordedSignals {
  public:
   /// @param sky gives the carriers of GLONASS satellites; must outlive this
   explicit RecordedSignals(const orbit::Sky& sky) : sky_(sky) {}
 
-  /// Measurements with a pseudorange, of satellites that the sky knows. Epochs come in order of time.
+  /// Measurements with a pseudorange, of satellites of the sky. Epochs come in order of time.
   [[nodiscard]] std::vector<SignalMeasurement> next(const rinex::ObservationEpoch& epoch);
 
  private:
@@ -76,15 +75,15 @@ class RecordedSignals {
     std::array<char, 3> code{};  // of RINEX
   };
   const orbit::Sky& sky_;
-  std::optional<geodesy::GpsTime> before_;  // the epoch before
+  std::optional<geodesy::GpsTime> before_;  // the previous epoch
   std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Phase> phases_;
 };
 
-/// Finds phases of one receiver that moved by something else than their Doppler since the epoch before.
+/// Finds phases of one receiver that moved differently from their Doppler since the previous epoch.
 class DopplerSlips {
  public:
-  /// Takes the next epoch, `dt_s` after the last one. @param rover those to look at @param measured all, with
-  /// phase and Doppler. More than four steps must be known: their median is the receiver's clock.
+  /// Processes the next epoch, `dt_s` after the last one. @param rover phases to check @param measured all,
+  /// with phase and Doppler. Needs more than four known steps: their median is the receiver's clock.
   void update(double dt_s, std::span<const ObservedMinusComputed> rover,
               std::span<const SignalMeasurement> measured);
   /// Whether this phase slipped in the last epoch.

@@ -12,24 +12,23 @@
 
 namespace canyon::relative {
 
-/// Result of a search for whole numbers of cycles.
+/// Result of an integer ambiguity search.
 struct WholeNumbers {
   Eigen::Vector3d position_error = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   double ratio = 0;
   bool accepted = false;
-  double squares = 0;  ///< of residuals over their deviations, a sum
-  int redundant = 0;   ///< how many of them
+  double squares = 0;  ///< of residuals over their deviations, sum
+  int redundant = 0;   ///< number of terms in it
 };
 
-/// Looks for the whole numbers of one epoch: candidates, search, acceptance.
+/// Resolves the integer ambiguities of one epoch: selects candidates, searches, validates.
 class WholeNumberSearch {
  public:
-  /// @param state takes numbers that are held, and remembers those found; like `options` and `differences` it
-  /// must outlive this
+  /// @param state stores held and found integers; like `options` and `differences` it must outlive this
   /// @param echoes covariance of the position by echoes of codes, which the state's lacks
   /// @param ionosphere whether its delays are states
-  /// @param fixed_in_a_row epochs up to the last one whose numbers were found one after the other
+  /// @param fixed_in_a_row number of successive fixed epochs up to the last one
   WholeNumberSearch(const RtkOptions& options, BaselineState& state, std::span<const Difference> differences,
                     const Eigen::Matrix3d& echoes, bool ionosphere, int fixed_in_a_row)
       : options_(options),
@@ -38,25 +37,25 @@ class WholeNumberSearch {
         echoes_(echoes),
         ionosphere_(ionosphere),
         fixed_in_a_row_(fixed_in_a_row) {}
-  /// Empty where there are too few. Numbers that wait for the next epoch's are kept for it.
+  /// Empty if there are too few. Integers that need confirmation are stored for the next epoch.
   [[nodiscard]] std::optional<WholeNumbers> find();
 
  private:
-  /// Sum of squares of phases' residuals at a state, each signal's clock estimated, over their variances.
+  /// Sum of squared residuals of phases at a state, each signal's clock estimated, over their variances.
   [[nodiscard]] double squares_of_residuals(std::span<const std::size_t> among,
                                             const Eigen::VectorXd& x) const;
   /// Candidates by certainty of their phase, best first.
   [[nodiscard]] std::vector<std::size_t> candidates() const;
-  /// Places of two ambiguities of a signal among the state's slots; the second is the signal's reference.
+  /// Indices of two ambiguities of a signal in the state's slots; the second is the signal's reference.
   using SlotPair = std::pair<std::size_t, std::size_t>;
   /// Differences of two ambiguities of a signal, those of the less certain satellites first.
   struct Pairs {
     std::vector<std::size_t> among;   // differences; the last one of each signal is its reference
-    std::vector<std::size_t> before;  // of each difference, how many pairs are of those before it
-    std::vector<SlotPair> slots;      // an ambiguity's and its reference's
+    std::vector<std::size_t> before;  // number of pairs of the earlier differences, for each
+    std::vector<SlotPair> slots;      // of an ambiguity and its reference
     Eigen::VectorXd real;
-    /// With what an error of the position by echoes of codes does to all ambiguities at once: the filter
-    /// lacks it, so that it is sure of wrong numbers.
+    /// Includes the effect of a position error by echoes of codes on all ambiguities: without it the filter
+    /// would be certain of wrong integers.
     Eigen::MatrixXd covariance;
     Eigen::Matrix3Xd gradients;  // of the ambiguities by that error [cycles/m]
   };
@@ -65,7 +64,7 @@ class WholeNumberSearch {
     std::size_t begin = 0;  // its first difference
     std::size_t pairs = 0;
   };
-  /// Whole numbers of an epoch that pass, and that the epoch before did not find.
+  /// Accepted integers of an epoch that the previous epoch did not find.
   struct Unconfirmed {
     std::vector<SlotPair> slots;
     Eigen::VectorXd whole;
@@ -73,16 +72,16 @@ class WholeNumberSearch {
   Pairs pairs_of(std::vector<std::size_t> among);
   /// Error of a difference's ambiguity by that of the position [cycles/m].
   [[nodiscard]] Eigen::Vector3d cycles_of(std::size_t difference) const;
-  /// Whether whole numbers are those of the last fixed position, as far as that had them, and that is most.
+  /// Whether integers equal those of the last fixed position, of all common ambiguities, which must be most.
   [[nodiscard]] bool are_kept(std::span<const SlotPair> slots, const Eigen::VectorXd& whole) const;
   void keep(std::span<const SlotPair> slots, const Eigen::VectorXd& whole);
-  /// Among all; where that fails without GLONASS, as biases that are stated wrongly spoil it.
+  /// Of all; if that fails without GLONASS, because wrong biases may spoil it.
   std::optional<WholeNumbers> find_with_glonass_or_without();
-  /// Among these, best first; where that fails among the more certain ones. Empty where they are too few.
+  /// Of these, best first; if that fails of the more certain ones. Empty if they are too few.
   std::optional<WholeNumbers> find_among(std::vector<std::size_t> among);
-  /// Tests the whole numbers that were found of a set.
+  /// Validates the integers that were found for a set.
   WholeNumbers answer(const Pairs& pairs, const Set& set, const std::optional<IntegerSolution>& found);
-  /// The answer at whole numbers that are accepted.
+  /// Sets the result at accepted integers.
   void fix_at(const Pairs& pairs, const Set& set, const Eigen::VectorXd& whole, WholeNumbers& fixed);
 
   const RtkOptions& options_;

@@ -6,20 +6,20 @@
 
 namespace canyon::rtcm {
 
-/// A whole file.
+/// Contents of a file.
 struct RtcmCorrections {
   CorrectionsDecoder::Epochs epochs;
   DecoderStatus status;
 };
-/// A stream that was recorded, plain or gzip-compressed; each epoch once, without those whose times
-/// do not follow the one before. Throws InputError where the file cannot be read.
+/// A recorded stream, plain or gzip-compressed; each epoch once, without those that are not later than the
+/// previous one. Throws InputError if the file cannot be read.
 /// @param now a time within half a week of the first messages
 [[nodiscard]] RtcmCorrections decode_rtcm_file(const std::filesystem::path& path, geodesy::GpsTime now,
                                                CorrectionsDecoder::ChannelTable glonass_channel = {},
                                                bool needs_place = true, RangeTable ranges = {});
-/// Throws InputError, which says what is missing, where no epoch was in a file.
+/// Throws InputError with the missing parts if a file has no epoch.
 void require_epochs(const std::filesystem::path& path, const RtcmCorrections& file);
-/// decode_rtcm_file() of a file with epochs; throws InputError where it has none.
+/// decode_rtcm_file() of a file with epochs; throws InputError if it has none.
 [[nodiscard]] RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, geodesy::GpsTime now,
                                                     CorrectionsDecoder::ChannelTable glonass_channel = {},
                                                     bool needs_place = true, RangeTable ranges = {});

@@ -17,14 +17,14 @@
 
 namespace canyon::tracking {
 
-/// An interference behind an antenna.
+/// An interfering wave after an antenna.
 struct ReceivedWave {
   propagation::Spectrum spectrum;
   std::optional<gnss::SatelliteId> copy_of;
   std::array<double, 2> over_noise_hz{};  ///< I / N0 [Hz] in the bands of antennas, by signal::Band
 };
 
-/// A number for each spectrum of interference, centre_hz counted from a carrier.
+/// A number for each spectrum of interference, centre_hz relative to a carrier.
 using SpectrumValues = std::vector<std::pair<propagation::Spectrum, double>>;
 
 /// The common part of one receiver's channels: options, phases of paths, a code loop for each kind of signal.
@@ -33,21 +33,21 @@ class ChannelModel {
   /// One kind of signal in this receiver.
   struct Kind {
     std::shared_ptr<const CodeTracker> tracker;
-    double peak_power = 1;       ///< R(0)^2: of the prompt correlator on a path of power 1
+    double peak_power = 1;       ///< R(0)^2: power of the prompt correlator on a path of power 1
     CodeLoopNoise noise;         ///< of the code
-    SpectrumValues separations;  ///< spectral separations that were asked for; not tones'
-    PllOptions pll;              ///< for_signal(); tracker->options() is likewise
+    SpectrumValues separations;  ///< cache of spectral separations, except of tones
+    PllOptions pll;              ///< for_signal(); tracker->options() likewise
     FllOptions fll;
   };
 
-  /// Throws InputError where options.validate() does.
+  /// Throws InputError if options.validate() does.
   /// @param receiver its name in messages; @param draws name of its random streams
   ChannelModel(SignalOptions options, std::uint64_t seed, std::string receiver, std::string draws = {});
 
   [[nodiscard]] const SignalOptions& options() const { return options_; }
   [[nodiscard]] const PathPhases& phases() const { return phases_; }
-  /// Made when first asked for. InputError where its correlators are too far apart
-  /// for the signal, naming system and signal.
+  /// Created at its first use. InputError if its correlators are too far apart for the signal, naming system
+  /// and signal.
   [[nodiscard]] const Kind& kind(const gnss::Signal& signal) { return mutable_kind(signal); }
   /// C/N0 [dB-Hz] of a signal in a clear line of sight: link budget and offset_db().
   [[nodiscard]] double clear_cn0_dbhz(const gnss::Signal& signal, double elevation_rad,
@@ -59,23 +59,22 @@ class ChannelModel {
   /// satellite_sigma_db) by seed and satellite.
   [[nodiscard]] double offset_db(gnss::SatelliteId id, const gnss::Signal& signal,
                                  geodesy::GpsTime time) const;
-  /// Interference behind this receiver's antenna. @param received replaced; it keeps its memory
+  /// Interference after this receiver's antenna. @param received replaced; it keeps its capacity
   void receive(std::span<const propagation::Interference> waves, std::vector<ReceivedWave>& received) const;
-  /// Amplitude gain (0, 1] that waves which saturate the stages before the filter leave to the signals of a
-  /// band (small_signal_gain()).
+  /// Amplitude gain (0, 1] of the signals of a band under waves that saturate the stages before the filter
+  /// (small_signal_gain()).
   [[nodiscard]] double gain_beside(std::span<const ReceivedWave> waves, signal::Band band) const;
-  /// Power of noise and interference together over noise alone behind a correlator [1], >= 1: 1 + sum of (I /
-  /// N0) kappa / R(0) (spectral_separation_per_hz(); J. W. Betz, Navigation 48(4), 2001), over the power gain
-  /// of gain_beside(), so that C/N0 less this is the effective C/N0. @param id satellite whose copies do not
-  /// count
-  /// @param carrier_hz of the satellite; @param received_hz the same as it arrives
+  /// Power of noise plus interference over noise alone after a correlator [1], >= 1: 1 + sum of (I / N0)
+  /// kappa / R(0) (spectral_separation_per_hz(); J. W. Betz, Navigation 48(4), 2001), over the power gain of
+  /// gain_beside(). C/N0 minus this is the effective C/N0. @param id satellite whose copies are not counted
+  /// @param carrier_hz of the satellite; @param received_hz the same as received
   [[nodiscard]] double noise_factor(const gnss::Signal& signal, gnss::SatelliteId id, double carrier_hz,
                                     double received_hz, std::span<const ReceivedWave> waves);
   /// Interference in the front end around a signal's carrier over its own noise [1]. Without a filter the
-  /// front end is taken as four chip rates wide.
+  /// front end is assumed to be four chip rates wide.
   struct FrontEndLoad {
     double interference = 0;
-    double tones = 0;  ///< of it
+    double tones = 0;  ///< part of interference
   };
   [[nodiscard]] FrontEndLoad front_end_load(const gnss::Signal& signal, std::span<const ReceivedWave> waves);
   /// Random factors of a satellite's paths.
@@ -93,19 +92,19 @@ class ChannelModel {
   std::uint64_t seed_;
   std::string receiver_, draws_;
   PathPhases phases_;
-  std::map<const gnss::Signal*, SpectrumValues> shares_;  // within the front end, that were asked for
+  std::map<const gnss::Signal*, SpectrumValues> shares_;  // within the front end, cached
   std::array<std::array<std::unique_ptr<Kind>, gnss::kMostSignals>, gnss::kSystemCount> kinds_;
 };
 
 /// The antenna at one epoch.
 struct AntennaMotion {
   geodesy::GpsTime time;
-  geodesy::GpsTime first_epoch;                                 ///< of the receiver
-  std::optional<geodesy::GpsTime> epoch_before;                 ///< of the receiver; empty at its first
-  double step_m = 0;                                            ///< of the antenna since then [m], >= 0
+  geodesy::GpsTime first_epoch;                  ///< of the receiver
+  std::optional<geodesy::GpsTime> epoch_before;  ///< previous epoch of the receiver; empty at its first
+  double step_m = 0;                             ///< of the antenna since then [m], >= 0
   Eigen::Vector3d velocity_ecef = Eigen::Vector3d::Zero();      ///< [m/s], in the rotating frame
-  Eigen::Matrix3d ecef_from_enu = Eigen::Matrix3d::Identity();  ///< of the frame that paths are given in
-  std::span<const ReceivedWave> interference;                   ///< for the epoch alone
+  Eigen::Matrix3d ecef_from_enu = Eigen::Matrix3d::Identity();  ///< of the frame of the paths
+  std::span<const ReceivedWave> interference;                   ///< valid during the epoch only
 };
 
 /// Accumulated carrier phase of a channel beyond geometric range and clocks.
@@ -118,15 +117,15 @@ struct TrackedPhase {
 /// Result of a channel at one epoch.
 struct Reception {
   LockState lock = LockState::Searching;
-  std::optional<double> cn0_dbhz;         ///< true one at the correlator; empty: no signal
-  double code_delay_m = 0;                ///< of the code loop against the direct path; 0 without a signal
-  std::size_t tracked = 0;                ///< which path's carrier is followed; with a signal
+  std::optional<double> cn0_dbhz;  ///< true one at the correlator; empty: no signal
+  double code_delay_m = 0;         ///< of the code loop relative to the direct path; 0 without a signal
+  std::size_t tracked = 0;         ///< index of the path whose carrier is tracked; with a signal
   std::optional<double> direct_cn0_dbhz;  ///< of the direct path alone; empty without one
-  /// While Tracking, at SignalOptions::phase_threshold_dbhz or above, and not on a diffuse bundle.
+  /// While Tracking, at SignalOptions::phase_threshold_dbhz or above, and not on a diffuse cluster.
   std::optional<TrackedPhase> phase;
 };
 
-/// Thermal noise of one measurement, with its standard deviations; and the C/N0 that is stated with it.
+/// Thermal noise of one measurement, with its standard deviations; and the reported C/N0.
 struct LoopErrors {
   double code_m = 0, doppler_hz = 0, phase_cycles = 0;
   double code_sigma_m = 0, doppler_sigma_hz = 0, phase_sigma_cycles = 0;
@@ -135,12 +134,12 @@ struct LoopErrors {
 };
 
 /// One channel of a receiver: a signal of one satellite from its paths to code delay, C/N0, lock and phase.
-/// Every path's amplitude is signal::path_amplitude() times its random factor (PathFades); the carrier that
-/// is followed is that of the strongest path where the code loop stands; the code loop rests where
-/// CodeTracker says; the true C/N0 drives the lock (docs/tracking.md).
+/// Every path's amplitude is signal::path_amplitude() times its random factor (PathFades). The tracked
+/// carrier is that of the strongest path at the delay of the code loop, which CodeTracker computes. The true
+/// C/N0 drives the lock (docs/tracking.md).
 class Channel {
  public:
-  /// A channel whose satellite is met at motion.time; before it had no signal since the first epoch.
+  /// Channel of a satellite that is first received at motion.time; before, no signal since the first epoch.
   /// @param signal of gnss::signals_of()
   Channel(ChannelModel& model, gnss::SatelliteId id, const gnss::Signal& signal, const AntennaMotion& motion);
 
@@ -152,9 +151,9 @@ class Channel {
   /// Processes the paths of this channel's satellite at motion.time, after the last call.
   [[nodiscard]] Reception receive(ChannelModel& model, const AntennaMotion& motion,
                                   const propagation::SatelliteView& view);
-  /// Nothing arrives: below the horizon, antenna inside a building.
+  /// Processes an epoch without signal: below the horizon, antenna inside a building.
   Reception miss(geodesy::GpsTime time);
-  /// Noise of a measurement at that C/N0; goes on from the last call, whenever that was.
+  /// Noise of a measurement at that C/N0; continues from the last call, after any time.
   [[nodiscard]] LoopErrors sample(ChannelModel& model, geodesy::GpsTime time, double cn0_dbhz);
 
  private:
@@ -167,20 +166,20 @@ class Channel {
     propagation::PathKind kind = propagation::PathKind::Direct;
     std::uint64_t reflector = 0;
     geodesy::GpsTime lock_since;
-    double turned_rad = 0;  // argument of the prompt correlator less the tracked path's detour, unwrapped
+    double turned_rad = 0;  // argument of the prompt correlator minus the tracked path's detour, unwrapped
     TrackedPhase tracked;
   };
   [[nodiscard]] bool jumped(const AntennaMotion& motion, const orbit::LineOfSight& line, double chip_m);
-  /// Whether the carrier loop pulls in a path's frequency. Amid a spoofer's signals it neither follows nor
-  /// changes over to another.
+  /// Whether the carrier loop pulls in a path's frequency. Among a spoofer's signals it neither follows nor
+  /// switches to another path.
   [[nodiscard]] bool within_reach(std::size_t path, bool spoofed, double reach_mps) const;
-  /// Rates and amplitudes of the epoch's paths, and which of them is tracked.
+  /// Sets rates and amplitudes of the epoch's paths, and which of them is tracked.
   void choose_path(const ChannelModel::Kind& kind, const SignalOptions& options, const AntennaMotion& motion,
                    const propagation::SatelliteView& view, double carrier_hz);
-  /// The paths as the code loop sees them beside the tracked one: fading, drifts, random factors.
+  /// Sets the paths of the code loop relative to the tracked one: fading, drifts, random factors.
   void fade_paths(const ChannelModel::Kind& kind, const ChannelModel& model, const AntennaMotion& motion,
                   const propagation::SatelliteView& view, double carrier_hz);
-  /// Acquires the strongest path, or moves the loop on.
+  /// Acquires the strongest path, or propagates the loop.
   [[nodiscard]] std::optional<CodeLock> follow_code(const AntennaMotion& motion,
                                                     const ChannelModel::Kind& kind, double clear_cn0_dbhz);
   [[nodiscard]] std::optional<TrackedPhase> follow_phase(const AntennaMotion& motion,
@@ -189,12 +188,12 @@ class Channel {
 
   gnss::SatelliteId id_;
   const gnss::Signal* signal_;
-  double offset_db_;  // over the link budget
+  double offset_db_;  // relative to the link budget
   SignalLock lock_;
   PathFades fades_;
   std::optional<CodeLoopState> loop_;     // of the code
-  double bandwidth_share_ = 1;            // of the code loop, by the C/N0 of the epoch before
-  std::optional<propagation::Path> aid_;  // whose carrier was tracked at the last epoch with a signal
+  double bandwidth_share_ = 1;            // of the code loop, by the previous epoch's C/N0
+  std::optional<propagation::Path> aid_;  // path whose carrier was tracked at the last epoch with a signal
   double aid_offset_mps_ = 0;             // its rate over the line of sight's
   std::optional<Geometry> geometry_;
   std::optional<Phase> phase_;
@@ -202,8 +201,8 @@ class Channel {
   RandomStream cn0_noise_;
   LoopNoise code_noise_, doppler_noise_, phase_noise_;
   std::optional<geodesy::GpsTime> sampled_;
-  double mean_cn0_hz_ = 0;  // as stated
-  // Values of the epoch in hand; members for their memory alone.
+  double mean_cn0_hz_ = 0;  // as reported
+  // Values of the current epoch; members to keep their capacity.
   std::vector<std::complex<double>> amplitudes_;
   std::vector<SignalPath> paths_;
   std::vector<double> rates_mps_;

@@ -13,16 +13,16 @@
 
 namespace canyon::tracking {
 
-/// Random carrier phases of paths: phi0 uniform on (-pi, pi], drawn from seed, receiver, satellite and
-/// reflector alone, since no model of a city knows a wall to centimetres. The detour's part, -2 pi excess /
+/// Random carrier phases of paths: phi0 uniform on (-pi, pi], by seed, receiver, satellite and reflector
+/// alone, since no city model has walls accurate to centimetres. The phase of the detour, -2 pi excess /
 /// wavelength, is in signal::path_amplitude(): the exact integral of the fading, without memory. Const,
 /// thread-safe.
 class PathPhases {
  public:
   PathPhases(std::uint64_t seed, std::string_view receiver);
 
-  /// [rad]. @param satellite e.g. "G05"; @param reflector any number that stays the same while the signal
-  /// comes over the same surface
+  /// [rad]. @param satellite e.g. "G05"; @param reflector a number that is constant while the signal comes
+  /// over the same surface
   [[nodiscard]] double phase_rad(std::string_view satellite, std::uint64_t reflector) const;
 
  private:
@@ -30,59 +30,59 @@ class PathPhases {
   std::string prefix_;
 };
 
-/// Frequency of a path against the one that is tracked [Hz], -excess_rate / wavelength, excess_rate that of
-/// its length against the other's: SignalPath::fading_hz.
+/// Frequency of a path relative to the tracked one [Hz], -excess_rate / wavelength, excess_rate the rate of
+/// the difference of their lengths: SignalPath::fading_hz.
 [[nodiscard]] inline double fading_rate_hz(double excess_rate_mps, double wavelength_m) {
   return -excess_rate_mps / wavelength_m;
 }
 
-/// Distance that an antenna moves [wavelengths] until the autocorrelation of a diffuse bundle's amplitude
-/// falls to 1/e: J0(2 pi d / wavelength) = 1/e, of waves from all around (R. H. Clarke, Bell System Technical
-/// Journal 47(6), 1968).
+/// Distance [wavelengths] over which the autocorrelation of a diffuse cluster's amplitude falls to 1/e: J0(2
+/// pi d / wavelength) = 1/e, for waves from all around (R. H. Clarke, Bell System Technical Journal 47(6),
+/// 1968).
 inline constexpr double kCoherenceWavelengths = 0.27884;
 
-/// A process of unit power with autocorrelation Re[e^(-s |tau|)], s = 1/tau_c - j 2 pi f: a bundle of waves
-/// that decays in tau_c about an offset f from the carrier. Closed forms, exact.
+/// A process of unit power with autocorrelation Re[e^(-s |tau|)], s = 1/tau_c - j 2 pi f: a cluster of waves
+/// that decays in tau_c around an offset f from the carrier. Closed forms, exact.
 ///
 /// Mean power [1] after a coherent integration over T: 2 Re[1/x - (1 - e^-x) / x^2], x = s T; for tau_c
 /// infinite it is sinc^2(pi f T).
 [[nodiscard]] double integrated_power(std::complex<double> s_per_s, double integration_s);
-/// Share of the power [1] that a first-order filter of one-sided noise bandwidth Bn passes: Re[k / (k + s)],
-/// k = 4 Bn; for tau_c infinite it is that of docs/tracking.md, 1 / (1 + (2 pi f / 4 Bn)^2).
+/// Fraction of the power [1] that a first-order filter of one-sided noise bandwidth Bn passes: Re[k / (k +
+/// s)], k = 4 Bn; for tau_c infinite it is that of docs/tracking.md, 1 / (1 + (2 pi f / 4 Bn)^2).
 [[nodiscard]] double filtered_share(std::complex<double> s_per_s, double loop_bandwidth_hz);
 
-/// A bundle as a single wave for a code loop (CodeTracker): it fades with `frequency_hz`, low enough for the
-/// loss of its integration to be undone.
+/// A cluster as a single wave for a code loop (CodeTracker): it fades with `frequency_hz`, low enough to
+/// correct the loss of its integration.
 struct BundleShare {
   double frequency_hz = 0;
-  double coherent = 1;    ///< share of the power that passes the loop's filter
-  double integrated = 1;  ///< share of the power that integration leaves
+  double coherent = 1;    ///< fraction of the power that passes the loop's filter
+  double integrated = 1;  ///< fraction of the power after integration
 
-  /// Power over the bundle's mean: what fades within the loop's memory counts by its mean power, the rest by
-  /// its present one, over the mean.
+  /// Power over the cluster's mean: the part that fades within the loop's memory counts with its mean power,
+  /// the rest with its present power over the mean.
   [[nodiscard]] double power(double present) const {
     return integrated * (coherent * present + (1 - coherent));
   }
 };
-/// Shares of a process with the bundle's Doppler spread.
+/// Weights of a process with the cluster's Doppler spread.
 [[nodiscard]] BundleShare bundle_share(std::complex<double> s_per_s, double loop_bandwidth_hz,
                                        double integration_s);
 
-/// Random factors of one satellite's paths, kept while a path is there: of a mirror e^(j phi0)
-/// (PathPhases), of a diffuse bundle a complex Gaussian of mean power 1 (its amplitude is Rayleigh's), a
-/// Gauss-Markov process over the antenna's path.
+/// Random factors of one satellite's paths, kept while a path exists: of a mirror e^(j phi0) (PathPhases); of
+/// a diffuse cluster a complex Gaussian of mean power 1 (Rayleigh amplitude), a Gauss-Markov process over the
+/// antenna's motion.
 class PathFades {
  public:
-  /// @param satellite "G05"; `stream` is used for bundles alone
+  /// @param satellite "G05"; `stream` is used for clusters only
   PathFades(std::string satellite, RandomStream stream);
 
-  /// Before the factors of an epoch; paths that were not asked for since the last call are forgotten.
+  /// Call before the factors of an epoch; paths not used since the last call are dropped.
   void next_epoch();
   void clear();
-  /// e^(j phi0), the same for a reflector at every time.
+  /// e^(j phi0), constant for a reflector.
   [[nodiscard]] std::complex<double> fixed(const PathPhases& phases, std::uint64_t reflector);
-  /// A bundle's factor after its autocorrelation decayed by e^-decay, decay >= 0, since the epoch before; a
-  /// new bundle draws afresh.
+  /// A cluster's factor after its autocorrelation decayed by e^-decay, decay >= 0, since the previous epoch;
+  /// a new cluster gets a new sample.
   [[nodiscard]] std::complex<double> rayleigh(std::uint64_t reflector, double decay);
 
  private:
@@ -101,16 +101,17 @@ class PathFades {
 
 /// d/dt [m/s] of geometric range plus excess path along one path, per second of true time.
 ///
-/// The light-time equation r = |S(t - r/c) - x(t)| derived: r' = e.(V - v) / (1 + e.(V + omega x S)/c), S and
-/// V turned to the axes of reception. A path over something at rest sees the antenna's velocity along the
-/// direction of arrival `a` in place of e. Its excess also changes with e while the satellite moves on:
+/// From the light-time equation r = |S(t - r/c) - x(t)|: r' = e.(V - v) / (1 + e.(V + omega x S)/c), S and V
+/// rotated to the axes of reception. For a path over a fixed reflector, the antenna's velocity counts along
+/// the direction of arrival `a` in place of e. Its excess also changes with e while the satellite moves:
 ///   a plane, excess 2 h (n.e), n along e - a: 2 h n.e' = 2 excess (e - a).e' / |e - a|^2;
-///   a point of an edge or a rough facade at distance d, excess d (1 - e.a): -d a.e', which is the same
-/// (centimetres per second). Two planes have e' times the way from the antenna's image in both to the antenna
-/// (propagation::antenna_image()). A transmitter's path has its own, of its carrier. Within 1 mm/s of
-/// differences of ranges (receiver_test.cpp).
+///   a point of an edge or a rough facade at distance d, excess d (1 - e.a): -d a.e', which is equal
+/// (centimetres per second). Two planes have e' times the vector from the antenna's image in both to the
+/// antenna (propagation::antenna_image()). A transmitter's path has its own rate, of its carrier. Within 1
+/// mm/s of differences of ranges (receiver_test.cpp).
 /// @param antenna_velocity_ecef [m/s], in the rotating frame; @param path in the frame that `ecef_from_enu`
-/// turns. What leads on a rough facade (Path::glint) sees the antenna's velocity from its own direction.
+/// rotates. For the scattering centre of a rough facade (Path::glint) the velocity counts along its
+/// direction.
 [[nodiscard]] double path_rate_mps(const orbit::LineOfSight& line,
                                    const Eigen::Vector3d& antenna_velocity_ecef,
                                    const propagation::Path& path, const Eigen::Matrix3d& ecef_from_enu);

@@ -15,7 +15,7 @@
 
 namespace canyon::tracking {
 
-/// A loop whose prompt correlator has less of the strongest path's power has found nothing.
+/// A loop whose prompt correlator has less than this fraction of the strongest path's power has no lock.
 inline constexpr double kLeastPrompt = 1e-3;
 
 /// How a delay lock loop forms its error signal from correlators E (early), P (prompt) and L (late).
@@ -39,20 +39,20 @@ struct DllOptions {
   /// From early to late [chips], (0.001, 1]; of the inner pair for DoubleDelta, (0.001, 0.5]. 1 is the
   /// standard, 0.1 the narrow correlator (van Dierendonck, Fenton & Ford, Navigation 39(3), 1992).
   double spacing_chips = 0.5;
-  gnss::SignalValues spacings_chips;  ///< of signals that have another
+  gnss::SignalValues spacings_chips;  ///< of signals with another spacing
   /// One-sided noise bandwidth Bn [Hz], (0, 50]. Carrier-aided code loops are narrow: Kaplan & Hegarty (2nd
-  /// ed. 2006, figure 5.28) show 0.2 and 2 Hz.
+  /// ed. 2006, figure 5.28) use 0.2 and 2 Hz.
   double loop_bandwidth_hz = 1;
-  gnss::SignalValues loop_bandwidths_hz;  ///< of signals that have another
+  gnss::SignalValues loop_bandwidths_hz;  ///< of signals with another bandwidth
   /// C/N0 [dB-Hz] below which the loop narrows as its discriminator becomes noisier (CodeLoopNoise), [0,
   /// 100]. 0: never; the bandwidth is fixed.
   double narrow_below_dbhz = 0;
-  /// Coherent integration T [s], (0, 10]; Bn T below 0.5. A bit of GPS L1 C/A takes 20 ms.
+  /// Coherent integration T [s], (0, 10]; Bn T below 0.5. A bit of GPS L1 C/A has 20 ms.
   double integration_s = 0.02;
-  /// For how long another peak of the correlation, beyond the discriminator's reach, must be the stronger one
+  /// Time for which another peak of the correlation, beyond the discriminator's reach, must be stronger
   /// before the loop jumps to it [s], [0.01, 100]: a side peak of a BOC signal ("bump-jumping", Fine &
-  /// Wilson, ION NTM 1999), or an earlier path within a chip and a half. Infinite: never, and a loop rests on
-  /// a side peak or an echo for as long as it is tracked.
+  /// Wilson, ION NTM 1999), or an earlier path within a chip and a half. Infinite: never, and a loop stays on
+  /// a side peak or an echo while it is tracked.
   double peak_check_s = 1;
   [[nodiscard]] bool operator==(const DllOptions&) const = default;
   /// Throws InputError naming the field that is out of range.
@@ -60,7 +60,7 @@ struct DllOptions {
 };
 void visit(options::Visitor& v, DllOptions& o);
 
-/// Throws InputError where one of a loop's bandwidths times its integration is 0.5 or more.
+/// Throws InputError if one of a loop's bandwidths times its integration is 0.5 or more.
 void check_bandwidths(double bandwidth_hz, const gnss::SignalValues& others_hz, double integration_s,
                       std::string_view loop);
 /// Options of a code, phase or frequency loop for one signal: spacing and bandwidth are the signal's.
@@ -83,79 +83,78 @@ struct CorrelatorBank {
 };
 [[nodiscard]] CorrelatorBank correlator_bank(const DllOptions& options);
 
-/// One path from satellite to antenna as a receiver's channel sees it.
+/// One path from satellite to antenna as seen by a receiver's channel.
 struct SignalPath {
-  double delay_m = 0;                       ///< against the direct path, >= 0 for a detour
+  double delay_m = 0;                       ///< relative to the direct path, >= 0 for a detour
   std::complex<double> amplitude = {1, 0};  ///< any common unit; |.|^2 is power, arg the carrier phase
-  /// Frequency [Hz] against the carrier that the receiver tracks (either sign), see fading_rate_hz().
+  /// Frequency [Hz] relative to the tracked carrier (either sign), see fading_rate_hz().
   double fading_hz = 0;
-  /// Rate of its delay against that of the path whose carrier aids the loop [m/s].
+  /// Rate of its delay relative to that of the path whose carrier aids the loop [m/s].
   double drift_mps = 0;
-  /// A bundle of waves: fading_hz stands for its spread, and does not turn it between epochs.
+  /// A cluster of waves: fading_hz represents its spread, and does not rotate its phase between epochs.
   bool diffuse = false;
 };
 
 /// State of a code loop between epochs.
 struct CodeLoopState {
-  double delay_m = 0;  ///< of the replica against the direct path
-  /// For how long the peak before (early) or behind (late) has been stronger than the one tracked, less the
-  /// time for which it was not [s], >= 0.
+  double delay_m = 0;  ///< of the replica relative to the direct path
+  /// Time for which the earlier or later peak has been stronger than the tracked one, minus the time for
+  /// which it was not [s], >= 0.
   double early_s = 0, late_s = 0;
   bool jumped = false;  ///< to another peak, in the last step
 };
 
-/// Where a loop rests.
+/// Equilibrium of a loop.
 struct CodeLock {
-  double delay_m = 0;  ///< of the replica: the code's error against the direct path
-  /// Prompt correlator: the paths' coherent sum, in their unit. Its argument is the carrier phase that a PLL
-  /// holds.
+  double delay_m = 0;  ///< of the replica: the code's error relative to the direct path
+  /// Prompt correlator: the paths' coherent sum, in their unit. Its argument is the carrier phase of a locked
+  /// PLL.
   std::complex<double> prompt;
-  /// Mean power of the prompt correlator over the fading, |.|^2 of the paths' unit. To the power of the
-  /// direct path alone, R(0)^2 |a|^2, it is the change of C/N0 by multipath.
+  /// Mean power of the prompt correlator over the fading, |.|^2 of the paths' unit. Its ratio to the power of
+  /// the direct path alone, R(0)^2 |a|^2, is the change of C/N0 by multipath.
   double prompt_power = 0;
 };
 
-/// Code delay of a delay lock loop with any number of paths: noise-free, where it settles and how it gets
-/// there.
+/// Code delay of a delay lock loop with any number of paths: noise-free, its equilibrium and its transient.
 ///
 /// The loop moves its replica against the sign of the discriminator D(tau) and rests where D crosses zero
-/// upwards. Each path's amplitude is first averaged as the receiver does (docs/tracking.md):
+/// upwards. Each path's amplitude is first averaged as in the receiver (docs/tracking.md):
 ///   over the integration time: a sinc(pi f T);
 ///   over the loop, the first-order filter of noise bandwidth Bn: the part a / sqrt(1 + (2 pi f / 4 Bn)^2)
-///   adds up with its phase, the rest of the power without.
-/// So slow fading moves the code as the multipath error envelope says, and fast fading leaves the small bias
-/// of the sum of powers.
+///   adds coherently, the rest of the power incoherently.
+/// So slow fading moves the code by the multipath error envelope, and fast fading leaves the small bias of
+/// the sum of powers.
 /// Const, thread-safe.
 class CodeTracker {
  public:
-  /// Throws InputError where options do not validate() and where the correlators are so far apart that the
+  /// Throws InputError if options do not validate(), and if the correlators are so far apart that the
   /// discriminator does not rise through the peak (BOC signals).
   CodeTracker(const CorrelationOptions& signal, const DllOptions& loop);
 
   [[nodiscard]] const Correlation& correlation() const { return correlation_; }
   [[nodiscard]] const DllOptions& options() const { return options_; }
 
-  /// D at a replica's delay [m]: power in the paths' unit (amplitude for Coherent), positive where the
-  /// replica is late. Inputs must be finite (InputError).
+  /// D at a replica's delay [m]: power in the paths' unit (amplitude for Coherent), positive if the replica
+  /// is late. Inputs must be finite (InputError).
   [[nodiscard]] double discriminator(double delay_m, std::span<const SignalPath> paths) const;
 
-  /// The zero that the loop runs into from `prior_m`, the delay it had before; without a prior, or where the
-  /// prior feels no pull, from the delay of the path where the prompt correlator is strongest (what
-  /// acquisition finds). Zeros are found between the earliest and the latest path, a chip to either side,
-  /// where they are at least an eighth of the spacing apart (closer pairs may be passed), and are exact to
-  /// 1e-9 chips. Empty: no paths, no power, or no zero with a prompt power above a thousandth of the
-  /// strongest path's. Inputs must be finite (InputError). Does not allocate for up to 64 paths; at most
-  /// 25,000 evaluations of D, typically some ten (ZeroSearch).
+  /// The zero that the loop converges to from `prior_m`, its previous delay. Without a prior, or if D has no
+  /// pull there, from the delay of the path with the strongest prompt correlator (the result of acquisition).
+  /// Zeros are found between the earliest and the latest path, plus a chip on either side, if they are at
+  /// least an eighth of the spacing apart (closer pairs may be missed), exact to 1e-9 chips. Empty: no paths,
+  /// no power, or no zero with a prompt power above a thousandth of the strongest path's. Inputs must be
+  /// finite (InputError). Does not allocate for up to 64 paths; at most 25,000 evaluations of D, typically
+  /// some ten (ZeroSearch).
   [[nodiscard]] std::optional<CodeLock> lock(std::span<const SignalPath> paths,
                                              std::optional<double> prior_m = std::nullopt) const;
 
-  /// Shares of a path that fades with fading_hz after integration and loop filter: amplitudes times
-  /// `coherent` add up with their phase, powers times `incoherent` without.
+  /// Weights of a path with fading_hz after integration and loop filter: amplitudes times `coherent` add
+  /// coherently, powers times `incoherent` incoherently.
   struct Share {
     double coherent = 1, incoherent = 0;
   };
   [[nodiscard]] Share share(double fading_hz) const;
-  /// A path after both.
+  /// A path after integration and loop filter.
   struct Averaged {
     double delay_chips = 0;
     std::complex<double> coherent;
@@ -166,34 +165,33 @@ class CodeTracker {
   [[nodiscard]] std::optional<CodeLock> lock_averaged(std::span<const Averaged> paths,
                                                       std::optional<double> prior_m = std::nullopt) const;
 
-  /// Moves a loop by its own dynamics over `elapsed_s` >= 0, at whose end `paths` are as given.
+  /// Moves a loop by its own dynamics over `elapsed_s` >= 0, at whose end the paths are `paths`.
   ///
-  /// A first-order loop that the carrier aids: the caller moves state.delay_m with the path whose carrier
-  /// is tracked; here the replica moves against the normalised discriminator e [chips] with rate k e, k = 4
-  /// Bn, in steps of T or, where that is longer, a quarter of the time constant 1 / k, each exact for a
-  /// constant e. e = D / (sum of the correlators' powers), scaled to unit slope at the peak of a single path
-  /// and cut at half a chip. Each path's phase turns with fading_hz and its delay drifts with drift_mps, so
-  /// that the loop itself filters what fades; what turns within a step is averaged before. Only the last
-  /// 12 / k of a long time are simulated, more than a loop remembers. Statistics do not depend on how time is
-  /// cut into calls.
+  /// A first-order, carrier-aided loop: the caller moves state.delay_m with the path whose carrier is
+  /// tracked. Here the replica moves against the normalised discriminator e [chips] with rate k e, k = 4 Bn,
+  /// in steps of T or, if longer, a quarter of the time constant 1 / k, each exact for a constant e. e = D /
+  /// (sum of the correlators' powers), scaled to unit slope at the peak of a single path and limited to half
+  /// a chip. Each path's phase rotates with fading_hz and its delay drifts with drift_mps, so that the loop
+  /// itself filters the fading; fading within a step is averaged before. Only the last 12 / k of a long time
+  /// are simulated, more than a loop remembers. Statistics do not depend on the division of time into calls.
   ///
-  /// Throughout, the power at the replica is compared with that at other peaks, once on the early and once on
+  /// At each step the power at the replica is compared with that at other peaks, one on the early and one on
   /// the late side: the neighbouring peak of the correlation function, and, early, the strongest path that is
-  /// more than a spacing and less than 1.5 chips ahead (a later one can only be an echo).
-  /// DllOptions::peak_check_s says when the loop jumps there. The mean of the count is taken, with the noise
-  /// of C/N0 in the comparisons (normal approximation).
+  /// more than a spacing and less than 1.5 chips ahead (a later one can only be an echo). The loop jumps by
+  /// DllOptions::peak_check_s. Uses the mean of the count, with the noise of C/N0 in the comparisons (normal
+  /// approximation).
   ///
   /// @param unit_cn0_hz C/N0 as a ratio [Hz] of a path of power 1
-  /// @param bandwidth_share share of the loop's bandwidth that is in use (CodeLoopNoise), (0, 1]
-  /// Empty, and the loop stays where it is: no power, or a prompt power below a thousandth of the strongest
+  /// @param bandwidth_share used fraction of the loop's bandwidth (CodeLoopNoise), (0, 1]
+  /// Empty, and the loop does not move: no power, or a prompt power below a thousandth of the strongest
   /// path's at the end. Inputs must be finite (InputError).
   [[nodiscard]] std::optional<CodeLock> follow(CodeLoopState& state, std::span<const SignalPath> paths,
                                                double elapsed_s, double unit_cn0_hz,
                                                double bandwidth_share = 1) const;
 
-  /// From the main peak of |R| to its neighbours [chips]; 0: there are none above a quarter of it.
+  /// From the main peak of |R| to its neighbours [chips]; 0: none above a quarter of it.
   [[nodiscard]] double side_peak_chips() const { return side_peak_chips_; }
-  /// Features of D are no narrower than eight of these [chips].
+  /// Features of D are at least eight of these wide [chips].
   [[nodiscard]] double step_chips() const { return step_chips_; }
   /// Error of the code [chips] over D / (sum of the correlators' powers), near the peak of a single path.
   [[nodiscard]] double gain_chips() const { return gain_chips_; }
@@ -214,7 +212,7 @@ class CodeTracker {
   double side_peak_chips_ = 0;
 };
 
-/// A tracker of these options, made once: a front end's table of correlation takes 2 ms, more than an epoch.
+/// A cached tracker of these options: a front end's table of correlation takes 2 ms, more than an epoch.
 /// Thread-safe. Throws as the constructor does.
 [[nodiscard]] std::shared_ptr<const CodeTracker> shared_code_tracker(const CorrelationOptions& signal,
                                                                      const DllOptions& loop);

@@ -12,11 +12,11 @@ namespace canyon::tracking {
 using gnss::Modulation;
 using gnss::name;
 
-/// Equal parts of a chip within which the subcarrier keeps its value: 1, 2 or 12.
+/// Equal parts of a chip in which the subcarrier is constant: 1, 2 or 12.
 [[nodiscard]] int slots_per_chip(Modulation modulation);
 /// Chips after which the pattern of subcarriers repeats: 33 of TMBOC(6,1,4/33) (IS-GPS-800, 3.3), else 1.
 [[nodiscard]] int chips_per_pattern(Modulation modulation);
-/// Value of the subcarrier, of mean power 1, at a place within a chip.
+/// Value of the subcarrier, of mean power 1, at a point within a chip.
 /// @param fraction of the chip, [0, 1)
 /// @param chip index in the code; of TMBOC chips 0, 4, 6 and 29 of 33 are BOC(6,1) (IS-GPS-800, 3.3)
 [[nodiscard]] double subcarrier(Modulation modulation, double fraction, std::size_t chip);
@@ -34,9 +34,9 @@ struct CorrelationOptions {
   void validate() const;
 };
 
-/// Correlation of a received signal with its unfiltered replica, codes taken as ideal (no sidelobes), as a
+/// Correlation of a received signal with its unfiltered replica, for ideal codes (no sidelobes), as a
 /// function of the delay between them. Even in the delay, unit power at the antenna: R(0) = 1 with infinite
-/// bandwidth, else the share of the power that the front end lets through.
+/// bandwidth, else the fraction of the power that passes the front end.
 ///
 /// Infinite bandwidth: R(tau) = Tc^-1 times the integral of p(t) p(t + tau) over the chip pulse p, which is
 /// piecewise linear; e.g. 1 - |tau| for BPSK, and 1 - 3 |tau| to half a chip, then |tau| - 1, for BOC(1,1)
@@ -46,18 +46,18 @@ struct CorrelationOptions {
 /// the jumps of dR/dtau at the knots t_k it is, in closed form, the sum of w_k g(tau - t_k) with
 ///   g(x) = x Si(pi B x) / pi + cos(pi B x) / (pi^2 B),
 /// whose second derivative is sin(pi B x) / (pi x), the response of the ideal filter. Tabulated to 4 chips,
-/// with cubic Hermite steps of 1 / (32 B): error below 1e-7 (slope: 2e-5 per chip, 4e-5 of BOC(6,1)); beyond
-/// evaluated as it is. Copyable, const, thread-safe.
+/// with cubic Hermite steps of 1 / (32 B): error below 1e-7 (slope: 2e-5 per chip, 4e-5 of BOC(6,1));
+/// evaluated directly beyond. Copyable, const, thread-safe.
 class Correlation {
  public:
-  /// Throws InputError where options.validate() does.
+  /// Throws InputError if options.validate() does.
   explicit Correlation(const CorrelationOptions& options = {});
 
   [[nodiscard]] const CorrelationOptions& options() const { return options_; }
   /// R at a delay in chips, any finite value.
   [[nodiscard]] double value(double delay_chips) const {
     const double position = std::abs(delay_chips) * steps_per_chip_;
-    // Without a table there are 0 steps.
+    // Without a table table_steps_ is 0.
     if (!(position < table_steps_)) return beyond_table(delay_chips);
     const auto i = static_cast<std::size_t>(position);
     const double t = position - static_cast<double>(i);
@@ -67,9 +67,9 @@ class Correlation {
   }
   /// dR/dtau [1/chip]; at a knot of the infinite-bandwidth form the mean of both sides (0 at the peak).
   [[nodiscard]] double slope(double delay_chips) const;
-  /// Power spectral density in front of the front end at a frequency [chips^-1] off the carrier, any finite
-  /// value; its integral over all of them is 1. The transform of the piecewise linear R: with knots h apart,
-  /// h sinc^2(pi f h) times the sum of R(k h) cos(2 pi f k h) over all k; sinc^2(pi f) for BPSK.
+  /// Power spectral density before the front end at a frequency [chips^-1] off the carrier, any finite value;
+  /// its integral over all of them is 1. The transform of the piecewise linear R: with knots h apart, h
+  /// sinc^2(pi f h) times the sum of R(k h) cos(2 pi f k h) over all k; sinc^2(pi f) for BPSK.
   [[nodiscard]] double density(double frequency) const;
   /// Metres of light in one chip: 293.05 m for 1.023 Mchip/s.
   [[nodiscard]] double chip_m() const { return chip_m_; }

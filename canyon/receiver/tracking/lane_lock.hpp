@@ -11,14 +11,14 @@
 namespace canyon::tracking {
 
 /// CodeTracker::lock() without a prior for many receivers at once ("lanes"), which receive the same paths
-/// with phases and strengths of their own: the same ZeroSearch, eight at a time in single precision (a last
+/// with their own phases and strengths: the same ZeroSearch, eight at a time in single precision (a remaining
 /// one alone), from a table of the correlation. Delays agree within 1 cm (of a chip of 293 m), prompt powers
-/// within 1e-4 of themselves. Where a lane finds nothing that way, and for other discriminators than early
-/// minus late power, CodeTracker::lock() itself answers. Const, thread-safe.
+/// within 1e-4 of themselves. Falls back to CodeTracker::lock() if a lane finds nothing, and for other
+/// discriminators than early minus late power. Const, thread-safe.
 class LaneCodeLock {
  public:
   static constexpr std::size_t kWidth = 8;
-  /// Lanes up to the next multiple of kWidth.
+  /// Lanes rounded up to a multiple of kWidth.
   static constexpr std::size_t padded(std::size_t lanes) { return (lanes + kWidth - 1) / kWidth * kWidth; }
 
   /// Paths after integration and loop filter: see average().
@@ -26,13 +26,13 @@ class LaneCodeLock {
     std::size_t lanes = 0;
     std::size_t stride = 0;          ///< of a path in the lists of lanes: padded(lanes)
     std::vector<float> delay_chips;  ///< [path]
-    std::vector<float> re, im;       ///< [path][lane], adds up with its phase
-    std::vector<float> incoherent;   ///< [path][lane], power that adds up without
+    std::vector<float> re, im;       ///< [path][lane], adds coherently
+    std::vector<float> incoherent;   ///< [path][lane], power that adds incoherently
 
     [[nodiscard]] std::size_t size() const { return delay_chips.size(); }
-    /// No paths; memory is kept.
+    /// Removes all paths; keeps the capacity.
     void clear(std::size_t of_lanes);
-    /// Appends a path without power; its place in the lists of lanes.
+    /// Appends a path without power; returns its index in the lists of lanes.
     std::size_t add(double at_chips);
   };
 
@@ -42,11 +42,11 @@ class LaneCodeLock {
   using Share = CodeTracker::Share;
   [[nodiscard]] Share average(double fading_hz) const { return tracker_->share(fading_hz); }
 
-  /// @param delay_m, prompt_power [lane]; where a lane has no lock the power is 0
+  /// @param delay_m, prompt_power [lane]; power 0 if a lane has no lock
   void lock(const Paths& paths, std::span<float> delay_m, std::span<float> prompt_power) const;
 
  private:
-  /// Delay [chips] and prompt power of each lane from `first` on; power -1 where a lane found nothing.
+  /// Delay [chips] and prompt power of each lane from `first` on; power -1 if a lane found nothing.
   template <std::size_t Width>
   void lock_group(const Paths& paths, std::size_t first, std::array<float, Width>& delay,
                   std::array<float, Width>& power) const;

@@ -5,10 +5,10 @@
 
 namespace canyon::tracking {
 
-/// Ornstein-Uhlenbeck process dx = theta (mu - x) dt + sigma dW (the paper's equation 2, whose print lacks
-/// the dt), stepped exactly: x' = mu + (x - mu) e^(-theta dt) + sigma sqrt((1 - e^(-2 theta dt)) / (2 theta))
-/// N(0,1). Stationary mean mu, variance sigma^2 / (2 theta), autocorrelation e^(-theta |tau|), whatever the
-/// steps.
+/// Ornstein-Uhlenbeck process dx = theta (mu - x) dt + sigma dW (the paper's equation 2, which lacks the dt
+/// in print), stepped exactly: x' = mu + (x - mu) e^(-theta dt) + sigma sqrt((1 - e^(-2 theta dt)) / (2
+/// theta)) N(0,1). Stationary mean mu, variance sigma^2 / (2 theta), autocorrelation e^(-theta |tau|), for
+/// any steps.
 struct OuOptions {
   double theta_per_s = 0.02;        ///< mean reversion [1/s], > 0
   double mu_m = 0;                  ///< mean [m]
@@ -23,10 +23,10 @@ void visit(options::Visitor& v, OuOptions& o);
 
 class OuProcess {
  public:
-  /// Throws InputError where options.validate() does.
+  /// Throws InputError if options.validate() does.
   OuProcess(const OuOptions& options, RandomStream stream);
-  /// Value `dt_s` >= 0 later, pulled towards `mu_m`; the first call draws from the stationary distribution.
-  /// 0 gives the same value again. Throws InputError for a negative or non-finite step.
+  /// Value `dt_s` >= 0 later, reverting to `mu_m`; the first call samples the stationary distribution. 0
+  /// gives the same value again. Throws InputError for a negative or non-finite step.
   double advance(double dt_s, double mu_m);
   double advance(double dt_s) { return advance(dt_s, options_.mu_m); }
 
@@ -42,9 +42,9 @@ struct ClockOptions {
   double bias_s = 0;      ///< at the first epoch; |bias| <= 0.1 s
   double drift = 0;       ///< at the first epoch [s/s]; |drift| <= 1e-4
   double drift_walk = 0;  ///< [s/s/sqrt(s)], 0 to 1e-4
-  /// Standard deviation of time tags that are set anew at each epoch, about `bias_s` [s], 0 to 1e-3: phones
-  /// give pseudoranges by the time of each epoch's own fix, and Dopplers by the oscillator. 0: the
-  /// oscillator's.
+  /// Standard deviation of independent time tags of each epoch, around `bias_s` [s], 0 to 1e-3: phones report
+  /// pseudoranges by the time of each epoch's own fix, and Dopplers by the oscillator. 0: time tags by the
+  /// oscillator.
   double tag_sigma_s = 0;
   /// Throws InputError naming the field that is out of range.
   void validate() const;
@@ -56,9 +56,9 @@ void visit(options::Visitor& v, ClockOptions& o);
 /// Brown & Hwang, Introduction to Random Signals, 4th ed., 9.3). The statistics do not depend on the steps.
 class ReceiverClock {
  public:
-  /// Throws InputError where options.validate() does.
+  /// Throws InputError if options.validate() does.
   ReceiverClock(const ClockOptions& options, RandomStream stream);
-  /// Goes `dt_s` >= 0 on. Throws InputError for a negative or non-finite step.
+  /// Propagates by `dt_s` >= 0. Throws InputError for a negative or non-finite step.
   void advance(double dt_s);
 
   [[nodiscard]] double bias_s() const { return bias_s_; }

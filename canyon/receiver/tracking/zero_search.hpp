@@ -6,25 +6,25 @@
 
 namespace canyon::tracking {
 
-/// How a code loop runs into a stable zero of its discriminator D, one evaluation of D at a time: CodeTracker
-/// drives one search in doubles, LaneCodeLock eight side by side in floats. D drives a replica against its
-/// sign; a stable zero is one where D rises with the delay. Delays in chips.
+/// Convergence of a code loop to a stable zero of its discriminator D, one evaluation of D at a time:
+/// CodeTracker runs one search in doubles, LaneCodeLock eight in parallel in floats. The replica moves
+/// against the sign of D; a zero is stable if D rises with the delay there. Delays in chips.
 template <typename Real>
 struct ZeroSearch {
   enum class State : std::uint8_t { Scanning, Refining, Found, Lost };
 
-  /// |D| below this share of its correlators' power is rounding.
+  /// |D| below this fraction of its correlators' power is rounding noise.
   static constexpr Real kSilent = sizeof(Real) == sizeof(float) ? Real(3e-6) : Real(1e-13);
-  /// A zero that is known to this is found [chips].
+  /// Accuracy of a found zero [chips].
   static constexpr Real kWidth = sizeof(Real) == sizeof(float) ? Real(1e-5) : Real(1e-10);
-  static constexpr int kMostLooks = 8000;  ///< of one search
+  static constexpr int kMostLooks = 8000;  ///< evaluations of one search
 
   State state = State::Lost;
-  Real at = 0;  ///< where D is to be evaluated next; where Found: the zero
+  Real at = 0;  ///< next delay to evaluate D at; if Found: the zero
 
   [[nodiscard]] bool looking() const { return state == State::Scanning || state == State::Refining; }
 
-  /// Scans from `start` in a direction, +1 or -1, D there known.
+  /// Scans from `start` in a direction, +1 or -1; D is known there.
   void scan(Real start, Real d, Real direction, Real first_step, Real most_step) {
     *this = {};
     state = State::Scanning;
@@ -35,20 +35,20 @@ struct ZeroSearch {
     note(d);
     at += way_ * step_;
   }
-  /// Scans the way that D != 0 drives a replica, as far as it does. @param expected distance to the zero,
-  /// were D linear
+  /// Scans in the direction in which D != 0 moves a replica, while it does. @param expected distance to the
+  /// zero, if D were linear
   void run(Real start, Real d, Real expected, Real most_step) {
     scan(start, d, d < 0 ? Real(1) : Real(-1), Real(1.2) * std::abs(expected), most_step);
     driven_ = true;
   }
-  /// Between places where D is negative (low) and positive (high).
+  /// Between delays at which D is negative (low) and positive (high).
   void refine(Real low, Real high, Real d_low, Real d_high) {
     state = State::Refining;
     low_ = low, high_ = high, d_low_ = d_low, d_high_ = d_high;
     side_ = 0;
     divide();
   }
-  /// D at `at`; 0 where it is silent.
+  /// Processes D at `at`; 0 if it is silent.
   void take(Real d) {
     ++looks_;
     if (state == State::Refining) return narrow(d);
@@ -59,8 +59,8 @@ struct ZeroSearch {
   }
 
  private:
-  /// A look of the scan: true where it has crossed zero upwards, with at most one silent look between; a
-  /// stretch without pull is no crossing.
+  /// Processes a sample of the scan: true if D crossed zero upwards, with at most one silent sample between;
+  /// an interval without pull is no crossing.
   bool note(Real d) {
     const int sign = d > 0 ? 1 : d < 0 ? -1 : 0;
     const int wanted = way_ > 0 ? -1 : 1;
@@ -77,7 +77,7 @@ struct ZeroSearch {
     }
     return false;
   }
-  /// Regula falsi with the Illinois correction, and bisection where that is slow: D may have corners.
+  /// Regula falsi with the Illinois correction, and bisection if that is slow: D may have corners.
   void narrow(Real d) {
     if (d == 0) {
       state = State::Found;
@@ -104,10 +104,10 @@ struct ZeroSearch {
     if (middle > low_ && middle < high_) at = middle;
   }
 
-  bool driven_ = false;  // the scan ends where D no longer drives it on
+  bool driven_ = false;  // the scan ends if D no longer moves the replica on
   Real way_ = 1, step_ = 0, most_step_ = 0;
   Real from_ = 0, d_from_ = 0;
-  int since_ = -1;  // looks since `from_`; -1: none
+  int since_ = -1;  // samples since `from_`; -1: none
   Real low_ = 0, high_ = 0, d_low_ = 0, d_high_ = 0;
   int side_ = 0, refined_ = 0, looks_ = 0;
 };

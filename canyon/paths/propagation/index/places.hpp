@@ -61,7 +61,6 @@ class Stay {
 /// Cache with one entry per antenna. An antenna that returns near its last position gets its entry back, on
 /// any thread. Results must not depend on the cache. Thread-safe. Memory: a `Kept` for each antenna of the
 /// last kMost requests that was near its last position twice in succession; nodes of a heat map have none.
-/// place twice in a row; a map's nodes have none.
 template <typename Kept>
 class Places {
  public:

@@ -12,7 +12,7 @@
 
 namespace canyon::positioning {
 
-/// An inertial sensor's place and motion in axes fixed to the Earth (ECEF). Body: forward, left, up.
+/// An inertial sensor's position and motion in Earth-fixed axes (ECEF). Body: forward, left, up.
 struct InertialState {
   geodesy::GpsTime time;
   Eigen::Quaterniond ecef_from_body = Eigen::Quaterniond::Identity();
@@ -22,20 +22,21 @@ struct InertialState {
   [[nodiscard]] Eigen::Matrix3d rotation() const { return ecef_from_body.toRotationMatrix(); }
 };
 
-/// The turn about `turn` by its length [rad].
+/// The rotation about `turn` by its length [rad].
 [[nodiscard]] Eigen::Quaterniond rotation_of(const Eigen::Vector3d& turn);
 
 /// The matrix of the cross product: skew(a) b = a x b.
 [[nodiscard]] Eigen::Matrix3d skew(const Eigen::Vector3d& a);
 
-/// Carries a state over an interval (Groves, Principles of GNSS, Inertial, and Multisensor Integrated
+/// Propagates a state over an interval (Groves, Principles of GNSS, Inertial, and Multisensor Integrated
 /// Navigation Systems, 2nd ed., 5.3: ECEF mechanisation, with the rotation of the body during the interval,
 /// 5.5): attitude, velocity, position. The errors are of the third order of `dt_s`.
-/// @param motion means over it, corrected @param gravity_mps2 at the place (geodesy::normal_gravity())
+/// @param motion means over it, corrected @param gravity_mps2 at the position (geodesy::normal_gravity())
 void carry(InertialState& state, const ImuReading& motion, double dt_s, const Eigen::Vector3d& gravity_mps2);
 
-/// Errors, truth less estimate: attitude (a small turn in ECEF), velocity and position of the sensor, biases
-/// of accelerometers and gyroscopes (body), scale of the wheels, scale of the gyroscope about the up axis.
+/// Errors, truth minus estimate: attitude (a small rotation in ECEF), velocity and position of the sensor,
+/// biases of accelerometers and gyroscopes (body), scale of the wheels, scale of the gyroscope about the up
+/// axis.
 inline constexpr int kAttitudeError = 0;
 inline constexpr int kVelocityError = 3;
 inline constexpr int kPositionError = 6;
@@ -47,8 +48,7 @@ inline constexpr int kInertialErrors = 17;
 using ErrorVector = Eigen::Matrix<double, kInertialErrors, 1>;
 using ErrorMatrix = Eigen::Matrix<double, kInertialErrors, kInertialErrors>;
 
-/// Errors of the sensors as far as they are known: measured = true + bias, and true (1 + scale) where there
-/// is a scale.
+/// Estimated errors of the sensors: measured = true + bias, or true (1 + scale) if there is a scale.
 struct SensorErrors {
   Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();  ///< [m/s^2]
   Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();      ///< [rad/s]
@@ -57,7 +57,7 @@ struct SensorErrors {
   [[nodiscard]] ImuReading corrected(const ImuReading& reading) const;
 };
 
-/// M measurements at a time: innovation = gradient . error + noise.
+/// M simultaneous measurements: innovation = gradient . error + noise.
 template <int M>
 struct Innovation {
   Eigen::Matrix<double, M, kInertialErrors> gradient = Eigen::Matrix<double, M, kInertialErrors>::Zero();
@@ -72,8 +72,8 @@ class InertialEstimate {
   SensorErrors sensors;
   ErrorMatrix p = ErrorMatrix::Zero();
 
-  /// Carries the covariance over `dt_s` (Groves 14.2.3, with errors as truth less estimate). @param motion
-  /// means over it, corrected @param gravity_mps2 at the place
+  /// Propagates the covariance over `dt_s` (Groves 14.2.3, with errors as truth minus estimate). @param
+  /// motion means over it, corrected @param gravity_mps2 at the position
   void predict(const ImuReading& motion, double dt_s, const Eigen::Vector3d& gravity_mps2,
                const SensorMounting& sensors_of);
 
@@ -83,7 +83,7 @@ class InertialEstimate {
     const auto [ph, s] = spread(z);
     return z.value.dot(s.inverse() * z.value);
   }
-  /// Kalman's update; the estimate takes the error over.
+  /// Kalman update; the estimated error is moved into the estimate.
   template <int M>
   void take(const Innovation<M>& z) {
     const auto [ph, s] = spread(z);
@@ -106,7 +106,7 @@ class InertialEstimate {
     result.s = z.gradient * result.ph + z.noise;
     return result;
   }
-  /// Symmetric, with positive variances.
+  /// Makes the covariance symmetric, with positive variances.
   void settle();
   void correct(const ErrorVector& error);
 };

@@ -11,8 +11,7 @@
 namespace canyon::positioning {
 
 // Private to canyon/receiver/positioning/fusion.
-/// Constraints on a vehicle's motion by its build: the speed of its wheels (Groves 16.3), no speed across
-/// (15.2.2), none at all at rest (15.3).
+/// Constraints on a vehicle's motion: speed of wheels (Groves 16.3), no speed across (15.2.2), rest (15.3).
 class VehicleConstraints {
  public:
   VehicleConstraints(const DeadReckoningOptions& options, const SensorMounting& mounting)
@@ -20,17 +19,17 @@ class VehicleConstraints {
 
   /// The vehicle moved for `dt_s`.
   void move(const InertialEstimate& estimate, const ImuReading& motion, double dt_s);
-  /// Rate of the body against the Earth, in its axes [rad/s].
+  /// Rate of the body relative to the Earth, in body axes [rad/s].
   [[nodiscard]] Eigen::Vector3d rate(const InertialEstimate& estimate) const;
 
   void take_wheels(InertialEstimate& estimate, const WheelReading& reading);
-  /// The axle moves along the vehicle's axis. @param since_s the last time that this was taken
+  /// Applies the motion of the axle along the vehicle's axis. @param since_s time since the last application
   void take_way(InertialEstimate& estimate, double since_s) const;
-  /// The vehicle stands. @param mean of its sensor's readings
+  /// Applies the rest of the vehicle. @param mean of its sensor's readings
   void take_rest(InertialEstimate& estimate, const ImuReading& mean, double since_s) const;
 
  private:
-  /// Velocity of the axle's middle in the body's axes, and how it depends on the errors.
+  /// Velocity of the axle's middle in body axes, and its gradient by the errors.
   [[nodiscard]] Eigen::Vector3d axle_velocity(const InertialEstimate& estimate) const;
   [[nodiscard]] Eigen::Matrix<double, 3, kInertialErrors> axle_gradient(
       const InertialEstimate& estimate) const;
@@ -38,22 +37,22 @@ class VehicleConstraints {
   DeadReckoningOptions options_;
   SensorMounting mounting_;
   Eigen::Vector3d rate_radps_ = Eigen::Vector3d::Zero();  // of the last reading
-  double way_m_ = 0, moved_s_ = 0;                        // forwards, since the wheels' last reading
+  double way_m_ = 0, moved_s_ = 0;  // distance and time forwards since the wheels' last reading
 };
 
-/// Whether a vehicle stands, by its sensors: its wheels gave no tick for half a second; without wheels its
-/// inertial sensor felt no change over a second, and it is known to be slow.
+/// Detects from its sensors whether a vehicle is stationary: no wheel tick for half a second; without wheels
+/// no change of the inertial readings for a second, at a known low speed.
 class Standstill {
  public:
   explicit Standstill(const SensorMounting& mounting);
 
   void add(const ImuReading& reading);
   void add(const WheelReading& reading);
-  /// @param speed_mps as far as it is known; empty: it is not
+  /// @param speed_mps if known; empty: unknown
   [[nodiscard]] bool standing(std::optional<double> speed_mps) const;
   /// Means over the last second.
   [[nodiscard]] ImuReading mean() const;
-  /// A second of readings has come.
+  /// A second of readings is available.
   [[nodiscard]] bool full() const { return readings_.size() >= window_; }
 
  private:
@@ -74,9 +73,9 @@ class InitialAttitude {
  public:
   explicit InitialAttitude(const SensorMounting& mounting) : mounting_(mounting) {}
 
-  /// The vehicle stands. @param mean over a second
+  /// Processes rest of the vehicle. @param mean over a second
   void stand(const ImuReading& mean);
-  /// The estimate at a fix, once its course tells the heading. @param mean of the sensor about now
+  /// The estimate at a fix, once its course determines the heading. @param mean of the sensor near this time
   [[nodiscard]] std::optional<InertialEstimate> begin(const Fix& fix, const ImuReading& mean,
                                                       const DeadReckoningOptions& options) const;
 
