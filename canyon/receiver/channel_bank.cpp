@@ -62,14 +62,14 @@ tracking::Channel& ChannelBank::channel_of(const tracking::AntennaMotion& motion
   const auto found = std::find_if(of_satellite.begin(), of_satellite.end(),
                                   [&](const tracking::Channel& c) { return &c.signal() == &signal; });
   if (found != of_satellite.end()) return *found;
-  of_satellite.reserve(tracks_[static_cast<std::size_t>(signal.system)].size());  // pointers stay
+  of_satellite.reserve(tracks_[static_cast<std::size_t>(signal.system)].size());  // keeps pointers valid
   tracking::Channel& channel = of_satellite.emplace_back(*signals_, id, signal, motion);
   if (known_) channel.search_for(known_->search_s(id));
   return channel;
 }
 
-/// Passes one signal through its channel where signals have a strength; empty where they have none. Sets
-/// the observation's lock, C/N0 and excess. @param received by a receiver that hears everything
+/// Processes one signal in its channel if signals have a strength; else returns empty. Sets the observation's
+/// lock, C/N0 and excess. @param received whether a receiver without thresholds receives it
 std::optional<Tracked> ChannelBank::track(const tracking::AntennaMotion& motion,
                                           const propagation::SatelliteView& view, bool free, bool received,
                                           SignalObservation& observation) {
@@ -97,7 +97,7 @@ std::optional<Tracked> ChannelBank::track(const tracking::AntennaMotion& motion,
   return tracked;
 }
 
-/// The visibility of a satellite by the strength of its signals, whether channels have found them or not.
+/// The visibility of a satellite by the strength of its signals, independent of acquisition.
 Visibility ChannelBank::visibility_of(const SatelliteObservation& satellite) const {
   if (!signals_) return satellite.map_visibility;
   bool strong = false, direct = false;

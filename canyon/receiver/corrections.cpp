@@ -35,7 +35,7 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
                            const positioning::FixOptions& fix,
                            const std::map<gnss::System, gnss::Klobuchar>& klobuchar, double shared_m,
                            double apart_m) {
-  // Deviation of a code that states none, as in RTCM, and the best of a survey receiver.
+  // Deviation of a code without one, as in RTCM, and the smallest one of a survey receiver.
   constexpr double kLeastCode_m = 0.3;
   station_ = corrections.station;
   time_ = corrections.receiver_time;
@@ -54,8 +54,8 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
   const auto clock_of = [&](gnss::SatelliteId id) -> Mean& {
     return clocks[static_cast<std::size_t>(gnss::clock_system(id.system))];
   };
-  // Errors of the atmosphere below 15 deg would pass for an error of the place. Satellites far below the
-  // horizon are not received there at all: the place is another, and all of them say where.
+  // Errors of the atmosphere below 15 deg would look like an error of the position. Satellites far below the
+  // horizon cannot be received: the reported position is wrong, and these satellites locate the true one.
   std::map<gnss::SatelliteId, bool> is_below;
   for (const auto& seen : computed) is_below[seen.id] = seen.elevation_rad < geodesy::radians(-5);
   const auto below =
@@ -80,8 +80,8 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
   locate(std::move(sightings));
 }
 
-// A station that states a place which is off by d corrects by -towards . d and a delay of each signal in the
-// station's receiver. Echoes in its codes are outliers of that: least squares with Huber's weights.
+// A station whose reported position is off by d gives corrections of -towards . d plus a delay of each signal
+// in the station's receiver. Echoes in its codes are outliers: least squares with Huber's weights.
 void CodeCorrections::locate(std::vector<Sighting> sightings) {
   constexpr int kRounds = 20;
   constexpr double kOutlier_m = 3, kMostPdop = 5;
@@ -111,8 +111,8 @@ void CodeCorrections::locate(std::vector<Sighting> sightings) {
       right += seen.weight * h * metres;
     }
     const Eigen::Matrix3d inverse = normal.inverse();
-    // The weights of later rounds are those of outliers, and all are where the place is far off.
-    if (round == 0 && !(inverse.trace() < kMostPdop * kMostPdop)) return;  // true of NaN
+    // The weights of later rounds are those of outliers; all weights are small if the position is far off.
+    if (round == 0 && !(inverse.trace() < kMostPdop * kMostPdop)) return;  // true for NaN
     if (!inverse.allFinite()) break;
     offset = inverse * right;
     for (Sighting& seen : sightings) {
@@ -134,9 +134,8 @@ std::optional<std::string> wrong_station_warning(std::optional<double> offset_m)
   const std::string far =
       *offset_m < 1e5 ? fmt::format("{:.0f} m", *offset_m) : fmt::format("some {:.0f} km", *offset_m / 1e3);
   return fmt::format(
-      "the codes of its base put the base {} from the place that it states: an error of that place is an "
-      "error "
-      "of the rover; check signs and datum of the place, and the time system of the base's file",
+      "the base's pseudoranges put it {} from its reported position; this error shifts the rover; check "
+      "signs and datum of the position, and the time system of the base's file",
       far);
 }
 

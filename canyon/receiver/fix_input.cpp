@@ -25,7 +25,7 @@ double squared(double x) {
   return x * x;
 }
 
-/// (f1 / f2)^2: by how much more the ionosphere delays the second.
+/// (f1 / f2)^2: ratio of the ionosphere's delays, second over first.
 double delay_ratio(const Measurement& first, const Measurement& second) {
   return squared(first.carrier_frequency_hz / second.carrier_frequency_hz);
 }
@@ -43,9 +43,9 @@ void visit(options::Visitor& v, FixInputOptions& o) {
   static constexpr std::string_view kCombinations[]{"first", "ionosphere_free", "uncombined"};
   v.choice({"combination", "",
             "pseudoranges of the fix: first (the first signal); ionosphere_free (combination of two); "
-            "uncombined (ionospheric delays are estimated)"},
+            "uncombined (with estimated ionospheric delays)"},
            o.combination, kCombinations);
-  gnss::visit_signals(v, {"uses", "", "signals used in the fix, best first; left out: all tracked signals"},
+  gnss::visit_signals(v, {"uses", "", "signals used in the fix, best first; if omitted: all tracked signals"},
                       o.uses);
   v.number({"ionosphere_sigma_m", "m",
             "uncombined: standard deviation of the slant delay at L1 after the model's correction"},
@@ -83,7 +83,7 @@ void FixInput::gather(const SatelliteObservation& satellite, geodesy::GpsTime ti
   satellite.for_each_signal(take);
 }
 
-/// Keeps the codes that may go into the fix, best first.
+/// Keeps the codes that may be used in the fix, best first.
 void FixInput::choose(const gnss::Signal& first) {
   const std::vector<std::string>& uses = options_.uses;
   const auto rank = [&](const Code& code) { return std::find(uses.begin(), uses.end(), code.signal->name); };
@@ -98,7 +98,7 @@ void FixInput::choose(const gnss::Signal& first) {
                    [&](const Code& a, const Code& b) { return rank(a) < rank(b); });
 }
 
-/// Change of a carrier's range since the epoch before, where its phase is continuous.
+/// Change of a carrier's range since the previous epoch, if its phase is continuous.
 std::optional<double> FixInput::step_m(const Carrier& carrier, const Measurement& m) const {
   if (!carrier.phase_m || !m.carrier_phase_cycles || !m.phase_since || *m.phase_since > carrier.time)
     return std::nullopt;
@@ -121,7 +121,7 @@ void FixInput::smooth(gnss::SatelliteId id, geodesy::GpsTime time) {
         const double hz = std::abs(other.carrier_frequency_hz - m.carrier_frequency_hz);
         if (!steps_m_[k] || hz < apart_hz) continue;
         apart_hz = hz;
-        // Carriers go by rho - I and rho - g I; rho + I is delayed as the code is.
+        // Carriers measure rho - I and rho - g I; rho + I has the delay of the code.
         step = *steps_m_[i] + 2 * (*steps_m_[i] - *steps_m_[k]) / (delay_ratio(m, other) - 1);
       }
     }
@@ -213,8 +213,8 @@ std::optional<FixInput::Chosen> FixInput::ionosphere_free() const {
 }
 
 FixInput::Chosen FixInput::uncombined(double elevation_rad, double model_m) {
-  // P_i = x + g_i I + e_i with I known to sigma_I beside its model: the weights of x are those of the rows
-  // of C^-1, C = diag(sigma_i^2) + sigma_I^2 g g^T (Sherman & Morrison).
+  // P_i = x + g_i I + e_i, I with the a priori deviation sigma_I about its model. The weights of x are those
+  // of the rows of C^-1, C = diag(sigma_i^2) + sigma_I^2 g g^T (Sherman & Morrison).
   double sum = 0, sum_g = 0, sum_gg = 0;
   for (Code& code : codes_) {
     code.sigma_m = fix_.weights.sigma_m(code.measurement, elevation_rad);

@@ -81,7 +81,7 @@ positioning::Measurement MeasurementModel::measure(const Instant& at, const prop
     observation.code_rate_per_s = loops.code_rate_per_s;
     doppler_noise_hz += loops.doppler_hz;
   }
-  // Where there is no noise to state, covariances are per metre and per 0.1 Hz of it.
+  // Without noise, covariances are those of 1 m and of 0.1 Hz.
   m.sigma_m = std::hypot(noise_sigma_m_, loops.code_sigma_m);
   if (m.sigma_m == 0) m.sigma_m = 1;
   m.doppler_sigma_hz = std::hypot(noise_doppler_sigma_hz_, loops.doppler_sigma_hz);

@@ -10,12 +10,12 @@ namespace canyon::receiver {
 
 namespace {
 
-/// Positions contradict each other beyond so many of their common deviations.
+/// Positions contradict each other beyond this multiple of their common deviation.
 constexpr double kContradict = 1.5;
 
-/// Adds to the covariances of two positions of an epoch that their difference d, horizontally m of their
-/// common deviations, cannot be explained by them: (1 - kContradict^2 / m^2) d d^T. Which of the two is wrong
-/// is unknown.
+/// Adds to the covariances of two positions of an epoch the part of their difference d that they do not
+/// explain: (1 - kContradict^2 / m^2) d d^T, with m its horizontal length over their common deviation. Added
+/// to both, since either of the two may be wrong.
 void add_contradiction(positioning::Fix& a, positioning::Fix& b) {
   const Eigen::Vector3d d = geodesy::enu_from_ecef_rotation(b.position) * (a.position_ecef - b.position_ecef);
   const Eigen::Matrix2d covariance = (a.covariance_enu + b.covariance_enu).topLeftCorner<2, 2>();
@@ -58,7 +58,7 @@ const CodeCorrections* PositionSolver::corrections(geodesy::GpsTime receiver_tim
   return corrections_.age_s(receiver_time) ? &corrections_ : nullptr;
 }
 
-/// The position of an epoch's measurements alone.
+/// The position by an epoch's measurements alone.
 positioning::Fix PositionSolver::solve_alone(geodesy::GpsTime receiver_time,
                                              const std::vector<positioning::Measurement>& measurements,
                                              const orbit::Sky& sky, const Klobuchars& klobuchar) {
@@ -90,7 +90,7 @@ positioning::Fix PositionSolver::solve(geodesy::GpsTime receiver_time, const Sol
   of_epoch_ = fix;
   if (filter_) fix = filter_->update(receiver_time, ranged_, fix, klobuchar);
   if (!rtk_) return fix;
-  // The filter of phases begins from the best place; the epoch's own velocity is news to it.
+  // The carrier-phase filter starts from the best position; the epoch's own velocity is new to it.
   positioning::Fix begin = fix;
   begin.velocity_enu_mps = of_epoch_.velocity_enu_mps;
   begin.velocity_covariance_enu = of_epoch_.velocity_covariance_enu;
@@ -98,8 +98,8 @@ positioning::Fix PositionSolver::solve(geodesy::GpsTime receiver_time, const Sol
   begin.excluded = of_epoch_.excluded;
   auto relative = rtk_->update(receiver_time, measured.of_signals, sky, begin);
   if (!relative) return fix;
-  // Among echoes a float position may be worse than that of codes. Twice the deviation is allowed, so that
-  // the two do not take turns.
+  // With echoes a float position may be worse than that of codes. Hysteresis: a factor of two in the
+  // deviation prevents switching back and forth.
   constexpr double kWorse = 4;
   const bool better = relative->kind() == positioning::FixKind::Fixed || !fix.measured() ||
                       relative->covariance_enu.trace() < kWorse * fix.covariance_enu.trace();

@@ -38,9 +38,8 @@ struct Receiver::State {
     for (const disturbance::DisturbanceSource& source : sources) {
       disturbances.push_back(source.make(seed, around));
       if (!disturbances.back()) {
-        throw InputError(
-            fmt::format("receiver '{}': disturbance '{}' was not made", options.name, source.name),
-            "its DisturbanceSource::make must give one");
+        throw InputError(fmt::format("receiver '{}': disturbance '{}' is null", options.name, source.name),
+                         "return a disturbance from its DisturbanceSource::make");
       }
     }
     if (options.spoofing_check.enabled) check.emplace(options.spoofing_check);
@@ -51,18 +50,18 @@ struct Receiver::State {
     return options;
   }
 
-  /// The program's weight of a measurement.
+  /// Applies the user model's weight to a measurement.
   void weigh(positioning::Measurement& measurement, double elevation_rad, geodesy::GpsTime now) const {
     if (!models.sigma_m) return;
     measurement.sigma_m = models.sigma_m(measurement, elevation_rad);
     if (measurement.sigma_m > 0 && std::isfinite(measurement.sigma_m)) return;
-    throw error(
-        now,
-        fmt::format("the weighting gives {} m for {}", measurement.sigma_m, gnss::to_string(measurement.id)),
-        "it must give a standard deviation above 0");
+    throw error(now,
+                fmt::format("the weighting returns {} m for {}", measurement.sigma_m,
+                            gnss::to_string(measurement.id)),
+                "return a standard deviation above 0");
   }
 
-  /// Begins anew where the epoch says so for the first time.
+  /// Restarts at the first epoch with this restart.
   void restart_as(const std::optional<disturbance::Restart>& restart, tracking::AntennaMotion& motion) {
     if (!restart || (restarted && restarted->at == restart->at)) return;
     restarted = restart;
@@ -94,7 +93,7 @@ struct Receiver::State {
     return events;
   }
 
-  /// Moves antenna and clock on to the epoch.
+  /// Propagates antenna and clock to the epoch.
   [[nodiscard]] tracking::AntennaMotion go_to(const propagation::Antenna& antenna) {
     const geodesy::GpsTime time = antenna.time;
     if (!antenna.position_ecef.allFinite())
@@ -119,7 +118,7 @@ struct Receiver::State {
     return motion;
   }
 
-  /// Goes on to an epoch: disturbs its arrival, sets the clock and the bands of `epoch`.
+  /// Starts an epoch: disturbs its arrival, sets the clock and the bands of `epoch`.
   [[nodiscard]] Instant begin(const EpochContext& context, ReceiverEpoch& epoch) {
     Instant at;
     at.time = epoch.time = context.antenna.time;
@@ -138,7 +137,7 @@ struct Receiver::State {
     return at;
   }
 
-  /// Measures the signals of an epoch's satellites, and makes of them what solvers take.
+  /// Measures the signals of an epoch's satellites, and prepares the input of solvers.
   [[nodiscard]] Solvable measure(const Instant& at, const Followed& followed, ReceiverEpoch& epoch) {
     const bool drifting = options.noise.drifts(at.motion.velocity_ecef.norm(), followed.los);
     const bool modelled = options.fix_input.combination == Combination::Uncombined;
@@ -205,14 +204,14 @@ struct Receiver::State {
     return epoch;
   }
 
-  /// Puts the vehicle's sensors into the fix.
+  /// Fuses the vehicle's sensors with the fix.
   void fuse(const EpochContext& context, ReceiverEpoch& epoch) {
     if (!options.dead_reckoning.enabled || context.sensors == nullptr) return;
     if (!fusion) fusion.emplace(options.dead_reckoning, context.sensors->mounting);
     epoch.fix = fusion->update(epoch.time, context.sensors->readings, epoch.fix);
   }
 
-  /// A fix that is not finite is none, and the filters that made it begin anew.
+  /// Replaces a fix that is not finite by no fix, and restarts its filters.
   void refuse(positioning::Fix& fix) {
     positioning::Fix none;
     none.status = positioning::FixStatus::NotConverged;
@@ -242,8 +241,8 @@ struct Receiver::State {
         *fix.velocity_covariance_enu);
   }
 
-  /// States another fix than its own. Satellites and clock stay those of its own; where that has none, all
-  /// above the mask count as used. A vector from a base stays where it is as good as asked.
+  /// Reports a forced fix. Satellites and clock stay those of the computed one; if it has none, all above the
+  /// mask count as used. A vector from a base stays if it has the forced quality.
   static void force(const disturbance::ForcedFix& forced, const propagation::Antenna& antenna,
                     ReceiverEpoch& epoch) {
     positioning::Fix& fix = epoch.fix;
@@ -286,7 +285,7 @@ struct Receiver::State {
     std::optional<geodesy::GpsTime> last, back;  ///< the last one; the first one after an outage
   };
 
-  /// States other fixes than its own, as FixEdit says.
+  /// Reports other fixes than the computed ones, by FixEdit.
   static void edit(const ReceiverEpoch& epoch, positioning::Fix& fix, OwnFixes& own) {
     constexpr double kOutage_s = 2;
     if (fix.solved()) {

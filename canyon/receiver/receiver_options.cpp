@@ -21,13 +21,13 @@ void NoiseOptions::validate() const {
 
 void visit(options::Visitor& v, NoiseOptions& o) {
   options::visit_switch(
-      v, {"enabled", "", "noise on pseudoranges and Doppler; left out: false under sky.errors"}, o.enabled);
+      v, {"enabled", "", "noise on pseudoranges and Doppler; if omitted: false with sky.errors"}, o.enabled);
   visit(v, o.ou);
   v.number({"doppler_sigma_hz", "Hz", "standard deviation of white noise on Doppler"}, o.doppler_sigma_hz,
            {0, 1e6});
   v.section("drift", [&] {
     v.boolean({"enabled", "",
-               "the paper's drift mode: at low speed or with few satellites in line of sight, means move "
+               "the paper's drift mode: at low speed or with few satellites in line of sight, means drift "
                "away from mu"},
               o.drift_enabled);
   });
@@ -55,8 +55,8 @@ void visit(options::Visitor& v, BiasOptions& o) {
   gnss::visit_group_values(
       v, {"code_m", "m", "delays of the receiver for groups of signals: [GLONASS=12, L5=-2.5]"}, o.code_m,
       {-1e4, 1e4});
-  v.number({"glonass_channel_m", "m", "GLONASS bias from one frequency channel to the next"},
-           o.glonass_channel_m, {-100, 100});
+  v.number({"glonass_channel_m", "m", "GLONASS bias per frequency channel"}, o.glonass_channel_m,
+           {-100, 100});
   v.number({"drift_sigma_m", "m",
             "standard deviation of each system's drift about these biases, a first-order process"},
            o.drift_sigma_m, {0, 1000});
@@ -65,7 +65,7 @@ void visit(options::Visitor& v, BiasOptions& o) {
 
 namespace {
 
-/// A signal that is tracked in a band that the antenna does not receive.
+/// A tracked signal in a band that the antenna does not receive.
 const gnss::Signal* unheard(const ReceiverOptions& o) {
   for (const gnss::System system : gnss::kAllSystems) {
     for (const gnss::Signal* signal : tracked_signals(o.tracks, system))
@@ -90,23 +90,24 @@ bool is_among(const std::vector<std::string>& names, std::string_view name) {
 
 void visit(options::Visitor& v, SpoofingCheckOptions& o) {
   v.boolean({"enabled", "", "report signs of spoofing"}, o.enabled);
-  v.number({"gain_db", "dB", "sign of spoofing: gain falls by this although signals do not weaken"},
+  v.number({"gain_db", "dB", "sign of spoofing: gain falls by this amount but signals do not weaken"},
            o.gain_db, {0.1, 30});
-  v.number({"jump_m", "m",
-            "sign of spoofing: position or clock jump by this against the fix's velocity and drift"},
-           o.jump_m, {1, 1e6});
+  v.number(
+      {"jump_m", "m",
+       "sign of spoofing: position or clock jump by this amount relative to the fix's velocity and drift"},
+      o.jump_m, {1, 1e6});
   v.number({"hold_s", "s", "time for which spoofing is reported after the last sign"}, o.hold_s, {0, 1e5});
 }
 
 void ReceiverOptions::validate() const {
-  if (name.empty()) throw InputError("a receiver has no name", "give every receiver a different name");
+  if (name.empty()) throw InputError("a receiver has no name", "give each receiver a different name");
   try {
     gnss::check_signals(tracks);
     for (const std::string& group : leaves_out) gnss::check_group(group);
     for (const char* other : {"G1", "B1C"}) {
       if (at_once == AtOnce::All || !is_among(tracks, "B1I") || !is_among(tracks, other)) continue;
       throw InputError(
-          fmt::format("it tracks B1I and {}, which its hardware does not receive at once", other),
+          fmt::format("it tracks B1I and {}, which its hardware does not receive at the same time", other),
           "leave one of them out, or use `at_once: all` for another receiver");
     }
     if (const gnss::Signal* deaf_to = unheard(*this); deaf_to != nullptr && signal.enabled) {
@@ -118,8 +119,8 @@ void ReceiverOptions::validate() const {
     options::check(spoofing_check, "spoofing check");
     for (const std::string& name_of_signal : fix_input.uses) {
       if (!is_tracked(*this, name_of_signal)) {
-        throw InputError(fmt::format("its fixes use {}, which it does not track", name_of_signal),
-                         "name it in tracks, too");
+        throw InputError(fmt::format("its fix uses {}, which it does not track", name_of_signal),
+                         "add it to tracks");
       }
     }
     biases.validate();
@@ -160,9 +161,9 @@ void require_signals(const std::vector<std::string>& tracks, std::span<const gns
     systems.insert(gnss::name(id.system));
   }
   if (systems.empty()) return;
-  throw InputError(fmt::format("it tracks {}, and the sky has satellites of {} alone",
-                               fmt::join(tracks, ", "), fmt::join(systems, ", ")),
-                   "name a signal of these systems in tracks, or their system in sky.systems");
+  throw InputError(fmt::format("it tracks {}, but the sky only has satellites of {}", fmt::join(tracks, ", "),
+                               fmt::join(systems, ", ")),
+                   "add a signal of these systems to tracks, or their system to sky.systems");
 }
 
 }  // namespace
@@ -199,22 +200,22 @@ std::vector<const gnss::Signal*> tracked_signals(const std::vector<std::string>&
 }
 
 void visit(options::Visitor& v, ReceiverOptions& o) {
-  options::visit_switch(v,
-                        {"own_draws", "",
-                         "what is drawn for this receiver alone: true: noise, clock, phases and shadows; "
-                         "false: nothing, all receivers of a seed are equal; left out: all but shadows"},
-                        o.own_draws);
+  options::visit_switch(
+      v,
+      {"own_draws", "",
+       "random values that are independent of other receivers: true: noise, clock, phases and shadows; "
+       "false: none, all receivers of a seed are equal; if omitted: all except shadows"},
+      o.own_draws);
   static const std::string tracks =
-      fmt::format("tracked signals: {}; left out: the signal near L1 of each satellite",
+      fmt::format("tracked signals: {}; if omitted: the signal near L1 of each satellite",
                   fmt::join(gnss::signal_names(true), ", "));
   gnss::visit_signals(v, {"tracks", "", tracks}, o.tracks);
-  gnss::visit_groups(
-      v,
-      {"leaves_out", "", "groups of signals that it does not track although `tracks` has them: [BeiDou-GEO]"},
-      o.leaves_out);
+  gnss::visit_groups(v,
+                     {"leaves_out", "", "groups of signals in `tracks` that it does not track: [BeiDou-GEO]"},
+                     o.leaves_out);
   static constexpr std::string_view kAtOnce[]{"all", "glonass_or_beidou", "beidou_by_b1c"};
   v.choice({"at_once", "",
-            "what the hardware receives at the same time near L1 if `tracks` is left out: all; "
+            "systems that the hardware receives at the same time near L1 without `tracks`: all; "
             "glonass_or_beidou (B1I only if the sky has no GLONASS); beidou_by_b1c (B1C instead of B1I)"},
            o.at_once, kAtOnce);
   visit(v, o.fix_input);
@@ -223,7 +224,7 @@ void visit(options::Visitor& v, ReceiverOptions& o) {
       v,
       {"ionosphere", "",
        "add the ionosphere to the signals: that of sky.errors, else Klobuchar's with the coefficients of the "
-       "navigation files or, with nominal satellites, a standard set; left out: true with sky.errors"},
+       "navigation files or, with nominal satellites, a standard set; if omitted: true with sky.errors"},
       o.ionosphere);
   options::visit_switch(v,
                         {
@@ -235,7 +236,7 @@ void visit(options::Visitor& v, ReceiverOptions& o) {
   options::visit_switch(
       v,
       {"orbit_errors", "",
-       "add errors of broadcast orbits and clocks to the signals; left out: true with sky.errors"},
+       "add errors of broadcast orbits and clocks to the signals; if omitted: true with sky.errors"},
       o.orbit_errors);
   v.part("position_filter", o.filter);
   v.part("corrections", o.corrections);

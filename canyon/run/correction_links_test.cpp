@@ -214,7 +214,7 @@ TEST(Corrections, AWrongPlaceOfTheBaseIsTheRoversErrorAndIsSaid) {
   EXPECT_THAT(warnings("", north_m), ::testing::IsEmpty());
   EXPECT_NEAR(north_m, 0, 3);
   EXPECT_THAT(warnings(", station_error_m: [0, 60, 0]", north_m),
-              ::testing::ElementsAre(HasSubstr("rover: the codes of its base put the base")));
+              ::testing::ElementsAre(HasSubstr("rover: the base's pseudoranges put it")));
   EXPECT_NEAR(north_m, 60, 3);
 }
 

@@ -66,7 +66,7 @@ TEST(OwnModels, AWeightOfNothingIsRefused) {
     });
     FAIL() << "it was taken";
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("the weighting gives 0 m for G"));
+    EXPECT_THAT(error.what(), HasSubstr("the weighting returns 0 m for G"));
   }
 }
 

@@ -727,7 +727,7 @@ TEST(Simulation, AReceiverWithoutASignalOfTheSkyIsRefused) {
       kOpen + kOneSecond + kHere + "receivers: [{name: r, profile: ublox-f9p, tracks: [E1";
   EXPECT_THAT(fault(text + "]}]\n"),
               AllOf(HasSubstr("s.yaml"),
-                    HasSubstr("receiver 'r': it tracks E1, and the sky has satellites of GPS alone")));
+                    HasSubstr("receiver 'r': it tracks E1, but the sky only has satellites of GPS")));
   EXPECT_NO_THROW((void)simulation_of(text + ", L1CA]}]\n"));
 }
 

@@ -109,7 +109,7 @@ TEST_F(Inspect, Corrections) {
   EXPECT_EQ(value(seen, "epochs"), "1 (the file has no date)");
   EXPECT_THAT(value(seen, "messages"), HasSubstr("1005 (1), 1033 (1), 1077 (1)"));
   EXPECT_THAT(value(seen, "station"), HasSubstr("deg"));
-  EXPECT_THAT(seen.notes.lines(), Contains("5 bytes that belong to no frame"));
+  EXPECT_THAT(seen.notes.lines(), Contains("5 bytes outside frames"));
 }
 
 TEST_F(Inspect, RecordedPaths) {

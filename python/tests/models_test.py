@@ -147,7 +147,7 @@ class Models(unittest.TestCase):
         wrong("is not a disturbance", disturbances=[3])
         wrong("weighting is not a function", weighting=3)
         wrong("the solver has no method solve", solver=3)
-        wrong("the weighting gives nan m", weighting=lambda *_: float("nan"))
+        wrong("the weighting returns nan m", weighting=lambda *_: float("nan"))
         wrong("is not three numbers", solver=lambda *_: type("S", (), {"solve": lambda self, p: [1, 2]})())
         with self.assertRaises(canyon.InputError):
             canyon.simulate(PLAIN, models={"bus": canyon.Models()})

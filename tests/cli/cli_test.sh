@@ -335,7 +335,7 @@ simulate)
     echo '  - {name: base, profile: survey, fixed: {east_m: 900, north_m: 300, up_m: 5}}'
   } >seven.yaml
   runs 0 "$canyon" simulate seven.yaml --out res4 --quiet; says err "2 more warnings: res4/report.txt"
-  [ "$(wc -l <err)" -eq 6 ] && [ "$(grep -c 'the codes of its base put' res4/report.txt)" -eq 7 ] || fail "warnings of the run: $(cat err)" ;;
+  [ "$(wc -l <err)" -eq 6 ] && [ "$(grep -c 'pseudoranges put it' res4/report.txt)" -eq 7 ] || fail "warnings of the run: $(cat err)" ;;
 scenario)
   runs 0 "$canyon" scenario show small.yaml; cp out shown.yaml
   says shown.yaml elevation_mask_deg "blocks_east: 3" "speed_mps: 6"
@@ -533,7 +533,7 @@ rtk)
   says err "the base is at the place in its file's header"
   says out 'fixed' 'float'
   runs 2 "$canyon" rtk "$pair/rover.obs" "$data/urbannav-tst-20190428/COM3_190428_124409.obs" --nav "$pair/base.nav" --quiet
-  says err 'share no time'; one_line
+  says err 'have no common time'; one_line
   runs 2 "$canyon" rtk "$pair/rover.obs" "$pair/base.nav" --nav "$pair/base.nav"; one_line
   # What is wrong is told before the first epoch, and what is compared.
   solve=("$canyon" rtk "$pair/rover.obs" "$pair/base.obs" --nav "$pair/base.nav" --base-position 35.134707705,136.977577939,104.853 --quiet)

@@ -20,16 +20,16 @@ namespace {
 /// A third of u-blox's limits of speed in the model "automotive", 100 and 15 m/s.
 constexpr double kUnknownSpeedHorizontal_mps = 100.0 / 3;
 constexpr double kUnknownSpeedVertical_mps = 5;
-/// Walk of a constellation's clock beside the oscillator [m/sqrt(s)]: 0.5 m, the order of what a broadcast
-/// clock's renewal changes, over the two hours between renewals.
+/// Random walk of a constellation's clock relative to the oscillator [m/sqrt(s)]: 0.5 m, the order of a jump
+/// between broadcast clocks, over the two hours between their updates.
 constexpr double kClockWalk = 0.006;
 constexpr double kMillisecond_m = 1e-3 * kSpeedOfLight;
-/// A common innovation beyond this is no detour of signals, nor a drift's surprise if it is beyond so many
-/// standard deviations too.
+/// A common innovation beyond this is a clock step, if it is also beyond this many standard deviations:
+/// detours of signals and an unexpected drift are smaller.
 constexpr double kClockStep_m = 1000;
 constexpr double kClockStepSigmas = 6;
-/// Pseudoranges whose clock leaves the drift of the Dopplers by a faster mean over such a time have a clock
-/// of their own. Echoes that all satellites share would have to grow by the product, 100 m.
+/// Pseudoranges have a clock of their own if it diverges from the drift of the Dopplers by a higher mean rate
+/// over this time. Echoes common to all satellites would have to grow by the product, 100 m.
 constexpr double kOwnClock_mps = 10;
 constexpr double kOwnClock_s = 10;
 
@@ -45,7 +45,7 @@ Eigen::Matrix3d unknown_velocity(const Eigen::Vector3d& position_ecef) {
 
 namespace {
 
-/// Four elements of a column: GCC does not find them in loops of twelve.
+/// Four elements of a column: GCC does not vectorize loops of twelve.
 using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
 constexpr std::ptrdiff_t kFours = kStates / 4;
 static_assert(kStates % 4 == 0);
@@ -62,14 +62,14 @@ CANYON_CLONES StateVector product(const StateMatrix& p, const StateVector& gradi
   return sum;
 }
 
-/// Adds a b' + b a'; a symmetric matrix stays so to the last digit.
+/// Adds a b' + b a'; a symmetric matrix stays exactly symmetric.
 CANYON_CLONES void add_symmetric(StateMatrix& p, const StateVector& a, const StateVector& b) {
   for (std::ptrdiff_t i = 0; i < kStates; ++i)
     for (std::ptrdiff_t k = 0; k < kFours; ++k)
       fours(p)[kFours * i + k] += fours(a)[k] * b[i] + fours(b)[k] * a[i];
 }
 
-/// Takes a b' from p.
+/// Subtracts a b' from p.
 CANYON_CLONES void take_outer(StateMatrix& p, const StateVector& a, const StateVector& b) {
   for (std::ptrdiff_t i = 0; i < kStates; ++i)
     for (std::ptrdiff_t k = 0; k < kFours; ++k) fours(p)[kFours * i + k] -= fours(a)[k] * b[i];
@@ -97,7 +97,7 @@ void state_accuracy(FilterState& filter, std::span<Taken> taken, double excess,
   const double lasting = options.error_correlation_s > 0 ? excess : 0;
   const double lasting_corrected = std::max(0.0, lasting - 1);
   StateMatrix& s = filter.stated;
-  // The errors' covariances are linear in themselves: C becomes Q C, less b R K for the satellite's own row.
+  // The errors' covariances are linear: C becomes Q C, minus b R K for the satellite's own row.
   StateMatrix until = StateMatrix::Identity();  // Q', Q the product of I - K h' over the rows so far
   double shares = 0;
   std::ptrdiff_t pseudoranges = 0;
@@ -129,7 +129,7 @@ void state_accuracy(FilterState& filter, std::span<Taken> taken, double excess,
   }
   for (Lasting& error : filter.lasting)
     error.covariance = until.transpose().lazyProduct(error.covariance).eval();
-  StateMatrix after = StateMatrix::Identity();  // R, the product over the rows behind one
+  StateMatrix after = StateMatrix::Identity();  // R, the product over the rows after one
   for (auto each = taken.rbegin(); each != taken.rend(); ++each) {
     const StateVector reached = product(after, each->gain);
     if (each->row.satellite) filter.lasting[each->lasting].covariance -= each->lasting_sigma * reached;
@@ -145,7 +145,7 @@ void predict(FilterState& filter, double dt, const PositionFilterOptions& option
                                 std::pow(options.acceleration_horizontal, 2),
                                 std::pow(options.acceleration_vertical, 2));
   const Eigen::Matrix3d acceleration = geodesy::rotated(enu_from_ecef.transpose(), density.asDiagonal());
-  // The transition matrix is I but for dt from velocity to position, and from drift to clocks.
+  // The transition matrix is I, except dt from velocity to position, and from drift to clocks.
   const auto move = [&](int to, int from) {
     filter.x(to) += dt * filter.x(from);
     for (Lasting& lasting : filter.lasting) lasting.covariance(to) += dt * lasting.covariance(from);
@@ -157,7 +157,7 @@ void predict(FilterState& filter, double dt, const PositionFilterOptions& option
     }
   };
   each(move);
-  // What is correlated less than 1 % is left out.
+  // Drops correlations below 1 %.
   const double forgets_s = std::max(options.error_correlation_s, 1e-9);
   std::erase_if(filter.lasting,
                 [&](const Lasting& l) { return filter.time + dt - l.taken > 4.6 * forgets_s; });
@@ -203,7 +203,7 @@ FilterRow doppler_row(const FilterState& filter, const RangedSatellite& satellit
   const Eigen::Vector3d relative = doppler.satellite_mps - filter.velocity();
   const double approach = satellite.direction.dot(relative);
   FilterRow row;
-  // Moving across the line of sight turns it: d(e.u)/dp = -(u - e (e.u)) / range.
+  // Motion across the line of sight rotates it: d(e.u)/dp = -(u - e (e.u)) / range.
   row.gradient.segment<3>(kPosition) =
       -(relative - approach * satellite.direction) / (satellite.range_m * doppler.g);
   row.gradient.segment<3>(kVelocity) = -satellite.direction / doppler.g;
@@ -215,7 +215,7 @@ FilterRow doppler_row(const FilterState& filter, const RangedSatellite& satellit
   return row;
 }
 
-/// Adds a variance to what all clocks have in common.
+/// Adds a variance common to all clocks.
 void widen_clocks(FilterState& filter, double variance_m2) {
   for (const System a : kConstellations) {
     for (const System b : kConstellations) {
@@ -226,8 +226,8 @@ void widen_clocks(FilterState& filter, double variance_m2) {
   }
 }
 
-/// Learns how far the pseudoranges' clock went in `dt` seconds beside the drift. Gives the mean square of
-/// that, or 0 for a clock that goes as the drift says.
+/// Estimates the motion of the pseudoranges' clock in `dt` seconds relative to the drift. Returns its mean
+/// square, or 0 for a clock that follows the drift.
 double own_clock_m2(OwnClock& own, const FilterState& filter, double step_m, double dt) {
   const System of = *std::find_if(kConstellations.begin(), kConstellations.end(),
                                   [&filter](System system) { return filter.knows(system); });
@@ -265,7 +265,7 @@ void mind_clocks(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double 
         if (filter.knows(a)) filter.x(clock_of(a)) += whole ? milliseconds * kMillisecond_m : step;
       if (!whole) widen_clocks(filter, kUnknown_m * kUnknown_m);
       own.of.reset();
-      // The time since the last epoch is by the clock, and was wrong by its step.
+      // The time since the last epoch is by the clock, and was wrong by the clock's step.
       if (whole) filter.x.segment<3>(kPosition) -= filter.velocity() * milliseconds * 1e-3;
     } else {
       widen_clocks(filter, own_clock_m2(own, filter, step, dt));

@@ -20,15 +20,15 @@ namespace {
 using geodesy::kSpeedOfLight;
 using gnss::System;
 
-/// Mask and atmosphere wait until the place is known so well: Newton's next error is then about 5 m, 1e-6 rad
-/// of elevation.
+/// Mask and atmosphere are applied once the position is known this well: Newton's next error is then about 5
+/// m, 1e-6 rad of elevation.
 constexpr double kPlaceKnown_m = 1e4;
-/// Mask and atmosphere are looked up again after such a way: delays change by 1e-8 m over it.
+/// Mask and atmosphere are updated after this motion: delays change by 1e-8 m over it.
 constexpr double kLookedUp_m = 0.01;
 constexpr double kEarthRadius_m = 6.371e6;
-/// Radius beyond every orbit: an iteration that got there does not come back.
+/// Radius beyond every orbit: an iteration beyond it does not return.
 constexpr double kAstray_m = 1e9;
-/// While still far from the place only an exactly degenerate geometry stops the iteration.
+/// Far from the solution only an exactly degenerate geometry stops the iteration.
 constexpr double kWorkingThreshold = 1e-13;
 
 class Solver {
@@ -38,7 +38,7 @@ class Solver {
          const Eigen::Vector3d& start)
       : receiver_time_(receiver_time), options_(options), klobuchar_(klobuchar), position_(start) {
     satellites_ = satellites;
-    // A large receiver clock bias would cost digits in every residual.
+    // A large receiver clock bias would cost digits in all residuals.
     if (!satellites_.empty()) offset_m_ = satellites_.front().pseudorange_m;
     for (RangedSatellite& satellite : satellites_) satellite.pseudorange_m -= offset_m_;
   }
@@ -49,7 +49,7 @@ class Solver {
     return fix;
   }
 
-  /// At a place that was found by other means, of the satellites that RAIM keeps.
+  /// At a position from another method, with the satellites that RAIM keeps.
   Fix at(const Eigen::Vector3d& place) {
     Fix fix, own = solve();
     fix.consistent = own.consistent;
@@ -77,9 +77,9 @@ class Solver {
     }
     Fix fix = attempt(false);
     if (fix.solved() || fix.status == FixStatus::WeakGeometry || fix.iterations == 0) return fix;
-    // With few satellites Newton may run to the mirrored solution or away; the ground below the satellites is
-    // a safer place to begin. (2000 sets of four satellites: the Earth's centre led 9 astray, both together
-    // 1, with a GDOP of 744.)
+    // With few satellites Newton may converge to the mirrored solution or diverge; the ground below the
+    // satellites is a safer start. (2000 sets of four satellites: 9 failures from the Earth's centre, 1 with
+    // both, with a GDOP of 744.)
     Eigen::Vector3d below = Eigen::Vector3d::Zero();
     for (const RangedSatellite& satellite : satellites_) below += satellite.state.position_m.normalized();
     if (!(below.norm() > 0)) return fix;
@@ -135,7 +135,7 @@ class Solver {
       looked_at = nowhere;
       looks = 0;
     }
-    // A weak geometry magnifies the rounding of ranges (about 1e-8 m) above the criterion: it has converged.
+    // A weak geometry amplifies the rounding of ranges (about 1e-8 m) above the criterion: it has converged.
     if (fix.status != FixStatus::Fix && place_known && step < 1 && fix.rank == fix.unknowns &&
         step < 1e-8 * std::sqrt(least_squares_.cofactor().trace()) / smallest_sigma_m_)
       fix.status = FixStatus::Fix;
@@ -143,7 +143,7 @@ class Solver {
     return fix;
   }
 
-  /// Satellites and clocks of the next step; false, with the status, where they are too few.
+  /// Satellites and clocks of the next step; returns false and sets the status if they are too few.
   bool choose(Fix& fix) {
     std::array<int, gnss::kSystemCount> count{};
     fix.available = 0;
@@ -166,7 +166,7 @@ class Solver {
     return false;
   }
 
-  /// Gives all the rms of their sigmas, so that the covariance stays that of the measurements.
+  /// Sets all sigmas to their rms, so that the covariance is that of the measurements.
   void weigh_equally() {
     double sum = 0;
     for (const RangedSatellite* satellite : active_)
@@ -183,12 +183,12 @@ class Solver {
     return *active_[static_cast<std::size_t>(row)];
   }
 
-  /// One Gauss-Newton step; its length [m]. @param clocks_alone the position stays
+  /// One Gauss-Newton step; returns its length [m]. @param clocks_alone keeps the position
   double iterate(Fix& fix, bool clocks_alone = false) {
     design_.setZero(rows_, 3 + clocks_.count);
     residual_.resize(rows_);
     smallest_sigma_m_ = std::numeric_limits<double>::infinity();
-    // Flight time and position converge together: 1e-6 m of range turn the Earth by 1e-11 m.
+    // Flight time and position converge together: 1e-6 m of range rotate the Earth by 1e-11 m.
     for (RangedSatellite& satellite : satellites_) place_satellite(satellite, position_);
     for (Eigen::Index row = 0; row < rows_; ++row) {
       const RangedSatellite& satellite = active(row);
@@ -268,8 +268,8 @@ class Solver {
     solve_velocity(fix, enu_from_ecef);
   }
 
-  /// Adds to the covariance how the fix moves if all delays of the ionosphere are wrong by the same share:
-  /// residuals do not show that.
+  /// Adds the motion of the fix to the covariance if all delays of the ionosphere are wrong by the same
+  /// fraction: residuals do not contain it.
   void add_ionosphere(const Eigen::Matrix3d& enu_from_ecef, Fix& fix) {
     Rows delays(rows_);
     for (Eigen::Index row = 0; row < rows_; ++row)
@@ -288,10 +288,10 @@ class Solver {
   }
 
   /// Fault detection and exclusion (Kuusniemi 2005): while the global test fails, the satellite with the
-  /// largest normalised residual goes; once it passes, what went first is tried again, since the first
-  /// exclusions are made beside other faults. With one redundant measurement all normalised residuals are
-  /// equal, and identify no fault: exclusions that lead there and still do not agree have nothing to
-  /// say for themselves, and are taken back (docs/receiver.md has the measurement).
+  /// largest normalised residual is excluded. Once it passes, earlier exclusions are tried again, because
+  /// they were made in the presence of other faults. With one redundant measurement all normalised residuals
+  /// are equal, and identify no fault: exclusions that lead there and still do not agree are not supported by
+  /// the data and are undone (docs/receiver.md has the measurement).
   Fix monitor(Fix fix) {
     fix.consistent = consistent(fix);
     if (fix.consistent != false) return fix;
@@ -326,14 +326,14 @@ class Solver {
     return fix;
   }
 
-  /// The satellite of the largest normalised residual in the last step; null where the others check none.
+  /// The satellite with the largest normalised residual in the last step; null if none is redundant.
   [[nodiscard]] RangedSatellite* worst_satellite() {
     const std::optional<Eigen::Index> worst = largest_normalised_residual(design_, residual_);
     return worst ? active_[static_cast<std::size_t>(*worst)] : nullptr;
   }
 
   /// doppler_equation() of satellites over its deviation, and its solution for velocity and clock drift by
-  /// normal equations: rates have few digits, and most of the solutions only choose weights.
+  /// normal equations: rates have few digits, and most of the solutions only select weights.
   struct Rates {
     std::array<gnss::SatelliteId, kMostRows> ids;
     Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor, kMostRows, 4> design;
@@ -384,9 +384,8 @@ class Solver {
     return all;
   }
 
-  /// Without those that are beyond `gate` of what the Dopplers scatter about the velocity of least absolute
-  /// residuals (iterated weights 1 / |r|), which outliers do not move; as they are where too few would
-  /// remain.
+  /// Removes satellites beyond `gate` of the scatter of the Dopplers around the velocity of least absolute
+  /// residuals (iterated weights 1 / |r|), which outliers do not move. No change if too few would remain.
   static void leave_out_contradictions(Rates& rates, double gate) {
     constexpr int kWeighings = 15, kChoices = 3;
     Rates robust = rates;
@@ -405,8 +404,8 @@ class Solver {
     rates = robust;
   }
 
-  /// Velocity and clock drift by the Dopplers of what is used, but those that contradict the others where
-  /// RAIM's global test fails.
+  /// Velocity and clock drift by the Dopplers of the used satellites, without those that contradict the
+  /// others if RAIM's global test fails.
   void solve_velocity(Fix& fix, const Eigen::Matrix3d& enu_from_ecef) const {
     const auto contradict = [this](const Rates& by) {
       const int n = by.redundancy();
@@ -431,7 +430,7 @@ class Solver {
   const FixOptions& options_;
   const std::map<System, gnss::Klobuchar>& klobuchar_;
   Eigen::Vector3d position_;
-  // Each thread keeps their memory. active_: above the mask, not excluded, not alone in its constellation.
+  // Memory kept by each thread. active_: above the mask, not excluded, not alone in its constellation.
   static inline thread_local std::vector<RangedSatellite> satellites_;  // NOLINT(*-naming)
   static inline thread_local std::vector<RangedSatellite*> active_;     // NOLINT(*-naming)
   double offset_m_ = 0;
@@ -440,7 +439,7 @@ class Solver {
   int rows_ = 0;
   double smallest_sigma_m_ = 1;
   Design design_;               ///< weighted
-  Rows residual_;               ///< weighted; after a step what it leaves
+  Rows residual_;               ///< weighted; after a step the remaining residual
   LeastSquares least_squares_;  ///< of the last step; its cofactor is (A^T W A)^-1 [m^2]
 };
 
@@ -455,7 +454,7 @@ std::string_view reason(FixStatus status) {
                                         "solved",
                                         "too few satellites",
                                         "satellite geometry does not determine a position",
-                                        "least squares found no place near the ground",
+                                        "least squares found no position near the ground",
                                         "satellite geometry is too weak",
                                         "antenna inside a building or under the terrain"};
   return kReasons[static_cast<std::size_t>(status)];
@@ -508,7 +507,8 @@ Fix solve_fix(geodesy::GpsTime receiver_time, const std::vector<RangedSatellite>
               const FixOptions& options, const std::map<System, gnss::Klobuchar>& klobuchar,
               const Eigen::Vector3d& start) {
   if (!start.allFinite())
-    throw InputError("the initial position of the fix is not finite", "the Earth's centre (0, 0, 0) works");
+    throw InputError("the initial position of the fix is not finite",
+                     "give a finite one; the Earth's centre (0, 0, 0) works");
   return Solver(receiver_time, satellites, options, klobuchar, start).solve();
 }
 

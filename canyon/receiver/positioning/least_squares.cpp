@@ -68,7 +68,7 @@ std::optional<Dop> dop_of_directions(std::span<const Eigen::Vector3d> directions
 
 namespace {
 
-/// Below this part of a residual the solution takes up whatever error there is.
+/// Below this fraction of a residual the solution absorbs any error.
 constexpr double kUnchecked = 1e-6;
 
 }  // namespace

@@ -25,7 +25,7 @@ using gnss::System;
 
 /// A third of ClockOptions' largest drift, 1e-4.
 constexpr double kUnknownDrift_mps = 1e-4 / 3 * kSpeedOfLight;
-/// Innovations beyond so many of their standard deviations are left out.
+/// Innovations beyond this many standard deviations are rejected.
 constexpr double kGateSigmas = 4;
 
 void look_around(FilterEpoch& epoch, const Eigen::Vector3d& position, const FixOptions& fix,
@@ -44,11 +44,11 @@ void look_around(FilterEpoch& epoch, const Eigen::Vector3d& position, const FixO
   for (RangedSatellite& satellite : epoch.satellites) satellite.sigma_m = std::sqrt(sum / std::max(above, 1));
 }
 
-/// Counts of Dopplers, of satellites whose pseudorange passed.
+/// Counts of Dopplers, of satellites with an accepted pseudorange.
 struct Dopplers {
   int considered = 0, taken = 0;
 };
-/// @param without these
+/// @param without excluded satellites
 Dopplers take_dopplers(const FilterState& filter, const FilterEpoch& epoch, double gate_sigmas,
                        Update& update, std::span<const gnss::SatelliteId> without = {}) {
   Dopplers count;
@@ -63,8 +63,8 @@ Dopplers take_dopplers(const FilterState& filter, const FilterEpoch& epoch, doub
   return count;
 }
 
-/// Where most Dopplers contradict the predicted velocity and agree on another one, they are right: the
-/// vehicle turned or braked unexpectedly.
+/// If most Dopplers contradict the predicted velocity and agree on another one, they are right: the vehicle
+/// turned or braked unexpectedly.
 void take_motion(const FilterState& filter, FilterEpoch& epoch, Update& update) {
   FilterState& turned = epoch.turned = filter;
   Update other(turned, epoch.taken_if_turned, update);
@@ -73,7 +73,7 @@ void take_motion(const FilterState& filter, FilterEpoch& epoch, Update& update) 
   turned.p.block<3, 3>(kVelocity, kVelocity) += unknown_velocity(turned.position());
   turned.stated.block<3, 3>(kVelocity, kVelocity) += unknown_velocity(turned.position());
   const Dopplers agreed = take_dopplers(turned, epoch, kGateSigmas, other);
-  // Any four make a velocity and a drift.
+  // Any four determine a velocity and a drift.
   if (agreed.taken > 4 && 2 * agreed.taken > agreed.considered) update.adopt(other);
 }
 
@@ -89,7 +89,7 @@ double excess_of_residuals(const FilterEpoch& epoch, const Fix& fix, const FixOp
 
 /// excess_variance() of the residuals at the filter's position, of all satellites above the masks.
 double excess_of_innovations(const FilterState& filter, const FilterEpoch& epoch) {
-  // Farther beyond the gate it tells no more of the position, which the satellite does not move.
+  // Farther beyond the gate it has no more information on the position, which the satellite does not move.
   const double most_sigmas = 2 * kGateSigmas;
   double squares = 0;
   int count = 0;
@@ -107,8 +107,8 @@ double excess_of_innovations(const FilterState& filter, const FilterEpoch& epoch
 }
 
 /// A filter with the information of the fix's satellites, correlations of position and clocks included: their
-/// measurements taken at the fix's position, from (nearly) nothing. Empty where they are not among the
-/// measurements.
+/// measurements applied at the fix's position, starting from (nearly) no information. Empty if they are not
+/// among the measurements.
 std::optional<FilterState> begin(FilterEpoch& epoch, const Fix& fix, const FixOptions& options,
                                  const PositionFilterOptions& filter_options,
                                  const std::map<System, gnss::Klobuchar>& klobuchar) {
@@ -149,7 +149,7 @@ std::optional<FilterState> begin(FilterEpoch& epoch, const Fix& fix, const FixOp
   return filter;
 }
 
-/// Keeps the instant since when most of `considered` fail; true when that is `limit_s` ago.
+/// Stores the instant since which most of `considered` fail; true if that is `limit_s` ago.
 bool astray(std::optional<geodesy::GpsTime>& since, geodesy::GpsTime now, int failed, int considered,
             double limit_s) {
   if (2 * failed <= considered) {
@@ -160,7 +160,7 @@ bool astray(std::optional<geodesy::GpsTime>& since, geodesy::GpsTime now, int fa
   return now - *since >= limit_s;
 }
 
-/// One epoch's measurements, at the predicted position; false where the filter is astray.
+/// Applies one epoch's measurements at the predicted position; returns false if the filter is wrong.
 bool correct(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double dt,
              const PositionFilterOptions& options, bool by_residuals) {
   mind_clocks(filter, own, epoch, dt);
@@ -200,8 +200,8 @@ bool correct(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double dt,
   for (std::size_t system = 0; system < kConstellations.size(); ++system) {
     all_considered += considered[system];
     all_failed += failed[system];
-    // The first satellites of a constellation can give its clock wrongly: it is then estimated anew. A lone
-    // satellite gives nothing else.
+    // The first satellites of a constellation can give a wrong clock: it is then estimated again. A lone
+    // satellite determines nothing else.
     if (considered[system] >= 2 && astray(filter.system_astray_since[system], epoch.time, failed[system],
                                           considered[system], options.coast_s)) {
       filter.known[system] = false;
@@ -226,7 +226,7 @@ double excess_of_dopplers(const FilterState& filter, const FilterEpoch& epoch) {
   return excess_variance(squares, count - 4);
 }
 
-/// False where no receiver can be.
+/// Returns false at an impossible position.
 bool somewhere(const FilterState& filter) {
   if (!filter.x.allFinite()) return false;
   const double height = geodesy::geodetic_from_ecef(filter.position()).height_m;
@@ -257,8 +257,8 @@ Design design_of(const FilterEpoch& epoch, const Eigen::Matrix3d& enu_from_ecef,
   return design;
 }
 
-/// How a fix of the satellites above the mask moves [m], ENU, if the ionosphere's delays are wrong by the
-/// share that models leave, on all alike. 0 where they have none or the geometry lacks rank.
+/// Motion of a fix of the satellites above the mask [m], ENU, if the ionosphere's delays are wrong by the
+/// fraction that models leave, equally on all. 0 if they have none or the geometry is rank-deficient.
 Eigen::Vector3d moved_by_ionosphere(const FilterEpoch& epoch, const Eigen::Matrix3d& enu_from_ecef) {
   Design design =
       design_of(epoch, enu_from_ecef, [&](std::size_t i) { return epoch.satellites[i].above_mask; });
@@ -290,7 +290,7 @@ void add_geometry(Fix& fix, const FilterState& filter, const FilterEpoch& epoch,
 }
 
 /// @param of least squares, of the same measurements
-/// Places the satellites at the filter's position.
+/// Updates the satellites' geometry for the filter's position.
 Fix describe(const FilterState& filter, FilterEpoch& epoch, const Fix& of, const FixOptions& options) {
   Fix fix;
   fix.status = FixStatus::Fix;
@@ -354,7 +354,7 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Mea
 Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<RangedSatellite>& satellites,
                            const Fix& fix, const std::map<System, gnss::Klobuchar>& klobuchar) {
   const PositionFilterOptions& options = state_->options;
-  static thread_local FilterEpoch epoch;  // each thread keeps the memory of both, for all receivers
+  static thread_local FilterEpoch epoch;  // memory of both kept by each thread, for all receivers
   static thread_local std::optional<FilterState> filter;
   epoch.time = receiver_time;
   epoch.satellites = satellites;
@@ -363,7 +363,7 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Ran
   if (filter) {
     const double dt = receiver_time - filter->time;
     if (dt < 0) {
-      throw InputError(fmt::format("the position filter cannot go {} s back in time", -dt),
+      throw InputError(fmt::format("the position filter cannot step back by {} s", -dt),
                        "give epochs in order of time");
     }
     if (receiver_time - filter->measured > options.coast_s) {

@@ -58,7 +58,7 @@ void FixOptions::validate() const {
 void visit(options::Visitor& v, FixOptions& o) {
   v.angle({"elevation_mask_deg", "deg", "satellites below this elevation are neither measured nor used"},
           o.elevation_mask_rad, {0, 90, false, true});
-  v.number({"cn0_mask_dbhz", "dB-Hz", "satellites weaker than this are not used in the fix"}, o.cn0_mask_dbhz,
+  v.number({"cn0_mask_dbhz", "dB-Hz", "satellites below this C/N0 are not used in the fix"}, o.cn0_mask_dbhz,
            {0, 60});
   v.integer({"min_satellites", "satellites",
              "satellites required for a fix, plus one for each constellation beyond the first"},
@@ -67,18 +67,18 @@ void visit(options::Visitor& v, FixOptions& o) {
            options::or_none({0, kInfinity, true}));
   v.integer({"max_iterations", "", "largest number of iterations of the least squares"}, o.max_iterations, 5,
             1000);
-  // Coordinates of 6,400 km have no finer digits: a shorter step is rounding.
+  // Coordinates of 6,400 km have no finer digits: a shorter step is rounding noise.
   v.number({"convergence_m", "m", "step size that ends the iterations"}, o.convergence_m, {1e-9, 1});
   options::visit_switch(
       v,
-      {"correct_ionosphere", "", "apply the model's correction in the fix; left out: true with sky.errors"},
+      {"correct_ionosphere", "", "apply the model's correction in the fix; if omitted: true with sky.errors"},
       o.correct_ionosphere);
-  options::visit_switch(
-      v,
-      {"correct_troposphere", "", "apply the model's correction in the fix; left out: true with sky.errors"},
-      o.correct_troposphere);
+  options::visit_switch(v,
+                        {"correct_troposphere", "",
+                         "apply the model's correction in the fix; if omitted: true with sky.errors"},
+                        o.correct_troposphere);
   v.boolean({"covariance_by_residuals", "",
-             "enlarge the stated covariance if residuals are larger than the weights predict"},
+             "increase the reported covariance if residuals are larger than the weights predict"},
             o.covariance_by_residuals);
   v.part("weights", o.weights);
   v.part("raim", o.raim);
@@ -89,8 +89,9 @@ void PositionFilterOptions::validate() const {
 }
 
 void visit(options::Visitor& v, PositionFilterOptions& o) {
-  v.boolean({"enabled", "", "extended Kalman filter for the position; false: each epoch is solved alone"},
-            o.enabled);
+  v.boolean(
+      {"enabled", "", "extended Kalman filter for the position; false: each epoch is solved independently"},
+      o.enabled);
   v.number({"acceleration_horizontal", "m/s^2/sqrt(Hz)",
             "spectral density of the white acceleration that the filter assumes, horizontal"},
            o.acceleration_horizontal, {0, 100, true});
@@ -104,14 +105,14 @@ void visit(options::Visitor& v, PositionFilterOptions& o) {
            {0, 3600, true});
   v.number({"max_sigma_m", "m", "largest standard deviation of a valid position"}, o.max_sigma_m,
            options::or_none({0, kInfinity, true}));
-  v.number(
-      {"error_correlation_s", "s", "time constant of errors assumed in the stated accuracy; 0: white errors"},
-      o.error_correlation_s, {0, 3600});
+  v.number({"error_correlation_s", "s",
+            "time constant of errors assumed in the reported accuracy; 0: white errors"},
+           o.error_correlation_s, {0, 3600});
 }
 
 namespace {
 
-/// Lower satellites weigh as one at 5 deg, RTKLIB's MIN_EL: 1 / sin would grow beyond any bound.
+/// Satellites below 5 deg get the weight of 5 deg, RTKLIB's MIN_EL: 1 / sin would be unbounded.
 constexpr double kLowestElevation_rad = geodesy::radians(5);
 /// sigma^2 = c + d 10^(-C/N0 / 10), as validation::ClockOptions (Kuusniemi, User-level reliability and
 /// quality monitoring in satellite-based personal navigation, Tampere University of Technology 2005, where
@@ -138,8 +139,8 @@ double WeightOptions::sigma_m(const Measurement& measurement, double elevation_r
 }
 
 double WeightOptions::doppler_sigma_mps(const Measurement& measurement) const {
-  // Of five recordings by four receivers in three streets: medians and 95 % of the filter's errors are about
-  // least for 0.001 to 0.01 and 20 to 40.
+  // From five recordings by four receivers in three streets: medians and 95 % of the filter's errors are near
+  // their minimum for 0.001 to 0.01 and 20 to 40.
   constexpr double kFloor = 0.001, kScale = 40;
   const double own = geodesy::kSpeedOfLight / measurement.carrier_frequency_hz * measurement.doppler_sigma_hz;
   if (weighting != Weighting::Cn0) return own;

@@ -20,7 +20,7 @@ namespace {
 
 using geodesy::kSpeedOfLight;
 
-/// A satellite at the mask moves the position when it comes or goes, and with it the mask.
+/// A satellite at the mask moves the position when it appears or disappears, and with it the mask.
 constexpr int kMaskLooks = 3;
 
 void check(const Measurement& m) {
@@ -38,8 +38,8 @@ void check(const Measurement& m) {
   }
   if (bad != nullptr) {
     throw InputError(
-        fmt::format("{} of satellite {} is not usable", bad, gnss::to_string(m.id)),
-        "pseudoranges, C/N0, Doppler must be finite, sigmas, frequencies also above 0, numbers below 100");
+        fmt::format("{} of satellite {} is invalid", bad, gnss::to_string(m.id)),
+        "give finite pseudoranges, C/N0 and Doppler, sigmas and frequencies above 0, numbers below 100");
   }
 }
 

@@ -21,13 +21,13 @@ CodeAndCarrier both(double value) {
   return {value, value};
 }
 
-/// A turn of the carrier is given at L1, and is of one delay on every carrier's scale: metres of a radian.
+/// A phase rotation is given at L1, and scales on other carriers like a delay: metres per radian.
 double metres_per_turned_rad(double carrier_hz) {
   const double cycles_per_rad = gnss::kL1_hz / carrier_hz / (2 * geodesy::kPi);
   return cycles_per_rad * kSpeedOfLight / carrier_hz;
 }
 
-/// What the fix's models follow from where it knows its place.
+/// Inputs of the fix's models, at its own estimate of the position.
 ModelState model_state(const RangeState& s) {
   const orbit::LineOfSight& line = s.view->line;
   return {&s.options->fix, s.klobuchar, &line.state,
@@ -35,7 +35,7 @@ ModelState model_state(const RangeState& s) {
           s.time,          s.place,     {line.azimuth_rad, line.elevation_rad}};
 }
 
-/// Delays by the models that receivers correct by [m].
+/// Delays by the receivers' correction models [m].
 double modelled_m(const ModelState& s, bool ionosphere, bool troposphere) {
   return errors::atmosphere_m(ionosphere, troposphere, *s.klobuchar, s.id.system, s.carrier_hz, s.time,
                               s.place, s.look);
@@ -56,7 +56,7 @@ double troposphere_m(const RangeState& s) {
   return s.view->space ? s.view->space->troposphere_m : modelled_m(model_state(s), false, true);
 }
 
-/// Rate of a delay by the models, by central differences over a second. @param delay_m at a place beside,
+/// Rate of a delay by the models, by central differences over a second. @param delay_m at a nearby position,
 /// in a direction
 template <typename Delay>
 double central_mps(const RangeState& s, const Delay& delay_m) {
@@ -106,13 +106,13 @@ std::vector<RangeTerm>& range_term_table() {
        [](S s) {
          return CodeAndCarrier{0, -ionosphere_mps(s)};
        },
-       "ionosphere_m", "delay in the pseudorange, advance in the phase; 0 where `ionosphere` is off"},
+       "ionosphere_m", "delay in the pseudorange, advance in the phase; 0 if `ionosphere` is off"},
       {"troposphere", Of::Space, [](S s) { return both(troposphere_m(s)); },
        [](M m) { return both(modelled_m(m, false, m.fix->correct_troposphere)); },
        [](S s) {
          return CodeAndCarrier{0, troposphere_mps(s)};
        },
-       "troposphere_m", "delay in both; 0 where `troposphere` is off"},
+       "troposphere_m", "delay in both; 0 if `troposphere` is off"},
       {"orbit error", Of::Space,
        [](S s) { return both(s.view->space && s.options->orbit_errors ? s.view->space->orbit_clock_m : 0); },
        nullptr, nullptr, "orbit_error_m",
@@ -124,7 +124,7 @@ std::vector<RangeTerm>& range_term_table() {
          return CodeAndCarrier{s.bias_m, 0};
        },
        nullptr, nullptr, "bias_m",
-       "delay of the receiver's own, in the pseudorange and not in its error (`biases`)"},
+       "the receiver's own delay, in the pseudorange and not in its error (`biases`)"},
       {"multipath", Of::Channel,
        [](S s) {
          return CodeAndCarrier{s.code_excess_m, s.carrier_excess_m};
@@ -138,7 +138,7 @@ std::vector<RangeTerm>& range_term_table() {
          return CodeAndCarrier{0, s.view->carrier_turn_rad * metres_per_turned_rad(s.carrier_hz)};
        },
        nullptr,
-       [](S s) {  // given per second of the receiver's clock
+       [](S s) {  // rate per second of the receiver's clock
          return CodeAndCarrier{
              0, s.view->carrier_turn_radps * metres_per_turned_rad(s.carrier_hz) * (1 + s.clock.drift)};
        }},
@@ -157,9 +157,9 @@ void add_range_term(const RangeTerm& term) {
   if (term.truth_m == nullptr)
     throw InputError(fmt::format("the range term '{}' has no truth", term.name), "set RangeTerm::truth_m");
   if (table.size() >= kMostRangeTerms) {
-    throw InputError(fmt::format("there is no room for the range term '{}': a range has {} terms", term.name,
+    throw InputError(fmt::format("no space for the range term '{}': a range has at most {} terms", term.name,
                                  table.size()),
-                     "put several effects into one term, or raise kMostRangeTerms and build again");
+                     "combine several effects in one term, or increase kMostRangeTerms and rebuild");
   }
   table.push_back(term);
 }

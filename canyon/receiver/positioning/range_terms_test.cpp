@@ -68,7 +68,7 @@ TEST(RangeTerms, NoMoreThanTheArraysHold) {
   const RangeTerm term{"made up", RangeTermOf::Space, [](const RangeState&) { return CodeAndCarrier{}; }};
   for (std::size_t k = own; k < kMostRangeTerms; ++k) add_range_term(term);
   EXPECT_THAT(test::refusal([&] { add_range_term(term); }),
-              ::testing::HasSubstr("no room for the range term 'made up': a range has 16 terms"));
+              ::testing::HasSubstr("no space for the range term 'made up': a range has at most 16 terms"));
   EXPECT_EQ(range_terms().size(), kMostRangeTerms);
   for (std::size_t k = 0; k < kMostRangeTerms; ++k) remove_range_term();
   EXPECT_EQ(range_terms().size(), own);

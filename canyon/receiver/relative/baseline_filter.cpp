@@ -22,45 +22,45 @@ using Eigen::Index;
 using positioning::Fix;
 using positioning::FixKind;
 
-/// Before anything is known [m].
+/// A priori deviation [m].
 constexpr double kUnknownPosition_m = 30;
 constexpr double kUnknownClock_m = 100, kUnknownAmbiguity_m = 30;
-/// Phases of a direct signal are off by a quarter of a cycle at most, by echoes.
+/// Echoes shift phases of a direct signal by at most a quarter of a cycle.
 constexpr double kLeastSlip_cycles = 0.3;
 /// Weight of an epoch in the mean square of innovations.
 constexpr double kSquaresWeight = 0.1;
-/// Errors of codes are the same for so long [s]: more epochs in that time add no information.
+/// Errors of codes are constant for this time [s]: more epochs in it add no information.
 constexpr double kCodeTime_s = 1;
 
-/// A position less certain than this [m] starts again from a fix.
+/// A position with a larger deviation [m] restarts from a fix.
 constexpr double kLostPosition_m = 100;
-/// A phase that was not measured for so long has slipped [s]; where epochs are farther apart, one that the
-/// last epoch lacked.
+/// A phase that was not measured for this time has slipped [s]; if epochs are farther apart, one that was
+/// missing at the last epoch.
 constexpr double kPhaseGap_s = 5, kPhaseGap_epochs = 1.5;
 /// Clocks of receivers differ by milliseconds [s].
 constexpr double kAhead_s = 1;
 /// A moving base must have measured at the rover's epoch [s].
 constexpr double kSameEpoch_s = 0.02;
-/// Two carriers of a satellite move apart by more than this [m] only where one of them slips.
+/// Two carriers of a satellite diverge by more than this [m] only if one of them slips.
 constexpr double kCarriersPart_m = 0.05;
-/// Delays are estimated over baselines of at least these lengths [m].
+/// Delays are estimated over baselines from these lengths on [m].
 constexpr double kIonosphereFrom_m = 1e3, kTroposphereFrom_m = 5e3;
 /// Time constants of the delays [s].
 constexpr double kIonosphereTime_s = 1200, kTroposphereTime_s = 7200;
-/// Echoes of a moving antenna last about so long [s].
+/// Correlation time of echoes at a moving antenna [s].
 constexpr double kEchoTime_s = 10;
-/// Spectral densities of the white accelerations that the filter expects [m/s^2/sqrt(Hz)].
+/// Spectral densities of the filter's white accelerations [m/s^2/sqrt(Hz)].
 constexpr double kAccelerationHorizontal = 3.16, kAccelerationVertical = 1;
 /// Deviation of a phase [m]: sigma^2 = a^2 (1 + 1 / sin(elevation)^2 + 10^((45 - C/N0) / 10)): RTKLIB's
 /// stats-errphase and stats-errphaseel.
 constexpr double kPhaseSigma_m = 0.003;
-/// Weight of an epoch in means of squares of whole numbers' residuals.
+/// Weight of an epoch in means of squared residuals at fixed integers.
 constexpr double kFixedWeight = 0.1;
 /// The mean square of an epoch's residuals is divided by at least this number.
 constexpr int kFewRedundant = 5;
 /// Deviation of a code over that of its phase: RTKLIB's stats-eratio1.
 constexpr double kCodeRatio = 100;
-/// Innovations beyond so many of their standard deviations: a code is left out, a phase has slipped.
+/// Innovations beyond this many standard deviations: a code is rejected, a phase has slipped.
 constexpr double kGateSigmas = 4;
 /// Obliquity factor of a thin layer at a height of 350 km.
 double obliquity(double elevation_rad) {
@@ -75,7 +75,7 @@ BaselineFilter::BaselineFilter(const RtkOptions& options, const positioning::Fix
     : options_(options), masks_(masks), max_age_s_(max_age_s) {
   options::check(options_, "rtk");
   masks_.correct_troposphere = true;
-  masks_.correct_ionosphere = false;  // it is the same at both, or a state
+  masks_.correct_ionosphere = false;  // it is equal at both, or a state
 }
 
 bool BaselineFilter::go_to(geodesy::GpsTime to, const Fix& alone) {
@@ -111,7 +111,7 @@ bool BaselineFilter::go_to(geodesy::GpsTime to, const Fix& alone) {
     // The sizes of echoes are kept.
     fixed_in_a_row_ = 0;
   }
-  // Where epochs lie half a minute apart the position is new each time, and the ambiguities remain.
+  // If epochs are half a minute apart the position is new each time, and the ambiguities remain.
   position_ = moving_ ? base_place_ : alone.position_ecef;
   for (Index i = 0; i < 3; ++i) {
     state_.reset(BaselineState::kPosition + i, 0, kUnknownPosition_m * kUnknownPosition_m);
@@ -137,7 +137,7 @@ void BaselineFilter::remove_slipped() {
     const double longest_s = ambiguity ? std::max(kPhaseGap_s, kPhaseGap_epochs * dt_s_) : kIonosphereTime_s;
     if (forgotten || time_ - slot.seen > longest_s) state_.remove(i);
   }
-  // Slips are told by the channels, by half cycles and by Doppler.
+  // Slips are detected by the channels, by half cycles and by Doppler.
   for (Difference& d : differences_) {
     if (!d.has_phase) continue;
     const auto slot = state_.find(d.id(), d.rover->signal);
@@ -219,7 +219,7 @@ std::optional<positioning::Dop> BaselineFilter::dop_of(const std::vector<gnss::S
 
 void BaselineFilter::take(const Corrections& corrections, std::vector<ObservedMinusComputed> of_base) {
   base_ = std::move(of_base);
-  // Beside a moving base the filter follows the baseline: the place goes along with the base's.
+  // With a moving base the filter tracks the baseline: the position moves with the base's.
   if (started_ && corrections.moving) position_ += corrections.station_ecef - base_place_;
   if (corrections.moving != moving_ || (station_ && *station_ != corrections.station)) started_ = false;
   moving_ = corrections.moving;
@@ -267,7 +267,7 @@ std::optional<Fix> BaselineFilter::update(geodesy::GpsTime receiver_time,
   if (age_s > (moving_ ? kSameEpoch_s : max_age_s_) || age_s < -kAhead_s) return std::nullopt;
   if (!go_to(receiver_time, alone)) return std::nullopt;
   if (begins_) {
-    // The troposphere at a fix without phases is wrong by its height: again, from the answer.
+    // The troposphere at a fix without phases is wrong by its height: repeats from the result.
     BaselineFilter first = *this;
     if (const auto near = first.solve(receiver_time, rover, sky, alone)) position_ = near->position_ecef;
   }
@@ -305,7 +305,7 @@ std::optional<Fix> BaselineFilter::solve(geodesy::GpsTime receiver_time,
     fixed_in_a_row_ = 0;
     return std::nullopt;
   }
-  // What echoes add to the position beyond the noise of codes.
+  // Additional covariance of the position by echoes, beyond the noise of codes.
   const Eigen::Matrix3d echoes = (1 - 1 / code_squares_) * covariance_of_echoes();
   const auto fixed =
       WholeNumberSearch(options_, state_, differences_, echoes, has_ionosphere(), fixed_in_a_row_).find();
@@ -420,14 +420,14 @@ void BaselineFilter::take_phases() {
       BaselineSlot& slot = state_.slots[*d.slot];
       const bool beyond = normalised > kGateSigmas;
       if (beyond && std::abs(innovation.value) > kLeastSlip_cycles * d.rover->wavelength_m) {
-        // It slipped: its ambiguity starts again, from this epoch's observations.
+        // A slip: its ambiguity restarts from this epoch's observations.
         state_.reset(BaselineState::index(*d.slot), (d.phase_m - d.code_m - jump_m) / d.rover->wavelength_m,
                      std::pow(kUnknownAmbiguity_m / d.rover->wavelength_m, 2));
         slot.begun = time_;
         slot.epochs = 0;
         slot.whole.reset();
       } else if (beyond) {
-        // An echo: it counts as little as it fits.
+        // An echo: reduces its weight by its misfit.
         variance += std::pow(innovation.value / kGateSigmas, 2);
       }
       d.trusted = !beyond;
@@ -456,7 +456,7 @@ void BaselineFilter::take_phases() {
 
 void BaselineFilter::take_velocity(const Fix& alone) {
   if (!alone.velocity_enu_mps || !alone.velocity_covariance_enu) return;
-  // At its own place: that fix need not have one.
+  // At the filter's position: that fix need not have one.
   const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(position_));
   for (Index i = 0; i < 3; ++i) {
     SparseRow row;
@@ -471,9 +471,9 @@ void BaselineFilter::take_velocity(const Fix& alone) {
 
 namespace {
 
-/// The base's observation of the same signal; where that is missing or has no phase, of another component
-/// on that carrier, whose phase files and RTCM align (RINEX 3.04, 5.2.16), unless the rover has that one as
-/// well. Null without.
+/// The base's observation of the same signal. If it is missing or has no phase, that of another component on
+/// that carrier, whose phase files and RTCM align (RINEX 3.04, 5.2.16), unless the rover has that component
+/// as well. Null if there is none.
 const ObservedMinusComputed* partner(const ObservedMinusComputed& r,
                                      std::span<const ObservedMinusComputed> rover,
                                      std::span<const ObservedMinusComputed> base) {

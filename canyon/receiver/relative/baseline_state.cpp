@@ -56,7 +56,7 @@ std::size_t BaselineState::add(const BaselineSlot& slot, double value, double va
 
 void BaselineState::remove(std::size_t slot) {
   const Index at = index(slot), last = x.size() - 1, behind = last - at;
-  // The columns before the rows: blocks overlap, and Eigen copies these in order of memory.
+  // The columns before the rows: blocks overlap, and Eigen copies these in memory order.
   for (Index i = at; i < last; ++i) {
     x(i) = x(i + 1);
     p.col(i) = p.col(i + 1);

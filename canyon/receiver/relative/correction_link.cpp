@@ -38,14 +38,14 @@ void visit(options::Visitor& v, CorrectionOptions& o) {
   v.number({"latency_s", "s", "delay from the base's epoch to the arrival of corrections"}, o.latency_s,
            {0, 600});
   v.number({"jitter_s", "s", "largest additional delay, uniformly distributed"}, o.jitter_s, {0, 600});
-  v.number({"loss", "", "share of epochs that are lost"}, o.loss, {0, 1});
+  v.number({"loss", "", "fraction of lost epochs"}, o.loss, {0, 1});
   v.number({"range_m", "m", "range of the link to the base; 0: no limit"}, o.range_m, {0, 1e7});
   v.numbers({"outages_s", "s",
              "outages of the link as begin, end, begin, end since the start of the run: [20, 40, 100, 110]; "
-             "the last end may be left out"},
+             "the last end is optional"},
             o.outages_s, {0, 1e9});
   v.numbers(
-      {"station_error_m", "m", "error of the position that the base states: east, north, up; left out: none"},
+      {"station_error_m", "m", "error of the base's reported position: east, north, up; if omitted: none"},
       o.station_error_m, {-1e6, 1e6});
 }
 
@@ -60,15 +60,15 @@ CorrectionLink::CorrectionLink(CorrectionOptions options, std::uint64_t seed, co
 void CorrectionLink::send(geodesy::GpsTime time, std::shared_ptr<const Corrections> corrections,
                           const std::optional<Eigen::Vector3d>& receiver_ecef) {
   if (!begin_) begin_ = time;
-  // Times of measurement decide, since streams arrive with jitter; receivers' clocks are off by milliseconds.
+  // By times of measurement, since streams arrive with jitter; receivers' clocks are off by milliseconds.
   constexpr double kOnTime_s = 5e-3;
   const double since_s = sent_ ? corrections->receiver_time - *sent_ : -1;
   if (options_.rate_hz > 0 && since_s >= 0 && since_s < 1 / options_.rate_hz - kOnTime_s) return;
   sent_ = corrections->receiver_time;
-  // Drawn for each epoch, so that outages and range do not move the losses.
+  // Sampled for each epoch, so that outages and range do not change the losses.
   const double lost = random_.uniform(), late = random_.uniform();
   const double at_s = time - *begin_;
-  // An odd number of ends and beginnings lies behind.
+  // An odd number of starts and ends is in the past.
   const auto next = std::upper_bound(options_.outages_s.begin(), options_.outages_s.end(), at_s);
   const bool out = (next - options_.outages_s.begin()) % 2 != 0;
   const bool far = options_.range_m > 0 && receiver_ecef &&

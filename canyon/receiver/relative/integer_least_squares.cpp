@@ -17,21 +17,21 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// A search goes without decorrelation at this success rate, and within so many steps for each variable.
+/// A search skips decorrelation at this success rate, and with at most this many steps per variable.
 constexpr double kSure = 0.999;
 constexpr Index kShortSearch = 20;
-/// Beyond, doubles lose what is behind the point.
+/// Beyond this, doubles lose the fractional part.
 constexpr double kLargest = 1e12;
-/// Multiples beyond would grow without bound.
+/// Larger multiples would grow without bound.
 constexpr double kLargeMultiple = 100;
 
-/// A change of variables at work.
+/// A change of variables in progress.
 struct Basis {
   Triangular factors;
   VectorXd z;
   MatrixXd a_from_z;
 
-  /// Takes whole multiples of column i off column j, so that |L(i, j)| <= 1/2.
+  /// Subtracts integer multiples of column i from column j, so that |L(i, j)| <= 1/2.
   void reduce(Index i, Index j) {
     MatrixXd& l = factors.l;
     const double multiple = std::round(l(i, j));
@@ -41,7 +41,7 @@ struct Basis {
     a_from_z.col(i) += multiple * a_from_z.col(j);
   }
 
-  /// Exchanges variables j and j + 1. @param swapped_d D of j + 1 behind it
+  /// Exchanges variables j and j + 1. @param swapped_d D of j + 1 after it
   void exchange(Index j, double swapped_d) {
     auto& [l, d] = factors;
     const double eta = d(j) / swapped_d;
@@ -60,7 +60,7 @@ struct Basis {
     a_from_z.col(j).swap(a_from_z.col(j + 1));
   }
 
-  /// Decorrelates the variables from `first` on, of which those behind `done` are already.
+  /// Decorrelates the variables from `first` on, of which those after `done` are already decorrelated.
   void decorrelate(Index first, Index done) {
     auto& [l, d] = factors;
     for (Index j = done - 1; j >= first;) {
@@ -70,7 +70,7 @@ struct Basis {
         --j;
         continue;
       }
-      // Only the element of L beside the diagonal decides about an exchange: the others wait until they
+      // Only the element of L next to the diagonal determines an exchange: the others are reduced once they
       // are large.
       reduce(j + 1, j);
       const Index below = l.rows() - j - 2;
@@ -82,12 +82,12 @@ struct Basis {
   }
 };
 
-/// Whole numbers on one level of the search: nearest first, then alternately on both sides.
+/// Integers on one level of the search: nearest first, then alternately on both sides.
 struct Level {
   double centre = 0;    // conditional mean
-  double whole = 0;     // in hand
+  double whole = 0;     // current integer
   double step = 0;      // to the next one
-  double distance = 0;  // of the levels behind
+  double distance = 0;  // of the finished levels
   void begin(double mean) {
     centre = mean;
     whole = std::round(mean);
@@ -99,7 +99,7 @@ struct Level {
   }
 };
 
-/// Depth first, from the last and best known variable down.
+/// Depth first, from the last variable, with the smallest variance, downwards.
 class Search {
  public:
   Search(const VectorXd& z, const Triangular& factors)
@@ -107,15 +107,15 @@ class Search {
     levels_.resize(static_cast<std::size_t>(n_));
   }
 
-  /// Rounding one after the other, and the same with one of the numbers next to it: among these the two
-  /// nearest are seldom beaten.
+  /// Sequential rounding, and variants with one integer replaced by its neighbour: two of these are mostly
+  /// the nearest.
   void begin() {
     for (Index other = -1; other < n_; ++other) {
       Index k = other < 0 ? n_ - 1 : other;
       if (other < 0) {
         level(k).begin(z_(k));
       } else {
-        // Levels above have the numbers of rounding.
+        // Levels above have the integers of rounding.
         level(k).begin(z_(k) + shifts_(k + 1, k));
         level(k).next();
       }
@@ -136,11 +136,11 @@ class Search {
     }
   }
 
-  /// All within the second best distance, and within the highest ratio times the best; false after
+  /// Visits all within the second best distance and the highest ratio times the best; false after
   /// `max_nodes`.
   bool run(int max_nodes, RatioLimits ratios) {
     distance[1] = std::min(distance[1], ratios.highest * distance[0]);
-    // Where the two nearest so far are too close to each other, only one that is much nearer helps.
+    // If the two nearest so far are too close to each other, only a much nearer one helps.
     const auto is_close = [&] { return distance[1] < ratios.lowest * distance[0]; };
     const auto radius = [&] { return is_close() ? distance[1] / ratios.lowest : distance[1]; };
     const auto from_top = [&] {
@@ -162,7 +162,7 @@ class Search {
         keep(reached(0));
         within = radius();
         if (was_close)
-          k = from_top();  // what was too far for that radius may be the second best
+          k = from_top();  // candidates too far for that radius may be the second best
         else
           level(0).next();
       } else {
@@ -182,7 +182,7 @@ class Search {
     const double error = level(k).centre - level(k).whole;
     return level(k).distance + error * error / d_(k);
   }
-  /// Begins the level below k.
+  /// Starts the level below k.
   void descend(Index k) {
     if (k == 0) return;
     const double error = level(k).centre - level(k).whole;
@@ -207,7 +207,7 @@ class Search {
   const ByRows l_;
   const VectorXd& d_;
   Index n_;
-  ByRows shifts_;  // row k: what the errors of the levels from k on shift the means of those below by
+  ByRows shifts_;  // row k: shifts of the means of the levels below by the errors of the levels from k on
   std::vector<Level> levels_;
   VectorXd whole_;
 };
@@ -226,7 +226,7 @@ std::vector<std::optional<Decorrelation>> decorrelate(const VectorXd& real, cons
                                                       std::span<const Index> sizes) {
   std::vector<std::optional<Decorrelation>> result(sizes.size());
   if (!are_usable(real, covariance)) return result;
-  // The whole part changes nothing, and keeps what is behind the point.
+  // The integer part has no effect; removing it keeps the digits of the fraction.
   const VectorXd origin = real.array().round();
   Triangular factors = triangular(covariance);
   const Index n = factors.d.size();
@@ -264,9 +264,9 @@ std::optional<IntegerSolution> short_search(const VectorXd& real, const MatrixXd
   if (!are_usable(real, covariance)) return std::nullopt;
   const VectorXd origin = real.array().round();
   const Index n = real.size();
-  // The success rate is at most that of the best known number alone.
+  // The success rate is at most that of the integer with the smallest variance.
   if (std::erf(1 / std::sqrt(8 * covariance.diagonal().minCoeff())) <= kSure) return std::nullopt;
-  // The best known last.
+  // Smallest variance last.
   std::vector<Index> order(static_cast<std::size_t>(n));
   std::iota(order.begin(), order.end(), Index{0});
   std::sort(order.begin(), order.end(),
@@ -310,7 +310,7 @@ Triangular triangular(const MatrixXd& covariance) {
   Triangular f{MatrixXd::Identity(n, n), Eigen::VectorXd(n)};
   for (Index i = n - 1; i >= 0; --i) {
     const double d = rest(i, i);
-    // Rounding leaves this much of a variance that others explain.
+    // Rounding leaves this fraction of a variance that other variables explain.
     if (!(d > 1e-14 * covariance(i, i)) || !std::isfinite(d))
       return {f.l.bottomRightCorner(n - 1 - i, n - 1 - i), f.d.tail(n - 1 - i)};
     f.d(i) = d;

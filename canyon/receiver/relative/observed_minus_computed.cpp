@@ -31,7 +31,7 @@ std::vector<ObservedMinusComputed> observed_minus_computed(
     geodesy::GpsTime receiver_time, std::span<const SignalMeasurement> observations, const orbit::Sky& sky,
     const positioning::FixOptions& options, const Eigen::Vector3d& place,
     const std::map<gnss::System, gnss::Klobuchar>& klobuchar) {
-  // Signals of a satellite leave it within nanoseconds: one state serves them.
+  // Signals of a satellite leave it within nanoseconds: one state is enough.
   std::vector<Measurement> firsts;
   for (const SignalMeasurement& seen : observations)
     if (firsts.empty() || firsts.back().id != seen.measurement.id) firsts.push_back(seen.measurement);
@@ -40,7 +40,7 @@ std::vector<ObservedMinusComputed> observed_minus_computed(
   const geodesy::Geodetic geodetic = geodesy::geodetic_from_ecef(place);
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(geodetic);
 
-  // A receiver that states no strength at all is one in the open, as far as is known.
+  // A receiver without any C/N0 is assumed to be in the open.
   const bool stated =
       std::any_of(observations.begin(), observations.end(),
                   [](const SignalMeasurement& seen) { return seen.measurement.cn0_dbhz.has_value(); });
@@ -59,8 +59,8 @@ std::vector<ObservedMinusComputed> observed_minus_computed(
       if (m.cn0_dbhz && *m.cn0_dbhz < options.cn0_mask_dbhz) continue;
       if (!std::isfinite(m.pseudorange_m) || !(m.carrier_frequency_hz > 0) ||
           (m.carrier_phase_cycles && !std::isfinite(*m.carrier_phase_cycles))) {
-        throw InputError(fmt::format("{} of {} is not usable", seen.signal->name, gnss::to_string(m.id)),
-                         "pseudoranges and phases must be finite, carriers above 0 Hz");
+        throw InputError(fmt::format("{} of {} is invalid", seen.signal->name, gnss::to_string(m.id)),
+                         "give finite pseudoranges and phases, and carriers above 0 Hz");
       }
       ObservedMinusComputed o;
       o.id = m.id;

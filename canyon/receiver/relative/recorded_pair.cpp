@@ -19,7 +19,7 @@ namespace {
 
 using positioning::FixKind;
 
-/// Tags of receivers that steer their clocks agree to milliseconds [s].
+/// Time tags of receivers that steer their clocks agree to milliseconds [s].
 constexpr double kSameTag_s = 0.01;
 
 void keep_signals(std::vector<SignalMeasurement>& measured, const std::vector<std::string>& names) {
@@ -31,7 +31,7 @@ void keep_signals(std::vector<SignalMeasurement>& measured, const std::vector<st
                  measured.end());
 }
 
-/// The first signals, whose clock the sky gives.
+/// The first signals, to which the sky's satellite clocks refer.
 std::vector<positioning::Measurement> first_signals(const std::vector<SignalMeasurement>& measured) {
   std::vector<positioning::Measurement> result;
   for (const SignalMeasurement& m : measured)
@@ -47,7 +47,7 @@ void check_common(const RecordedEpochs& rover, const RecordedEpochs& base, const
   const geodesy::GpsTime first = base.front()->receiver_time, last = base.back()->receiver_time;
   const geodesy::GpsTime begin = rover.front()->receiver_time, end = rover.back()->receiver_time;
   if (begin - last > options.max_age_s || first - end > kSameTag_s) {
-    throw InputError(fmt::format("base ({} to {}) and rover ({} to {}) share no time",
+    throw InputError(fmt::format("base ({} to {}) and rover ({} to {}) have no common time",
                                  geodesy::format_gpst(first, 0), geodesy::format_gpst(last, 0),
                                  geodesy::format_gpst(begin, 0), geodesy::format_gpst(end, 0)),
                      "give recordings of the same time");
@@ -196,7 +196,7 @@ std::vector<SignalMeasurement> RecordedSignals::next(const rinex::ObservationEpo
 
 void DopplerSlips::update(double dt_s, std::span<const ObservedMinusComputed> rover,
                           std::span<const SignalMeasurement> measured) {
-  /// A phase and the integral of its Doppler differ by more than this [m] only where the phase slips.
+  /// A phase and the integral of its Doppler differ by more than this [m] only if the phase slips.
   constexpr double kDopplerParts_m = 1;
   std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, Step> steps;
   std::vector<double> apart;

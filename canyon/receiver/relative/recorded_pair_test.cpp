@@ -400,7 +400,7 @@ TEST_F(RecordedPair, RefusesWhatHasNothingInCommon) {
     other.receiver_time = other.receiver_time + 86'400.0;
     elsewhen.push_back(std::make_shared<const Corrections>(std::move(other)));
   }
-  EXPECT_THAT(problem([&] { return solve(elsewhen); }), HasSubstr("share no time"));
+  EXPECT_THAT(problem([&] { return solve(elsewhen); }), HasSubstr("have no common time"));
   EXPECT_THAT(problem([&] { return solve({}); }), HasSubstr("the base has no epoch"));
   for (rinex::ObservationEpoch& epoch : recorded_base) {
     std::erase_if(epoch.signals, [](const auto& s) { return s.id.system != System::GPS; });

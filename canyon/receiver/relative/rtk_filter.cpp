@@ -22,7 +22,7 @@ void visit(options::Visitor& v, RtkOptions& o) {
              "RTK: float and fixed solutions by carrier phases relative to the base of `corrections`"},
             o.enabled);
   v.choice({"integers", "",
-            "integer ambiguities: continuous (searched at each epoch), instantaneous (forgotten after each "
+            "integer ambiguities: continuous (searched at each epoch), instantaneous (reset after each "
             "epoch) or hold (kept once fixed)"},
            o.integers, kIntegers);
   v.number({"ratio", "",
@@ -31,7 +31,7 @@ void visit(options::Visitor& v, RtkOptions& o) {
   v.number({"min_success", "", "smallest probability of correct integers, by the filter's covariance"},
            o.min_success, {0, 1, false, true});
   v.boolean({"fix_glonass", "",
-             "fix GLONASS integers without known biases too: base and rover must be of one make"},
+             "fix GLONASS integers also without known biases: base and rover must be of one make"},
             o.fix_glonass);
   v.number({"ionosphere_gradient", "",
             "difference of vertical ionospheric delays over distance; 0: not estimated"},
@@ -43,8 +43,8 @@ void visit(options::Visitor& v, RtkOptions& o) {
 
 namespace {
 
-/// The second filter starts again after so long [s], and replaces the first when it has been fixed for so
-/// many epochs in a row, so long after its start [s], and no more standard deviations away.
+/// The second filter restarts after kSecondFor_s. It replaces the first one once kSecondFixed successive
+/// epochs are fixed, kSecondLeast_s after its start, at most kSecondApart standard deviations away [s, s, 1].
 constexpr double kSecondFor_s = 10, kSecondLeast_s = 2, kSecondApart = 5;
 constexpr int kSecondFixed = 3;
 
@@ -58,7 +58,7 @@ RtkFilter& RtkFilter::operator=(RtkFilter&&) noexcept = default;
 
 void RtkFilter::take(const Corrections& base, const orbit::Sky& sky) {
   positioning::FixOptions masks = filter_->masks();
-  masks.elevation_mask_rad = 0;  // the rover's mask counts
+  masks.elevation_mask_rad = 0;  // the rover's mask is used
   auto of_base =
       observed_minus_computed(base.receiver_time, base.observations, sky, masks, base.station_ecef);
   if (second_) second_->take(base, of_base);
@@ -78,7 +78,7 @@ std::optional<positioning::Fix> RtkFilter::update(geodesy::GpsTime receiver_time
     second_.reset();
     return fix;
   }
-  // While it is float, echoes of the past may hold it: a second filter without them runs beside it.
+  // While float, past echoes may bias it: a second filter without them runs in parallel.
   if (!second_ || receiver_time - second_began_ > kSecondFor_s) {
     second_ = std::make_unique<BaselineFilter>(*filter_);
     second_->restart();

@@ -12,27 +12,27 @@ namespace {
 
 using Eigen::Index;
 
-/// Integers::Hold: the filter holds whole numbers after kHoldAfter fixed epochs in a row, with this standard
-/// deviation [cycles].
+/// Integers::Hold: after kHoldAfter successive fixed epochs, the filter constrains ambiguities to integers
+/// with this standard deviation [cycles].
 constexpr double kHeld_cycles = 1e-3;
 constexpr int kHoldAfter = 10;
-/// After kKeptAfter fixed epochs in a row, a set of which the share kKeptShare was fixed before passes the
-/// ratio test with kKeptRatio.
+/// After kKeptAfter successive fixed epochs, a set of which the fraction kKeptShare was fixed before passes
+/// the ratio test with kKeptRatio.
 constexpr int kKeptAfter = 5;
 constexpr double kKeptRatio = 1.5, kKeptShare = 0.75;
-/// A new set of whole numbers is accepted when two epochs in a row find it, or at once when its ratio is
+/// A new set of integers is accepted if two successive epochs find it, or at once if its ratio is
 /// kCertainRatio times RtkOptions::ratio: one search in many passes the ratio test by chance.
 constexpr double kCertainRatio = 2;
-/// The search needs at least so many pairs of satellites.
+/// Minimum number of pairs of satellites for a search.
 constexpr std::size_t kFewestPairs = 4;
-/// Satellites that a fix needs.
+/// Minimum number of satellites for a fix.
 constexpr int kFewestSatellites = 5;
-/// Satellites below are in the filter and not in the search: 15 deg.
+/// Satellites below this are used in the filter, not in the search: 15 deg.
 constexpr double kFixElevation_rad = 0.26179938779914941;
-/// Partial fixing: each further search leaves out so many more satellites.
+/// Partial fixing: each further search omits this many more satellites.
 constexpr std::size_t kFewer[] = {0, 1, 1, 1, 2, 3};
 
-/// Places of two slots' ambiguities in the state.
+/// Indices of two slots' ambiguities in the state.
 std::pair<Index, Index> states_of(const std::pair<std::size_t, std::size_t>& slots) {
   return {BaselineState::index(slots.first), BaselineState::index(slots.second)};
 }
@@ -225,7 +225,7 @@ std::optional<WholeNumbers> WholeNumberSearch::find_with_glonass_or_without() {
 }
 
 std::optional<WholeNumbers> WholeNumberSearch::find_among(std::vector<std::size_t> among) {
-  // Satellites leave to the front, the least certain first, so that each set is a last part of all.
+  // Satellites are removed from the front, the least certain first, so that each set is a last part of all.
   std::vector<gnss::SatelliteId> satellites(among.size());
   std::transform(among.begin(), among.end(), satellites.begin(),
                  [&](std::size_t i) { return differences_[i].id(); });
@@ -265,7 +265,7 @@ std::optional<WholeNumbers> WholeNumberSearch::find_among(std::vector<std::size_
   const auto decorrelated = decorrelate(all.real, all.covariance, sizes);
   const double enough = fixed_in_a_row_ >= kKeptAfter ? std::min(options_.ratio, kKeptRatio) : options_.ratio;
   for (std::size_t k = 0; k < sets.size(); ++k) {
-    // The first set's ratio is stated. Those of the others only have to be large enough.
+    // The first set's ratio is reported. Those of the others only have to be large enough.
     const auto& by = decorrelated[sets.size() - 1 - k];
     const auto found = by ? integer_least_squares(*by, {.lowest = result ? enough : 1}) : std::nullopt;
     const WholeNumbers next = answer(all, sets[k], found);

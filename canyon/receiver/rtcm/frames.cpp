@@ -45,7 +45,7 @@ void FrameParser::receive(std::string_view bytes, const std::function<void(const
     const std::size_t length = static_cast<std::size_t>(second & 3U) << 8 | third;
     const bool plausible = second < 4;
     if (plausible && rest.size() < kHeader + length + kChecksum) break;
-    // The checksum of a message with its checksum behind it is 0.
+    // The checksum of a message followed by its checksum is 0.
     if (plausible && broadcast::crc24q(bits_of(rest.substr(0, kHeader + length + kChecksum))) == 0) {
       each(bits_of(rest.substr(kHeader, length)));
       at += kHeader + length + kChecksum;
@@ -66,8 +66,8 @@ namespace {
 /// (signals; BeiDou's newer ones: amendment 1), in the order of kMsmSystems.
 struct Masks {
   int satellites = 0;
-  int offset = 0;  ///< of a satellite's number from its place
-  /// Two letters a place, from 1 on; dots: reserved.
+  int offset = 0;  ///< of a satellite's number from its bit
+  /// Two letters per bit, from 1 on; dots: reserved.
   std::string_view signals;
 };
 constexpr std::array<Masks, kMsmSystems.size()> kMasks{{

@@ -28,7 +28,7 @@ constexpr std::int64_t kDay_ms = 86'400'000, kWeek_ms = 7 * kDay_ms;
 constexpr int kNoRoughRange = 255;  ///< ms, DF397
 constexpr int kMostCells = 64;
 
-/// The instant nearest to `now` that is `ms` after the beginning of a period of GPS time: a week or a day.
+/// The instant nearest to `now` that is `ms` after the start of a period of GPS time: a week or a day.
 GpsTime nearest(GpsTime now, std::int64_t ms, std::int64_t period_ms) {
   const std::int64_t period = period_ms * kMillisecond_ns;
   std::int64_t ahead = (ms * kMillisecond_ns - now.nanosecond_of_week()) % period;
@@ -37,14 +37,14 @@ GpsTime nearest(GpsTime now, std::int64_t ms, std::int64_t period_ms) {
   return now + std::chrono::nanoseconds(ahead);
 }
 
-/// GLONASS time of a day of the week from Sunday on, 7: not known.
+/// GLONASS time of a day of the week from Sunday on, 7: unknown.
 GpsTime from_glonass(GpsTime now, int day, std::int64_t ms) {
   const std::int64_t to_gps_ms = geodesy::leap_seconds(now) * 1000LL - 3 * 3'600'000LL;
   return day == 7 ? nearest(now, ms + to_gps_ms, kDay_ms)
                   : nearest(now, day * kDay_ms + ms + to_gps_ms, kWeek_ms);
 }
 
-/// A signed field; empty for its most negative value, which stands for "none".
+/// A signed field; empty for its most negative value, which means "none".
 std::optional<double> scaled(std::int64_t value, int width, double step) {
   if (value == -(std::int64_t{1} << (width - 1))) return std::nullopt;
   return static_cast<double>(value) * step;
@@ -52,7 +52,7 @@ std::optional<double> scaled(std::int64_t value, int width, double step) {
 
 }  // namespace
 
-/// Fields of a message one after the other; behind its end they are 0 and missing() says so.
+/// Fields of a message in order; beyond its end they are 0 and missing() is true.
 class CorrectionsDecoder::Fields {
  public:
   explicit Fields(const broadcast::Bits& bits) : bits_(bits), number_(static_cast<int>(take(12))) {}
@@ -134,7 +134,7 @@ void CorrectionsDecoder::read(const Bits& message, GpsTime now, Epochs& complete
   }
   const bool msm = number >= 1071 && number <= 1127;
   if (msm && number % 10 == 2)
-    problem(fields, "it has phases alone, and a base needs pseudoranges; have it send MSM3 to MSM7");
+    problem(fields, "it has only phases, and corrections need pseudoranges; have the base send MSM3 to MSM7");
   else if (msm && number % 10 >= 1 && number % 10 <= 7)
     return read_msm(fields, now, complete);
   ++status_.messages_unread[number];
@@ -184,7 +184,7 @@ void CorrectionsDecoder::read_place(Fields& fields) {
   if (fields.missing()) return problem(fields, "shorter than its fields");
   const double height_m = geodesy::geodetic_from_ecef(ecef).height_m;
   if (!(height_m > kLowest_m && height_m < kHighest_m))
-    return problem(fields, "the place is not within 10 km below and 100 km above the Earth's ellipsoid");
+    return problem(fields, "the position is not within 10 km below and 100 km above the Earth's ellipsoid");
   of.place_ecef = ecef;
 }
 
@@ -211,7 +211,7 @@ void CorrectionsDecoder::read_biases(Fields& fields) {
   int bit = 3;
   for (const char* code : {"1C", "1P", "2C", "2P"}) {
     if ((mask >> bit-- & 1) == 0) continue;
-    // The station has already corrected phases that are aligned.
+    // Phases that are aligned are already corrected by the station.
     const auto bias = scaled(fields.take_signed(16), 16, 0.02);
     if (bias) biases[code] = aligned ? 0 : *bias;
   }
@@ -262,12 +262,12 @@ void CorrectionsDecoder::give(Epochs& complete) {
   complete.push_back(std::make_shared<const relative::Corrections>(std::move(corrections)));
 }
 
-/// Adds the observations of the epoch that lack whole milliseconds, with these where they are found.
+/// Adds the epoch's observations without whole milliseconds, completed if these are found.
 void CorrectionsDecoder::complete_milliseconds(const Eigen::Vector3d& place) {
   const std::vector<Observation> partial = std::exchange(epoch_->partial, {});
   const auto left_out = [this](const Observation& o, std::string_view why) {
     ++status_.problems[fmt::format(
-        "observations without whole milliseconds (MSM1, MSM3, 1001, 1003, 1009, 1011) left out: {}", why)];
+        "ignored observations without whole milliseconds (MSM1, MSM3, 1001, 1003, 1009, 1011): {}", why)];
     status_.without_milliseconds.insert(o.id);
   };
   std::vector<const Observation*> predicted;
@@ -275,8 +275,8 @@ void CorrectionsDecoder::complete_milliseconds(const Eigen::Vector3d& place) {
   for (const Observation& o : partial) {
     const auto range_m = ranges_ ? ranges_(o.id, epoch_->time, place) : std::nullopt;
     if (!range_m) {
-      left_out(o, ranges_ ? "no ephemeris of the satellite, or no place of the station"
-                          : "they need ephemerides and the place of the station (canyon rtk); or have the "
+      left_out(o, ranges_ ? "no ephemeris of the satellite, or no position of the station"
+                          : "they need ephemerides and the position of the station (canyon rtk); or have the "
                             "base send MSM4 to MSM7");
       continue;
     }
@@ -287,7 +287,7 @@ void CorrectionsDecoder::complete_milliseconds(const Eigen::Vector3d& place) {
   for (std::size_t i = 0; i < predicted.size(); ++i) {
     Observation o = *predicted[i];
     if (!whole[i]) {
-      left_out(o, "place, ephemerides and clock do not agree with it; is the place of the station right?");
+      left_out(o, "position, ephemerides and clock do not agree with it; check the position of the station");
       continue;
     }
     o.unit_m = 0;
@@ -324,8 +324,8 @@ void CorrectionsDecoder::add(const Observation& o) {
   const auto [arc_at, begins] = arcs_.try_emplace(key);
   Arc& arc = arc_at->second;
   const double passed_ms = static_cast<double>(now.nanoseconds() - arc.at.nanoseconds()) / kMillisecond_ns;
-  // An indicator stands for a range of lock times. One that is fine says "as long as the time passed" by a
-  // range that holds this time.
+  // An indicator is a range of lock times. A fine one is continuous if its range contains the last lock time
+  // plus the elapsed time.
   const bool long_enough =
       o.lock.least_ms >= passed_ms ||
       (o.lock.end_ms > arc.least_ms + passed_ms && o.lock.end_ms - o.lock.least_ms <= passed_ms / 16);
@@ -371,7 +371,7 @@ RangeTable range_table(std::shared_ptr<const orbit::Sky> sky, const Eigen::Vecto
 }
 
 std::vector<std::optional<double>> whole_milliseconds(const std::vector<PartialRange>& ranges) {
-  // The receiver's clock by each satellite, modulo a millisecond: the one that most agree on.
+  // The receiver's clock by each satellite, modulo a millisecond: finds the majority's one.
   std::size_t most = 0;
   double clock_m = 0;
   for (const PartialRange& centre : ranges) {
@@ -588,13 +588,13 @@ void CorrectionsDecoder::read_legacy(Fields& fields, GpsTime now, Epochs& comple
         ++status_.unknown_codes[fmt::format("{} {}", letter(sv->system), code)];
         return;
       }
-      // Both phases are stated relative to the range of L1.
+      // Both phases are given relative to the range of L1.
       if (phase) o.phase_range_m = range_m + *phase;
       if (cn0 != 0) o.cn0_dbhz = 0.25 * cn0;
       add(o);
     };
     put(precise1 ? (glonass ? "1P" : "1W") : "1C", range_m, phase1, lock1, cn0_1);
-    // DF016: 0 is L2C, 1 to 3 are P(Y) by several ways; DF046: 0 is C/A.
+    // DF016: 0 is L2C, 1 to 3 are P(Y) by several methods; DF046: 0 is C/A.
     if (difference)
       put(glonass ? (code2 == 0 ? "2C" : "2P") : (code2 == 0 ? "2X" : "2W"), range_m + *difference, phase2,
           lock2, cn0_2);
@@ -607,10 +607,9 @@ std::vector<std::string> DecoderStatus::warnings() const {
   const auto times = [](std::uint64_t count) { return count > 1 ? fmt::format(" ({} times)", count) : ""; };
   for (const auto& [problem, count] : problems) lines.push_back(problem + times(count));
   if (checksum_errors > 0) lines.push_back(fmt::format("{} frames with a wrong checksum", checksum_errors));
-  if (bytes_passed_over > 0)
-    lines.push_back(fmt::format("{} bytes that belong to no frame", bytes_passed_over));
+  if (bytes_passed_over > 0) lines.push_back(fmt::format("{} bytes outside frames", bytes_passed_over));
   if (epochs_held_back > 0 && epochs > 0)
-    lines.push_back(fmt::format("{} epochs before the first place of the station", epochs_held_back));
+    lines.push_back(fmt::format("{} epochs before the first position of the station", epochs_held_back));
   return lines;
 }
 

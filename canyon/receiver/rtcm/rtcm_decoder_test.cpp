@@ -316,9 +316,10 @@ TEST(RtcmDecoder, EpochsWithoutAPlaceAreHeldBack) {
   EXPECT_EQ(decoder.status().station, 8);
   EXPECT_TRUE(
       decode(decoder, frame(place({0, 0, 0}, 8)) + frame(place(2 * kPlace, 8)) + observations(4, 8)).empty());
-  EXPECT_EQ(decoder.status().problems.at(
-                "message 1005: the place is not within 10 km below and 100 km above the Earth's ellipsoid"),
-            2U);
+  EXPECT_EQ(
+      decoder.status().problems.at(
+          "message 1005: the position is not within 10 km below and 100 km above the Earth's ellipsoid"),
+      2U);
   EXPECT_EQ(decode(decoder, frame(place(kPlace, 8)) + observations(5, 8)).size(), 1U);
 }
 
@@ -745,7 +746,7 @@ TEST(RtcmDecoder, FilesWithoutCorrectionsSayWhatIsMissing) {
   EXPECT_THAT(refused(frame(place())), HasSubstr("has no observations of a base; have the base send MSM4"));
   const std::string observations = frame(msm(System::GPS, 7, kTime, {some_cell("G07", "1C")}));
   EXPECT_THAT(refused(observations),
-              HasSubstr("has no place of the station; have the base send message 1005"));
+              HasSubstr("has no position of the station; have the base send message 1005"));
   EXPECT_EQ(refused(frame(place()) + observations), "");
   // Each message says that it is the last of its epoch: a file has the epoch once, with all of it.
   std::ofstream(folder / "base.rtcm3", std::ios::binary)

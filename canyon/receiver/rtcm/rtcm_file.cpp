@@ -19,7 +19,7 @@ RtcmCorrections decode_rtcm_file(const std::filesystem::path& path, GpsTime now,
   std::uint64_t out_of_order = 0;
   const auto take = [&](const CorrectionsDecoder::Epochs& epochs) {
     for (const auto& epoch : epochs) {
-      // One that is given again has more in it.
+      // A repeated epoch has more observations.
       const bool again = !read.epochs.empty() && read.epochs.back()->receiver_time == epoch->receiver_time;
       if (again) read.epochs.pop_back();
       if (!read.epochs.empty() && epoch->receiver_time < read.epochs.back()->receiver_time) {
@@ -35,7 +35,7 @@ RtcmCorrections decode_rtcm_file(const std::filesystem::path& path, GpsTime now,
   take(decoder.finish());
   read.status = decoder.status();
   if (out_of_order > 0)
-    read.status.problems["the time of an epoch does not follow the one before"] = out_of_order;
+    read.status.problems["the time of an epoch is not after the previous one"] = out_of_order;
   if (read.status.bytes_held > 0) ++read.status.problems["the file ends within a frame"];
   return read;
 }
@@ -45,21 +45,21 @@ void require_epochs(const std::filesystem::path& path, const RtcmCorrections& re
   if (read.status.messages.empty())
     throw InputError(path, 0, "has no message of RTCM 3", "give a recorded stream of RTCM 3");
   if (read.status.epochs_held_back > 0)
-    throw InputError(path, 0, "has no place of the station",
-                     "have the base send message 1005 or 1006, or give its place (--base-position)");
+    throw InputError(path, 0, "has no position of the station",
+                     "have the base send message 1005 or 1006, or give its position (--base-position)");
   if (!read.status.without_milliseconds.empty()) {
     throw InputError(
         path, 0,
-        "its observations leave out the whole milliseconds of ranges (MSM1, MSM3, 1001, 1003, "
-        "1009, 1011), which were not found",
-        "give the ephemerides of that day and the right place of the base, or have the base send "
+        "its observations omit the whole milliseconds of ranges (MSM1, MSM3, 1001, 1003, 1009, 1011), which "
+        "were not found",
+        "give the ephemerides of that day and the right position of the base, or have the base send "
         "MSM4 to MSM7");
   }
   if (read.status.checksum_errors > 0) {
     throw InputError(path, 0,
-                     "no observations of a base are in it, but " +
-                         std::to_string(read.status.checksum_errors) + " frames with a wrong checksum",
-                     "it is damaged, or was saved as text or with marks of HTTP: record the bytes alone");
+                     "has no observations of a base, but " + std::to_string(read.status.checksum_errors) +
+                         " frames with a wrong checksum",
+                     "record the raw bytes: it is damaged, or was saved as text or with HTTP chunk headers");
   }
   const auto& problems = read.status.problems;
   throw InputError(

@@ -104,7 +104,7 @@ TEST(WholeMilliseconds, WithoutEphemeridesNothingIsGuessed) {
   const Bits msm3 = reduced(msm(System::GPS, 4, kTime, some_cells(0)), 3);
   CorrectionsDecoder decoder;
   EXPECT_THAT(decoder.feed(frame(place()) + frame(msm3), kTime), IsEmpty());
-  EXPECT_THAT(decoder.status().problems, Contains(Key(HasSubstr("they need ephemerides and the place"))));
+  EXPECT_THAT(decoder.status().problems, Contains(Key(HasSubstr("they need ephemerides and the position"))));
   EXPECT_EQ(decoder.status().without_milliseconds.size(), 5U);
   // Epochs of MSM4 between them are read.
   const auto epochs = decoder.feed(frame(msm(System::GPS, 4, kTime + 1, some_cells(0))), kTime);
@@ -222,12 +222,12 @@ TEST(WholeMilliseconds, FilesSayWhatTheyLack) {
   std::ofstream(folder / "base.rtcm3", std::ios::binary)
       << frame(place()) + frame(reduced(msm(System::GPS, 4, kTime, some_cells(0)), 3));
   EXPECT_THAT(test::refusal([&] { (void)read_rtcm_corrections(folder / "base.rtcm3", kTime); }),
-              HasSubstr("leave out the whole milliseconds of ranges"));
+              HasSubstr("omit the whole milliseconds of ranges"));
   EXPECT_EQ(read_rtcm_corrections(folder / "base.rtcm3", kTime, {}, true, some_table()).epochs.size(), 1U);
   std::ofstream(folder / "base.rtcm3", std::ios::binary)
       << frame(place()) + frame(reduced(msm(System::GPS, 4, kTime, some_cells(0)), 2));
   EXPECT_THAT(test::refusal([&] { (void)read_rtcm_corrections(folder / "base.rtcm3", kTime); }),
-              HasSubstr("has no observations of a base (message 1072: it has phases alone"));
+              HasSubstr("has no observations of a base (message 1072: it has only phases"));
 }
 
 }  // namespace

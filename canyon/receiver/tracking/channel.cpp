@@ -19,12 +19,12 @@ using propagation::PathKind;
 
 constexpr double kAmbiguities = 1e6;  // whole cycles, from - to +
 
-/// To [-pi, pi].
+/// Wraps to [-pi, pi].
 double wrapped(double angle_rad) {
   return std::remainder(angle_rad, 2 * geodesy::kPi);
 }
 
-/// A diffuse bundle as the code loop sees it.
+/// A diffuse cluster as input of the code loop.
 SignalPath bundle(double delay_m, std::complex<double> amplitude, std::complex<double> factor,
                   std::complex<double> s_per_s, double loop_bandwidth_hz, double integration_s) {
   const BundleShare share = bundle_share(s_per_s, loop_bandwidth_hz, integration_s);
@@ -40,18 +40,18 @@ SignalPath bundle(double delay_m, std::complex<double> amplitude, std::complex<d
   return path;
 }
 
-/// compute(), unless it is known for that spectrum.
+/// compute(), cached by spectrum.
 template <typename Compute>
 double remembered(SpectrumValues& known, const propagation::Spectrum& spectrum, const Compute& compute) {
   const auto found =
       std::find_if(known.begin(), known.end(), [&](const auto& each) { return each.first == spectrum; });
   if (found != known.end()) return found->second;
-  constexpr std::size_t kMost = 256;  // of a jammer that never keeps its frequency
+  constexpr std::size_t kMost = 256;  // limit for jammers with ever changing frequencies
   if (known.size() >= kMost) known.clear();
   return known.emplace_back(spectrum, compute()).second;
 }
 
-/// Name of a signal's random streams: for the one near L1 the satellite alone.
+/// Name of a signal's random streams: for the one near L1 only the satellite's.
 std::string draws_of(gnss::SatelliteId id, const gnss::Signal& signal) {
   return gnss::index_of(signal) == 0 ? gnss::to_string(id)
                                      : fmt::format("{}/{}", gnss::to_string(id), signal.name);
@@ -207,8 +207,8 @@ bool Channel::jumped(const AntennaMotion& motion, const orbit::LineOfSight& line
   return result;
 }
 
-// A carrier loop does not follow, nor change over to, a frequency that is farther from its own than an FLL
-// pulls in, half a turn in an integration (Kaplan & Hegarty, 2nd ed. 2006, 5.3).
+// A carrier loop neither follows nor switches to a frequency beyond the pull-in range of an FLL, half a cycle
+// per integration (Kaplan & Hegarty, 2nd ed. 2006, 5.3).
 bool Channel::within_reach(std::size_t path, bool spoofed, double reach_mps) const {
   return !spoofed || !loop_ || !aid_ ||
          std::abs(rates_mps_[path] - geometry_->rate_mps - aid_offset_mps_) <= reach_mps;
@@ -226,7 +226,7 @@ void Channel::choose_path(const ChannelModel::Kind& kind, const SignalOptions& o
   for (std::size_t i = 0; i < paths.size(); ++i)
     rates_mps_[i] = path_rate_mps(view.line, motion.velocity_ecef, paths[i], motion.ecef_from_enu);
 
-  // The carrier takes the replica along, as long as it is there.
+  // The carrier aids the replica, while it exists.
   if (loop_ && aid_) {
     const auto same = std::find_if(paths.begin(), paths.end(), [this](const Path& path) {
       return path.kind == aid_->kind && path.reflector == aid_->reflector && path.signals == aid_->signals;
@@ -236,7 +236,7 @@ void Channel::choose_path(const ChannelModel::Kind& kind, const SignalOptions& o
       loop_->delay_m += same->carrier_excess_m() - aid_->carrier_excess_m();
   }
 
-  // The strongest of the paths where the replica stands. Bundles count by their mean, or the carrier would
+  // The strongest of the paths at the replica's delay. Clusters count by their mean, else the carrier would
   // follow their fading.
   signal::path_amplitudes(view, carrier_hz, options.antenna, options.strength, amplitudes_);
   tracked_ = 0;
@@ -251,7 +251,7 @@ void Channel::choose_path(const ChannelModel::Kind& kind, const SignalOptions& o
     const double amplitude = std::sqrt(std::norm(amplitudes_[i]));
     const double near =
         loop_ ? std::abs(correlation.value((loop_->delay_m - path.excess_m) / correlation.chip_m())) : 1;
-    // A loop that has a code does not look for a spoofer's that is far off.
+    // A loop with a code lock ignores a spoofer's code that is far off.
     if (amplitude > strongest_anywhere && (path.kind != PathKind::Transmitted || near >= kLeastHere)) {
       strongest_anywhere = amplitude;
       anywhere = i;
@@ -263,7 +263,7 @@ void Channel::choose_path(const ChannelModel::Kind& kind, const SignalOptions& o
       tracked_ = i;
     }
   }
-  // Below it the replica conflicts with every path, and the carrier is another's.
+  // Below it the replica conflicts with all paths, and the carrier is that of another one.
   if (strongest < kLeastHere * strongest_anywhere) tracked_ = anywhere;
 }
 
@@ -284,14 +284,13 @@ void Channel::fade_paths(const ChannelModel::Kind& kind, const ChannelModel& mod
     const double fading_hz = fading_rate_hz(drift_mps, wavelength);
     if (path.kind != PathKind::Diffuse) {
       paths_[i] = {path.excess_m, amplitudes_[i], fading_hz, drift_mps + path.code_ahead_mps};
-      // An edge's wave keeps its phase against the direct one: together they are the field at the boundary of
-      // a shadow, which a random phase would tear.
+      // An edge's wave keeps its phase relative to the direct one: together they are the field at the
+      // boundary of a shadow, which a random phase would destroy.
       if (path.kind == PathKind::Reflected || path.kind == PathKind::Transmitted)
         paths_[i].amplitude *= fades_.fixed(model.phases(), path.reflector);
       continue;
     }
-    // The satellite's motion changes the detours of a bundle as much as moving the antenna by excess times
-    // its angle.
+    // The satellite's motion changes a cluster's detours like an antenna motion of excess times its angle.
     const double swept = path.excess_m * turning;
     const std::complex<double> factor =
         fades_.rayleigh(path.reflector, (motion.step_m + swept * elapsed) / coherence_m);
@@ -309,7 +308,7 @@ std::optional<CodeLock> Channel::follow_code(const AntennaMotion& motion, const 
   if (!loop_) return kind.tracker->lock(paths_);
   const auto code = kind.tracker->follow(*loop_, paths_, elapsed, cn0_hz(clear_cn0_dbhz) / kind.peak_power,
                                          bandwidth_share_);
-  // The sign of the next peak is another: half a cycle.
+  // The sign of the next peak is opposite: half a cycle.
   if (loop_->jumped) phase_.reset();
   return code;
 }
@@ -329,7 +328,7 @@ std::optional<TrackedPhase> Channel::follow_phase(const AntennaMotion& motion, c
     fresh.lock_since = lock_since;
     fresh.turned_rad = turned;
     fresh.tracked.ambiguity = std::floor((2 * ambiguity_.uniform() - 1) * kAmbiguities);
-    // The lock's instant where that is news, else this epoch is the first that has the phase.
+    // The lock's instant if it is new, else this epoch is the first with the phase.
     fresh.tracked.since =
         motion.epoch_before && lock_since <= *motion.epoch_before ? motion.time : lock_since;
     phase_ = fresh;
@@ -341,7 +340,7 @@ std::optional<TrackedPhase> Channel::follow_phase(const AntennaMotion& motion, c
 Reception Channel::miss(geodesy::GpsTime time) {
   Reception result;
   result.lock = lock_.update(time, std::nullopt);
-  // At the same instant as before the lock still stands; there is nothing to measure, though.
+  // At the instant of the previous call the lock still exists, but there is no measurement.
   if (result.lock == LockState::Tracking) result.lock = LockState::Holding;
   if (result.lock == LockState::Searching) {
     loop_.reset();
@@ -412,13 +411,13 @@ LoopErrors Channel::sample(ChannelModel& model, geodesy::GpsTime time, double cn
     errors.code_rate_per_s = 4 * kind.tracker->options().loop_bandwidth_hz * share;
     errors.doppler_sigma_hz = fll_jitter_hz(kind.fll, cn0_dbhz);
     errors.phase_sigma_cycles = pll_jitter_rad(kind.pll, cn0_dbhz) / (2 * geodesy::kPi);
-    // A narrower loop's noise passes more slowly.
+    // The noise of a narrower loop is correlated for longer.
     errors.code_m = code_noise_.advance(elapsed * share, errors.code_sigma_m);
     errors.doppler_hz = doppler_noise_.advance(elapsed, errors.doppler_sigma_hz);
     errors.phase_cycles = phase_noise_.advance(elapsed, errors.phase_sigma_cycles);
   }
   errors.stated_cn0_dbhz = cn0_dbhz;
-  if (options.cn0_averaging_s > 0) {  // after a gap the mean has forgotten what was before
+  if (options.cn0_averaging_s > 0) {  // after a gap the mean has no memory
     const double share = sampled_ ? -std::expm1(-elapsed / options.cn0_averaging_s) : 1;
     mean_cn0_hz_ += share * (ratio - mean_cn0_hz_);
     errors.stated_cn0_dbhz = 10 * std::log10(mean_cn0_hz_);

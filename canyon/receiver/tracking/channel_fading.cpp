@@ -15,7 +15,7 @@ namespace canyon::tracking {
 
 double integrated_power(std::complex<double> s_per_s, double integration_s) {
   const std::complex<double> x = s_per_s * integration_s;
-  // The series where the differences lose digits; the next term is x^3 / 60.
+  // Series used if the differences lose digits; the next term is x^3 / 60.
   if (std::abs(x) < 1e-3) return (1.0 - x / 3.0 + x * x / 12.0).real();
   const std::complex<double> inverse = std::conj(x) / std::norm(x);
   return 2 * (inverse - (1.0 - std::exp(-x)) * inverse * inverse).real();

@@ -18,7 +18,7 @@
 namespace canyon::tracking {
 namespace {
 
-constexpr double kStep = 0.25;         // of a time constant, between two looks at the discriminator
+constexpr double kStep = 0.25;         // of a time constant, between two evaluations of the discriminator
 constexpr double kCheckedChips = 1.5;  // before the replica, for earlier paths
 constexpr double kAtRest = 1e-10;      // chips
 constexpr double kSilent = ZeroSearch<double>::kSilent;
@@ -27,7 +27,7 @@ double sinc(double x) {
   return std::abs(x) < 1e-8 ? 1.0 : std::sin(x) / x;
 }
 
-/// One value for each path, in place for as many as a channel usually has.
+/// One value for each path, without allocation for the usual number of paths of a channel.
 template <typename Value>
 struct PerPath : boost::container::small_vector<Value, 64> {
   using boost::container::small_vector<Value, 64>::small_vector;
@@ -59,7 +59,7 @@ CorrelatorBank correlator_bank(const DllOptions& options) {
   return {2, {-d / 2, d / 2}, {1, -1}};
 }
 
-/// The discriminator, and the power of its correlators together.
+/// The discriminator, and the sum of the powers of its correlators.
 struct CodeTracker::Pull {
   double d = 0;
   double power = 0;
@@ -78,13 +78,13 @@ CodeTracker::CodeTracker(const CorrelationOptions& signal, const DllOptions& loo
   if (!(early.d < 0 && late.d > 0)) {
     throw InputError(fmt::format("correlators {} chips apart do not find the peak of {}",
                                  options_.spacing_chips, name(signal.modulation)),
-                     "bring them closer");
+                     "reduce their spacing");
   }
   const double small = step_chips_ / 1024;
   const Pull beside = pull(small, {&direct, 1});
   gain_chips_ = small * beside.power / beside.d;
 
-  // The highest peak of |R| behind the first zero of R: ripples of BOC(6,1) stand on the main peak.
+  // The highest peak of |R| after the first zero of R: BOC(6,1) causes ripples on the main peak.
   constexpr double kGrid = 1.0 / 512;
   double highest = 0.25 * correlation_.value(0);
   bool behind = false;
@@ -102,7 +102,7 @@ CodeTracker::Averaged CodeTracker::average(const SignalPath& path) const {
       !std::isfinite(path.amplitude.imag()) || !std::isfinite(path.fading_hz)) {
     throw InputError(fmt::format("a signal path has delay {} m, amplitude ({}, {}) and fading {} Hz",
                                  path.delay_m, path.amplitude.real(), path.amplitude.imag(), path.fading_hz),
-                     "all of them must be finite");
+                     "give finite values");
   }
   const Share kept = share(path.fading_hz);
   return {path.delay_m / correlation_.chip_m(), kept.coherent * path.amplitude,
@@ -178,7 +178,7 @@ double CodeTracker::discriminator(double delay_m, std::span<const SignalPath> pa
   return pull(delay_m / correlation_.chip_m(), averaged).d;
 }
 
-/// Looks for the zero that a replica runs into among averaged paths.
+/// Search for the zero that a replica converges to among averaged paths.
 struct CodeTracker::Search {
   const CodeTracker& tracker;
   std::span<const Averaged> paths;
@@ -214,7 +214,7 @@ struct CodeTracker::Search {
     return accepted(search.at);
   }
 
-  /// Where the loop is driven from `start`. A start without pull is a zero where D rises about it.
+  /// The zero that the loop converges to from `start`. A start without pull is a zero if D rises there.
   [[nodiscard]] std::optional<CodeLock> run(double start) const {
     const double most = tracker.step_chips_;
     const Pull pulled = tracker.pull(start, paths);
@@ -253,7 +253,7 @@ struct CodeTracker::Search {
     return std::nullopt;
   }
 
-  /// The path's delay at which the prompt correlator is strongest; the earliest of equals.
+  /// The path's delay at which the prompt correlator is strongest; the earliest of equal ones.
   [[nodiscard]] double peak() const {
     double peak = 0, peak_power = -1;
     for (const Averaged& path : paths) {
@@ -279,7 +279,7 @@ std::optional<CodeLock> CodeTracker::lock(std::span<const SignalPath> paths,
 std::optional<CodeLock> CodeTracker::lock_averaged(std::span<const Averaged> paths,
                                                    std::optional<double> prior_m) const {
   if (prior_m && !std::isfinite(*prior_m))
-    throw InputError(fmt::format("the code delay before is {} m", *prior_m), "it must be finite");
+    throw InputError(fmt::format("the previous code delay is {} m", *prior_m), "it must be finite");
   const Power power(paths);
   if (!power.any()) return std::nullopt;
   const Search search(*this, paths, power.strongest);
@@ -291,17 +291,17 @@ std::optional<CodeLock> CodeTracker::lock_averaged(std::span<const Averaged> pat
   return search.nearest(peak);
 }
 
-/// A loop while CodeTracker::follow() moves it: paths as the correlators of a step see them.
+/// A loop during CodeTracker::follow(): paths as seen by the correlators of a step.
 struct CodeTracker::Loop {
   const CodeTracker& tracker;
   std::span<const SignalPath> paths;
   double dt_s = 0;
   PerPath<Averaged> now;
-  PerPath<std::complex<double>> turns;  ///< in a step
+  PerPath<std::complex<double>> turns;  ///< phase rotation per step
   bool changing = false;                ///< from step to step
 
-  /// At the first of the steps that end `simulated_s` later with `at_end`: averaged over T, and over a longer
-  /// step, by powers.
+  /// At the first of the steps ending `simulated_s` later with `at_end`: averaged over T, longer steps by
+  /// powers.
   Loop(const CodeTracker& of, std::span<const SignalPath> all, std::span<const Averaged> at_end,
        double simulated_s, double step_s)
       : tracker(of),
@@ -336,7 +336,7 @@ struct CodeTracker::Loop {
   struct Peak {
     double delay_chips = 0, power = 0;
   };
-  /// The strongest peak beside the replica that it may rest on by mistake, on one side (-1: early).
+  /// The strongest false peak on one side of the replica (-1: early).
   [[nodiscard]] Peak other_peak(double delay, double side) const {
     Peak best{delay, 0};
     const auto look = [&](double at) {
@@ -355,8 +355,9 @@ struct CodeTracker::Loop {
     return best;
   }
 
-  /// Counts for how long the peak on one side has been the stronger one. Its delay where that is long enough
-  /// for a jump. @param here power at the replica; @param scale from power to that over the noise's in T
+  /// Counts the time for which the peak on one side has been stronger. Returns its delay if that time is long
+  /// enough for a jump. @param here power at the replica; @param scale from power to that over the noise's in
+  /// T
   [[nodiscard]] std::optional<double> compare(double delay, double side, double here, double scale,
                                               double& seconds) const {
     const Peak other = other_peak(delay, side);
@@ -377,7 +378,7 @@ std::optional<CodeLock> CodeTracker::follow(CodeLoopState& state, std::span<cons
     throw InputError(
         fmt::format("a code loop at {} m cannot advance by {} s at {} Hz with {} of its bandwidth",
                     state.delay_m, elapsed_s, unit_cn0_hz, bandwidth_share),
-        "they must be finite, the time 0 or more, the share above 0 and at most 1");
+        "give finite values, a time of 0 or more, a fraction above 0 and at most 1");
   }
   state.jumped = false;
   const double chip_m = correlation_.chip_m();
@@ -395,7 +396,7 @@ std::optional<CodeLock> CodeTracker::follow(CodeLoopState& state, std::span<cons
     longest_s = std::min(longest_s, std::max(options_.integration_s, kStep * options_.peak_check_s));
   const int steps = static_cast<int>(std::ceil(simulated_s / longest_s - 1e-9));
   const double dt_s = steps > 0 ? simulated_s / steps : 0;
-  const double moves = -std::expm1(-k * dt_s);  // share of a constant error that a step takes away
+  const double moves = -std::expm1(-k * dt_s);  // fraction of a constant error that a step removes
   const double scale = unit_cn0_hz * options_.integration_s;
 
   Loop loop(*this, paths, at_end, simulated_s, dt_s);
@@ -433,7 +434,7 @@ std::shared_ptr<const CodeTracker> shared_code_tracker(const CorrelationOptions&
                                                        const DllOptions& loop) {
   static std::mutex mutex;
   static std::vector<std::shared_ptr<const CodeTracker>> made;
-  constexpr std::size_t kMost = 64;  // of receivers whose options never repeat: calibration
+  constexpr std::size_t kMost = 64;  // limit for receivers whose options never repeat: calibration
   const std::lock_guard lock(mutex);
   for (const auto& each : made)
     if (each->correlation().options() == signal && each->options() == loop) return each;
@@ -445,7 +446,7 @@ void DllOptions::validate() const {
   options::check(*this, "code loop");
   if (discriminator == Discriminator::DoubleDelta && spacing_chips > 0.5) {
     throw InputError(fmt::format("spacing_chips of the code loop is {}", spacing_chips),
-                     "it must be above 0.001 and at most 0.5 chips (double delta)");
+                     "give above 0.001 and at most 0.5 chips (double delta)");
   }
   for (const auto& [name, chips] : spacings_chips) gnss::check_signals({name});
   check_bandwidths(loop_bandwidth_hz, loop_bandwidths_hz, integration_s, "code loop");
@@ -460,7 +461,7 @@ void check_bandwidths(double bandwidth_hz, const gnss::SignalValues& others_hz, 
   if (!(bandwidth_hz * integration_s < 0.5)) {
     throw InputError(
         fmt::format("the {} has a bandwidth of {} Hz and integrates {} s", loop, bandwidth_hz, integration_s),
-        "their product must be below 0.5");
+        "give a product below 0.5");
   }
 }
 
@@ -473,11 +474,12 @@ void visit(options::Visitor& v, DllOptions& o) {
   v.number(
       {"spacing_chips", "chips", "distance from early to late correlator (double_delta: of the inner pair)"},
       o.spacing_chips, {0.001, 1, true});
-  gnss::visit_signal_values(v, {"spacings_chips", "chips", "of signals that have another: [E1=0.1]"},
+  gnss::visit_signal_values(v, {"spacings_chips", "chips", "of signals with another spacing: [E1=0.1]"},
                             o.spacings_chips, {0.001, 1, true});
   v.number({"loop_bandwidth_hz", "Hz", "one-sided noise bandwidth"}, o.loop_bandwidth_hz, {0, 50, true});
-  gnss::visit_signal_values(v, {"loop_bandwidths_hz", "Hz", "of signals that have another: [E1=0.2, L5=0.7]"},
-                            o.loop_bandwidths_hz, {0, 50, true});
+  gnss::visit_signal_values(
+      v, {"loop_bandwidths_hz", "Hz", "of signals with another bandwidth: [E1=0.2, L5=0.7]"},
+      o.loop_bandwidths_hz, {0, 50, true});
   v.number({"narrow_below_dbhz", "dB-Hz",
             "C/N0 below which the loop narrows with the noise of its discriminator; 0: never"},
            o.narrow_below_dbhz, {0, 100});

@@ -22,7 +22,7 @@ using Pulse = std::array<double, kCells>;
 constexpr double kTableChips = 4;
 constexpr double kStepsPerCycle = 32;
 
-/// R(k / 12 chip), k = 0 ... 12. Chips of TMBOC's two kinds meet only their own at the peak.
+/// R(k / 12 chip), k = 0 ... 12. At the peak, TMBOC chips coincide with chips of the same kind only.
 std::array<double, kCells + 1> correlation_of(Modulation modulation) {
   std::array<double, kCells + 1> r{};
   const int chips = chips_per_pattern(modulation);
@@ -79,13 +79,13 @@ double subcarrier(Modulation modulation, double fraction, std::size_t chip) {
 void CorrelationOptions::validate() const {
   if (!(chip_rate_hz >= 1e5 && chip_rate_hz <= 1e8)) {
     throw InputError(fmt::format("chip_rate_hz of a signal is {}", chip_rate_hz),
-                     "it must be 1e5 to 1e8 chips per second");
+                     "give 1e5 to 1e8 chips per second");
   }
   if (std::isinf(bandwidth_hz) && bandwidth_hz > 0) return;
   if (!(bandwidth_hz >= 0.5 * chip_rate_hz && bandwidth_hz <= 1000 * chip_rate_hz)) {
     throw InputError(fmt::format("bandwidth_hz of the front end is {} for {} chips per second", bandwidth_hz,
                                  chip_rate_hz),
-                     "it must be 0.5 to 1000 times the chip rate, or infinite");
+                     "give 0.5 to 1000 times the chip rate, or infinity");
   }
 }
 

@@ -17,9 +17,9 @@ using One = Lanes<1>;
 
 /// Linear between steps: with 4 curvature / 8 steps^2 below 4e-6 for a front end of four chip rates.
 constexpr float kStepsPerChip = 512;
-constexpr int kSteps = 4 * 512;  // chips; beyond it R is as at its end
+constexpr int kSteps = 4 * 512;  // chips; beyond it R is constant
 
-/// The paths of neighbouring lanes, and the correlation of their signal.
+/// The paths of adjacent lanes, and the correlation of their signal.
 struct Group {
   const float* table;  ///< of the correlation, in steps
   float half;          ///< of the distance of early and late [chips]
@@ -36,7 +36,7 @@ struct Group {
   return table[step] + (steps - static_cast<float>(step)) * (table[step + 1] - table[step]);
 }
 
-/// R at some lags [chips]. Loops of their own for steps and look-ups: compilers vectorize the first one.
+/// R at some lags [chips]. Separate loops for steps and look-ups: compilers vectorize the first one.
 template <std::size_t Width>
 [[gnu::always_inline]] inline void correlations(const float* table, const Lanes<Width>& lag,
                                                 Lanes<Width>& value) {
@@ -44,7 +44,7 @@ template <std::size_t Width>
   Lanes<Width> rest, low, high;
   for (std::size_t i = 0; i < Width; ++i) {
     const float steps = std::fabs(lag[i]) * kStepsPerChip;
-    step[i] = std::min(static_cast<int>(steps), kSteps);  // the table is level behind it
+    step[i] = std::min(static_cast<int>(steps), kSteps);  // the table is constant beyond it
     rest[i] = steps - static_cast<float>(step[i]);
   }
   for (std::size_t i = 0; i < Width; ++i) {
@@ -108,7 +108,7 @@ template <std::size_t Width>
   for (std::size_t k = 0; k < Width; ++k) power[k] = r[k] * r[k] + i[k] * i[k] + c[k];
 }
 
-/// The delay, of a path, at which the prompt correlator is strongest; the earlier one of two that are alike.
+/// The delay, of a path, at which the prompt correlator is strongest; the earlier one of two equal ones.
 /// @param strongest power of the strongest path [lane]; 0: nothing arrives, and `tau` is 0
 template <std::size_t Width>
 [[gnu::always_inline]] inline void find_peaks(const Group& group, Lanes<Width>& strongest,
@@ -146,7 +146,7 @@ template <std::size_t Width>
   tau = at;
 }
 
-// Eight lanes side by side, and one alone.
+// Eight lanes in parallel, and one alone.
 CANYON_CLONES void correlate(const Group& g, const Eight& tau, Eight& d, Eight& total) {
   sum_correlators(g, tau, d, total);
 }

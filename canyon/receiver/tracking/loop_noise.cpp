@@ -18,7 +18,7 @@ namespace {
 OuOptions unit_process(double loop_bandwidth_hz) {
   if (!(loop_bandwidth_hz > 0) || !std::isfinite(loop_bandwidth_hz)) {
     throw InputError(fmt::format("loop_bandwidth_hz of a noise is {}", loop_bandwidth_hz),
-                     "it must be above 0 Hz");
+                     "give a bandwidth above 0 Hz");
   }
   OuOptions options;
   options.theta_per_s = 4 * loop_bandwidth_hz;
@@ -93,7 +93,7 @@ LoopNoise::LoopNoise(double loop_bandwidth_hz, RandomStream stream)
 double LoopNoise::advance(double dt_s, double sigma) {
   if (!(sigma >= 0) || !std::isfinite(sigma)) {
     throw InputError(fmt::format("the standard deviation of a noise is {}", sigma),
-                     "it must be finite and 0 or more");
+                     "give a finite value of 0 or more");
   }
   return sigma * process_.advance(dt_s);
 }
@@ -111,7 +111,7 @@ void visit(options::Visitor& v, CarrierLoopOptions<kPhase>& o) {
             kPhase ? "one-sided noise bandwidth of the phase loop"
                    : "one-sided noise bandwidth of the frequency loop (Doppler)"},
            o.loop_bandwidth_hz, {0, 100, true});
-  gnss::visit_signal_values(v, {"loop_bandwidths_hz", "Hz", "of signals that have another"},
+  gnss::visit_signal_values(v, {"loop_bandwidths_hz", "Hz", "of signals with another bandwidth"},
                             o.loop_bandwidths_hz, {0, 100, true});
   v.number({"integration_s", "s", "coherent integration"}, o.integration_s, {0, 10, true});
 }
@@ -127,7 +127,7 @@ using geodesy::kPi;
 using propagation::Spectrum;
 using Shape = propagation::Spectrum::Shape;
 
-constexpr double kChipRates = 64;  // to where spectra are followed
+constexpr double kChipRates = 64;  // range of the spectra
 constexpr double kLinesOfChirp = 20'000;
 
 /// Simpson's rule with steps that resolve the spectrum of `chip_rate_hz`.

@@ -34,7 +34,7 @@ LockState SignalLock::update(geodesy::GpsTime time, std::optional<double> cn0_db
       tracking_since_ = time;
     }
   }
-  // The stretch of constant C/N0 begins here.
+  // The period of constant C/N0 starts here.
   const geodesy::GpsTime begin = now_.value_or(time);
   now_ = time;
 
@@ -81,7 +81,7 @@ void SignalLockOptions::validate() const {
   if (tracking_threshold_dbhz > acquisition_threshold_dbhz) {
     throw InputError(
         fmt::format("tracking_threshold_dbhz of the signal lock is {}", tracking_threshold_dbhz),
-        fmt::format("it must be at most the acquisition threshold, {} dB-Hz", acquisition_threshold_dbhz));
+        fmt::format("give at most the acquisition threshold, {} dB-Hz", acquisition_threshold_dbhz));
   }
 }
 
@@ -90,16 +90,17 @@ void visit(options::Visitor& v, SignalLockOptions& o) {
   constexpr options::Range kSeconds{0, 1e8};
   v.number({"acquisition_threshold_dbhz", "dB-Hz", "C/N0 at which a signal is acquired"},
            o.acquisition_threshold_dbhz, kCn0);
-  v.number({"tracking_threshold_dbhz", "dB-Hz", "C/N0 down to which a signal is tracked"},
+  v.number({"tracking_threshold_dbhz", "dB-Hz", "lowest C/N0 at which a signal is tracked"},
            o.tracking_threshold_dbhz, kCn0);
   v.number({"cold_acquisition_s", "s", "time from appearance to first measurement of an unknown signal"},
            o.cold_acquisition_s, kSeconds);
-  v.number({"reacquisition_s", "s", "time from appearance to first measurement of a signal tracked before"},
-           o.reacquisition_s, kSeconds);
-  v.number({"hold_s", "s", "time for which loops coast below the threshold before they search"}, o.hold_s,
+  v.number(
+      {"reacquisition_s", "s", "time from appearance to first measurement of a previously tracked signal"},
+      o.reacquisition_s, kSeconds);
+  v.number({"hold_s", "s", "time for which loops coast below the threshold before a new search"}, o.hold_s,
            kSeconds);
-  v.number({"memory_s", "s", "a signal that was lost longer ago counts as unknown"}, o.memory_s, kSeconds);
-  v.boolean({"warm_start", "", "the receiver has run before: all signals are known at the first epoch"},
+  v.number({"memory_s", "s", "a signal lost for longer counts as unknown"}, o.memory_s, kSeconds);
+  v.boolean({"warm_start", "", "the receiver has been running: all signals are known at the first epoch"},
             o.warm_start);
 }
 

@@ -14,8 +14,8 @@ using signal::PatternPoint;
 
 constexpr std::string_view kRows = "rows", kAsNamed = "as named";
 
-/// One band of a pattern to the visitors of options. Rows of the lower band may stand beside a name; those of
-/// the upper one replace it.
+/// One band of a pattern for the visitors of options. Rows of the lower band may be given in addition to a
+/// name; those of the upper one replace it.
 class AntennaRows final : public options::NamedRows {
  public:
   AntennaRows(AntennaPattern& pattern, Band band) : pattern_(pattern), band_(band) {}
@@ -37,9 +37,9 @@ class AntennaRows final : public options::NamedRows {
     for (const std::vector<double>& row : rows) points.push_back({row[0], row[1], row[2]});
     constexpr double kHighest_deg = 80;
     if (points.size() > 1 && points.back().elevation_deg < kHighest_deg) {
-      throw InputError(fmt::format("the antenna's rows end at {:g} deg: they give no gain above it",
+      throw InputError(fmt::format("the antenna's rows end at {:g} deg and give no gain above it",
                                    points.back().elevation_deg),
-                       "add rows up to 90 deg; one row alone holds for all elevations");
+                       "add rows up to 90 deg; a single row applies to all elevations");
     }
     const std::string name(kRows);
     pattern_ = band_ == Band::Upper ? AntennaPattern(name, std::move(points))
@@ -87,10 +87,10 @@ void visit(options::Visitor& v, SignalOptions& o) {
                 "pattern of the antenna: isotropic, patch (upper band only), dual_patch, survey or phone"},
                signal::antenna_names(),
                {"antenna_rows", "deg, dBic, dBic",
-                "rows of a pattern of your own [elevation, RHCP gain, LHCP gain], elevations rising"},
+                "rows of a custom pattern [elevation, RHCP gain, LHCP gain], elevations increasing"},
                3, upper);
   v.rows({"antenna_lower_rows", "deg, dBic, dBic",
-          "rows for the lower band, 1164 to 1300 MHz; left out: the lower band of `antenna`"},
+          "rows for the lower band, 1164 to 1300 MHz; if omitted: the lower band of `antenna`"},
          std::span(&kAsNamed, 1), 3, lower);
   v.part("link", o.link);
   static constexpr std::string_view kInstallations[]{"nominal",   "roof",     "roof_with_splitter",
@@ -100,12 +100,11 @@ void visit(options::Visitor& v, SignalOptions& o) {
             "dashboard -9, handheld "
             "-3 dB; nominal and drone 0"},
            o.installation, kInstallations);
-  v.number({"installation_db", "dB",
-            "level of the installation where it is measured, instead of that of its kind"},
+  v.number({"installation_db", "dB", "measured level of the installation, instead of that of its kind"},
            o.installation_db, {-30, 30});
   v.number(
       {"installation_sigma_db", "dB",
-       "standard deviation between installations of that kind, drawn by the seed; recorded: 4 on a roof"},
+       "standard deviation between installations of that kind, random by the seed; recorded: 4 on a roof"},
       o.installation_sigma_db, {0, 20});
   gnss::visit_group_values(
       v, {"offset_db", "dB", "offset of the C/N0 of groups of signals: [BeiDou=1.5, BeiDou-GEO=-3]"},
@@ -120,21 +119,21 @@ void visit(options::Visitor& v, SignalOptions& o) {
   v.number({"wide_front_end_bandwidth_hz", "Hz", "two-sided bandwidth for signals of 10.23 Mchip/s"},
            o.wide_front_end_bandwidth_hz, options::or_none({10.23e6, 511e6}));
   v.number({"front_end_compression_dbm", "dBm",
-            "power of interference that lowers the gain of the stages before the filter by 1 dB; none: they "
+            "power of interference that reduces the gain of the stages before the filter by 1 dB; none: they "
             "are linear"},
            o.front_end_compression_dbm, options::or_none({-80, 20}));
   v.part("dll", o.dll);
   v.part("pll", o.pll);
   v.part("fll", o.fll);
   v.part("lock", o.lock);
-  v.number({"phase_threshold_dbhz", "dB-Hz", "C/N0 down to which the carrier phase is tracked"},
+  v.number({"phase_threshold_dbhz", "dB-Hz", "lowest C/N0 at which the carrier phase is tracked"},
            o.phase_threshold_dbhz, {0, 100});
   v.number({"cn0_sigma_db", "dB", "standard deviation of the receiver's C/N0 estimate"}, o.cn0_sigma_db,
            {0, 10});
   v.number(
-      {"cn0_averaging_s", "s", "time constant of the mean that the receiver states as C/N0; 0: the epoch's"},
+      {"cn0_averaging_s", "s", "time constant of the mean C/N0 that the receiver reports; 0: no averaging"},
       o.cn0_averaging_s, {0, 100});
-  v.number({"cn0_step_db", "dB", "step of the stated C/N0; 0: not rounded"}, o.cn0_step_db, {0, 10});
+  v.number({"cn0_step_db", "dB", "step of the reported C/N0; 0: not rounded"}, o.cn0_step_db, {0, 10});
   v.boolean({"loop_noise", "", "thermal noise of code, phase and Doppler from C/N0"}, o.loop_noise);
 }
 

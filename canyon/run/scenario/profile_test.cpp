@@ -188,7 +188,7 @@ TEST(Profile, TracksWhatTheHardwareReceivesAtOnce) {
     EXPECT_NO_THROW(options.validate());
     options.tracks.emplace_back("G1");
     EXPECT_THAT(error_of([&] { options.validate(); }).what(),
-                HasSubstr("it tracks B1I and G1, which its hardware does not receive at once"));
+                HasSubstr("it tracks B1I and G1, which its hardware does not receive at the same time"));
   }
 }
 

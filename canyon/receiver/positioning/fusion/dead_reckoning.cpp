@@ -16,32 +16,33 @@
 namespace canyon::positioning {
 
 void visit(options::Visitor& v, DeadReckoningOptions& o) {
-  v.boolean({"enabled", "", "go on by the vehicle's inertial sensor and wheels (sensors)"}, o.enabled);
-  v.boolean({"non_holonomic", "",
-             "the vehicle moves along its own axis, as a car does: no speed sideways or upwards"},
-            o.non_holonomic);
+  v.boolean({"enabled", "", "fusion of fixes with the vehicle's inertial sensor and wheels (sensors)"},
+            o.enabled);
+  v.boolean(
+      {"non_holonomic", "", "the vehicle moves along its own axis, like a car: no speed sideways or upwards"},
+      o.non_holonomic);
   v.number({"sideways_mps", "m/s", "standard deviation of the speed sideways"}, o.sideways_mps,
            {0, 10, true});
   v.number({"upwards_mps", "m/s", "standard deviation of the speed along the vehicle's up axis"},
            o.upwards_mps, {0, 10, true});
-  v.number({"alignment_speed_mps", "m/s", "the heading begins with the course at this speed"},
+  v.number({"alignment_speed_mps", "m/s", "speed from which the course determines the heading"},
            o.alignment_speed_mps, {0, 100, true});
   v.number(
       {"gate_sigmas", "",
        "fixes and velocities beyond this number of standard deviations are rejected; none: all are used"},
       o.gate_sigmas, options::or_none({0, std::numeric_limits<double>::infinity(), true}));
-  v.number({"error_distance_m", "m",
-            "horizontal errors of fixes are taken to last until the antenna has moved so far"},
+  v.number({"error_distance_m", "m", "correlation distance of horizontal errors of fixes, in antenna motion"},
            o.error_distance_m, {0, 1e5, true});
   v.number({"error_height_distance_m", "m", "the same, of heights"}, o.error_height_distance_m,
            {0, 1e5, true});
-  v.number({"error_time_s", "s", "errors of fixes are taken to last so long at rest"}, o.error_time_s,
+  v.number({"error_time_s", "s", "correlation time of errors of fixes at rest"}, o.error_time_s,
            {0, 3600, true});
   v.number(
       {"space_sigma_m", "m",
-       "errors from space, which do not average out: standard deviation of a range, in the stated accuracy"},
+       "errors in space, which do not average out: standard deviation of a range, in the reported accuracy"},
       o.space_sigma_m, {0, 100});
-  v.number({"astray_s", "s", "after this time with rejected fixes alone the filter doubts its position"},
+  v.number({"astray_s", "s",
+            "after this time with only rejected fixes the filter increases its position's covariance"},
            o.astray_s, {0, 3600, true});
   v.number({"max_sigma_m", "m", "largest standard deviation of a valid position"}, o.max_sigma_m,
            options::or_none({0, std::numeric_limits<double>::infinity(), true}));
@@ -53,18 +54,17 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using geodesy::GpsTime;
 
-/// The covariance is carried on in steps of this or shorter [s].
+/// Largest step of the covariance propagation [s].
 constexpr double kPredict_s = 0.05;
-/// Constraints and rest are taken so often [s].
+/// Interval of constraints and rest updates [s].
 constexpr double kConstraint_s = 0.1;
-/// Without readings for longer the filter begins anew [s].
+/// After a gap of readings longer than this the filter restarts [s].
 constexpr double kGap_s = 1;
-/// A mean of squared innovations over their variances that means a wrong estimate.
+/// Mean ratio of squared innovations to their variances that indicates a wrong estimate.
 constexpr double kSurprise = 2;
-/// Heights are off by more than residuals show, since all reflections make ranges longer
-/// (docs/imu.md).
+/// Errors of heights exceed their residuals, since all reflections make ranges longer (docs/imu.md).
 constexpr double kHeightFactor = 2;
-/// Errors of velocities last [s].
+/// Correlation time of errors of velocities [s].
 constexpr double kVelocityError_s = 1;
 
 /// The variance of the mean of errors with the correlation a^|k| over that of white ones (Bartlett 1946).
@@ -73,9 +73,9 @@ double lasting(double ages) {
   return (1 + a) / (1 - a);
 }
 
-/// How fixes were taken along some axes.
+/// State of the fix updates along some axes.
 struct Followed {
-  std::optional<GpsTime> last;          ///< taken
+  std::optional<GpsTime> last;          ///< last accepted fix
   std::optional<GpsTime> astray_since;  ///< rejected since then
   double moved_m = 0;                   ///< since `last`
   double surprise = 1;                  ///< mean of squared innovations over their variances
@@ -100,14 +100,14 @@ struct DeadReckoning::State {
     last_velocity.reset();
   }
 
-  /// Goes on by a reading of the inertial sensor.
+  /// Propagates by a reading of the inertial sensor.
   void go_on(const ImuReading& reading) {
     standstill.add(reading);
     const std::optional<GpsTime> before = std::exchange(last_reading, reading.time);
     if (!estimate) return;
     const double elapsed_s = before ? reading.time - *before : mounting.imu_interval_s;
     if (elapsed_s > kGap_s) return begin_anew();
-    // Jitter of the stamps is none of the interval's length.
+    // Jitter of timestamps does not change the interval's length.
     const bool whole = std::abs(elapsed_s - mounting.imu_interval_s) < 0.5 * mounting.imu_interval_s;
     const double dt_s = whole ? mounting.imu_interval_s : std::max(0.0, elapsed_s);
     const ImuReading motion = estimate->sensors.corrected(reading);
@@ -119,7 +119,7 @@ struct DeadReckoning::State {
     estimate->state.time = reading.time;
     for (double& moved : moved_m) moved += estimate->state.velocity_mps.norm() * dt_s;
     constraints.move(*estimate, motion, dt_s);
-    // Sums of what was felt since the last prediction.
+    // Sums of the measured motion since the last prediction.
     force += motion.specific_force_mps2 * dt_s;
     rate += motion.angular_rate_radps * dt_s;
     unpredicted_s += dt_s;
@@ -140,7 +140,7 @@ struct DeadReckoning::State {
     return fix_speed_mps;
   }
 
-  /// The constraints of the vehicle, some times a second.
+  /// Applies the constraints of the vehicle, some times a second.
   void constrain(const WheelReading* wheels, GpsTime now) {
     if (wheels != nullptr) standstill.add(*wheels);
     const bool standing = standstill.standing(known_speed());
@@ -197,13 +197,13 @@ struct DeadReckoning::State {
     return z;
   }
 
-  /// Whether an innovation is as likely as the gate asks.
+  /// Whether an innovation is within the gate.
   template <int M>
   [[nodiscard]] bool passes(const Innovation<M>& z) const {
     return estimate->distance2(z) < options.gate_sigmas * options.gate_sigmas;
   }
 
-  /// Takes axes of a fix's position, `first` to `first` + M of east, north, up, as far as they pass.
+  /// Applies axes of a fix's position, `first` to `first` + M of east, north, up, if they pass the gate.
   template <int M>
   bool take_axes(const Innovation<3>& all, int first, double distance_m, GpsTime time, Followed& followed) {
     Innovation<M> z;
@@ -219,15 +219,15 @@ struct DeadReckoning::State {
     const double ages = since_s / options.error_time_s + followed.moved_m / distance_m;
     const double distance2 = estimate->distance2(z) / M;
     wonder(distance2, z.value.squaredNorm(), since_s, followed);
-    // A less likely reading counts less.
+    // A less likely fix gets less weight.
     z.noise *= lasting(ages) * std::max(1.0, distance2);
     estimate->take(z);
     followed = {time, std::nullopt, 0, followed.surprise};
     return true;
   }
 
-  /// Fixes that pass, and still are far off for as long as errors last, mean that the filter is wrong. One of
-  /// them means nothing.
+  /// If accepted fixes have large innovations for the correlation time of their errors, the filter is wrong.
+  /// A single one is no evidence.
   void wonder(double distance2, double innovation2, double since_s, Followed& followed) {
     constexpr double kMostNews = 0.1, kMostDistance2 = 8;
     const double ages = since_s / options.error_time_s + followed.moved_m / options.error_distance_m;
@@ -238,14 +238,14 @@ struct DeadReckoning::State {
     followed.surprise = 1;
   }
 
-  /// Fixes that fail for long mean that the filter is wrong, as far as they say.
+  /// If fixes are rejected for long, the filter is wrong by up to their innovation.
   void doubt(double innovation2, GpsTime time, Followed& followed) {
     if (!followed.astray_since) followed.astray_since = time;
     if (time - *followed.astray_since < options.astray_s) return;
     grow(innovation2, followed);
     followed.astray_since = time;
   }
-  /// Along the axes of `followed` alone.
+  /// Along the axes of `followed` only.
   void grow(double variance, const Followed& followed) {
     const Matrix3d enu =
         geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(estimate->state.position_m));
@@ -254,7 +254,7 @@ struct DeadReckoning::State {
     estimate->p.block<3, 3>(kPositionError, kPositionError) += enu.transpose() * more.asDiagonal() * enu;
   }
 
-  /// Takes what a fix says; false where it said nothing.
+  /// Processes a fix; returns false if it was not used.
   bool take_fix(const Fix& fix, GpsTime time) {
     if (!fix.measured()) return false;
     predict();
@@ -275,8 +275,8 @@ struct DeadReckoning::State {
     return level || height || moving;
   }
 
-  /// The error that errors from space leave in the position, as the satellites stood at its fixes. A few of
-  /// them that stand badly change little.
+  /// Stores the position error by errors in space, for the satellite geometries of its fixes. A few fixes
+  /// with a weak geometry change it little.
   void remember(const Fix& fix) {
     if (!fix.dop && !corrected(fix.solution)) return;
     const double sigma_m = corrected(fix.solution) ? 0 : options.space_sigma_m;
@@ -337,7 +337,7 @@ struct DeadReckoning::State {
     fusion.roll_rad = std::atan2(enu_from_body(2, 1), enu_from_body(2, 2));
     fusion.heading_sigma_rad = std::sqrt(attitude(2, 2));
     fusion.standing = stands;
-    // Calibrated: a minute of coasting would turn the heading by less than 3 deg.
+    // Calibrated: a minute of coasting would change the heading by less than 3 deg.
     constexpr double kHeading_rad = 0.026, kBias_radps = 0.0009, kWheels = 0.004;
     const auto sigma = [this](int i) { return std::sqrt(estimate->p(i, i)); };
     const double bias =
@@ -382,7 +382,7 @@ struct DeadReckoning::State {
   std::optional<GpsTime> last_reading, last_constraint, last_velocity;
   Followed horizontal, vertical;
   std::optional<double> fix_speed_mps;
-  std::array<double, 2> moved_m{};  // since the last fix that was looked at, for horizontal and vertical
+  std::array<double, 2> moved_m{};  // since the last checked fix, for horizontal and vertical
   bool has_space_variance = false;
   Vector3d space_variance = Vector3d::Zero();  // east, north, up
   std::optional<Vector3d> gravity_at;

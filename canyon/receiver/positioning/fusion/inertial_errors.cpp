@@ -11,9 +11,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// Wrong axes and scales act as long as a turn or a push lasts: white noise of this correlation time [s].
+/// Errors of axes and scales act for the duration of a manoeuvre: white noise of this correlation time [s].
 constexpr double kManoeuvre_s = 2;
-/// A bias of 1/f noise moves by about its lowest Allan deviation over this time [s].
+/// A bias with 1/f noise changes by about its lowest Allan deviation over this time [s].
 constexpr double kBiasTime_s = 100;
 
 /// The time derivative of the errors: F of dx/dt = F x.
@@ -27,7 +27,7 @@ ErrorMatrix dynamics(const InertialState& state, const ImuReading& motion, const
   f.block<3, 1>(kAttitudeError, kTurnScale) = -c.col(2) * motion.angular_rate_radps.z();
   f.block<3, 3>(kVelocityError, kAttitudeError) = -skew(c * motion.specific_force_mps2);
   f.block<3, 3>(kVelocityError, kVelocityError) = -2 * earth;
-  // Gravity falls with the square of the distance from the Earth's centre (Groves 14.31).
+  // Gravity decreases with the square of the distance from the Earth's centre (Groves 14.31).
   f.block<3, 3>(kVelocityError, kPositionError) =
       2 * gravity_mps2.norm() / state.position_m.norm() * up * up.transpose();
   f.block<3, 3>(kVelocityError, kAccelerometerBias) = -c;
@@ -35,7 +35,7 @@ ErrorMatrix dynamics(const InertialState& state, const ImuReading& motion, const
   return f;
 }
 
-/// Spectral density of a triad's noise while it feels `value`.
+/// Spectral density of a triad's noise at the measured `value`.
 double density(const TriadModel& triad, double value) {
   const double wrong = std::hypot(triad.scale, triad.axes_rad) * value;
   return triad.white * triad.white + 2 * kManoeuvre_s * wrong * wrong;
@@ -105,7 +105,7 @@ Eigen::Matrix3d skew(const Vector3d& a) {
 void carry(InertialState& state, const ImuReading& motion, double dt_s, const Vector3d& gravity_mps2) {
   const Vector3d earth(0, 0, geodesy::kEarthRotationRate);
   const Vector3d turn = motion.angular_rate_radps * dt_s, push = motion.specific_force_mps2 * dt_s;
-  // The force turns with the body, and the axes with the Earth.
+  // The force rotates with the body, and the axes with the Earth.
   const Vector3d pushed = state.ecef_from_body * (push + 0.5 * turn.cross(push));
   const Vector3d pushed_on_earth = pushed - 0.5 * dt_s * earth.cross(pushed);
   // Coriolis at the middle of the interval.

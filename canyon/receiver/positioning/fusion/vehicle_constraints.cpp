@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 namespace {
 
 const Vector3d kEarth(0, 0, geodesy::kEarthRotationRate);
-/// Slips and slides last about so long [s].
+/// Correlation time of wheel slip and sideslip [s].
 constexpr double kSlide_s = 1;
 
 double square(double value) {
@@ -58,7 +58,7 @@ void VehicleConstraints::take_wheels(InertialEstimate& estimate, const WheelRead
   z.value(0) = sign * reading.speed_mps - scale * mean_mps;
   z.gradient = scale * axle_gradient(estimate).row(0);
   z.gradient(0, kWheelScale) = mean_mps;
-  // Slip lasts; two readings share the tick between them (the variance of a difference of two steps).
+  // Slip is correlated; two readings have a common tick (the variance of a difference of two steps).
   const double slip = wheels.slip * mean_mps;
   z.noise(0, 0) =
       square(slip) * (1 + 2 * wheels.slip_time_s / reading.dt_s) + square(wheels.step_mps) / 6 + square(0.02);
@@ -84,7 +84,7 @@ void VehicleConstraints::take_rest(InertialEstimate& estimate, const ImuReading&
   velocity.gradient.block<3, 3>(0, kVelocityError).setIdentity();
   velocity.noise = square(kStill_mps) * Matrix3d::Identity();
   estimate.take(velocity);
-  // A gyroscope at rest feels its bias and Earth's rotation.
+  // A gyroscope at rest measures its bias and Earth's rotation.
   Innovation<3> turn;
   turn.value = mean.angular_rate_radps - estimate.sensors.gyroscope_bias -
                estimate.state.rotation().transpose() * kEarth;
@@ -96,7 +96,7 @@ void VehicleConstraints::take_rest(InertialEstimate& estimate, const ImuReading&
 Standstill::Standstill(const SensorMounting& mounting)
     : window_(static_cast<std::size_t>(std::max(2.0, std::round(1 / mounting.imu_interval_s)))),
       has_wheels_(mounting.wheels.has_value()) {
-  // Three times the noise of a sample, and what a motor shakes at least.
+  // Three times the noise of a sample, and the minimum vibration of a motor.
   const double per_sample = 3 / std::sqrt(mounting.imu_interval_s);
   force_limit_ = std::max(0.03, per_sample * mounting.accelerometer.white);
   rate_limit_ = std::max(0.003, per_sample * mounting.gyroscope.white);
@@ -149,17 +149,16 @@ namespace {
 
 using Eigen::AngleAxisd;
 
-/// Roads are as steep as this, a standard deviation: where no rest told the vertical.
+/// Standard deviation of road slopes, if no rest has given the vertical.
 constexpr double kSlope_rad = 0.05;
-/// A vehicle's heading from its course, a standard deviation at least.
+/// Minimum standard deviation of a vehicle's heading from its course.
 constexpr double kCourse_rad = 0.03;
-/// Courses that are known to this or better tell a heading.
+/// Courses with this deviation or less determine a heading.
 constexpr double kGoodCourse_rad = 0.15;
-/// Turning vehicles do not begin.
+/// Faster rotating vehicles do not start the estimate.
 constexpr double kStraight_radps = 0.1;
 
-/// The first fix counts with its deviation times this: all that vehicles meet at the kerb are reflections
-/// that stay.
+/// Factor on the deviation of the first fix: at the kerb, vehicles mostly get constant reflections.
 constexpr double kFirstFix = 3;
 
 double squared(double value) {
@@ -196,9 +195,9 @@ std::optional<InertialEstimate> InitialAttitude::begin(const Fix& fix, const Imu
     pitch = std::asin(std::clamp(f.x() / f.norm(), -1.0, 1.0));
     roll = std::atan2(f.y(), f.z());
     begun.sensors.gyroscope_bias = at_rest_->angular_rate_radps;
-    // Earth's rotation is in it, as the heading was not known.
+    // Includes Earth's rotation, as the heading was unknown.
     gyroscope_sigma = geodesy::kEarthRotationRate + gyroscope.drift + gyroscope.white;
-    // The rest may be long ago, on another slope.
+    // The rest may have been long ago, on another slope.
     tilt_sigma = std::hypot(0.5 * kSlope_rad, accelerometer.bias / gravity);
   }
   const double yaw = std::atan2(velocity.y(), velocity.x());
@@ -220,7 +219,7 @@ std::optional<InertialEstimate> InitialAttitude::begin(const Fix& fix, const Imu
       ecef_from_enu * *fix.velocity_covariance_enu * ecef_from_enu.transpose() + 0.01 * Matrix3d::Identity();
   p.block<3, 3>(kPositionError, kPositionError) =
       squared(kFirstFix) * (ecef_from_enu * fix.covariance_enu * ecef_from_enu.transpose());
-  // A wrong axis feels gravity: a bias as long as the vehicle is level.
+  // Gravity acts on a misaligned axis: a bias while the vehicle is level.
   const double accelerometer_sigma =
       std::hypot(accelerometer.bias, gravity * std::hypot(accelerometer.axes_rad, accelerometer.scale)) +
       1e-4;
