@@ -49,7 +49,7 @@ ReceiverOptions options() {
   return options;
 }
 
-/// state.range(0): satellites at most; state.range(1): 1 starts within 100 m, 0 at the Earth's centre.
+/// state.range(0): largest number of satellites; state.range(1): 1 starts within 100 m, 0 at Earth's centre.
 void solve_fix_of_satellites(benchmark::State& state) {
   Receiver receiver(options(), 1);
   const ReceiverEpoch seen = epoch(receiver, views(static_cast<std::size_t>(state.range(0))));
@@ -70,7 +70,7 @@ void solve_fix_of_satellites(benchmark::State& state) {
 }
 BENCHMARK(solve_fix_of_satellites)->Args({10, 0})->Args({30, 0})->Args({30, 1})->Args({50, 0});
 
-/// The part of solve_fix that asks the sky: two states of each satellite.
+/// The part of solve_fix that evaluates the sky: two states of each satellite.
 void states_of_satellites(benchmark::State& state) {
   const std::vector<propagation::SatelliteView> seen = views(static_cast<std::size_t>(state.range(0)));
   for (auto _ : state) {

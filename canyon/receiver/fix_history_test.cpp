@@ -18,8 +18,8 @@ geodesy::GpsTime at(double seconds) {
   return kFirst + seconds;
 }
 
-/// The largest number of fixes that were kept after an epoch, of two hours at 10 Hz, and the age of the last
-/// one that was reported.
+/// The largest number of fixes stored after an epoch, in two hours at 10 Hz, and the age of the last reported
+/// fix.
 struct Kept {
   std::size_t most = 0;
   double age_s = 0;
@@ -49,7 +49,7 @@ ReceiverEvents edit_of(double of_s, bool first = false) {
   return events;
 }
 
-// 10 Hz: 0.4 s are four epochs, and the newest is the fifth fix.
+// 10 Hz: 0.4 s are four epochs, plus the newest as the fifth fix.
 TEST(FixHistory, KeepsOnlyWhatFaultsMayStillReport) {
   const Kept none = after_two_hours([](double) { return ReceiverEvents(); });
   EXPECT_EQ(none.most, 0U);

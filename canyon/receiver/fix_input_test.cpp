@@ -23,7 +23,7 @@ struct Made {
   double cn0_dbhz = 45;
 };
 
-/// A GPS satellite whose codes hold `ionosphere_m` at L1 and TGD of 5 ns as its signals have it (f1 / f)^2.
+/// A GPS satellite whose codes contain `ionosphere_m` at L1 and TGD of 5 ns, which scale by (f1 / f)^2.
 SatelliteObservation observe(const std::vector<Made>& signals, double ionosphere_m,
                              orbit::SatelliteState& state, double carrier_m = kRange_m,
                              geodesy::GpsTime since = kStart) {
@@ -112,7 +112,7 @@ TEST(FixInput, IonosphereFreeTakesTheFarthest) {
   EXPECT_EQ(one->measurement.ionosphere_share, 1);
 }
 
-// Beside the joint least squares of x and the delay I with its prior, solved as a dense system here.
+// Compared with the joint least squares of x and the delay I with its prior, solved as a dense system here.
 TEST(FixInput, UncombinedIsTheJointLeastSquares) {
   orbit::SatelliteState state;
   const std::vector<Made> signals{{"L1CA", 0.8, 1.5}, {"L2C", 2.0, -3}, {"L5", 0.3, 0.4}};
@@ -130,21 +130,21 @@ TEST(FixInput, UncombinedIsTheJointLeastSquares) {
     const Made& s = signals[static_cast<std::size_t>(i)];
     design(i, 0) = 1 / s.sigma_m;
     design(i, 1) = g / s.sigma_m;
-    y(i) = (g * true_m + s.error_m) / s.sigma_m;  // less the range
+    y(i) = (g * true_m + s.error_m) / s.sigma_m;  // minus the range
   }
   design(3, 1) = 1 / prior_m;
   y(3) = model_m / prior_m;
   const Eigen::Matrix2d covariance = (design.transpose() * design).inverse();
   const Eigen::Vector2d x = covariance * (design.transpose() * y);
   const positioning::Measurement& m = chosen->measurement;
-  // The fix corrects its share of the model.
+  // The fix corrects its fraction of the model.
   EXPECT_NEAR(cleaned_m(*chosen, state) - m.ionosphere_share * model_m - kRange_m, x(0), 1e-7);
   EXPECT_NEAR(m.sigma_m, std::sqrt(covariance(0, 0)), 1e-9);
   ASSERT_TRUE(chosen->ionosphere_m);
   EXPECT_NEAR(*chosen->ionosphere_m, x(1), 1e-7);
 }
 
-// A delay that nobody knows leaves the ionosphere-free combination, one that is known the mean of the codes.
+// An unknown delay gives the ionosphere-free combination, a known one the mean of the codes.
 TEST(FixInput, UncombinedLiesBetweenItsLimits) {
   orbit::SatelliteState state;
   const std::vector<Made> signals{{"L1CA", 1, 0.7}, {"L2C", 1, -0.2}};
@@ -177,8 +177,8 @@ TEST(FixInput, WeighsGroupsAsItIsTold) {
   EXPECT_NEAR(options.fix.weights.sigma_m(chosen->measurement, 1), 3 * plain, 1e-12);
 }
 
-// The ionosphere grows by 0.01 m/s. In the steady state Hatch's filter lags by 2 (window - dt) dI/dt: each
-// epoch S - P falls behind by 2 dI and keeps (1 - a) of it, 2 dI (1 - a) / a. Two carriers leave nothing.
+// The ionosphere grows by 0.01 m/s. In the steady state Hatch's filter lags by 2 (window - dt) dI/dt: in each
+// epoch S - P decreases by 2 dI and keeps (1 - a) of it, 2 dI (1 - a) / a. With two carriers there is no lag.
 TEST(FixInput, SmoothingDivergesByTwiceTheIonosphere) {
   orbit::SatelliteState state;
   for (const auto smoothing : {positioning::Smoothing::Hatch, positioning::Smoothing::DivergenceFree}) {

@@ -1,4 +1,4 @@
-// Time of one epoch of a receiver, with and without signals that have a strength; and of one channel.
+// Time of one epoch of a receiver, with and without signal strength; and of one channel.
 #include "canyon/receiver/receiver.hpp"
 
 #include <benchmark/benchmark.h>
@@ -21,7 +21,7 @@ using propagation::Visibility;
 const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
 const geodesy::GpsTime kTime = geodesy::GpsTime::from_week(2100, 43'200);
 
-/// 50 satellites spread over the sky, 5 to 85 degrees high.
+/// 50 satellites spread over the sky, at elevations of 5 to 85 degrees.
 const orbit::FrozenSky& sky() {
   static const orbit::FrozenSky result = [] {
     std::vector<double> azimuths, elevations;
@@ -34,7 +34,7 @@ const orbit::FrozenSky& sky() {
   return result;
 }
 
-/// A path of concrete `i`: reflections, edges and bundles in turns, at detours of 3 to 130 m.
+/// A path of concrete `i`: alternating reflections, edges and clusters, at detours of 3 to 130 m.
 Path path_of(int i, double elevation_rad, double excess_m) {
   Path path;
   path.kind = i % 5 == 4 ? PathKind::Diffracted : i % 5 == 3 ? PathKind::Diffuse : PathKind::Reflected;
@@ -52,7 +52,7 @@ Path path_of(int i, double elevation_rad, double excess_m) {
   return path;
 }
 
-/// Views of epoch `k`, a second after the one before: detours change with a drive of 10 m/s.
+/// Views of epoch `k`, a second after the previous one: detours change with a drive of 10 m/s.
 std::vector<SatelliteView> street(int paths, int k) {
   std::vector<SatelliteView> views;
   for (const gnss::SatelliteId id : sky().satellites()) {
@@ -74,14 +74,14 @@ std::vector<SatelliteView> street(int paths, int k) {
   return views;
 }
 
-/// range(0): paths of each satellite; range(1): 1 with strength. The fix of every epoch is in it: less
+/// range(0): paths of each satellite; range(1): 1 with strength. Includes the fix of every epoch: minus
 /// solve_fix_of_satellites/50 it is the part of the signals.
 void epoch_of_50_satellites(benchmark::State& state) {
   ReceiverOptions options;
   options.signal.enabled = state.range(1) != 0;
   options.signal.front_end_bandwidth_hz = 8e6;
   options.signal.lock.warm_start = true;
-  // No satellite above it: the fix has nothing to do, though all channels work.
+  // No satellite is above it: the fix has no work, but all channels do.
   if (state.range(2) == 0) options.fix.elevation_mask_rad = geodesy::radians(89);
   Receiver receiver(options, 1);
   const Eigen::Matrix3d ecef_from_enu = geodesy::LocalFrame(kPlace).ecef_from_local_rotation();
@@ -111,7 +111,7 @@ BENCHMARK(epoch_of_50_satellites)
     ->Args({10, 1, 1})
     ->Unit(benchmark::kMicrosecond);
 
-/// Amplitudes alone of ten paths.
+/// Only the amplitudes of ten paths.
 void amplitudes_of_ten_paths(benchmark::State& state) {
   const std::vector<SatelliteView> views = street(10, 0);
   const tracking::SignalOptions options;

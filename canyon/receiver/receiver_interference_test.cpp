@@ -28,7 +28,7 @@ using Shape = Spectrum::Shape;
 /// [dBW/Hz] of the link budget's defaults: k (211 K + 290 K (10^0.2 - 1)).
 const double kNoise = 10 * std::log10(1.380649e-23 * (211 + 290 * (std::pow(10, 0.2) - 1)));
 
-/// Right-hand from the zenith, so that an antenna of 0 dBic takes all of it.
+/// Right-hand from the zenith, so that an antenna of 0 dBic receives all of it.
 Interference wave(Shape shape, double centre_hz, double power_dbw, double width_hz = 0, double period_s = 0) {
   Interference result;
   result.spectrum.shape = shape;
@@ -71,7 +71,7 @@ double tmboc(double f_hz) {
   return (29 * boc(f_hz, 1) + 4 * boc(f_hz, 6)) / 33;
 }
 
-/// For a front end of +-edge_hz: K&H 6.1 with 1 / (Q Rc) by quadrature of the spectra that this file has.
+/// For a front end of +-edge_hz: K&H 6.1 with 1 / (Q Rc) by quadrature of this file's spectra.
 double effective_dbhz(double clear_dbhz, double j_over_s_db, double edge_hz,
                       const std::function<double(double)>& signal,
                       const std::function<double(double)>& jammer) {
@@ -126,7 +126,7 @@ TEST_F(EffectiveCn0, FollowsJammerToSignalRatio) {
       std::function<double(double)> density;
     };
     const auto flat = [](double f, double width) { return std::abs(f) <= width / 2 ? 1 / width : 0; };
-    // The chirp's spectrum is flat but for edges and lines (interference_test.cpp): 0.5 dB hold it.
+    // The chirp's spectrum is flat except at edges and lines (interference_test.cpp): within 0.5 dB.
     const std::vector<Jammer> jammers{
         {"wide noise", wave(Shape::Band, centre, 0, 40e6), [&](double f) { return flat(f, 40e6); }},
         {"chirp", wave(Shape::Chirp, centre, 0, 40e6, 10e-6), [&](double f) { return flat(f, 40e6); }},
@@ -144,7 +144,7 @@ TEST_F(EffectiveCn0, FollowsJammerToSignalRatio) {
             << c.signal << ", " << jammer.name << ", J/S " << ratio_db;
       }
     }
-    // Tones: L1 C/A's lines apart, the density is what counts; of C/A the mean over a kilohertz.
+    // Tones: except on L1 C/A's lines the density matters; for C/A the mean over a kilohertz.
     double mean = 0;
     constexpr int kTones = 40;
     const double off_hz = 0.4e6, ratio_db = 60;
@@ -161,12 +161,12 @@ TEST_F(EffectiveCn0, FollowsJammerToSignalRatio) {
   }
 }
 
-// The same tone beside a line and on it: 20 ms of 1 ms codes resolve lines of 1 kHz (13 dB, or nothing).
+// The same tone next to a line and on it: 20 ms of 1 ms codes resolve lines of 1 kHz (13 dB, or nothing).
 TEST_F(EffectiveCn0, DependsOnTheLinesOfShortCodes) {
   Receiver quiet(options, 1);
   const ReceiverEpoch still = observe_amid(quiet, one_satellite(), 0, {});
   const double clear_dbhz = *still.satellites.front().cn0_dbhz;
-  // A satellite that is frozen in the sky has no Doppler but the turning Earth's.
+  // A satellite fixed in the sky has only the Doppler of the rotating Earth.
   const double received_hz = 1575.42e6 + still.satellites.front().measurement->doppler_hz.value();
   const auto loss_db = [&](double off_hz) {
     Receiver receiver(options, 1);
@@ -178,7 +178,7 @@ TEST_F(EffectiveCn0, DependsOnTheLinesOfShortCodes) {
   EXPECT_NEAR(loss_db(200e3 + 500), 0, 1e-3);
 }
 
-// Gain control holds the level: 1 / sqrt(1 + J / N) in the band of the front end, band by band.
+// Gain control keeps the level constant: 1 / sqrt(1 + J / N) in the band of the front end, for each band.
 TEST(ReceiverInterference, GainControlAndBands) {
   ReceiverOptions options = plain();
   options.signal.antenna = signal::AntennaPattern("both", {{0, 0, 0}}, {{0, 0, 0}});
@@ -186,8 +186,8 @@ TEST(ReceiverInterference, GainControlAndBands) {
   options.signal.front_end_compression_dbm = std::numeric_limits<double>::infinity();
   options.tracks = {"L1CA", "E1", "L2C", "G1"};
   Receiver receiver(options, 1);
-  // 20 MHz of noise on L1, three times the receiver's own within its 8 MHz; beside it a tone as strong as
-  // the noise of 8 MHz.
+  // 20 MHz of noise on L1, three times the receiver's own within its 8 MHz; plus a tone as strong as the
+  // noise of 8 MHz.
   const double within_dbw = kNoise + 10 * std::log10(8e6);
   const ReceiverEpoch epoch =
       observe_amid(receiver, four_systems(), 0,
@@ -202,7 +202,7 @@ TEST(ReceiverInterference, GainControlAndBands) {
   EXPECT_NEAR(epoch.bands[1].tone_ratio, 1, 1e-9);
   EXPECT_NEAR(epoch.bands[1].agc(), 1 / std::sqrt(5), 1e-9);
   EXPECT_EQ(epoch.bands[2].interference_ratio, 0);
-  // Signals of other bands are as they were.
+  // Signals of other bands do not change.
   Receiver quiet(options, 1);
   const ReceiverEpoch clear_epoch = observe_amid(quiet, four_systems(), 0, {});
   for (std::size_t i = 0; i < epoch.satellites.size(); ++i) {
@@ -216,7 +216,7 @@ TEST(ReceiverInterference, GainControlAndBands) {
   }
 }
 
-// A chip from early to late is too far for Galileo's signal: no matter while GPS alone is in the sky.
+// A chip from early to late is too wide for Galileo's signal: irrelevant while only GPS is in the sky.
 TEST(ReceiverInterference, OfSystemsThatAreNotThere) {
   ReceiverOptions options = plain();
   options.signal.dll.spacing_chips = 1;
@@ -226,8 +226,8 @@ TEST(ReceiverInterference, OfSystemsThatAreNotThere) {
   EXPECT_GT(epoch.bands.size(), 1U);
 }
 
-// Beside the jammed 20 MHz the filter lets nothing through: there the saturation of the stages before it is
-// what jams. Razavi's formula as it stands here.
+// Outside the jammed 20 MHz the filter blocks the jammer: there the saturation of the stages before the
+// filter is the effect. By Razavi's formula as written here.
 TEST(ReceiverInterference, AStrongJammerSaturatesTheFrontEnd) {
   const double high = geodesy::radians(40);
   const orbit::FrozenSky sky(kPlace, {0, 1.5, 3, 4.5}, {high, high, high, high});
@@ -256,13 +256,13 @@ TEST(ReceiverInterference, AStrongJammerSaturatesTheFrontEnd) {
   EXPECT_NEAR(lost_db(0, kBeside_hz, 0), 0, 1e-9);
 }
 
-// C/N0 alone decides: lost below the tracking threshold, found again when the jammer is gone.
+// Only C/N0 matters: lost below the tracking threshold, found again after the jamming.
 TEST(ReceiverInterference, LosesLockAndFindsItAgain) {
   ReceiverOptions options = plain();
   options.signal.lock.hold_s = 1;
   options.signal.lock.reacquisition_s = 2;
   Receiver receiver(options, 1);
-  // White over 100 MHz: C/N0 48.3 less the tracking threshold of 18 leaves 30.3 dB.
+  // White over 100 MHz: C/N0 48.3 minus the tracking threshold of 18 leaves 30.3 dB.
   const auto jam = [](double over_noise_db) {
     return wave(Shape::Band, 1575.42e6, kNoise + 80 + over_noise_db, 100e6);
   };
@@ -271,7 +271,7 @@ TEST(ReceiverInterference, LosesLockAndFindsItAgain) {
     if (t >= 5 && t < 10) waves = {jam(30.0)};
     if (t >= 10 && t < 20) waves = {jam(30.6)};
     const SatelliteObservation seen = observe_amid(receiver, one_satellite(), t, waves).satellites.front();
-    // An update tells the state since the one before: 2 s of search begin at 19 s.
+    // An update gives the state since the previous one: 2 s of search begin at 19 s.
     EXPECT_EQ(seen.lock == tracking::LockState::Tracking, t < 10 || t >= 21) << t;
     if (t >= 5 && t < 10) {
       EXPECT_NEAR(*seen.cn0_dbhz, clear_cn0_dbhz() - 30.0, 0.05);
@@ -279,8 +279,8 @@ TEST(ReceiverInterference, LosesLockAndFindsItAgain) {
   }
 }
 
-// Past a jammer of 10 dBm that stands 40 m beside the road, with a long house between for a while: 20 MHz of
-// noise, by Friis and the density of C/A as they stand here.
+// A drive past a jammer of 10 dBm 40 m from the road, with a long house in between for a while: 20 MHz of
+// noise, by Friis and the density of C/A as written here.
 TEST(ReceiverInterference, ADriveByAJammer) {
   city::City city;
   city.frame = kFrame;
@@ -297,8 +297,8 @@ TEST(ReceiverInterference, ADriveByAJammer) {
   jammer.transmitter.course.position.up_m = 0;
   jammer.emissions.resize(1);
   disturbance::Jamming jamming(jammer, context);
-  const double share =
-      integral(-10e6, 10e6, [](double f) { return bpsk(f, 1.023e6); });  // of C/A's power under the noise
+  const double share = integral(
+      -10e6, 10e6, [](double f) { return bpsk(f, 1.023e6); });  // fraction of C/A's power under the noise
 
   ReceiverOptions options = plain();
   options.signal.lock.reacquisition_s = 2;
@@ -320,7 +320,7 @@ TEST(ReceiverInterference, ADriveByAJammer) {
     const double over_noise = 10 - 30 - 20 * std::log10(4 * kPi * far_m / kWavelength_m) - kNoise;
     const double free_db = 10 * std::log10(1 + std::pow(10, over_noise / 10) * share / 20e6);
     const double loss_db = clear_cn0_dbhz() - *seen.cn0_dbhz;
-    // The way crosses the house where its wall is nearer to the road than to the jammer.
+    // The path crosses the house at its wall nearer to the road than to the jammer.
     const double crossing_m = place.x() + (100 - place.x()) * 22.5 / 40;
     if (crossing_m > 65 && crossing_m < 135) {
       shadow_db = std::min(shadow_db, loss_db);

@@ -1,4 +1,4 @@
-// When and from where a receiver whose signals have a strength tracks them.
+// Times and signals at which a receiver with signal strength starts tracking.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -32,7 +32,7 @@ std::vector<tracking::LockState> states_behind_a_wall(double step_s) {
   return states;
 }
 
-// An update tells the state since the one before. The signal goes at 4.9 s and comes at 7.9 s.
+// An update gives the state since the previous one. The signal disappears at 4.9 s and returns at 7.9 s.
 TEST(ReceiverLock, LossAndReacquisitionTakeTheirTimes) {
   const std::vector<tracking::LockState> states = states_behind_a_wall(0.1);
   for (int i = 0; i <= 120; ++i) {
@@ -61,7 +61,7 @@ TEST(ReceiverLock, ColdReceiversSearchAndRisingSatellitesAreFound) {
               t < 20 ? tracking::LockState::Searching : tracking::LockState::Tracking)
         << t;
   }
-  // Rising at 100 s (seen since 99 s), into a receiver that runs since 0 s.
+  // Rises at 100 s (seen since 99 s), in a receiver running since 0 s.
   options.signal.lock.warm_start = true;
   options.signal.lock.reacquisition_s = 3;
   Receiver warm(options, 1);
@@ -77,7 +77,7 @@ TEST(ReceiverLock, ColdReceiversSearchAndRisingSatellitesAreFound) {
       EXPECT_EQ(epoch.blocked, t < 102 ? 1 : 0);
     }
   }
-  // A satellite that sets is lost, though nobody asks for it meanwhile.
+  // A satellite that sets is lost, even without updates in between.
   const ReceiverEpoch gone = observe(warm, one_satellite(), kTime + 130.0, {});
   EXPECT_TRUE(gone.satellites.empty());
   EXPECT_EQ(observe_one(warm, 131, clear).lock, tracking::LockState::Searching);
@@ -97,7 +97,7 @@ TEST(ReceiverLock, InsideABuildingTheLockIsLost) {
   EXPECT_EQ(inside.blocked, 1);
 }
 
-// Nothing arrives at the very instant of the epoch before: the lock stands, a measurement is none.
+// No signal at the very instant of the previous epoch: the lock stays, without a measurement.
 TEST(ReceiverLock, SameInstantWithoutSignalIsNotMeasured) {
   Receiver receiver(plain(), 1);
   EXPECT_EQ(observe_one(receiver, 0, clear).lock, tracking::LockState::Tracking);
@@ -107,8 +107,8 @@ TEST(ReceiverLock, SameInstantWithoutSignalIsNotMeasured) {
   EXPECT_EQ(observe_one(receiver, 0, clear).lock, tracking::LockState::Tracking);
 }
 
-// An echo 1.37 chips behind: the loop that stood on it stays there when the direct path comes back, and runs
-// to the direct path where the antenna was put elsewhere or the signal was lost.
+// An echo 1.37 chips late: a loop locked on it stays there when the direct path returns. It moves to the
+// direct path if the antenna was moved elsewhere or the signal was lost.
 TEST(ReceiverLock, TheLoopRemembersItsDelay) {
   const auto echo = [](const orbit::LineOfSight&) -> std::vector<Path> {
     return {mirror_path({0, -1, 0}, 400, 0.5)};
@@ -116,7 +116,7 @@ TEST(ReceiverLock, TheLoopRemembersItsDelay) {
   const auto both = [](const orbit::LineOfSight& line) -> std::vector<Path> {
     return {direct_path(line), mirror_path({0, -1, 0}, 400, 0.5)};
   };
-  // Without the look for earlier paths, which would find the direct one a second after it has come.
+  // Without the check for earlier paths, which would find the direct one a second after its return.
   ReceiverOptions trusting = plain();
   trusting.signal.dll.peak_check_s = std::numeric_limits<double>::infinity();
   Receiver staying(trusting, 1);
@@ -124,7 +124,7 @@ TEST(ReceiverLock, TheLoopRemembersItsDelay) {
   const SatelliteObservation kept = observe_one(staying, 1, both);
   EXPECT_NEAR(kept.excess_m, 400, 1e-6);
   EXPECT_NEAR(*kept.cn0_dbhz, clear_cn0_dbhz() - 6, 0.05);
-  // The north is where the satellite stands: 500 m that way shorten the range by 383 m.
+  // The satellite is in the north: 500 m in that direction shorten the range by 383 m.
   const Eigen::Vector3d elsewhere = kFrame.ecef_from_local({0, 500, 0});
   EXPECT_NEAR(observe_one(staying, 2, both, elsewhere).excess_m, 0, 1e-6);
 
@@ -132,7 +132,7 @@ TEST(ReceiverLock, TheLoopRemembersItsDelay) {
   EXPECT_NEAR(observe_one(driven, 0, echo).excess_m, 400, 1e-6);
   const Eigen::Vector3d velocity = kEcefFromEnu * Eigen::Vector3d(0, 250, 0);
   EXPECT_NEAR(observe_one(driven, 2, echo, kAntenna, velocity).excess_m, 400, 1e-6);
-  // On its way the direct signal comes within reach of the echo's replica for a moment.
+  // During its motion the direct signal is briefly within reach of the echo's replica.
   EXPECT_NEAR(observe_one(driven, 4, both, elsewhere, velocity).excess_m, 400, 0.01);
 
   Receiver looking(plain(), 1);
@@ -147,8 +147,7 @@ TEST(ReceiverLock, TheLoopRemembersItsDelay) {
   EXPECT_NEAR(observe_one(losing, 7, both).excess_m, 0, 1e-6);
 }
 
-// A signal that is too weak to be tracked counts as none: the arrival has its paths, and the satellite is
-// blocked.
+// A signal too weak for tracking counts as none: the arrival has its paths, and the satellite is blocked.
 TEST(ReceiverLock, EchoesTooWeakToTrackAreBlocked) {
   ReceiverOptions options = plain();
   const auto echo_of = [](double cn0_dbhz) {
@@ -165,12 +164,12 @@ TEST(ReceiverLock, EchoesTooWeakToTrackAreBlocked) {
   EXPECT_EQ(weak.visibility, Visibility::Blocked);
   EXPECT_NEAR(*weak.cn0_dbhz, lock.tracking_threshold_dbhz - 0.1, 0.02);
   EXPECT_EQ(weak.excess_m, 0);
-  // It could be tracked, though a channel that searches does not find it.
+  // It could be tracked, although a searching channel does not find it.
   const SatelliteObservation kept = seen(lock.tracking_threshold_dbhz + 0.1);
   EXPECT_EQ(kept.visibility, Visibility::NLOS);
   EXPECT_FALSE(kept.measurement);
   EXPECT_EQ(seen(lock.acquisition_threshold_dbhz + 0.1).visibility, Visibility::NLOS);
-  // A direct path that leaves and shadows weaken too much is none, but to the map.
+  // A direct path that leaves and shadows weaken too much counts as none, except in the map.
   Receiver shaded(options, 1);
   const SatelliteObservation direct = observe_one(shaded, 0, [](const orbit::LineOfSight& line) {
     Path path = direct_path(line);
@@ -181,7 +180,7 @@ TEST(ReceiverLock, EchoesTooWeakToTrackAreBlocked) {
   EXPECT_EQ(direct.map_visibility, Visibility::LOS);
   EXPECT_NEAR(direct.obstacles_db, 60, 1e-9);
   EXPECT_FALSE(direct.measurement);
-  // Whoever receives everything tracks what arrives.
+  // A receiver without strength tracks every arriving signal.
   options = plain();
   options.signal.enabled = false;
   EXPECT_EQ(seen(-20).visibility, Visibility::NLOS);

@@ -1,4 +1,4 @@
-// Carrier phase and Doppler of a receiver whose signals have a strength.
+// Carrier phase and Doppler of a receiver with signal strength.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,8 +16,8 @@ using namespace canyon::test;
 using geodesy::kPi;
 using raytrace::Placement;
 
-// Noise-free in line of sight: (pseudorange - c tgd) / wavelength is the phase but for a whole number, which
-// stays while locked, with moving satellites, antenna and clock.
+// Noise-free in line of sight: (pseudorange - c tgd) / wavelength is the phase plus an integer, which is
+// constant while locked, with moving satellites, antenna and clock.
 TEST(ReceiverPhase, PhaseIsTheRangeWhileLocked) {
   ReceiverOptions options = plain();
   options.clock.bias_s = 1e-4;
@@ -49,7 +49,7 @@ TEST(ReceiverPhase, PhaseIsTheRangeWhileLocked) {
     }
   }
   EXPECT_GT(compared, 500);
-  // They are random whole numbers.
+  // They are random integers.
   EXPECT_GT(std::abs(ambiguities.begin()->second - ambiguities.rbegin()->second), 1);
 }
 
@@ -79,8 +79,8 @@ TEST(ReceiverPhase, IonosphereAdvancesThePhase) {
   EXPECT_NEAR((*troposphere.carrier_phase_cycles - *none.carrier_phase_cycles) * kWavelength_m, s, 1e-6);
 }
 
-// A mirror alone: the phase follows its detour over hundreds of wavelengths. And the composite of a direct
-// path with a weaker echo stays within asin(alpha) of the direct one.
+// A mirror alone: the phase follows its detour over hundreds of wavelengths. The sum of a direct path and a
+// weaker echo stays within asin(alpha) of the direct one.
 TEST(ReceiverPhase, PhaseFollowsTheTrackedPath) {
   ReceiverOptions options = plain();
   Receiver receiver(options, 1);
@@ -159,7 +159,7 @@ TEST(ReceiverPhase, WeakSignalsHaveNoPhase) {
   EXPECT_EQ(*at(3, 1).phase_since, kTime + 3.0);
 }
 
-// A receiver that drives along a wall's normal: Doppler is that of the stronger path.
+// For a receiver that drives along a wall's normal, Doppler is that of the stronger path.
 TEST(ReceiverPhase, DopplerIsThatOfTheStrongestPath) {
   for (const double share : {0.8, 1.0}) {
     ReceiverOptions options = plain();

@@ -1,4 +1,4 @@
-// The receiver whose direct signals are shadowed by what the map lacks.
+// The receiver with direct signals shadowed by obstacles that the map lacks.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ namespace {
 
 using namespace canyon::test;
 
-/// Levels without spread: the state alone shows.
+/// Levels without spread: only the state matters.
 ReceiverOptions shadowed(double clear_db, double shadow_db, double enter, double leave) {
   ReceiverOptions options = plain();
   options.signal.shadowing.enabled = true;
@@ -72,7 +72,7 @@ TEST(ReceiverShadowing, ObstaclesWeakenAllPaths) {
   EXPECT_GT(lost_db(PathKind::Reflected), 15);
 }
 
-// A label says what happened: who is behind an obstacle is not in line of sight.
+// Labels follow the tracking: a satellite behind an obstacle is not in line of sight.
 TEST(ReceiverShadowing, LabelsSayWhatIsTracked) {
   const auto echo = [](const orbit::LineOfSight& line) {
     Path path = mirror_path(Eigen::Vector3d::UnitZ(), 60, 0.5);  // over the obstacles
@@ -96,7 +96,7 @@ TEST(ReceiverShadowing, LabelsSayWhatIsTracked) {
   EXPECT_EQ(blocked.visibility, *blocked.cn0_dbhz < 10 ? Visibility::Blocked : Visibility::LOS);
 }
 
-// Obstacles are fixed in the world, as a simulator's vehicles meet it; noise and shadows are each one's own.
+// Obstacles are fixed in the world, also for a simulator's vehicles; noise and shadows are independent.
 TEST(ReceiverShadowing, VehiclesWithDrawsOfTheirOwnMeetTheSameObstacles) {
   ReceiverOptions options = shadowed(0, 0, 0, 1);
   options.signal.shadowing.skyline.share = 0.5;
@@ -117,7 +117,7 @@ TEST(ReceiverShadowing, VehiclesWithDrawsOfTheirOwnMeetTheSameObstacles) {
 }
 
 TEST(ReceiverShadowing, ChangesNothingElseAtALevelOfNought) {
-  // Its streams are its own: a level of 0 dB is the receiver without.
+  // Its streams are separate: a level of 0 dB equals the receiver without shadowing.
   ReceiverOptions on = shadowed(0, 0, 0.3, 0.3);
   on.noise.enabled = true;
   on.signal.loop_noise = true;
@@ -144,7 +144,7 @@ TEST(ReceiverShadowing, ChangesNothingElseAtALevelOfNought) {
 }
 
 TEST(ReceiverShadowing, GivesMultipathItsWeight) {
-  // Small echoes err by their amplitude over the direct one's: 10 dB are a factor of 3.2.
+  // Errors by small echoes are proportional to their relative amplitude: 10 dB are a factor of 3.2.
   const auto rms_m = [](const ReceiverOptions& options) {
     double square = 0;
     constexpr int kCount = 60;
@@ -164,8 +164,8 @@ TEST(ReceiverShadowing, GivesMultipathItsWeight) {
 }
 
 TEST(ReceiverShadowing, LiesAlongTheWayWhetherSeenOrNot) {
-  // The same street, whose satellite one receiver meets behind buildings at three epochs of four, and another
-  // one at a quarter of the rate.
+  // The same street. For one receiver the satellite is behind buildings at three of four epochs; another one
+  // has a quarter of the rate.
   const ReceiverOptions options = shadowed(-1, -9, 0.2, 0.3);
   Receiver always(options, 3), sometimes(options, 3), slow(options, 3), other(options, 4);
   int shadow = 0, differs = 0;

@@ -1,4 +1,4 @@
-// The receiver with signals that have a strength: C/N0, code delay, noise.
+// The receiver with signal strength: C/N0, code delay, noise.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ TEST(ReceiverSignal, ClearSkyHasTheLinkBudgetsStrengthAndNoError) {
   EXPECT_EQ(seen.visibility, Visibility::LOS);
   EXPECT_NEAR(seen.pseudorange_error_m, 0, 1e-6);
   EXPECT_EQ(seen.noise_m, 0);
-  // Without noise covariances are per metre and per 0.1 Hz.
+  // Without noise, covariances are those of 1 m and of 0.1 Hz.
   EXPECT_EQ(seen.measurement->sigma_m, 1);
   EXPECT_EQ(seen.measurement->doppler_sigma_hz, 0.1);
 }
@@ -79,7 +79,7 @@ TEST(ReceiverSignal, SystemsAndSatellitesDifferAsAsked) {
     const double offset = a.satellites[i].id.system == System::BeiDou ? -3.5 : 0;
     EXPECT_NEAR(*b.satellites[i].cn0_dbhz - *a.satellites[i].cn0_dbhz, offset, 1e-9);
     EXPECT_NE(*c.satellites[i].cn0_dbhz, *b.satellites[i].cn0_dbhz);
-    // A satellite's power is the satellite's.
+    // A satellite's power does not depend on the receiver.
     EXPECT_EQ(*c.satellites[i].cn0_dbhz, *d.satellites[i].cn0_dbhz);
   }
   double square = 0;
@@ -104,7 +104,7 @@ double code_sigma_m(double cn0_dbhz, double d = 0.5, double bn = 1, double t = 0
 TEST(ReceiverSignal, NoiseIsTheLoopsFormulas) {
   ReceiverOptions options = plain();
   options.signal.loop_noise = true;
-  options.signal.offset_db["GPS"] = -15;  // 33.3 dB-Hz: the squaring loss shows
+  options.signal.offset_db["GPS"] = -15;  // 33.3 dB-Hz: the squaring loss matters
   Receiver receiver(options, 4);
   const double cn0_dbhz = clear_cn0_dbhz() - 15;
   const double cn0 = std::pow(10, cn0_dbhz / 10);
@@ -158,8 +158,8 @@ TEST(ReceiverSignal, DeviationsOfAllNoisesAddAsSquares) {
               std::hypot(0.4, std::sqrt(20 / cn0 * (1 + 1 / (0.02 * cn0))) / (2 * kPi * 0.02)), 1e-9);
 }
 
-// The code error of one mirror at all phases: the detour goes through a wavelength in steps. Envelope of an
-// early-late loop on BPSK, docs/tracking.md (a row for each stretch of delay).
+// The code error of one mirror at all phases: the detour increases by a wavelength in steps. Envelope of an
+// early-late loop on BPSK, docs/tracking.md (a row for each range of delay).
 TEST(ReceiverSignal, OneReflectionFollowsTheMultipathEnvelope) {
   constexpr double kAlpha = 0.5, kSpacing = 0.5;
   const auto envelope = [](double alpha, double x) {
@@ -194,8 +194,8 @@ TEST(ReceiverSignal, OneReflectionFollowsTheMultipathEnvelope) {
   }
 }
 
-// In motion the echo turns 2 times a second against a loop of 0.05 Hz: only its power is left, with the bias
-// alpha^2 d (1 - x) / (2 - d - alpha^2 d) of docs/tracking.md; the integration leaves sinc(pi f T) of alpha.
+// In motion the echo rotates 2 times a second, against a loop of 0.05 Hz: only its power remains, with the
+// bias alpha^2 d (1 - x) / (2 - d - alpha^2 d) of docs/tracking.md; integration scales alpha by sinc(pi f T).
 TEST(ReceiverSignal, MotionAveragesTheMultipathError) {
   ReceiverOptions options = plain();
   options.signal.dll.spacing_chips = 0.5;
@@ -217,7 +217,7 @@ TEST(ReceiverSignal, MotionAveragesTheMultipathError) {
         kWavelength_m* one_satellite().satellites().size() *
             orbit::line_of_sight(one_satellite(), one_satellite().satellites().front(), kTime, kAntenna)
                 ->direction_ecef);
-    // The rest of the coherent part turns the error by at most d / 2 sqrt(2.5e-4) chips about it.
+    // The rest of the coherent part moves the error by at most d / 2 sqrt(2.5e-4) chips around it.
     EXPECT_NEAR(seen.excess_m, expected, 1.0) << seed;
   }
   EXPECT_GT(expected, 5);
@@ -241,9 +241,9 @@ TEST(ReceiverSignal, EchoAloneIsMeasuredAtItsDetour) {
   }
 }
 
-// An edge beside the direct path: the field at the boundary of a shadow is half (-6.02 dB), the first Fresnel
-// maximum in the light has 1.3704 of the intensity at nu = -1.2172 (Cornu's spiral), whatever the seed. In
-// the shadow at nu = 1: 6.9 + 20 log10(sqrt(0.9^2 + 1) + 0.9) = 13.9 dB (ITU-R P.526-15, equation 31).
+// An edge near the direct path: the field at the boundary of a shadow is half (-6.02 dB), the first Fresnel
+// maximum in the light has 1.3704 of the intensity at nu = -1.2172 (Cornu's spiral), for any seed. In the
+// shadow at nu = 1: 6.9 + 20 log10(sqrt(0.9^2 + 1) + 0.9) = 13.9 dB (ITU-R P.526-15, equation 31).
 TEST(ReceiverSignal, EdgesMakeTheBoundaryOfAShadow) {
   const auto level_db = [](double nu, std::uint64_t seed) {
     Receiver receiver(plain(), seed);
@@ -278,7 +278,7 @@ TEST(ReceiverSignal, AntennasHearEchoesDifferently) {
     Receiver one(options, 1), other(options, 1);
     return *observe_one(one, 0, mirror).cn0_dbhz - *observe_one(other, 0, clear).cn0_dbhz;
   };
-  // A mirror turns the wave's hand: an antenna's LHCP gain at 30 over its RHCP gain at 40 degrees.
+  // A mirror reverses the wave's hand: an antenna's LHCP gain at 30 over its RHCP gain at 40 degrees.
   EXPECT_LT(echo_db(signal::isotropic_antenna()), -60);
   EXPECT_NEAR(echo_db(both_hands()), 0, 0.02);
   for (const AntennaPattern& antenna :
@@ -311,8 +311,8 @@ TEST(ReceiverSignal, StatedStrengthIsNoisyAndInSteps) {
   EXPECT_NEAR(square, 2.25, 5 * 2.25 * std::sqrt(2.0 / kCount));
 }
 
-// At rest the C/N0 of a diffuse signal alone is that of one exponential draw: mean P, median P ln 2. Behind
-// its mean detour, without a phase.
+// At rest the C/N0 of a diffuse signal alone is that of one exponential sample: mean P, median P ln 2. At its
+// mean detour, without a phase.
 TEST(ReceiverSignal, DiffuseSignalsAreWeakAndRayleigh) {
   ReceiverOptions options = plain();
   options.signal.lock.acquisition_threshold_dbhz = -30;
@@ -344,9 +344,9 @@ TEST(ReceiverSignal, DiffuseSignalsAreWeakAndRayleigh) {
   EXPECT_NEAR(below, kCount / 2, 5 * std::sqrt(kCount) / 2);
 }
 
-// In motion a loop sees many fades: 2 m/s at 0.28 wavelengths make x = T / tau_c = 0.754 in 20 ms, the loop
-// of 1 Hz keeps 4 / (4 + 37.7) of the fading. Mean power is that of the integration, 2 (1/x - (1 - e^-x) /
-// x^2).
+// In motion a loop averages many fades: 2 m/s at 0.28 wavelengths make x = T / tau_c = 0.754 in 20 ms, the
+// loop of 1 Hz keeps 4 / (4 + 37.7) of the fading. Mean power is that of the integration, 2 (1/x - (1 - e^-x)
+// / x^2).
 TEST(ReceiverSignal, DiffuseSignalsInMotionHaveTheirMeanStrength) {
   ReceiverOptions options = plain();
   options.signal.lock.acquisition_threshold_dbhz = -30;
@@ -369,10 +369,10 @@ TEST(ReceiverSignal, DiffuseSignalsInMotionHaveTheirMeanStrength) {
     mean += power / kCount;
     square += power * power / kCount;
   }
-  // 600 m on, the satellite stands 3e-5 rad lower.
+  // 600 m farther the satellite is 3e-5 rad lower.
   EXPECT_NEAR(mean, integrated, 0.02);
-  // The deviation over the mean is the share of fading that the loop keeps; that of an exponential power's
-  // deviation over n samples is sqrt(2 / n).
+  // The ratio of deviation to mean is the fraction of fading that the loop keeps; for an exponential power
+  // over n samples the deviation's is sqrt(2 / n).
   const double share = 4 / (4 + x / 0.02);
   EXPECT_NEAR(std::sqrt(square - mean * mean) / mean, share, 5 * share * std::sqrt(2.0 / kCount));
   std::printf("diffuse at 2 m/s: mean power %.4f (closed form %.4f), deviation %.3f of it\n", mean,
@@ -462,7 +462,7 @@ TEST(ReceiverSignal, ElevationMaskHidesMeasurementsOnly) {
   EXPECT_TRUE(seen.cn0_dbhz);
 }
 
-// A mask in C/N0 is the fix's: weaker signals are measured and not used.
+// A C/N0 mask belongs to the fix: weaker signals are measured and not used.
 TEST(ReceiverSignal, StrengthMaskKeepsWeakSignalsOutOfTheFix) {
   ReceiverOptions options = plain();
   options.fix.elevation_mask_rad = 0;
@@ -485,8 +485,8 @@ TEST(ReceiverSignal, StrengthMaskKeepsWeakSignalsOutOfTheFix) {
   EXPECT_LT((epoch.fix.position_ecef - kAntenna).norm(), 1e-4);
 }
 
-// The filter's answer takes the place of the fix; with four satellites left of one system it goes on where a
-// fix of five needed has none.
+// The filter's result replaces the fix; with four remaining satellites of one system it continues, while a
+// fix that needs five has none.
 TEST(ReceiverSignal, PositionFilterAnswersForTheFix) {
   ReceiverOptions options = plain();
   options.signal.loop_noise = true;
@@ -523,7 +523,7 @@ TEST(ReceiverSignal, PositionFilterAnswersForTheFix) {
   }
 }
 
-// The measurement equation with the documented stream of noise, bit for bit, whatever the signals' options.
+// The measurement equation with the documented stream of noise, bit for bit, for any signal options.
 TEST(ReceiverSignal, SwitchedOffNothingOfItShows) {
   ReceiverOptions options;
   options.clock.bias_s = 3.3e-4;
@@ -582,7 +582,7 @@ TEST(ReceiverSignal, BadOptionsNameTheReceiver) {
   options.filter.coast_s = 0;
   EXPECT_THAT(test::refusal([&] { Receiver receiver(options, 1); }),
               testing::AllOf(testing::HasSubstr("rover"), testing::HasSubstr("coast_s")));
-  // A BOC's side peaks are half a chip away: GPS takes correlators a chip apart, Galileo does not.
+  // A BOC's side peaks are half a chip away: GPS can use correlators a chip apart, Galileo cannot.
   options = plain();
   options.name = "rover";
   options.signal.dll.spacing_chips = 1;

@@ -1,4 +1,4 @@
-// Two signals of one code in the correlators of a receiver, and what its loops make of them.
+// Two signals of one code in the correlators of a receiver, and the response of its loops.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -104,7 +104,7 @@ TEST(ReceiverSpoofing, TheStrongerSignalTakesTheFixAlong) {
   spoofing.pull_off.acceleration_mps2 = 0.5;
   spoofing.advantage_db = 6;
   Victim taken(spoofing, plain());
-  // 4 m/s, 10 s of hold and 4 s that the acceleration costs: half of the way, true signals for echoes.
+  // 4 m/s, 10 s of hold and 4 s lost to the acceleration: half of the distance; true signals are echoes.
   const Seen under_way = taken.after(39);
   EXPECT_NEAR(fix_enu(under_way.epoch).y(), 100, 30);
   EXPECT_NEAR(under_way.epoch.fix.velocity_enu_mps->y(), 4, 0.05);
@@ -119,8 +119,8 @@ TEST(ReceiverSpoofing, TheStrongerSignalTakesTheFixAlong) {
   EXPECT_LT(fix_enu(kept.after(280).epoch).norm(), 1);
 }
 
-// The weaker one moves the code by the envelope of a reflection, to 1 + d / 2 chips of distance and not at
-// all beyond (docs/tracking.md): of 6 dB 36.63 m at half a chip. Whoever is captured has the true signal for
+// The weaker one moves the code by the envelope of a reflection, up to 1 + d / 2 chips of distance and not at
+// all beyond (docs/tracking.md): of 6 dB 36.63 m at half a chip. For a captured receiver the true signal is
 // an echo.
 TEST(ReceiverSpoofing, CodesStayWithinTheEnvelopeOfTwoPaths) {
   for (const double advantage_db : {-6.0206, 6.0206}) {
@@ -138,8 +138,8 @@ TEST(ReceiverSpoofing, CodesStayWithinTheEnvelopeOfTwoPaths) {
             each.signal->modulation != gnss::Modulation::BPSK)
           continue;
         const double error_m = each.excess_m - (advantage_db > 0 ? apart_m : 0);
-        // A held carrier lets the loop lag by 4 m/s / 4 Bn, and by twice that beside an echo in antiphase,
-        // which takes half of the discriminator's slope.
+        // With a held carrier the loop lags by 4 m/s / 4 Bn, and by twice that near an echo in antiphase,
+        // which halves the slope of the discriminator.
         const double lag_m = advantage_db > 0 ? 1.02 : 0.01;
         EXPECT_LE(std::abs(error_m), apart_m >= 1.25 * kChip_m + 2 ? lag_m : envelope_m(0.5) + 2 * lag_m)
             << t;
@@ -170,7 +170,7 @@ TEST(ReceiverSpoofing, CaptureTakesOneToFourDecibelsAndAFrequencyWithinReach) {
       if (!each.measurement) continue;
       ++all;
       captured += std::abs(each.excess_m - 900) < 50;
-      // Either or: nothing rests between.
+      // One or the other: no equilibrium between.
       EXPECT_TRUE(std::abs(each.excess_m - 900) < 50 || std::abs(each.excess_m) < 50) << each.excess_m;
     }
     ASSERT_GT(all, 15);
@@ -182,7 +182,7 @@ TEST(ReceiverSpoofing, CaptureTakesOneToFourDecibelsAndAFrequencyWithinReach) {
   }
 }
 
-// A first-order loop that its carrier does not help lags by rate / (4 Bn).
+// A first-order loop without aiding by its carrier lags by rate / (4 Bn).
 TEST(ReceiverSpoofing, AHeldCarrierLetsTheCodeLag) {
   for (const double bn : {1.0, 0.25}) {
     ReceiverOptions options = plain();
@@ -210,8 +210,8 @@ TEST(ReceiverSpoofing, AHeldCarrierLetsTheCodeLag) {
   }
 }
 
-// 5 km north and 0.1 ms later, all from one antenna: codes are far from the true ones. A receiver that tracks
-// stays where it is, one that searches takes what is strongest.
+// 5 km north and 0.1 ms later, all from one antenna: codes are far from the true ones. A tracking receiver
+// stays, a searching one takes the strongest signal.
 TEST(ReceiverSpoofing, AnotherPlaceIsForThoseWhoSearch) {
   SpoofingOptions spoofing = beside();
   spoofing.shows.position.east_m = 0;
@@ -224,7 +224,7 @@ TEST(ReceiverSpoofing, AnotherPlaceIsForThoseWhoSearch) {
 
   ReceiverOptions cold = plain();
   cold.signal.lock.warm_start = false;
-  cold.signal.lock.cold_acquisition_s = 15;  // nothing is found when the spoofer begins
+  cold.signal.lock.cold_acquisition_s = 15;  // nothing is found before the spoofer begins
   Victim searching(spoofing, cold);
   const Seen seen = searching.after(30);
   EXPECT_LT((fix_enu(seen.epoch) - Eigen::Vector3d(0, 5000, 0)).norm(), 0.01);
@@ -233,8 +233,8 @@ TEST(ReceiverSpoofing, AnotherPlaceIsForThoseWhoSearch) {
   EXPECT_NEAR(seen.epoch.fix.clock_bias_s.at(System::GPS), 1e-4 + way_m / kSpeedOfLight, 1e-10);
 }
 
-// On another continent most satellites are others. So strong that they are the noise in
-// which the true ones drown, copies take those who track as well.
+// On another continent most satellites differ. Copies that drown the true signals in noise capture tracking
+// receivers as well.
 TEST(ReceiverSpoofing, OverwhelmingCopiesShowAnywhere) {
   SpoofingOptions spoofing = beside();
   spoofing.shows.position.latitude_deg = -10;
@@ -242,7 +242,7 @@ TEST(ReceiverSpoofing, OverwhelmingCopiesShowAnywhere) {
   spoofing.shows.position.height_m = 600;
   spoofing.advantage_db = 40;
   ReceiverOptions options = plain();
-  options.tracks = {"L1CA"};  // GLONASS' channels have little noise from each other
+  options.tracks = {"L1CA"};  // GLONASS' channels cause little noise to each other
   Victim victim(spoofing, options);
   const Seen seen = victim.after(30);
   const Eigen::Vector3d shown = geodesy::ecef_from_geodetic(geodesy::Geodetic::from_degrees(-10, 20, 600));
@@ -250,7 +250,7 @@ TEST(ReceiverSpoofing, OverwhelmingCopiesShowAnywhere) {
   int below = 0;
   for (const SatelliteObservation& each : seen.epoch.satellites) {
     below += each.used && each.elevation_rad < 0;
-    // The receiver's mask is that of the place it believes in.
+    // The receiver's mask is that of its computed position.
     EXPECT_EQ(each.used, each.lock == tracking::LockState::Tracking) << gnss::to_string(each.id);
   }
   EXPECT_GT(below, 2);
@@ -267,7 +267,7 @@ TEST(ReceiverSpoofing, MeaconingShowsTheRepeatersPlace) {
   cold.signal.dll.peak_check_s = std::numeric_limits<double>::infinity();
   Victim victim(spoofing, cold);
   const Seen seen = victim.after(30);
-  // 100 m and 60 m of delay: the true signals stand within a chip before it, at -20 dB.
+  // 100 m and 60 m of delay: the true signals are less than a chip earlier, at -20 dB.
   EXPECT_LT((fix_enu(seen.epoch) - Eigen::Vector3d(100, 0, 20)).norm(), 12);
   EXPECT_NEAR(seen.epoch.fix.clock_bias_s.at(System::GPS) * kSpeedOfLight,
               2e-7 * kSpeedOfLight + Eigen::Vector3d(100, 0, 20).norm(), 12);
@@ -331,7 +331,7 @@ TEST(ReceiverSpoofing, OtherSignalsAndReceiversWithoutStrengthStayTrue) {
   EXPECT_LT(fix_enu(deaf.after(100).epoch).norm(), 1e-3);
 }
 
-// A receiver can notice by itself: its gain falls while signals do not weaken, or its clock jumps.
+// A receiver can detect it: its gain falls while signals do not weaken, or its clock jumps.
 TEST(ReceiverSpoofing, ReceiversMayNotice) {
   ReceiverOptions options = plain();
   SpoofingOptions spoofing = beside();
@@ -349,12 +349,12 @@ TEST(ReceiverSpoofing, ReceiversMayNotice) {
   const Seen seen = strong.after(5);
   EXPECT_GT(seen.epoch.bands[1].interference_ratio, 1);
   EXPECT_EQ(seen.epoch.spoofing, SpoofingState::Indicated);
-  // As strong as the true ones, slowly: neither gain nor a jump shows it.
+  // As strong as the true ones, slowly: neither the gain nor a jump shows it.
   spoofing.advantage_db = 3;
   spoofing.pull_off.clock_m = 300;
   Victim quiet(spoofing, options);
   EXPECT_EQ(quiet.after(100).epoch.spoofing, SpoofingState::None);
-  // A jammer weakens what it makes the gain give way to: no sign.
+  // A jammer weakens signals while the gain falls: no sign.
   ReceiverEpoch epoch;
   SpoofingCheck check(options.spoofing_check);
   SatelliteObservation satellite;
@@ -377,7 +377,7 @@ TEST(ReceiverSpoofing, ReceiversMayNotice) {
   EXPECT_EQ(check.update(epoch), SpoofingState::None);
 }
 
-// Found after a jam: the clock is 30 km off what it was.
+// Found after jamming: the clock differs by 30 km.
 TEST(ReceiverSpoofing, ReceiversNoticeAJumpOfTheirClock) {
   SpoofingCheckOptions options;
   options.enabled = true;
@@ -394,7 +394,7 @@ TEST(ReceiverSpoofing, ReceiversNoticeAJumpOfTheirClock) {
     epoch.fix.clock_bias_s[System::GPS] = 1e-6 * t + (t >= 10 ? 1e-4 : 0);
     EXPECT_EQ(check.update(epoch), t >= 10 ? SpoofingState::Indicated : SpoofingState::None) << t;
   }
-  epoch.time = kTime + 100.0;  // a long gap says nothing
+  epoch.time = kTime + 100.0;  // a long gap gives no sign
   EXPECT_EQ(check.update(epoch), SpoofingState::None);
   epoch.time = kTime + 101.0;
   epoch.fix.position_ecef += kEcefFromEnu * Eigen::Vector3d(200, 0, 0);

@@ -234,7 +234,7 @@ TEST(Receiver, DopplerIsTheRateOfThePseudorangeInLineOfSight) {
 TEST(Receiver, DopplerIsTheRateOfThePseudorangeOfAReflection) {
   const Eigen::Vector3d point(600, 500, 0);
   for (const double azimuth : {0.3, 2.0, 4.4}) {
-    // The wall faces away from `azimuth`; satellites on the other side of it are left in line of sight.
+    // The wall faces away from `azimuth`; satellites on the other side of it stay in line of sight.
     const Eigen::Vector3d normal = geodesy::enu_from_azimuth_elevation(azimuth, 0.1);
     const Eigen::Vector3d at = drive(0) - 120 * normal;
     const auto mirror = [&](SatelliteView& view, const Eigen::Vector3d& antenna) {
@@ -249,8 +249,8 @@ TEST(Receiver, DopplerIsTheRateOfThePseudorangeOfAReflection) {
   }
 }
 
-// A receiver that drives towards the wall, away from the satellite behind it: the direct path would lengthen,
-// the reflected one shortens.
+// A receiver that drives towards the wall, away from the satellite behind it: the direct path becomes longer,
+// the reflected one shorter.
 TEST(Receiver, ReflectedDopplerHasTheSignOfTheDirectionOfArrival) {
   const Eigen::Vector3d antenna(0, 0, 10);
   std::vector<SatelliteView> views = open_sky(four_systems(), kTime, kFrame.ecef_from_local(antenna));
@@ -405,7 +405,7 @@ TEST(Receiver, SameSeedSameNumbersWhateverRunsBeside) {
   }
 }
 
-// Errors from space are the same in every band and every receiver, except for the ionosphere's f^-2.
+// Errors in space are equal in all bands and receivers, except for the ionosphere's f^-2.
 TEST(Receiver, ErrorsOfSpaceAreSharedByBandsAndReceivers) {
   const Eigen::Vector3d ecef = kFrame.ecef_from_local({0, 0, 0});
   ReceiverOptions options = quiet();
@@ -441,7 +441,7 @@ TEST(Receiver, ErrorsOfSpaceAreSharedByBandsAndReceivers) {
   }
   EXPECT_GT(bands, 5);
 
-  // Who says that its signals carry none has none.
+  // A receiver with these switched off has none.
   options.orbit_errors = options.ionosphere = options.troposphere = false;
   options.decide(true, true);
   Receiver without(options, 1);
@@ -450,7 +450,7 @@ TEST(Receiver, ErrorsOfSpaceAreSharedByBandsAndReceivers) {
   }
 }
 
-// One satellite's noise does not depend on which others are received.
+// One satellite's noise does not depend on the other received satellites.
 TEST(Receiver, EverySatelliteHasItsOwnStream) {
   const Eigen::Vector3d ecef = kFrame.ecef_from_local({0, 0, 0});
   Receiver all(ReceiverOptions{}, 7), some(ReceiverOptions{}, 7);
@@ -514,8 +514,8 @@ TEST(Receiver, NoiseStatisticsDoNotDependOnTheRate) {
   }
 }
 
-// A satellite that was away comes back as decorrelated as the time says: without diffusion its deviation from
-// the mean has decayed by the whole gap.
+// A satellite that returns is decorrelated by the elapsed time: without diffusion its deviation from the mean
+// has decayed over the whole gap.
 TEST(Receiver, NoiseGoesOnOverAGap) {
   ReceiverOptions options;
   options.noise.ou.theta_per_s = 0.05;
@@ -524,7 +524,7 @@ TEST(Receiver, NoiseGoesOnOverAGap) {
   Receiver receiver(options, 3);
   const Eigen::Vector3d ecef = kFrame.ecef_from_local({0, 0, 0});
   const Eigen::Vector3d fast(10, 0, 0);
-  // At rest the values start at each satellite's own drifted mean; moving, they fall back to 0.
+  // At rest the values start at each satellite's own drifted mean; in motion they return to 0.
   const ReceiverEpoch start = observe_open_sky(receiver, four_systems(), kTime, ecef);
   const ReceiverEpoch later = observe_open_sky(receiver, four_systems(), kTime + 8.0, ecef, fast);
   int compared = 0;
@@ -607,7 +607,7 @@ TEST(Receiver, CovarianceStatesTheNoise) {
   }
 }
 
-// alpha and beta: the header of a GPS navigation file of 2019 (the values only set the size of the delay).
+// alpha and beta: the header of a GPS navigation file of 2019 (they only determine the size of the delay).
 
 TEST(ReceiverAtmosphere, DelaysAreInTheSignalAndTheFixTakesThemOff) {
   const Eigen::Vector3d ecef = kFrame.ecef_from_local({0, 0, 0});
@@ -702,7 +702,7 @@ TEST(ReceiverOptionsTest, NamesReceiverAndField) {
               testing::AllOf(testing::HasSubstr("rover"), testing::HasSubstr("ionosphere_sigma_m")));
 }
 
-// As simulators' own sensors have it: white, on the solved position and velocity, and stated.
+// As in simulators' own sensors: white, on the solved position and velocity, and reported.
 TEST(Receiver, FixNoiseIsWhiteAndStated) {
   ReceiverOptions options = quiet();
   options.fix_noise = {0.5, 2, 0.1, 0.3};

@@ -67,7 +67,7 @@ TEST(EdgeField, IsTheKnifeEdges) {
 // nu = -0.78.
 TEST(Blockage, OfALongWallIsTheKnifeEdgeOfItsTop) {
   for (const double top : {3.0, 3.5, 4.0, 4.5, 5.0}) {
-    // 500 m to both sides, 10 m north of the antenna.
+    // 500 m to each side, 10 m north of the antenna.
     const Body wall = box(0, 10.01, 0, 1000, 0.02, top);
     for (const double elevation_deg : {8.0, 10.0, 14.0}) {
       const double e = radians(elevation_deg);
@@ -85,26 +85,26 @@ TEST(Blockage, OfALongWallIsTheKnifeEdgeOfItsTop) {
 }
 
 TEST(Blockage, OfASideIsTheKnifeEdgeOfAnUprightEdge) {
-  // Endless upwards and to the east: its western corner, 8 m ahead, stands w beside the ray.
+  // Infinite upwards and to the east: its western corner, 8 m ahead, is at the distance w from the ray.
   for (const double w : {-1.0, -0.3, 0.0, 0.5, 1.0, 2.0}) {
     const Body tower = box(500 - w, 8.01, 0, 1000, 0.02, 1e5);
     const double e = radians(30);
     const double nu = w * std::sqrt(2 * std::cos(e) / (kWavelength * 8));
     const Blockage shaded = blockage(tower, kAntenna, towards(0, 30), kFar, kWavelength);
-    // Exact, as Sommerfeld's half plane has it; w is not small against r.
+    // Exact, by Sommerfeld's half plane; w is not small relative to r.
     EXPECT_NEAR(shaded.amplitude, std::abs(propagation::knife_edge_field(nu)), 0.01) << w;
     EXPECT_EQ(shaded.cuts, w > 0);
   }
 }
 
 TEST(Blockage, ChangesSteadilyFromLightToShadow) {
-  // A bus passes: no step in amplitude as it comes, covers and goes.
+  // A bus passes: no step in amplitude as it arrives, covers and leaves.
   double before = 1;
   double least = 1;
   for (int i = 0; i <= 4000; ++i) {
     const Body bus = box(-20 + 0.01 * i, 4, 0, 12, 2.5, 4.4);
     const double now = blockage(bus, kAntenna, towards(0, 25), kFar, kWavelength).amplitude;
-    // Ripples of 1 / (pi sqrt(2) 3) end where an edge is out of sight.
+    // Ripples of 1 / (pi sqrt(2) 3) end where an edge is too far from the ray.
     EXPECT_LT(std::abs(now - before), 0.1) << i;
     before = now;
     least = std::min(least, now);
@@ -126,7 +126,7 @@ TEST(Blockage, OfAFootbridgeCoversWhatIsAbove) {
   const Blockage above = blockage(bridge, kAntenna, Vector3d(0, 0, 1), kFar, kWavelength);
   EXPECT_TRUE(above.cuts);
   EXPECT_GT(loss_db(above), 10);
-  // Its edge stands 2 m east in 3.7 m of height: 61.6 deg.
+  // Its edge is 2 m east, 3.7 m high: 61.6 deg.
   EXPECT_TRUE(blockage(bridge, kAntenna, towards(90, 63), kFar, kWavelength).cuts);
   EXPECT_FALSE(blockage(bridge, kAntenna, towards(90, 60), kFar, kWavelength).cuts);
   EXPECT_GT(blockage(bridge, kAntenna, towards(90, 30), kFar, kWavelength).amplitude, 0.9);
@@ -162,7 +162,7 @@ TEST(SideReflection, HasTheDetourOfTheImage) {
   EXPECT_NEAR(path->arrival.dot(towards(0, 15)), 1, 1e-12);
   EXPECT_NEAR(path->incidence_rad(), radians(15), 1e-12);
   EXPECT_EQ(path->incidences[0].material, city::Material::Metal);
-  // The edge over the roof at the height of the mirror point: half of the field is left.
+  // The edge over the roof at the height of the mirror point: half of the field remains.
   const Body lower = box(0, 5 + 1.25, 0, 1000, 2.5, 1.8 + 5 * std::tan(radians(40)));
   const auto half = side_reflection(lower, 1, kAntenna, towards(180, 40), kWavelength, 0);
   ASSERT_TRUE(half);
@@ -172,7 +172,7 @@ TEST(SideReflection, HasTheDetourOfTheImage) {
   EXPECT_FALSE(side_reflection(bus, 0, kAntenna, towards(180, 15), kWavelength, 0));
 }
 
-// The same boxes as buildings of a scene, traced by the propagator: who is blocked, and what is reflected.
+// The same boxes as buildings of a scene, traced by the propagator: blocked satellites, and reflections.
 TEST(Bodies, BlockAndReflectAsTheSceneOfTheSameBoxesDoes) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0, 1);

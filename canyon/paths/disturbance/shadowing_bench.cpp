@@ -22,7 +22,7 @@ std::vector<Eigen::Vector3d> sky() {
   return directions;
 }
 
-/// 31 satellites; driven each epoch [m].
+/// 31 satellites; distance driven each epoch [m].
 void shadows_of_an_epoch(benchmark::State& state) {
   Shadowing shadowing({}, 1, "bench");
   const std::vector<Eigen::Vector3d> directions = sky();
@@ -36,7 +36,7 @@ void shadows_of_an_epoch(benchmark::State& state) {
 }
 BENCHMARK(shadows_of_an_epoch)->Arg(0)->Arg(1)->Arg(10);
 
-/// The first epoch goes back to where each satellite's state was decided.
+/// The first epoch searches back to the last decision of each satellite's state.
 void shadows_of_the_first_epoch(benchmark::State& state) {
   const std::vector<Eigen::Vector3d> directions = sky();
   for (auto _ : state) {
@@ -47,7 +47,7 @@ void shadows_of_the_first_epoch(benchmark::State& state) {
 }
 BENCHMARK(shadows_of_the_first_epoch);
 
-/// Obstacles at a place, for this number of paths.
+/// Obstacles at a position, for this number of paths.
 void obstacles_of_an_epoch(benchmark::State& state) {
   ShadowingOptions dense;
   dense.environment = ShadowingEnvironment::Dense;

@@ -62,7 +62,7 @@ TEST(ShadowingOptions, SurroundingsFollowTheSkyAndTheMap) {
   EXPECT_FALSE(options.active());
 }
 
-// Perez-Fontan et al. 1998 as docs/shadowing.md has it; P12 / (P11 + P12) and P21 / (P21 + P22) by hand.
+// Perez-Fontan et al. 1998 as in docs/shadowing.md; P12 / (P11 + P12) and P21 / (P21 + P22) by hand.
 TEST(ShadowingParameters, AreThePublishedOnesWithoutDeepShadow) {
   ShadowingOptions options;
   const auto at = [&](double deg) { return shadowing_parameters(options, radians(deg)); };
@@ -76,7 +76,7 @@ TEST(ShadowingParameters, AreThePublishedOnesWithoutDeepShadow) {
   EXPECT_NEAR(at(80).shadowed_share(), 0.276, 5e-4);
   EXPECT_NEAR(at(50).shadowed_mean_db, (-8 - 6.3) / 2, 1e-12);
   EXPECT_NEAR(at(75).clear_sigma_db, 0.26 + 0.75 * (0.87 - 0.26), 1e-12);
-  // Held where nothing is published.
+  // Constant where nothing is published.
   EXPECT_EQ(at(5).shadowed_mean_db, at(40).shadowed_mean_db);
   EXPECT_EQ(at(90).enter, at(80).enter);
   options.environment = ShadowingEnvironment::Suburban;
@@ -86,7 +86,7 @@ TEST(ShadowingParameters, AreThePublishedOnesWithoutDeepShadow) {
   EXPECT_NEAR(at(40).shadowed_share(), 0.517, 5e-4);
 }
 
-// Lengths and counts of the states along one way, to `step_m`.
+// Lengths and counts of the states along one route, to `step_m`.
 struct Stretch {
   bool shadowed;
   double length_m;
@@ -98,7 +98,7 @@ std::vector<Stretch> stretches(One& shadowing, double way_m, double step_m) {
   for (long i = 0; i * step_m < way_m; ++i) {
     (void)shadowing.level_db(i * step_m);
     if (i > 0 && shadowing.shadowed() != state) {
-      if (since >= 0) result.push_back({state, i * step_m - since});  // the first one has no beginning
+      if (since >= 0) result.push_back({state, i * step_m - since});  // the first one has no start
       since = i * step_m;
     }
     state = shadowing.shadowed();
@@ -107,7 +107,7 @@ std::vector<Stretch> stretches(One& shadowing, double way_m, double step_m) {
 }
 
 // Obstacles of a mean height of 8 m above 2 m, a gamma distribution of shape 2: of those above the roof of a
-// car (1 + x) e^-x are above an antenna at the height 2 m + 4 m x.
+// car the fraction (1 + x) e^-x is above an antenna at the height 2 m + 4 m x.
 TEST(Shadowing, EndsAboveTheObstacles) {
   ShadowingOptions options;
   options.enabled = true;
@@ -155,7 +155,7 @@ TEST(Shadowing, StatesLastGeometricNumbersOfFrames) {
 }
 
 TEST(Shadowing, BeginsAnywhereOfAnEndlessWay) {
-  // Share and time to the first change over many beginnings: (1 - change)^n beyond n frames, straight lines
+  // Fraction and time to the first change over many starts: (1 - change)^n beyond n frames, straight lines
   // between.
   const ShadowingOptions options = custom(0.1, 0.3);
   constexpr int kCount = 20000;
@@ -180,13 +180,13 @@ TEST(Shadowing, BeginsAnywhereOfAnEndlessWay) {
   EXPECT_NEAR(shadowed / double{kCount}, 0.25, 4.5 * std::sqrt(0.25 * 0.75 / kCount));
   const double stay = (std::pow(0.9, 2) + std::pow(0.9, 3)) / 2;
   EXPECT_NEAR(beyond / static_cast<double>(clear), stay, 4.5 * std::sqrt(stay * (1 - stay) / clear));
-  // Transitions in and out cancel: the mean is that of the shares.
+  // Transitions in and out cancel: the mean is that of the fractions.
   EXPECT_NEAR(level, 0.75 * -1 + 0.25 * -9, 4.5 * 5 / std::sqrt(kCount));
 }
 
 TEST(Shadowing, LevelsAreNormalInEachState) {
   ShadowingOptions options = custom(0.1, 0.15);
-  options.frame_m = 100;  // next to nothing of it is a transition
+  options.frame_m = 100;  // almost none of it is a transition
   One shadowing(options, 7);
   std::map<bool, std::vector<double>> levels;
   // Ten correlation lengths: independent.
@@ -269,7 +269,7 @@ TEST(Shadowing, StandsStillAtOnePlace) {
   (void)shadowing.level_db(0);
   const double level = shadowing.level_db(10);
   for (int i = 0; i < 5; ++i) EXPECT_EQ(shadowing.level_db(10), level);
-  // Nothing was drawn on the way.
+  // No values were sampled between.
   One other(custom(0.2, 0.3));
   (void)other.level_db(0);
   (void)other.level_db(10);
@@ -288,10 +288,10 @@ TEST(Shadowing, FollowsItsSeed) {
   EXPECT_NE(levels(5), levels(6));
 }
 
-// --- what satellites share
+// --- correlation between satellites
 
-// Two satellites whose numbers correlate by `rho`, by the definition of the
-// chain in shadowing.hpp: numbers of the test's own.
+// Two satellites whose numbers correlate by `rho`, by the definition of the chain in shadowing.hpp: with the
+// test's own numbers.
 double both_shadowed(double rho, double enter, double leave) {
   RandomStream random(5, "pairs");
   const auto low = [](double z) { return 0.5 * std::erfc(-z / std::sqrt(2)); };
@@ -310,7 +310,7 @@ double both_shadowed(double rho, double enter, double leave) {
 
 TEST(Shadowing, NeighboursInTheSkyShareIt) {
   ShadowingOptions options = custom(0.1, 0.15);
-  options.frame_m = 100;  // frames of all begin at about one place
+  options.frame_m = 100;  // all frames start at nearly the same distance
   options.numbers->clear_sigma_db = options.numbers->shadowed_sigma_db = 2;
   const std::vector<double> apart_deg{0, 5, 10, 20, 30, 60};
   Shadowing shadowing(options, 3, "test");
@@ -331,7 +331,7 @@ TEST(Shadowing, NeighboursInTheSkyShareIt) {
     const double angle = apart_deg[k] / 10;
     const double rho = std::exp(-angle * angle / 2);
     EXPECT_NEAR(product[k], rho, 0.04) << apart_deg[k];
-    // States: 0.03 of correlation are up to 0.01 here; 60,000 frames of four independent ones each leave
+    // States: 0.03 of correlation are up to 0.01 here; 60,000 frames of four independent ones each give
     // 0.008.
     EXPECT_NEAR(both[k], both_shadowed(std::min(rho, 1.0), 0.1, 0.15), 0.018) << apart_deg[k];
   }
@@ -339,8 +339,8 @@ TEST(Shadowing, NeighboursInTheSkyShareIt) {
 }
 
 TEST(Shadowing, StatesCorrelateOverTheWay) {
-  // A chain of two states forgets by 1 - enter - leave each frame; places of any phase of a frame lie on
-  // straight lines between.
+  // The memory of a chain of two states decays by 1 - enter - leave per frame; positions of any phase within
+  // a frame are on straight lines between.
   ShadowingOptions options = custom(0.1, 0.15);
   options.frame_m = 4;
   std::vector<double> shares(21);

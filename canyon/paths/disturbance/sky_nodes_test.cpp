@@ -20,7 +20,7 @@ Eigen::Vector3d somewhere(RandomStream& random) {
                                              std::asin(random.uniform()));
 }
 
-// The correlation of the numbers that two directions have of one draw, by their shares.
+// The correlation of the numbers of two directions in one realization, by their weights.
 double correlation(const SkyNodes& nodes, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   std::vector<SkyNodes::Share> of_a, of_b;
   nodes.shares(a, of_a);
@@ -60,7 +60,7 @@ TEST(SkyNodes, DirectionsCorrelateByTheAngleBetweenThem) {
     for (int i = 0; i < kCount; ++i) {
       const Eigen::Vector3d a = somewhere(random);
       Eigen::Vector3d b = somewhere(random);
-      // Mostly close to each other, where the correlation falls.
+      // Mostly at small angles, where the correlation falls.
       if (i % 4 != 0) b = (a + 1.5 * angle * random.uniform() * (b - a)).normalized();
       const double apart = std::atan2(a.cross(b).norm(), a.dot(b));
       const double difference = correlation(nodes, a, b) - expected(angle, apart);
@@ -93,7 +93,7 @@ TEST(SkyNodes, ADrawIsNormalAtEveryDirection) {
       ks = std::max(ks, std::abs(cdf - (i + 0.5) / kCount));
     }
     EXPECT_LT(ks, 0.001 + 1.95 / std::sqrt(kCount))
-        << elevation;  // 0.1 % (Kolmogorov) beyond what it may differ
+        << elevation;  // 0.1 % (Kolmogorov) beyond the allowed difference
   }
 }
 
@@ -119,7 +119,7 @@ TEST(FrameStates, StepAsTheirChainDoes) {
     };
     near(entered, off, steps.enter);
     near(left, on, steps.leave);
-    // A place is what it is, from wherever one comes.
+    // The state at a position does not depend on the earlier ones.
     FrameStates other(nodes, 4, "chain");
     for (int i = kFrames - 1; i > kFrames - 500; i -= 37) {
       const FrameStates::States one = chain.at(i, shares, steps), same = other.at(i, shares, steps);

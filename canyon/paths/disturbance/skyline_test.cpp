@@ -26,7 +26,7 @@ ShadowingOptions some() {
   return options;
 }
 
-/// Tangents of the tops' elevations in all azimuths about many places; 0 without an obstacle.
+/// Tangents of the tops' elevations in all azimuths at many positions; 0 without an obstacle.
 std::vector<double> slopes(Skyline& skyline, double height_m) {
   std::vector<double> result;
   for (int i = 0; i < 3000; ++i) {
@@ -76,7 +76,7 @@ TEST(Skyline, IsFixedInTheWorld) {
   Skyline one(some(), 3), other(some(), 3), stranger(some(), 4);
   int same = 0;
   for (int i = 0; i < 200; ++i) {
-    other.go_to({3.0 * i, 900}, 2);  // elsewhere, on another way
+    other.go_to({3.0 * i, 900}, 2);  // elsewhere, on another route
     one.go_to({5.0 * i, 40}, 2);
     other.go_to({5.0 * i, 40}, 2);
     stranger.go_to({5.0 * i, 40}, 2);
@@ -86,7 +86,7 @@ TEST(Skyline, IsFixedInTheWorld) {
   EXPECT_LT(same, 150);  // both without an obstacle
 }
 
-/// Share of pairs of which both or none has an obstacle.
+/// Fraction of pairs of which both or neither has an obstacle.
 template <typename Second>
 double alike(Skyline& skyline, const Second& second) {
   int same = 0;
@@ -121,8 +121,7 @@ TEST(Skyline, IsAlikeNearby) {
   EXPECT_NEAR(turned(90), unlike, 0.03);
 }
 
-// Directions well below a top lose as behind the edge that the same obstacle shows to a direction just above
-// it.
+// Directions well below a top have the loss behind the same obstacle's edge, as seen just above the edge.
 TEST(Skyline, EdgesWeakenAsTheDiffractionOverThem) {
   Skyline skyline(some(), 7);
   const auto level_db = [&](double elevation_rad) {

@@ -1,4 +1,4 @@
-// Time that a street takes of an epoch of one receiver: 31 satellites, about 50 bodies near.
+// Time for a street in one epoch of one receiver: 31 satellites, about 50 bodies nearby.
 #include "canyon/paths/disturbance/streets.hpp"
 
 #include <benchmark/benchmark.h>
@@ -13,7 +13,7 @@ namespace {
 
 const geodesy::GpsTime kStart = geodesy::GpsTime::from_week(2051, 46701);
 
-/// 31 satellites, 5 to 85 degrees high, each with a direct path and `more` of facades 15 to 40 m away.
+/// 31 satellites at 5 to 85 degrees, each with a direct path and `more` paths by facades 15 to 40 m away.
 propagation::Arrival arrival(int more) {
   propagation::Arrival result;
   result.antenna_enu = {0, 0, 1.8};
@@ -36,8 +36,8 @@ propagation::Arrival arrival(int more) {
   return result;
 }
 
-/// range(0): vehicles on a kilometre of each of six lanes; range(1): paths of a satellite beside the direct
-/// one; range(2): 1 with furniture of an Asian street. Copying the arrival is in it (see copy_of_an_arrival).
+/// range(0): vehicles per kilometre in each of six lanes; range(1): paths of a satellite in addition to the
+/// direct one; range(2): 1 with furniture of an Asian street. Includes copy_of_an_arrival.
 void epoch_of_31_satellites(benchmark::State& state) {
   StreetsOptions options;
   options.street.region = StreetRegion::EastAsia;

@@ -26,7 +26,7 @@ using ::testing::HasSubstr;
 const GpsTime kStart = GpsTime::from_week(2051, 46701);
 constexpr double kWavelength = geodesy::kSpeedOfLight / 1575.42e6;
 
-/// Vehicles alone.
+/// Vehicles only.
 StreetOptions traffic() {
   StreetOptions options;
   options.enabled = true;
@@ -64,7 +64,7 @@ TEST(Road, TellsWayAndDirection) {
   EXPECT_NEAR((road.at(125).place - Vector2d(125, 0)).norm(), 0, 1e-9);
   EXPECT_NEAR((road.at(125).ahead - Vector2d(1, 0)).norm(), 0, 1e-9);
   EXPECT_NEAR((road.at(400).ahead - Vector2d(1, 1).normalized()).norm(), 0, 1e-9);
-  // Straight on beyond both ends.
+  // Straight beyond both ends.
   EXPECT_NEAR((road.at(-50).place - Vector2d(-50, 0)).norm(), 0, 1e-9);
   EXPECT_NEAR((road.at(850).place - Vector2d(400, 450)).norm(), 0, 1e-9);
 }
@@ -85,17 +85,17 @@ TEST(Street, HasTheDensityAndTheMixThatAreAskedFor) {
       }
     }
   }
-  // An antenna at rest keeps its own lane free: three lanes over 100 m. About 6.6 slots of each are taken
-  // with a probability of 0.45: the deviation of a draw is 2.2, of the mean of 2,000 0.05 vehicles, 0.6 %.
+  // An antenna at rest keeps its own lane free: three lanes over 100 m. About 6.6 slots of each are occupied
+  // with a probability of 0.45: the deviation of a sample is 2.2, of the mean of 2,000 0.05 vehicles, 0.6 %.
   const double expected = 3 * 30 * 0.1 * draws;
   EXPECT_NEAR(count, expected, 0.025 * expected);
-  // Cars have 4.5 m, 60 % of East Asia's; double-deckers and buses 12 m, 11 %.
+  // Cars have 4.5 m, 60 % of East Asia's vehicles; double-deckers and buses 12 m, 11 %.
   EXPECT_NEAR(lengths[4.5] / static_cast<double>(count), 0.60, 0.03);
   EXPECT_NEAR(lengths[12.0] / static_cast<double>(count), 0.11, 0.02);
 }
 
-// The share of the time that an endless row of vehicles of length L, k of them on a metre, stands between an
-// antenna and a direction square to the road is k L.
+// For an infinite row of vehicles of length L, k per metre, a direction perpendicular to the road is blocked
+// for the fraction k L of the time.
 TEST(Street, BlocksADirectionSquareToTheRoadForTheShareOfItsVehiclesLength) {
   StreetOptions options = traffic();
   options.region = StreetRegion::Tr37885;
@@ -108,8 +108,8 @@ TEST(Street, BlocksADirectionSquareToTheRoadForTheShareOfItsVehiclesLength) {
     const Street street(options, seed);
     for (int k = 0; k < 100; ++k, ++draws) {
       const Vector3d antenna(0, 0, 1.6);
-      // The road leads east, vehicles drive on the right: the oncoming lane is to the north, its near side 2
-      // m away and 1.4 m higher than the antenna, 35 deg.
+      // The road is eastwards, vehicles drive on the right: the oncoming lane is to the north, its near side
+      // 2 m away and 1.4 m higher than the antenna, 35 deg.
       for (const Body& body : bodies(street, kStart + 977.0 * k, nullptr, antenna)) {
         const Vector3d s = geodesy::enu_from_azimuth_elevation(0, geodesy::radians(30));
         blocked += blockage(body, antenna, s, std::numeric_limits<double>::infinity(), kWavelength).cuts;
@@ -119,7 +119,7 @@ TEST(Street, BlocksADirectionSquareToTheRoadForTheShareOfItsVehiclesLength) {
       }
     }
   }
-  // A binomial deviation of 4000 draws is 0.0074.
+  // A binomial deviation of 4000 samples is 0.0074.
   EXPECT_NEAR(blocked / static_cast<double>(draws), 0.025 * 13, 4 * 0.0074);
 }
 
@@ -164,7 +164,7 @@ TEST(Street, SparesTheAntennasVehicleAndOthers) {
       const Road::Point own = road.at(road.along_m(time));
       const std::vector<Body> around = bodies(street, time, &road);
       EXPECT_GT(around.size(), 10U);
-      // About a corner lanes of both streets lie over each other; Streets leaves out what holds the antenna.
+      // At a corner lanes of both streets overlap; Streets omits bodies that contain the antenna.
       if (std::abs(road.along_m(time) - 400) < 60) continue;
       for (const Body& body : around) {
         const Vector2d from = body.centre - own.place;
@@ -200,7 +200,7 @@ TEST(Street, IsAFunctionOfSeedTimeAndRoad) {
   (void)places(one, 77, {400, 70, 1.8});
   EXPECT_EQ(places(one, 20, {200, 0, 1.8}), first);
   EXPECT_EQ(places(again, 20, {200, 0, 1.8}), first);
-  // Another receiver of the vehicle sees the same bus at the same place.
+  // Another receiver of the vehicle sees the same bus at the same position.
   EXPECT_EQ(places(again, 20, {201.5, 0.7, 1.8}), first);
   EXPECT_NE(places(other, 20, {200, 0, 1.8}), first);
 }
@@ -218,7 +218,7 @@ TEST(Street, HasTheFurnitureThatIsAskedFor) {
     }
     return count / 400.0;
   };
-  // 100 m of both sides; a Poisson deviation of 400 draws of 8 is 0.14.
+  // 100 m of both sides; a Poisson deviation of 400 samples of 8 is 0.14.
   EXPECT_NEAR(mean([](StreetOptions& o) { o.trees_per_km = 40; }, Body::Kind::Crown), 8, 0.6);
   EXPECT_NEAR(mean([](StreetOptions& o) { o.signs_per_km = 40; }, Body::Kind::Structure), 8, 0.6);
   EXPECT_NEAR(mean([](StreetOptions& o) { o.awnings_per_km = 40; }, Body::Kind::Structure), 8, 0.6);

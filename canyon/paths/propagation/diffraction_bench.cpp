@@ -1,5 +1,5 @@
-// Diffraction at edges beside the first-order trace, one epoch of fifty satellites: the same places and sky
-// as propagator_bench.cpp.
+// Diffraction at edges compared with the first-order trace, one epoch of fifty satellites: the same points
+// and sky as propagator_bench.cpp.
 
 #include <benchmark/benchmark.h>
 
@@ -23,7 +23,7 @@ using canyon::propagation::SatellitePaths;
 using canyon::propagation::Visibility;
 
 struct Fixture : canyon::bench::BenchScene {
-  /// Whether each satellite is blocked at each place, by place and then satellite.
+  /// Whether each satellite is blocked at each point, by point and then satellite.
   std::unique_ptr<bool[]> blocked = std::make_unique<bool[]>(sky.size() * city.places.size());
 
   Fixture() {

@@ -50,7 +50,7 @@ void append_sheet(Mesh& mesh, const Vector3d& corner, const Vector3d& u, const V
                       {corner, corner + u, corner + u + v, corner + v}, {{0, 1, 2}, {0, 2, 3}});
 }
 
-/// All paths there are, however weak.
+/// All existing paths, of any strength.
 DiffractionOptions everything() {
   DiffractionOptions options;
   options.max_loss_db = 100;
@@ -82,7 +82,7 @@ struct World {
 TEST(EdgeDiffraction, LosesWhatAHalfPlaneDoesAndNearlyWhatARightAngleDoes) {
   // Keller's coefficient without the term of the reflection, which circular polarisation cancels in the
   // copolar part (the mean of soft and hard): D = sin(pi / n) / n / (cos(pi / n) - cos(turn / n)) / sqrt(2 pi
-  // k), n pi the air about the edge, turn = pi + bending (Kouyoumjian and Pathak 1974, equation 33). The
+  // k), n pi the air around the edge, turn = pi + bending (Kouyoumjian and Pathak 1974, equation 33). The
   // field spreads as 1 / sqrt(distance).
   const double k = 2 * kPi / kWavelength, distance = 30;
   const auto keller_loss_db = [&](double n, double bending) {
@@ -161,7 +161,7 @@ TEST(EdgeDiffraction, OverTheTopOfASheet) {
     ASSERT_GE(paths.size(), 1u);
     const double e = radians(40);
     EXPECT_NEAR(paths[0].excess_m, std::hypot(10, 20) - (10 * std::cos(e) + 20 * std::sin(e)), 1e-9);
-    // Its sides are 50 m off, and lead around by more.
+    // Its sides are 50 m away, with longer detours.
     for (std::size_t i = 1; i < paths.size(); ++i) EXPECT_GT(paths[i].excess_m, 10);
   }
 }
@@ -186,17 +186,17 @@ TEST(EdgeDiffraction, IsContinuousAtTheShadowBoundary) {
     EXPECT_GT(dark[0].nu, 0);
     EXPECT_GT(dark[0].loss_db, approximate_knife_edge_loss_db(0));
     EXPECT_LT(light[0].loss_db, approximate_knife_edge_loss_db(0));
-    // J's slope at 0; what follows is of third order.
+    // J's slope at 0; the remainder is of third order.
     const double slope = 20 / std::log(10) / std::sqrt(1.01);
     EXPECT_NEAR(dark[0].loss_db - light[0].loss_db, 2 * slope * dark[0].nu,
                 3 * std::pow(dark[0].nu, 3) + 1e-9);
   }
-  // |nu| = 0.78 is 3 deg above the boundary here; beyond there the edge does nothing.
+  // |nu| = 0.78 is 3 deg above the boundary here; beyond it the edge has no effect.
   const double bound =
       geodesy::degrees(2 * std::asin(0.78 * std::sqrt(kWavelength / 8 / std::hypot(10, 20))));
   EXPECT_EQ(world.trace(antenna, direction(0, boundary + bound - 0.01)).size(), 1u);
   EXPECT_EQ(world.trace(antenna, direction(0, boundary + bound + 0.01)).size(), 0u);
-  // The edge counts farther out where the options ask for it.
+  // The edge counts farther out if the options allow it.
   DiffractionOptions further = everything();
   further.max_clear_nu = 2;
   const auto beyond = World(mesh, further).trace(antenna, direction(0, boundary + bound + 0.01));
@@ -207,7 +207,7 @@ TEST(EdgeDiffraction, IsContinuousAtTheShadowBoundary) {
 
 // ---- symmetries
 
-/// A block with a yard, a tower and a slab, as a scene without symmetry, turned about the vertical.
+/// A block with a yard, a tower and a slab, as a scene without symmetry, rotated about the vertical.
 Mesh quarter(double yaw_rad) {
   Mesh mesh;
   const auto turned = [&](const Vector3d& middle, const Vector3d& size, double own_yaw) {
@@ -246,8 +246,8 @@ TEST(EdgeDiffraction, TurnsWithTheScene) {
 }
 
 TEST(EdgeDiffraction, IsReciprocal) {
-  // An antenna on the way from the edge to the satellite that looks back along the leg finds the same edge at
-  // the same point, bent as much.
+  // An antenna on the path from the edge to the satellite, for a satellite back along the leg, finds the same
+  // edge at the same point, with equal bending.
   const World world(quarter(0));
   std::mt19937 random(4);
   std::uniform_real_distribution<double> place(-8, 8), azimuth(0, 360), elevation(2, 80);
@@ -258,7 +258,7 @@ TEST(EdgeDiffraction, IsReciprocal) {
     if (!world.blocked(antenna, s)) continue;
     for (const DiffractedPath& path : world.trace(antenna, s)) {
       const Vector3d beyond = path.point + 200 * s, back = -path.arrival;
-      // Going back the ray does not end at the antenna; it may not be in the air for long beyond it.
+      // In reverse the ray does not end at the antenna; it may soon hit a surface beyond it.
       if (world.scene.occluded({antenna, back}) || !world.blocked(beyond, back)) continue;
       const auto returned = world.trace(beyond, back);
       const auto same = std::find_if(returned.begin(), returned.end(), [&](const DiffractedPath& p) {
@@ -276,7 +276,7 @@ TEST(EdgeDiffraction, IsReciprocal) {
   EXPECT_GT(compared, 20u);
 }
 
-// ---- what stands in the way
+// ---- obstacles
 
 TEST(EdgeDiffraction, NoPathThroughAnythingElse) {
   Mesh mesh;
@@ -287,14 +287,14 @@ TEST(EdgeDiffraction, NoPathThroughAnythingElse) {
                        [](const DiffractedPath& p) { return (p.point - Vector3d(3, 10, 22)).norm() < 1e-6; });
   };
   ASSERT_TRUE(over(World(mesh).trace(antenna, s)));
-  {  // on the way to the satellite: at y = 100 the ray from the roof is 97.5 m high
+  {  // in the path to the satellite: at y = 100 the ray from the roof is 97.5 m high
     Mesh high = mesh, low = mesh;
     append(high, {-20, 100, 0}, {20, 110, 98});
     append(low, {-20, 100, 0}, {20, 110, 97});
     EXPECT_FALSE(over(World(high).trace(antenna, s)));
     EXPECT_TRUE(over(World(low).trace(antenna, s)));
   }
-  {  // on the way to the antenna: half way up the ray is at y = 5, z = 12
+  {  // in the path to the antenna: half way up the ray is at y = 5, z = 12
     Mesh sign = mesh, beside = mesh;
     append(sign, {2, 4.9, 11}, {4, 5.1, 13});
     append(beside, {3.1, 4.9, 11}, {4, 5.1, 13});
@@ -309,7 +309,7 @@ TEST(EdgeDiffraction, NoPathThroughAnythingElse) {
 }
 
 TEST(EdgeDiffraction, LegsOfRandomPathsAreClear) {
-  // By first hits, a millimetre's margin: in a city of 1.3 km the lift off an edge is about 1 mm.
+  // By first hits, with a millimetre's margin: in a city of 1.3 km the lift off an edge is about 1 mm.
   const city::City city = city::synthetic_city({});
   const World world(city.mesh);
   std::mt19937 random(8);
@@ -335,13 +335,13 @@ TEST(EdgeDiffraction, LegsOfRandomPathsAreClear) {
   EXPECT_GT(paths_found, 100u);
 }
 
-/// Turns by an angle that leaves no coordinate a round number.
+/// Rotates by an angle that gives no round coordinates.
 Vector3d askew(const Vector3d& v) {
   return Eigen::AngleAxisd(0.5432, Vector3d::UnitZ()) * v;
 }
 
-/// A wall of 200 m and 40 m height at y = 10, all askew, whose sheets share no edges: their cuts look like
-/// free edges.
+/// A wall of 200 m and 40 m height at y = 10, all askew; its sheets have no common edges: cuts look like free
+/// edges.
 void append_wall_in_pieces(Mesh& mesh) {
   for (int i = 0; i < 20; ++i) {
     append_sheet(mesh, askew({-100.0 + 10 * i, 10, -1.0 - i % 2}), askew({10, 0, 0}), {0, 0, 16.0 + i % 2});
@@ -349,7 +349,7 @@ void append_wall_in_pieces(Mesh& mesh) {
   append_sheet(mesh, askew({-100, 10, 15}), askew({200, 0, 0}), {0, 0, 25});
 }
 
-/// Whether a path goes through or along append_wall_in_pieces() other than around its outline.
+/// Whether a path passes through or along append_wall_in_pieces() other than around its outline.
 bool at_a_cut(const DiffractedPath& path) {
   const Vector3d point = Eigen::AngleAxisd(-0.5432, Vector3d::UnitZ()) * path.point;
   return std::abs(point.y() - 10) < 1e-6 && point.z() < 40 - 1e-6 && std::abs(point.x()) < 100 - 1e-6;
@@ -375,7 +375,7 @@ TEST(EdgeDiffraction, ACutThroughAWallLetsNothingThrough) {
 }
 
 TEST(EdgeDiffraction, ACutThroughAWallScattersNothing) {
-  // The same wall seen along, satellites in front of it hidden by a sign: legs to the cuts are clear.
+  // The same wall along its length, satellites in front of it hidden by a sign: legs to the cuts are clear.
   Mesh mesh;
   append_wall_in_pieces(mesh);
   append_sheet(mesh, askew({1, -1, 0}), askew({0, 2, 0}), {0, 0, 30});
@@ -390,7 +390,8 @@ TEST(EdgeDiffraction, ACutThroughAWallScattersNothing) {
 }
 
 TEST(EdgeDiffraction, AnEdgeDrawnTwiceGivesOnePath) {
-  // A wall in pieces below a roof in one: no vertices in common but the ends, two free edges at one place.
+  // A wall in pieces below a roof in one piece: only the ends are common vertices, two free edges at one
+  // place.
   Mesh mesh;
   for (int i = 0; i < 3; ++i) append_sheet(mesh, {-30.0 + 20 * i, 10, 0}, {20, 0, 0}, {0, 0, 22});
   append_sheet(mesh, {-30, 10, 22}, {60, 0, 0}, {0, 20, 0});
@@ -406,8 +407,8 @@ TEST(EdgeDiffraction, AnEdgeDrawnTwiceGivesOnePath) {
 }
 
 TEST(EdgeDiffraction, ASeamOfCoplanarWallsIsNoEdge) {
-  // Two buildings of different height with one facade line: the tall one's corner is an edge above the low
-  // one only. A sign hides satellites in front of the facade, so that edges beside the line count.
+  // Two buildings of different height with one facade line: the tall one's corner is an edge only above the
+  // low one. A sign hides satellites in front of the facade, so that edges next to the line count.
   Mesh mesh;
   append(mesh, {-20, 20, 0}, {0, 40, 40});
   append(mesh, {0, 20, 0}, {20, 40, 15});
@@ -421,7 +422,7 @@ TEST(EdgeDiffraction, ASeamOfCoplanarWallsIsNoEdge) {
     const Vector3d s = direction(95, elevation_deg);
     ASSERT_TRUE(world.blocked(antenna, s));
     const auto paths = world.trace(antenna, s);
-    // The cone's point, 20.2 m off; the sign's top cuts off nothing of this leg.
+    // The cone's point, 20.2 m away; the sign's top does not block this leg.
     const double height = 2 + std::hypot(3, 20) * std::tan(radians(elevation_deg));
     if (std::abs(height - 15) < 0.1 || height > 39.9) continue;
     EXPECT_EQ(std::any_of(paths.begin(), paths.end(), at_seam), height > 15) << elevation_deg;
@@ -429,7 +430,7 @@ TEST(EdgeDiffraction, ASeamOfCoplanarWallsIsNoEdge) {
 }
 
 TEST(EdgeDiffraction, AnEdgeBesideTheOneInTheWay) {
-  // A sign hides the satellite; a wall's end beside it, which is not in the way, scatters by |nu|.
+  // A sign hides the satellite; the end of a wall next to it, which does not block, scatters by |nu|.
   Mesh mesh;
   append_sheet(mesh, {-0.5, 5, 0}, {1, 0, 0}, {0, 0, 50});
   append(mesh, {3, 20, 0}, {60, 40, 50});
@@ -440,7 +441,7 @@ TEST(EdgeDiffraction, AnEdgeBesideTheOneInTheWay) {
   ASSERT_NE(wall, paths.end());
   EXPECT_LT(wall->nu, 0);
   EXPECT_NEAR(wall->loss_db, approximate_knife_edge_loss_db(-wall->nu), 1e-12);
-  // Around the sign both ways.
+  // Around the sign on both sides.
   EXPECT_EQ(
       std::count_if(paths.begin(), paths.end(),
                     [](const DiffractedPath& p) { return std::abs(std::abs(p.point.x()) - 0.5) < 1e-6; }),
@@ -448,7 +449,7 @@ TEST(EdgeDiffraction, AnEdgeBesideTheOneInTheWay) {
 }
 
 TEST(EdgeDiffraction, MovableThingsHaveEdges) {
-  // A lorry beside the antenna, given in its own frame.
+  // A lorry next to the antenna, given in its own frame.
   Mesh lorry;
   canyon::test::append_box(lorry, "lorry", Surface::Vehicle, Material::Metal, {-6, -1.25, 0}, {6, 1.25, 4});
   const double yaw = 0.4;

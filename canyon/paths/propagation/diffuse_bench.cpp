@@ -1,5 +1,5 @@
-// Diffuse scattering for the satellites of fifty that the city hides, at the places and under the sky of
-// propagator_bench.cpp, and what it gains in certainty with more rays.
+// Diffuse scattering for the satellites of fifty that the city hides, at the points and under the sky of
+// propagator_bench.cpp, and its gain in accuracy with more rays.
 
 #include <benchmark/benchmark.h>
 
@@ -21,7 +21,7 @@ using canyon::propagation::DiffusePath;
 using canyon::propagation::DiffuseScattering;
 
 struct Fixture : canyon::bench::BenchScene {
-  /// Marks the blocked satellites of each place, at most twenty; by place and then satellite.
+  /// Marks the blocked satellites of each point, at most twenty; by point and then satellite.
   std::unique_ptr<bool[]> wanted = std::make_unique<bool[]>(sky.size() * city.places.size());
   double wanted_per_place = 0;
 
@@ -45,13 +45,13 @@ const Fixture& fixture() {
   return fixture;
 }
 
-/// One satellite at one place, all classes together.
+/// One satellite at one point, sum of all classes.
 struct Total {
   double power = 0;
   double excess_m = 0;  ///< mean weighted by power
 };
 
-/// All wanted satellites at every twentieth place.
+/// All wanted satellites at every twentieth point.
 std::vector<Total> totals(DiffuseOptions options) {
   options.min_power_db = -100;
   options.max_paths = 64;

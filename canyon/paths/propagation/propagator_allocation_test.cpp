@@ -1,4 +1,4 @@
-// A propagator that traces epoch after epoch allocates nothing once its buffers have grown.
+// A propagator that traces many epochs allocates nothing once its buffers have grown.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// The propagator beside a plain one written here: every triangle on its own, doubles, no acceleration, own
-// ray-triangle test (Moeller and Trumbore 1997). Both must find the same paths.
+// The propagator compared with a plain one in this file: every triangle separately, doubles, no acceleration,
+// own ray-triangle test (Moeller and Trumbore 1997). Both must find the same paths.
 
 #include <gtest/gtest.h>
 
@@ -79,7 +79,7 @@ Agreement compare(const Mesh& mesh, const std::vector<Vector3d>& places, int sat
       bool same = result[i].paths.size() == expected.size() + first;
       for (std::size_t k = 0; same && k < expected.size(); ++k) {
         const Path& path = result[i].paths[first + k];
-        // Two reflections of nearly one length may come in either order.
+        // Two reflections of nearly equal length may come in either order.
         same = std::any_of(expected.begin(), expected.end(), [&path](const Reference::Reflection& e) {
           return std::abs(e.excess - path.excess_m) < 1e-3 && (e.point - path.point).norm() < 1e-3;
         });
@@ -111,7 +111,7 @@ TEST(PropagatorReference, FindsThePathsOfThePlainImplementationInTheSyntheticCit
 }
 
 // A real mesh, whose vertices are rounded: a triangle's own plane differs from its facet's, and reflection
-// points close to outlines may fall to either side. Such satellites are counted: fewer than 1 in 200 (none of
+// points close to outlines may be on either side. Such satellites are counted: fewer than 1 in 200 (none of
 // 2,000 when this was written).
 TEST(PropagatorReference, FindsThePathsOfThePlainImplementationInHongKong) {
   CANYON_SHARED_DATA(path, "hongkong/buildings.dae");

@@ -1,4 +1,4 @@
-// Closed-form scenes: a wall, a corner, a street canyon, and what can go wrong in each.
+// Closed-form scenes: a wall, a corner, a street canyon, and the special cases of each.
 
 #include "canyon/paths/propagation/propagator.hpp"
 
@@ -119,7 +119,7 @@ TEST(Paths, ArrangedTheySayTheirVisibility) {
   EXPECT_EQ(of({{PathKind::Diffuse, 9}}).visibility, Visibility::NLOS);
   EXPECT_EQ(of({{PathKind::Direct, 0}, {PathKind::Diffracted, 0.1}}).visibility, Visibility::LOS)
       << "an edge beside the path does not count";
-  // A direct path stays the first one, late though it may be made to arrive.
+  // A direct path stays the first one, even with a large delay.
   const SatellitePaths mixed =
       of({{PathKind::Reflected, 30}, {PathKind::Diffracted, 5}, {PathKind::Direct, 8}});
   EXPECT_EQ(mixed.visibility, Visibility::LOSMultipath);
@@ -181,10 +181,9 @@ TEST(Propagator, TheOpenSkyIsAllLineOfSight) {
 
 // ---- one wall
 
-// A wall 20 m north of the antenna, which stands away from the origin on every axis. Closed form: excess path
-// 2 h cos(elevation) cos(azimuth from the wall's normal), reflection point h tan(azimuth difference) along
-// the wall and h tan(elevation) / cos(azimuth difference) above the antenna, arrival from the mirrored
-// azimuth.
+// A wall 20 m north of the antenna, which is away from the origin on every axis. Closed form: excess path 2 h
+// cos(elevation) cos(azimuth from the wall's normal), reflection point h tan(azimuth difference) along the
+// wall and h tan(elevation) / cos(azimuth difference) above the antenna, arrival from the mirrored azimuth.
 TEST(OneWall, ReflectsByTheClosedForm) {
   const Vector3d antenna(-7, 11, 2);
   Mesh mesh;
@@ -247,7 +246,7 @@ TEST(OneWall, EndsAtItsEdges) {
   append_sheet(mesh, {-5, 10, 0}, {13, 0, 0}, {0, 0, 15});
   const World world(mesh);
   const auto paths_at = [&](double x, double z) {
-    // Satellite that is seen reflected in (x, 10, z): the straight line to it, mirrored in y.
+    // Satellite whose reflection is in (x, 10, z): the straight line to it, mirrored in y.
     const Vector3d r = (Vector3d(x, 10, z) - Vector3d(0, 0, 2)).normalized();
     return world.trace({0, 0, 2}, {r.x(), -r.y(), r.z()}).paths.size();
   };
@@ -297,7 +296,7 @@ TEST(OneWall, HonoursReachIncidenceAndOrder) {
   EXPECT_EQ(World(mesh, options).trace(antenna, s).visibility, Visibility::LOSMultipath);
   options.reflection_order = 0;
   EXPECT_EQ(World(mesh, options).trace(antenna, s).visibility, Visibility::LOS);
-  // The range limit is of reflections, not of what blocks: a wall 1 km away hides a satellite.
+  // The range limit applies to reflections, not to blocking: a wall 1 km away hides a satellite.
   Mesh far;
   append(far, {-2'000, 1'000, 0}, {2'000, 1'010, 900});
   options.max_range_m = 50;
@@ -311,7 +310,7 @@ TEST(OneWall, LegsMustBeClear) {
   const Vector3d antenna(0, 0, 2), s = direction(180, 30);  // reflection point (0, 20, 13.55)
   ASSERT_EQ(World(mesh).trace(antenna, s).paths.size(), 2u);
 
-  // The obstacle is foliage, which reflects nothing itself.
+  // The obstacle is foliage, which does not reflect.
   const auto with = [&mesh](const Vector3d& min, const Vector3d& max) {
     Mesh hidden = mesh;
     canyon::test::append_box(hidden, "tree", Surface::Foliage, Material::Wood, min, max);
@@ -332,7 +331,7 @@ TEST(OneWall, DegeneratePlacesGiveNoPathAndNoFault) {
   Mesh mesh;
   append(mesh, {-100, 20, 0}, {100, 30, 100});
   const World world(mesh);
-  // The antenna in the wall's plane beside it, and on the wall itself.
+  // The antenna in the wall's plane next to it, and on the wall itself.
   EXPECT_EQ(world.trace({-150, 20, 2}, direction(180, 30)).visibility, Visibility::LOS);
   EXPECT_EQ(world.trace({0, 20, 2}, direction(180, 30)).visibility, Visibility::LOS);
   // The satellite in the wall's plane.
@@ -347,7 +346,7 @@ TEST(OneWall, SharedAndCoincidentWallsGiveOnePath) {
   Mesh twice;  // the same building twice
   append(twice, {-100, 20, 0}, {100, 30, 100});
   append(twice, {-100, 20, 0}, {100, 30, 100});
-  Mesh row;  // two buildings side by side, one facade
+  Mesh row;  // two adjacent buildings, one facade
   append(row, {-100, 20, 0}, {0, 30, 100});
   append(row, {0, 20, 0}, {100, 35, 90});
   Mesh overlapping;  // facades in one plane that overlap
@@ -362,7 +361,7 @@ TEST(OneWall, SharedAndCoincidentWallsGiveOnePath) {
                   1e-9);
     }
   }
-  // A tall building behind a low one, sharing a wall: only what stands above the low roof reflects.
+  // A tall building behind a low one, with a common wall: only the part above the low roof reflects.
   Mesh behind;
   append(behind, {-100, 20, 0}, {100, 30, 10});
   append(behind, {-100, 30, 0}, {100, 40, 100});
@@ -378,7 +377,7 @@ TEST(OneWall, SharedAndCoincidentWallsGiveOnePath) {
   EXPECT_NEAR(low.paths[1].excess_m, 40 * std::cos(geodesy::radians(14.2)), 1e-9) << "from the low facade";
 }
 
-// Both ends of a path may be swapped. Closed form: seen from a far source at S the wall shows the image
+// Both ends of a path may be exchanged. Closed form: seen from a far source at S the wall shows the image
 // antenna; |S - image| - |S - antenna| is the excess path, to 2 h^2 / |S| = 40 um for a source 20,000 km
 // away.
 TEST(OneWall, IsReciprocal) {
@@ -399,7 +398,7 @@ TEST(OneWall, IsReciprocal) {
       const double height = wall_normal.dot(antenna - path.point);
       const Vector3d image = antenna - 2 * height * wall_normal;
       EXPECT_NEAR((source - image).norm() - (source - antenna).norm(), path.excess_m, kMillimetre);
-      // The ray from the satellite meets the wall in the same point, and goes on to the antenna.
+      // The ray from the satellite hits the wall in the same point, and continues to the antenna.
       const auto hit = world.scene.cast({path.point + 500 * s, -s});
       ASSERT_TRUE(hit);
       EXPECT_NEAR(hit->range_m, 500, kMillimetre);
@@ -410,7 +409,7 @@ TEST(OneWall, IsReciprocal) {
   EXPECT_GT(paths_seen, 300);
 }
 
-// Along a wall what leads stands still for a piece, and is elsewhere on the next. Ideal walls have none.
+// Along a wall the scattering centre is fixed for a piece, and another on the next. Ideal walls have none.
 TEST(RoughWall, HasSomethingThatLeadsBesideTheMirrorsPoint) {
   Mesh mesh;
   append(mesh, {-5'000, 31, 0}, {5'000, 41, 300});
@@ -497,7 +496,7 @@ TEST(Corner, GivesTwoFirstOrderPaths) {
   }
 }
 
-// ---- a street canyon, against an image construction written here
+// ---- a street canyon, against an image construction in this file
 
 struct Block {
   Vector3d min, max;
@@ -620,16 +619,15 @@ TEST(MirrorModel, FollowsThePapersAlgorithm) {
   paths = World(mesh, mirror()).trace(antenna, direction(180, 65));
   EXPECT_EQ(paths.visibility, Visibility::LOS);
   EXPECT_EQ(paths.paths.size(), 1u);
-  // Blocked along the street's other end and the mirror ray free: not received.
+  // Blocked at the street's other end and the mirror ray free: not received.
   Mesh lone;
   append(lone, {-100, 24, 0}, {100, 34, 60});
   EXPECT_EQ(World(lone, mirror()).trace(antenna, direction(0, 40)).visibility, Visibility::Blocked);
 }
 
-// A wall at distance h whose normal is `off` from the satellite's azimuth. The mirror ray runs to d = h /
-// (cos(el) cos(off)), m = 2 d cos^2(el) = 2 h cos(el) / cos(off); the specular excess path is 2 h cos(el)
-// cos(off). The models agree where the wall faces the satellite and differ by the factor cos^2(off) where it
-// does not.
+// A wall at distance h whose normal is `off` from the satellite's azimuth. The mirror ray has the length d =
+// h / (cos(el) cos(off)), m = 2 d cos^2(el) = 2 h cos(el) / cos(off); the specular excess path is 2 h cos(el)
+// cos(off). The models agree if the wall faces the satellite and differ by the factor cos^2(off) otherwise.
 TEST(MirrorModel, AgreesWithSpecularWhereTheWallFacesTheSatellite) {
   Mesh mesh;
   append(mesh, {-1'000, 20, 0}, {1'000, 30, 300});
@@ -685,7 +683,7 @@ TEST(Instances, ReflectUnderTheirPoseAndBlock) {
   EXPECT_TRUE(paths.paths[1].point.isApprox(Vector3d(0, 5, 2 + 5 * std::tan(geodesy::radians(15))), 1e-9));
   EXPECT_EQ(trace(direction(0, 15)).visibility, Visibility::Blocked) << "and it hides what is behind it";
 
-  // Turned by 10 deg about a pivot: normal (sin 10, -cos 10), closed form 2 h (n . s).
+  // Rotated by 10 deg about a pivot: normal (sin 10, -cos 10), closed form 2 h (n . s).
   const double yaw = geodesy::radians(10);
   scene.set_pose(id, Eigen::Translation3d(0, 6.25, 0) * Eigen::AngleAxisd(yaw, Vector3d::UnitZ()));
   scene.commit();
@@ -724,9 +722,9 @@ TEST(Instances, ABusHidesAReflectionFromAWall) {
   EXPECT_NEAR(paths.paths[1].excess_m, 2 * 9 * std::cos(geodesy::radians(10)), 1e-9);
 }
 
-// ---- many satellites and threads at once
+// ---- many satellites and threads in parallel
 
-// Facets are gathered for antennas that follow one another nearby. A thread of its own has none gathered.
+// Facets are cached for successive nearby antennas. A new thread has an empty cache.
 TEST(Propagator, DoesNotDependOnTheAntennaBefore) {
   city::SyntheticCityOptions city;
   city.blocks_east = city.blocks_north = 4;

@@ -1,6 +1,6 @@
-// Second-order reflections beside a plain double image construction written here: every pair of triangles on
-// its own, doubles, no acceleration, own ray-triangle test (Moeller and Trumbore 1997). Both must find the
-// same paths.
+// Second-order reflections compared with a plain double image construction in this file: every pair of
+// triangles separately, doubles, no acceleration, own ray-triangle test (Moeller and Trumbore 1997). Both
+// must find the same paths.
 
 #include <gtest/gtest.h>
 
@@ -128,7 +128,7 @@ Agreement compare(const Mesh& mesh, const std::vector<Vector3d>& places, int sat
   return agreement;
 }
 
-/// Boxes at random, yawed; every third one is tilted as well, so that there are planes of all directions.
+/// Random boxes, yawed; every third one is tilted as well, so that there are planes of all directions.
 Mesh random_city(unsigned seed, int boxes) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> at(-70, 70), size(8, 30), height(5, 60), yaw(0, geodesy::kPi),
@@ -213,7 +213,7 @@ TEST(SecondOrderReference, FindsThePathsOfThePlainImplementationInTheSyntheticCi
 }
 
 // A real mesh, whose vertices are rounded: a triangle's own plane differs from its facet's, mirrored twice
-// and over longer ways (5 mm are allowed). Points close to outlines may fall to either side; such satellites
+// and over longer paths (5 mm are allowed). Points close to outlines may be on either side; such satellites
 // are counted: fewer than 1 in 200 (none of 3,000 when this was written).
 TEST(SecondOrderReference, FindsThePathsOfThePlainImplementationInHongKong) {
   CANYON_SHARED_DATA(path, "hongkong/buildings.dae");

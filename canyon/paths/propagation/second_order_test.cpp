@@ -1,4 +1,4 @@
-// Two reflections in closed-form scenes: a street canyon, a corner, the ground, a bus; and what must hold in
+// Two reflections in closed-form scenes: a street canyon, a corner, the ground, a bus; and properties of
 // every scene.
 
 #include "canyon/paths/propagation/second_order.hpp"
@@ -78,9 +78,9 @@ double detour(const Vector3d& antenna, const Path& path, const Vector3d& s) {
 // ---- a street
 
 // Walls 9 m south (30 m high) and 15 m north (300 m high) of the antenna at the height of 2 m; the satellite
-// in the south. Signals come over the low wall, from the high wall to the low one and from there to the
-// antenna. Two parallel mirrors move the image by twice their distance: excess = 2 (9 + 15) cos(elevation)
-// cos(azimuth from south), wherever in the street the antenna stands.
+// in the south. Signals pass over the low wall, go from the high wall to the low one and then to the antenna.
+// Two parallel mirrors move the image by twice their distance: excess = 2 (9 + 15) cos(elevation) cos(azimuth
+// from south), for any position of the antenna in the street.
 Mesh street() {
   Mesh mesh;
   append(mesh, {-3'000, -20, 0}, {3'000, -9, 30});
@@ -88,7 +88,7 @@ Mesh street() {
   return mesh;
 }
 
-// Away from the origin, so that nothing that is measured from there passes for measured from the antenna.
+// Away from the origin, to distinguish values relative to the origin from those relative to the antenna.
 const Vector3d kAway(7, -4, 1);
 
 Mesh moved_away(Mesh mesh) {
@@ -105,7 +105,7 @@ TEST(SecondOrderStreet, HasTheClosedForm) {
     for (double elevation_deg = 3; elevation_deg < 85; elevation_deg += 0.5) {
       const double slope = std::tan(radians(elevation_deg)) / off;  // rise over metres across the street
       // After 9 m the ray meets the low wall, after 9 + 24 m the high one, after 24 m more it passes over the
-      // low one's edge. Within a decimetre of an edge nothing is said.
+      // low one's edge. No check within a decimetre of an edge.
       const double low = 2 + 9 * slope, high = 2 + 33 * slope, over = 2 + 57 * slope;
       if (std::abs(low - 30) < 0.1 || std::abs(high - 300) < 0.1 || std::abs(over - 30) < 0.1) continue;
       const bool reach = std::hypot(33 / off, 33 * slope) < 300;
@@ -141,7 +141,7 @@ TEST(SecondOrderStreet, HasTheClosedForm) {
 
 TEST(SecondOrderStreet, LimitsHoldForBothReflections) {
   const Vector3d antenna(0, 0, 2), s = direction(180 + 50, 45);
-  // Way to the second reflection: 33 m across, incidence acos(cos 45 cos 50) = 62.97 deg: 33 / 0.4545 = 72.6
+  // Path to the second reflection: 33 m across, incidence acos(cos 45 cos 50) = 62.97 deg: 33 / 0.4545 = 72.6
   // m.
   PropagationOptions options = second_order();
   ASSERT_EQ(doubles(World(street(), options).trace(antenna, s)).size(), 1u);
@@ -159,7 +159,7 @@ TEST(SecondOrderStreet, LimitsHoldForBothReflections) {
 
 TEST(SecondOrderStreet, EveryLegMustBeClear) {
   const Vector3d antenna(0, 0, 2), s = direction(180, 45);
-  // Points: (0, -9, 11), (0, 15, 35). Foliage in the way reflects nothing itself.
+  // Points: (0, -9, 11), (0, 15, 35). Foliage in the path does not reflect.
   const auto with = [](const Vector3d& middle) {
     Mesh mesh = street();
     canyon::test::append_box(mesh, "tree", Surface::Foliage, Material::Wood, middle - Vector3d::Constant(0.5),
@@ -174,7 +174,7 @@ TEST(SecondOrderStreet, EveryLegMustBeClear) {
 }
 
 TEST(SecondOrderStreet, FacetsOfOneWallGiveOnePath) {
-  // The high wall twice, in two parts and in parts that overlap; the low one as well.
+  // The high wall twice, in two parts and in overlapping parts; the low one as well.
   for (const int variant : {0, 1, 2}) {
     Mesh mesh = street();
     if (variant == 0) {
@@ -198,7 +198,7 @@ TEST(SecondOrderStreet, FacetsOfOneWallGiveOnePath) {
   }
 }
 
-// A wall drawn by two buildings 0.4 mm apart and turned by 0.02 deg against each other: one path still.
+// A wall drawn by two buildings 0.4 mm apart and rotated by 0.02 deg relative to each other: still one path.
 TEST(SecondOrderStreet, WallsDrawnNotQuiteAlikeGiveOnePath) {
   Mesh mesh;
   append(mesh, {-50, -20, 0}, {50, -9, 30});
@@ -213,9 +213,9 @@ TEST(SecondOrderStreet, WallsDrawnNotQuiteAlikeGiveOnePath) {
 
 // ---- corners
 
-// Walls 12 m east and 20 m north of the antenna. Two mirrors at a right angle turn the image about their
-// edge, whichever comes first: it stands at (24, 40), the excess is -2 (12 s_x + 20 s_y), and the signal
-// comes from the satellite's azimuth + 180 deg at the same elevation, for every azimuth.
+// Walls 12 m east and 20 m north of the antenna. Two mirrors at a right angle rotate the image about their
+// edge, in either order: it is at (24, 40), the excess is -2 (12 s_x + 20 s_y), and the signal comes from the
+// satellite's azimuth + 180 deg at the same elevation, for every azimuth.
 TEST(SecondOrderCorner, ReturnsEverySatelliteToItsOwnAzimuth) {
   Mesh mesh;
   append(mesh, {-600, 20, 0}, {12, 40, 400});
@@ -291,8 +291,8 @@ std::vector<Key> keys(const SatellitePaths& satellite) {
   return all;
 }
 
-/// Buses in a street as instances beside the same buses in the static mesh: the same paths, by bus and wall,
-/// by wall and bus, by bus and bus.
+/// Buses in a street as instances compared with the same buses in the static mesh: the same paths, by bus and
+/// wall, by wall and bus, by bus and bus.
 TEST(SecondOrderInstances, GiveThePathsOfTheSameThingsStandingStill) {
   Mesh bus;
   canyon::test::append_box(bus, "bus", Surface::Building, Material::Metal, {-6, -1.25, 0}, {6, 1.25, 4});
@@ -342,7 +342,7 @@ TEST(SecondOrderInstances, GiveThePathsOfTheSameThingsStandingStill) {
   EXPECT_THAT(kinds, testing::Each(testing::Gt(20)));
 }
 
-// ---- what must hold in every scene
+// ---- properties of every scene
 
 Mesh random_city(unsigned seed) {
   std::mt19937_64 random(seed);
@@ -370,10 +370,10 @@ Sample sample(const RayScene& scene, std::size_t count, unsigned seed) {
   return s;
 }
 
-// Both ends may be swapped: a ray from the satellite through the far point is reflected where it meets the
-// city (by the normals that the ray caster reports) and comes to the antenna; a source at the distance S sees
-// the double image, and |S - image| - |S - antenna| is the excess, to |image - antenna|^2 / |S|: 0.4 mm at
-// 1,000,000 km for images up to 600 m away.
+// Both ends may be exchanged: a ray from the satellite through the far point is reflected where it hits the
+// city (by the normals of the ray caster) and reaches the antenna; a source at the distance S sees the double
+// image, and |S - image| - |S - antenna| is the excess, to |image - antenna|^2 / |S|: 0.4 mm at 1,000,000 km
+// for images up to 600 m away.
 TEST(SecondOrder, IsReciprocal) {
   int seen = 0;
   for (unsigned seed = 50; seed < 60; ++seed) {
@@ -405,7 +405,7 @@ TEST(SecondOrder, IsReciprocal) {
   EXPECT_GT(seen, 500);
 }
 
-// The rates that the image gives: d(excess)/dt by differences of traced paths, antenna and satellite moving.
+// The rates by the image: d(excess)/dt by differences of traced paths, antenna and satellite moving.
 TEST(SecondOrder, TheImageGivesTheRateOfTheExcess) {
   const World world(street());
   const Vector3d antenna(0, 0, 2), velocity(3, -2, 0.5);

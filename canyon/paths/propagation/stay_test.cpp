@@ -1,5 +1,5 @@
-// The memory about an antenna that hardly moves leaves paths as they are: an antenna that goes on in small
-// steps has the paths, to the last bit, of one that a propagator of its own traces, in a thread of its own.
+// The cache of a nearly stationary antenna does not change paths: an antenna that moves in small steps has
+// exactly the paths that a new propagator traces in a new thread.
 
 #include <gtest/gtest.h>
 

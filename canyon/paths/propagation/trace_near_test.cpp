@@ -18,8 +18,7 @@ bool is_near(const Path& path) {
   return path.kind != PathKind::Diffuse && path.order < 2;
 }
 
-/// Up to 84 deg of elevation, in a spiral. @param turned_rad by which azimuths are greater and elevations
-/// less
+/// Up to 84 deg of elevation, in a spiral. @param turned_rad increment of azimuths, decrement of elevations
 std::vector<Eigen::Vector3d> thirty_directions(double turned_rad = 0) {
   std::vector<Eigen::Vector3d> directions;
   directions.reserve(30);
@@ -30,8 +29,8 @@ std::vector<Eigen::Vector3d> thirty_directions(double turned_rad = 0) {
   return directions;
 }
 
-// With the edges of the place itself, Propagator::trace() without what the other leaves out: the same
-// numbers.
+// With the edges of the point itself, equals Propagator::trace() without the paths that trace_near() omits:
+// the same numbers.
 TEST(Propagator, TraceNearGivesWhatTraceFinds) {
   city::City city = city::synthetic_city({});
   canyon::test::append_box(city.mesh, "hedge", city::Surface::Foliage, city::Material::Foliage, {-50, -3, 0},
@@ -64,18 +63,18 @@ TEST(Propagator, TraceNearGivesWhatTraceFinds) {
       }
     }
   }
-  // Both sets have members: paths to compare, and paths that are left out.
+  // Both sets have members: compared paths, and omitted paths.
   EXPECT_GT(reflected, 100U);
   EXPECT_GT(bent, 100U);
   EXPECT_GT(others, 100U);
-  // Without edges none is bent.
+  // Without edges no path is diffracted.
   propagator.trace_near({0, 0.3, 2}, sky, {}, near);
   for (const SatellitePaths& satellite : near) {
     for (const Path& path : satellite.paths) EXPECT_NE(path.kind, PathKind::Diffracted);
   }
 }
 
-/// By the surfaces that they come over, of one kind and order.
+/// By their reflectors, of one kind and order.
 std::map<std::uint64_t, Path> by_reflector(const SatellitePaths& satellite, PathKind kind, int order) {
   std::map<std::uint64_t, Path> result;
   for (const Path& path : satellite.paths) {
@@ -84,8 +83,8 @@ std::map<std::uint64_t, Path> by_reflector(const SatellitePaths& satellite, Path
   return result;
 }
 
-// Half a metre farther what goes along is what a search there finds, to rounding; a second later the
-// satellite's turn counts to the first order.
+// Half a metre farther the updated paths equal those of a search there, to rounding; a second later the
+// satellite's motion counts to first order.
 TEST(Propagator, FarPathsGoAlong) {
   const city::City city = city::synthetic_city({});
   const raytrace::RayScene scene(city.mesh);
@@ -120,7 +119,7 @@ TEST(Propagator, FarPathsGoAlong) {
           EXPECT_NEAR((path.far_point - right.far_point).norm(), 0, 1e-6);
           EXPECT_NEAR(path.leg_m, right.leg_m, 1e-6);
         }
-        // The point of a facade stays, and its direction is that of the new place.
+        // The point of a facade is fixed, and its direction is that from the new point.
         for (const auto& [reflector, path] : by_reflector(got[i], PathKind::Diffuse, 0)) {
           EXPECT_NEAR((path.point - there).normalized().dot(path.arrival), 1, 1e-12);
           EXPECT_GE(path.excess_m, 0);
@@ -133,7 +132,7 @@ TEST(Propagator, FarPathsGoAlong) {
   EXPECT_GT(static_cast<double>(found_twice), 0.85 * static_cast<double>(twice));
 }
 
-// A bus that stands is part of it, one that drives off is not, and one that is far away does not matter.
+// A stationary bus is part of it, one that drives off is not, and one that is far away does not matter.
 TEST(Propagator, FarPathsHoldWhileInstancesStand) {
   const city::City city = city::synthetic_city({});
   city::Mesh bus;
@@ -172,7 +171,7 @@ TEST(Propagator, FarPathsHoldWhileInstancesStand) {
   EXPECT_FALSE(propagator.retrace(antenna, sky, place, again));
 }
 
-// Of a wall that scatters once, the detour of a point is known in closed form.
+// For a wall that scatters once, the detour of a point is known in closed form.
 TEST(FarScatter, OfAPointOnAFacade) {
   const Eigen::Vector3d from(0, 0, 2), antenna(0.3, 0.5, 2.1), point(20, 5, 12);
   const Eigen::Vector3d s = geodesy::enu_from_azimuth_elevation(0.3, 0.7);

@@ -62,8 +62,7 @@ TEST(AntennaPattern, NamedPatternsLieWithinTheCitedRanges) {
               2, 1e-9);
 }
 
-// An antenna cannot gain more than it is directive: the mean over the sphere of both hands is at most 1 (0
-// dB).
+// An antenna's gain is at most its directivity: the mean over the sphere of both hands is at most 1 (0 dB).
 TEST(AntennaPattern, NamedPatternsGiveNoMorePowerThanTheyTake) {
   for (const AntennaPattern& pattern :
        {isotropic_antenna(), patch_antenna(), survey_antenna(), phone_antenna()}) {

@@ -54,7 +54,7 @@ propagation::DiffuseOptions without_strengths() {
   return options;
 }
 
-/// Everything that there is over one facade, as exactly as it gets.
+/// All paths over one facade, with the highest accuracy.
 propagation::DiffuseOptions everything() {
   propagation::DiffuseOptions options = without_strengths();
   options.wall_reflectance = 0.3;
@@ -94,7 +94,7 @@ double mean_excess(const std::vector<propagation::DiffusePath>& paths) {
 }
 
 TEST(DiffuseScattering, TiesOfPowerDoNotHangOnTheLastDigit) {
-  // Panels of one wall, whose normals differ in their last digits: many classes have the same power.
+  // Panels of one wall, whose normals differ in their last digits: many classes have equal power.
   Mesh mesh;
   const Vector3d along = direction(100, 0);
   for (int i = -20; i < 20; ++i)
@@ -195,7 +195,7 @@ TEST(DiffuseScattering, WallIsThatOfAQuadratureOverItsArea) {
     for (const propagation::DiffusePath& path : paths) {
       ASSERT_LT(path.bin, area.power.size());
       worst_class = std::max(worst_class, std::abs(path.power - area.power[path.bin]) / area.total());
-      // Few rays make up a weak class.
+      // A weak class consists of few rays.
       const double tolerance = area.power[path.bin] > 0.03 * area.total() ? 0.5 : 4;
       EXPECT_NEAR(path.excess_m, area.power_excess[path.bin] / area.power[path.bin], tolerance) << path.bin;
     }
@@ -208,8 +208,8 @@ TEST(DiffuseScattering, WallIsThatOfAQuadratureOverItsArea) {
 }
 
 TEST(DiffuseScattering, PatchScattersItsShareOfTheIncidentPower) {
-  // All that crosses a hemisphere of 100 m about a square of 20 m, over what falls on it: S^2 rho. Fluence
-  // instead of flux adds at most (14 / 100)^2 / 2 = 1 %; so few rays and places are within another 1 %.
+  // Power that crosses a hemisphere of 100 m around a square of 20 m, over the incident power: S^2 rho.
+  // Fluence instead of flux adds at most (14 / 100)^2 / 2 = 1 %; few rays and points are within another 1 %.
   Mesh mesh;
   append_sheet(mesh, {-10, 0, -10}, {20, 0, 0}, {0, 0, 20});
   const propagation::DiffuseOptions options = everything();
@@ -238,14 +238,14 @@ TEST(DiffuseScattering, PatchScattersItsShareOfTheIncidentPower) {
 }
 
 TEST(DiffuseScattering, ShadowedPatchesGiveNothing) {
-  // A deck over half of the street; where it takes the sun from the wall by geometry.
+  // A deck over half of the street, which shades the wall by geometry.
   Mesh mesh;
   append_sheet(mesh, {-60, 12, 0}, {120, 0, 0}, {0, 0, 25});
   append_sheet(mesh, {0, -200, 30}, {100, 0, 0}, {0, 208, 0});
   const propagation::DiffuseOptions options = everything();
   const World world(mesh, options);
   const Vector3d antenna(-4, 0, 2);
-  // The shadow's edge is known to half a cell and half a degree (FacadeLight): over many satellites that
+  // The shadow's edge is accurate to half a cell and half a degree (FacadeLight): over many satellites that
   // averages out.
   double found = 0, expected = 0, found_m = 0, expected_m = 0, unshadowed = 0;
   int satellites = 0;
@@ -281,7 +281,7 @@ TEST(DiffuseScattering, WayIsDirectGeometry) {
   canyon::test::append_box(mesh, "tower", Surface::Building, Material::Glass, {-40, 20, 0}, {50, 30, 60});
   propagation::DiffuseOptions options = everything();
   options.rays = 128;
-  options.class_m = 0.1;  // one way in nearly each
+  options.class_m = 0.1;  // one path in nearly each
   const World world(mesh, options);
   const Vector3d antenna(1, -2, 1.5), s = direction(200, 35);
   const std::vector<propagation::DiffusePath> paths = world.trace(antenna, s);
@@ -414,7 +414,7 @@ TEST(DiffuseScattering, VehiclesScatterTerrainAndFoliageDoNot) {
     const bool does = surface == Surface::Building || surface == Surface::Vehicle;
     EXPECT_EQ(!World(mesh, everything()).trace(antenna, s).empty(), does) << static_cast<int>(surface);
 
-    // The same as an instance in an open field, turned half around and moved back.
+    // The same as an instance in an open field, rotated by 180 deg and moved back.
     Mesh own;
     append_sheet(own, {6, -4, 0}, {-12, 0, 0}, {0, 0, 3}, surface);
     World open({}, everything());
@@ -453,7 +453,7 @@ TEST(DiffuseScattering, OpenFieldGivesNothing) {
     EXPECT_THAT(World(mesh, options).trace({0, 0, 2}, direction(180, 30)), testing::IsEmpty());
 }
 
-/// How far a few rays are from 4096 of them: totals of satellites above -35 dB with these.
+/// Difference of a few rays from 4096: totals of satellites above -35 dB with these.
 class Errors {
  public:
   void add(const std::vector<propagation::DiffusePath>& few,
@@ -496,7 +496,7 @@ propagation::DiffuseOptions all_classes(int rays) {
 }
 
 TEST(DiffuseScattering, ConvergesInAStreet) {
-  // Two walls 20 m apart, 30 m high, 400 m long; satellites that one of them hides. The low ones light but a
+  // Two walls 20 m apart, 30 m high, 400 m long; satellites that one of them hides. The low ones light only a
   // strip of 3 m under the roof across the street.
   Mesh mesh;
   canyon::test::append_box(mesh, "north", Surface::Building, Material::Concrete, {-200, 10, 0},
@@ -606,7 +606,7 @@ TEST(DiffuseScattering, RefusesWhatIsNoDirection) {
   EXPECT_NO_THROW((void)world.trace({0, 0, 0}, {0, 0, 1}));
 }
 
-/// Powers with strengths over those without [dB], class by class, of antennas along a street.
+/// Ratio of powers with and without strengths [dB], class by class, of antennas along a street.
 std::vector<double> strengths_db(const propagation::DiffuseOptions& options, std::uint64_t seed,
                                  double step_m) {
   Mesh mesh;
@@ -653,7 +653,7 @@ TEST(DiffuseStrengths, AreLogNormalAndOfTheSeed) {
 }
 
 TEST(DiffuseStrengths, ChangeWithThePieceOfTheFacade) {
-  // Along 40 m classes keep their number while their points wander over pieces of 8 m.
+  // Along 40 m classes keep their number while their points move over pieces of 8 m.
   const auto spread = [](double step_m) {
     std::vector<double> db = strengths_db({}, 1, step_m);
     for (double& each : db) each = std::round(1e6 * each);
@@ -686,7 +686,7 @@ TEST(DiffuseOptions, BoundsAreNamed) {
   EXPECT_NO_THROW(propagation::DiffuseOptions().validate());
 }
 
-/// The share of power that a material reflects at L1, when power falls on it evenly from a half space.
+/// The fraction of power that a material reflects at L1, for uniform incidence from a half space.
 double reflectance(Material material, double thickness_m) {
   constexpr double kL1 = 1575.42e6;
   const std::complex<double> eta = complex_permittivity(radio_material(material), kL1);
@@ -712,8 +712,8 @@ TEST(DiffuseOptions, ReflectanceIsFresnels) {
   EXPECT_EQ(propagation::reflectance(Material::Foliage), 0);
 }
 
-/// Waves between two walls that face each other over a street, followed backwards from the antenna by random
-/// numbers: whatever is scattered once goes on by Lambert's law, and what was scattered is scattered.
+/// Random walk backwards from the antenna between two facing walls of a street: scattered waves continue by
+/// Lambert's law, and stay scattered.
 struct Walk {
   double width, height, length, reflectance, scattered;
   std::mt19937_64 random{7};
@@ -775,7 +775,7 @@ TEST(DiffuseScattering, SeveralFacadesGiveWhatARandomWalkGives) {
   for (const int bounces : {1, 2, 4}) {
     options.bounces = bounces;
     const World world(mesh, options);
-    // The shadow's edge on a long wall is known to half a cell (FacadeLight): over many satellites that
+    // The shadow's edge on a long wall is accurate to half a cell (FacadeLight): over many satellites that
     // averages out.
     double power_ratio = 0, excess_ratio = 0, total = 0;
     int satellites = 0;

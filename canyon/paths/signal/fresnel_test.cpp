@@ -63,7 +63,7 @@ TEST(Fresnel, ParallelVanishesAtBrewstersAngle) {
   for (const double eps : {1.99, 3.91, 6.31, 15.0}) {
     const double brewster = std::atan(std::sqrt(eps));
     EXPECT_LT(std::abs(reflect_half_space(eps, brewster).parallel), 1e-15) << eps;
-    // It changes sign there: the reflected hand turns from LHCP to RHCP.
+    // It changes sign there: the reflected hand changes from LHCP to RHCP.
     EXPECT_GT(reflect_half_space(eps, brewster - 0.01).parallel.real(), 0);
     EXPECT_LT(reflect_half_space(eps, brewster + 0.01).parallel.real(), 0);
     const CircularReflection at = circular(reflect_half_space(eps, brewster));
@@ -107,8 +107,8 @@ TEST(Slab, ThickAndLossyIsAHalfSpace) {
   EXPECT_EQ(std::abs(slab(eta, radians(40), 0, wavelength_m(kL1)).parallel), 0);
 }
 
-// A window of half a wave (in the glass) lets everything through; one of a quarter reflects (n^2 - 1) / (n^2
-// + 1) (Born & Wolf, Principles of Optics, 1.6.4).
+// A window of half a wave (in the glass) is transparent; one of a quarter reflects (n^2 - 1) / (n^2 + 1)
+// (Born & Wolf, Principles of Optics, 1.6.4).
 TEST(Slab, HalfWaveIsTransparentAndQuarterWaveReflectsMost) {
   const double n = std::sqrt(6.31), lambda = wavelength_m(kL1);
   EXPECT_LT(std::abs(slab(6.31, 0, lambda / n / 2, lambda).parallel), 1e-14);
@@ -148,8 +148,8 @@ TEST(Circular, KeepsTheMeanPowerOfBothPolarisations) {
               (std::norm(linear.perpendicular) + std::norm(linear.parallel)) / 2, 1e-15);
 }
 
-// Two reflections by fields in three dimensions: E split along s and p of each plane, reflected, put together
-// again; its circular components taken in the last triad.
+// Two reflections by fields in three dimensions: E split along s and p of each plane, reflected, recombined;
+// its circular components in the last triad.
 TEST(Circular, ChainOfTwoPlanesAgreesWithFieldsInThreeDimensions) {
   using Field = Eigen::Vector3cd;
   const Complex eta1{5.24, -0.75}, eta2{6.31, -0.08};
@@ -185,7 +185,7 @@ TEST(Circular, ChainOfTwoPlanesAgreesWithFieldsInThreeDimensions) {
 
 TEST(Circular, TurnOfThePlaneHasASign) {
   const Eigen::Vector3d up(0, 0, 1);
-  // s = k x n: y for n along -x, and (cos, sin) of 90 + 30 deg for n turned by 30 deg
+  // s = k x n: y for n along -x, and (cos, sin) of 90 + 30 deg for n rotated by 30 deg
   const Eigen::Vector3d a(1, 0, 0), b(std::cos(radians(30)), std::sin(radians(30)), 0);
   EXPECT_NEAR(propagation::plane_turn_rad(up, a, b), radians(30), 1e-15);
   EXPECT_NEAR(propagation::plane_turn_rad(up, b, a), -radians(30), 1e-15);

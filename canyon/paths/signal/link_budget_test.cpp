@@ -22,7 +22,7 @@ TEST(LinkBudget, NoiseDensityIsKT) {
   options.noise_figure_db = 0;
   options.antenna_temperature_k = 290;
   EXPECT_NEAR(noise_density_dbw_per_hz(options), -203.975, 0.001);  // the -174 dBm/Hz of every link budget
-  // A published GPS budget: T_a 211 K, noise figure 1.3 dB over 300 K, 316 K in all, -203.6 dBW/Hz.
+  // A published GPS budget: T_a 211 K, noise figure 1.3 dB over 300 K, 316 K in total, -203.6 dBW/Hz.
   options.antenna_temperature_k = 211;
   options.noise_figure_db = 1.3;
   EXPECT_NEAR(noise_density_dbw_per_hz(options), -203.6, 0.06);
@@ -52,7 +52,7 @@ TEST(LinkBudget, ClearSkyIsWhatReceiversReport) {
   EXPECT_LT(cn0(90, patch), 50);
   EXPECT_GT(cn0(90, survey), cn0(90, patch));
   EXPECT_LT(cn0(90, survey), 53);
-  // About 40 at ten degrees, and rising to the top
+  // About 40 at ten degrees, and increasing to the zenith
   EXPECT_GT(cn0(10, patch), 38);
   EXPECT_LT(cn0(10, patch), 44);
   EXPECT_LT(cn0(0, patch), cn0(10, patch));

@@ -28,7 +28,7 @@ void BM_PathAmplitude(benchmark::State& state) {
 }
 BENCHMARK(BM_PathAmplitude)->Args({0, 0})->Args({1, 0})->Args({2, 0})->Args({0, 1});
 
-/// The slowest argument lies just beyond the series' end.
+/// The slowest argument is just beyond the series' end.
 void BM_KnifeEdgeField(benchmark::State& state) {
   const double nu = static_cast<double>(state.range(0)) / 10;
   for (auto _ : state) benchmark::DoNotOptimize(propagation::knife_edge_field(nu));

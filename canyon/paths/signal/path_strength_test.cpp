@@ -56,7 +56,7 @@ TEST(PathStrength, MetalMirrorIsHeardThroughTheCrossPolarPattern) {
   EXPECT_NEAR(db(path_amplitude(path, radians(30), kL1, patch)), gain.lhcp_dbic - gain.rhcp_dbic, 0.02);
 }
 
-// Two metal walls give RHCP back: an even number of reflections.
+// Two metal walls restore RHCP: an even number of reflections.
 TEST(PathStrength, TwoMetalMirrorsRestoreTheHand) {
   propagation::PathGeometry path = reflected(30, Material::Metal, 0, 40);
   path.incidences[1] = path.incidences[0];
@@ -74,7 +74,7 @@ TEST(PathStrength, ConcreteHalfSpaceByHand) {
   const Complex amplitude = path_amplitude(path, radians(30), kL1, isotropic_antenna(), options);
   EXPECT_NEAR(amplitude.real(), (-0.444005563526 + 0.342626241088) / 2, 1e-9);
   EXPECT_NEAR(amplitude.imag(), (0.0300513667662 - 0.0299209122785) / 2, 1e-9);
-  // 20 cm of concrete absorb what comes back from the rear: within 1 dB of the half space.
+  // 20 cm of concrete absorb the reflection from the rear: within 1 dB of the half space.
   EXPECT_NEAR(db(arriving_wave(path, kL1).lhcp), db(arriving_wave(path, kL1, options).lhcp), 1);
 }
 
@@ -85,7 +85,7 @@ TEST(PathStrength, PhaseIsThatOfTheExcessPath) {
   };
   EXPECT_LT(std::abs(phase(lambda / 4) / phase(0) - Complex(0, -1)), 1e-12);
   EXPECT_LT(std::abs(phase(1000 * lambda) / phase(0) - 1.0), 1e-9);
-  // Longer by a little: the phase falls (exp(+j w t)).
+  // For a slightly longer path the phase falls (exp(+j w t)).
   EXPECT_LT(std::arg(phase(0.01) / phase(0)), 0);
 }
 
@@ -99,7 +99,7 @@ TEST(PathStrength, EdgeCountsItsDetourOnce) {
     EXPECT_LT(std::abs(amplitude - propagation::knife_edge_field(*path.edge_nu)), 1e-12) << excess;
     EXPECT_NEAR(db(amplitude), -propagation::test::exact_knife_edge_loss_db(*path.edge_nu), 1e-9);
   }
-  // An edge beside a clear path: direct and edge wave together are the whole field.
+  // An edge near a clear path: direct and edge wave together are the whole field.
   path.excess_m = 0.05;
   path.edge_nu = propagation::signed_knife_edge_nu(0.05, lambda, false);
   const Complex both = 1.0 + path_amplitude(path, radians(25), kL1, isotropic_antenna());
@@ -123,7 +123,7 @@ TEST(PathStrength, ThicknessOfTheIncidenceRules) {
   EXPECT_NEAR(std::abs(arriving_wave(path, kL1).lhcp), (6.31 - 1) / (6.31 + 1), 0.01);
   path.incidences[0].thickness_m = 0;
   EXPECT_EQ(std::abs(arriving_wave(path, kL1).lhcp), 0);
-  // Metal and ground have no rear: a thickness means nothing.
+  // Metal and ground have no rear: a thickness has no effect.
   path.incidences[0].material = Material::Metal;
   EXPECT_NEAR(std::abs(arriving_wave(path, kL1).lhcp), 1, 1e-3);
 }
@@ -131,8 +131,8 @@ TEST(PathStrength, ThicknessOfTheIncidenceRules) {
 TEST(PathStrength, AntennaOutputIsTheMeanOverAzimuth) {
   const CircularWave wave{{0.3, -0.2}, {0.1, 0.5}};
   const AntennaGain gain{2, -7};
-  // The antenna's LHCP response turns against the RHCP one twice a revolution: mean of |R gR + L gL e^(j
-  // a)|^2.
+  // The antenna's LHCP response rotates relative to the RHCP one twice per revolution: mean of |R gR + L gL
+  // e^(j a)|^2.
   double mean = 0;
   for (int i = 0; i < 360; ++i)
     mean +=
@@ -142,7 +142,7 @@ TEST(PathStrength, AntennaOutputIsTheMeanOverAzimuth) {
 }
 
 // The power of a facade's reflection is below the sum of both polarisations and above its RHCP part. Steep
-// incidence weakens it by 10 dB and more, grazing incidence hardly.
+// incidence weakens it by 10 dB and more, grazing incidence only a little.
 TEST(PathStrength, FacadesAreWeakerThanTheLineOfSight) {
   const AntennaPattern patch = patch_antenna();
   for (const auto material : {Material::Concrete, Material::Glass, Material::Brick, Material::Stone,
@@ -157,7 +157,7 @@ TEST(PathStrength, FacadesAreWeakerThanTheLineOfSight) {
     }
 }
 
-// A traced path is as strong as its geometry, whatever its kind; a diffuse one by its power alone.
+// A traced path has the strength of its geometry, for any kind; a diffuse one that of its power alone.
 TEST(PathStrength, TracedPathsByKind) {
   const AntennaPattern patch = patch_antenna();
   propagation::Path path;
@@ -184,15 +184,15 @@ TEST(PathStrength, DiffusePathIsUnpolarised) {
   path.scattered_power = 0.01;
   path.excess_m = 30.2;
   path.arrival_elevation_rad = radians(15);
-  // An antenna deaf to one hand receives half the power; the phone, equally good in both hands, all of it.
+  // An antenna for one hand receives half the power; the phone, with equal gain in both hands, all of it.
   EXPECT_NEAR(db(path_amplitude(path, radians(60), kL1, isotropic_antenna())), -20 - 3.0103, 1e-4);
   const AntennaGain phone = phone_antenna().gain(0, kL1);
   ASSERT_EQ(phone.rhcp_dbic, phone.lhcp_dbic);
   const Complex amplitude = path_amplitude(path, radians(60), kL1, phone_antenna());
   EXPECT_NEAR(db(amplitude), -20, 1e-9);
-  // Phase -2 pi 30.2 m / 0.190293673 m = -2 pi 158.7020 turns.
+  // Phase -2 pi 30.2 m / 0.190293673 m = -2 pi 158.7020 cycles.
   EXPECT_NEAR(std::arg(amplitude), 2 * kPi * (1 - 0.7020), 2 * kPi * 1e-4);
-  // Mean over all states of polarisation, two opposite ones suffice: what antenna_output() makes of each.
+  // Mean over all states of polarisation, for which two opposite ones suffice: antenna_output() of each.
   const AntennaPattern patch = patch_antenna();
   const AntennaGain gain = patch.gain(radians(15), kL1);
   const double mean =
@@ -201,7 +201,7 @@ TEST(PathStrength, DiffusePathIsUnpolarised) {
   EXPECT_NEAR(std::norm(path_amplitude(path, radians(60), kL1, patch)) / (mean / direct), 1, 1e-12);
 }
 
-// Scattered power is missing in the mirror direction: P_specular = (1 - S^2) of the smooth wall's.
+// The mirror direction lacks the scattered power: P_specular = (1 - S^2) of the smooth wall's.
 TEST(PathStrength, ScatteringWallsReflectLess) {
   propagation::PathGeometry path = reflected(40, Material::Concrete, 12, 20);
   const double smooth = std::norm(arriving_wave(path, kL1).lhcp);

@@ -1,5 +1,5 @@
-// One epoch of fifty satellites over the sky, averaged over the places of the recorded drive through the Hong
-// Kong mesh where the shared data are, else along two streets of the synthetic city. One iteration is one
+// One epoch of fifty satellites over the sky, averaged over the points of the recorded drive through the Hong
+// Kong mesh if the shared data exist, else along two streets of the synthetic city. One iteration is one
 // epoch.
 
 #include <benchmark/benchmark.h>
@@ -64,7 +64,7 @@ PropagationOptions of_order(int order, bool diffraction = false, bool diffuse = 
   return options;
 }
 
-/// Everything on, and the amplitudes of all paths at a patch antenna.
+/// All options on, and the amplitudes of all paths at a patch antenna.
 void everything(benchmark::State& state, bool amplitudes) {
   const Fixture& f = fixture();
   PropagationOptions options = of_order(2, true, true, true);

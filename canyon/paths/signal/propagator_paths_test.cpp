@@ -1,5 +1,5 @@
-// The contents of a traced path (geometry, reflector, image), and the kinds beside reflections:
-// around edges, diffuse, through vegetation.
+// The contents of a traced path (geometry, reflector, image), and the kinds other than reflections: around
+// edges, diffuse, through vegetation.
 
 #include <gtest/gtest.h>
 
@@ -132,13 +132,13 @@ TEST(PathGeometry, OfTwoReflectionsIsInTheOrderFromTheSatellite) {
     EXPECT_NEAR(path.incidences[0].incidence_rad, incidence, 1e-9);
     EXPECT_NEAR(path.incidences[1].incidence_rad, incidence, 1e-9);
     EXPECT_EQ(path.incidences[0].plane_turn_rad, 0);
-    // Normals that oppose each other: the s axes do.
+    // Opposite normals: the s axes are opposite.
     EXPECT_NEAR(std::abs(path.incidences[1].plane_turn_rad), geodesy::kPi, 1e-6);
   }
   EXPECT_TRUE(seen);
 }
 
-// Ground, then wall: the turn of the plane of incidence by the definition of its axes, s = k x n.
+// Ground, then wall: the rotation of the plane of incidence by the definition of its axes, s = k x n.
 TEST(PathGeometry, PlaneTurnsBetweenGroundAndWall) {
   Mesh mesh;
   append(mesh, {-200, 15, -1}, {200, 30, 60}, Material::Glass);
@@ -150,7 +150,7 @@ TEST(PathGeometry, PlaneTurnsBetweenGroundAndWall) {
   std::vector<propagation::Path> paths;
   for (const propagation::Path& path : World(mesh, options).trace({0, 0, 5}, s).paths)
     if (path.order == 2) paths.push_back(path);
-  ASSERT_EQ(paths.size(), 1u);  // by the same image, ground first or wall first: one of them is possible
+  ASSERT_EQ(paths.size(), 1u);  // same image for ground first or wall first: one of them is possible
   const propagation::PathGeometry& geometry = paths[0];
   const bool ground_first = geometry.incidences[0].material == Material::Ground;
   EXPECT_EQ(geometry.incidences[1].material, ground_first ? Material::Glass : Material::Ground);
@@ -224,14 +224,14 @@ TEST(Reflector, IsTheFacet) {
   EXPECT_EQ(second.size(), 1u);
   EXPECT_EQ(triangles.size(), 2u);
   EXPECT_NE(*first.begin(), *second.begin());
-  // Both ways about: the wall in the south, and both walls in the other order.
+  // In both orders: the wall in the south, and both walls in reverse order.
   for (const propagation::Path& path : world.trace({0, 0, 2}, direction(-45, 45)).paths) {
     EXPECT_FALSE(first.count(path.reflector));
     EXPECT_FALSE(second.count(path.reflector));
   }
 }
 
-// Walls drawn twice, where rounding decides which one is found first.
+// Walls drawn twice; rounding decides which one is found first.
 TEST(Reflector, OfWallsDrawnTwiceIsOne) {
   Mesh mesh;
   append(mesh, {-200, 15, 0}, {200, 30, 60});
@@ -274,7 +274,7 @@ TEST(MirrorPaths, ComeOverTheFacetThatTheRayMeets) {
   }
   EXPECT_EQ(along.size(), 1u);
   EXPECT_EQ(triangles.size(), 2u);
-  // Another's rays: concrete that faces the arrival.
+  // Rays of another caster: concrete that faces the arrival.
   const propagation::Path foreign = propagation::mirror_paths({0, 0, 2}, s, true, 16).paths.at(0);
   EXPECT_EQ(foreign.incidences[0].material, Material::Concrete);
   EXPECT_NEAR(foreign.incidences[0].incidence_rad, radians(20), 1e-9);
@@ -315,7 +315,7 @@ TEST(DiffractedPaths, OverARoof) {
   EXPECT_EQ(path.incidence_count, 0);
   EXPECT_NE(path.reflector, 0u);
   EXPECT_EQ(satellite.tracked_excess_m(), path.excess_m);
-  // As weak as P.526 has it, on this carrier and on another.
+  // As weak as by P.526, on this carrier and on another.
   for (const double frequency : {kL1, 1207.14e6}) {
     const double nu = 2 * std::sqrt(excess / wavelength_m(frequency));
     const double amplitude = std::abs(path_amplitude(path, elevation, frequency, isotropic_antenna()));
@@ -323,8 +323,8 @@ TEST(DiffractedPaths, OverARoof) {
   }
 }
 
-// Through the shadow boundary at atan(8 / 20) = 21.80 deg: direct and edge together go on without a step, and
-// from end to end of the light that the options ask for.
+// Through the shadow boundary at atan(8 / 20) = 21.80 deg: the sum of direct and edge wave is continuous,
+// over the whole clear range of the options.
 TEST(DiffractedPaths, FieldIsContinuousAtTheShadowBoundary) {
   const World world(house(), edges_only());
   const auto field = [&](double elevation_deg) {
@@ -372,7 +372,7 @@ TEST(DiffractedPaths, HaveTheImageAndTheReflectorOfTheirEdge) {
   const double rate = turning.dot(antenna - image) + (s - path.arrival).dot(velocity);
   EXPECT_NEAR((at(0.01).excess_m - at(-0.01).excess_m) / 0.02, rate, 1e-6);
   EXPECT_GT(std::abs(rate), 0.05);
-  // The satellite's part by itself.
+  // The satellite's part separately.
   const auto resting = [&](double t) {
     return of_kind(world.trace(antenna, (s + t * turning).normalized()), propagation::PathKind::Diffracted)
         .at(0)
@@ -421,13 +421,13 @@ TEST(DiffusePaths, AreThoseOfTheScattering) {
     EXPECT_EQ(path.triangle, expected[0][i].triangle);
     EXPECT_NEAR(path.arrival_elevation_rad, std::asin(path.arrival.z()), 1e-12);
     EXPECT_TRUE(reflectors.insert(path.reflector).second) << "one for each class";
-    // Isotropic for RHCP, deaf to LHCP: half of the power.
+    // Isotropic for RHCP, no response to LHCP: half of the power.
     EXPECT_NEAR(std::norm(path_amplitude(path, radians(30), kL1, isotropic_antenna())) / path.scattered_power,
                 0.5, 1e-9);
   }
 }
 
-// The way over a point that stays: |P - A| - s.(P - A).
+// The path over a fixed point: |P - A| - s.(P - A).
 TEST(DiffusePaths, HaveTheImageOfTheirPoint) {
   propagation::PropagationOptions options = diffuse_only();
   options.scattering.bounces = 1;

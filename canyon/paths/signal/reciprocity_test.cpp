@@ -1,5 +1,5 @@
-// Both ends of a street canyon may be swapped: ways by two walls between two antennas at finite places, by
-// the double image from either end, have the same length, and from RHCP to RHCP the same amplitude.
+// Both ends of a street canyon may be exchanged: paths by two walls between two antennas at finite distances,
+// by the double image from either end, have the same length, and from RHCP to RHCP the same amplitude.
 
 #include <gtest/gtest.h>
 
@@ -34,8 +34,8 @@ struct Way {
   propagation::PathGeometry geometry;
 };
 
-/// From `source` over the walls in turn to `receiver`; empty where the images say that there is none in front
-/// of the walls (endless ones).
+/// From `source` over both walls to `receiver`; empty if the images give no such path in front of the
+/// (infinite) walls.
 std::optional<Way> way(const Vector3d& source, const Wall& first, const Wall& second,
                        const Vector3d& receiver) {
   const Vector3d in_second = second.image(receiver), in_both = first.image(in_second);
@@ -66,7 +66,7 @@ TEST(Reciprocity, OfTwoWalls) {
   std::uniform_real_distribution<double> along(-60, 60), across(-14, 14), height(0, 40), turn(-0.6, 0.6);
   int ways = 0, turned = 0;
   for (int i = 0; i < 500; ++i) {
-    // Parallel walls every other time, else turned and leaning.
+    // Parallel walls every second time, else rotated and tilted.
     const bool parallel = i % 2 == 0;
     const Eigen::AngleAxisd yaw(parallel ? 0 : turn(random), Vector3d::UnitZ()),
         lean(parallel ? 0 : turn(random) / 4, Vector3d::UnitX());
@@ -86,7 +86,7 @@ TEST(Reciprocity, OfTwoWalls) {
       EXPECT_NEAR(there->length_m, std::hypot(across_m, std::hypot(b.x() - a.x(), b.z() - a.z())), 1e-9);
     }
     const CircularWave forth = arriving_wave(there->geometry, kL1), home = arriving_wave(back->geometry, kL1);
-    // A nanometre of the length is 3e-8 of a turn.
+    // A nanometre of the length is 3e-8 of a cycle.
     EXPECT_LT(std::abs(forth.rhcp - home.rhcp), 1e-7);
     EXPECT_NEAR(std::abs(forth.rhcp), std::abs(home.rhcp), 1e-12);
     EXPECT_GT(std::abs(forth.rhcp), 1e-4);

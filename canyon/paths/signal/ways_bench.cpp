@@ -1,6 +1,6 @@
-// The power of paths without line of sight, by the surfaces that they meet: a random walk backwards from the
-// antenna. It checks independently which orders and combinations are worth tracing. Uses Tsim Sha Tsui where
-// the shared data is there.
+// The power of paths without line of sight, by the surfaces of the path: a random walk backwards from the
+// antenna. It checks independently which orders and combinations are worth tracing. Uses Tsim Sha Tsui if the
+// shared data exist.
 //
 //   build-release/bin/signal_ways_bench [mix of facades] [scattering coefficient]
 
@@ -30,8 +30,8 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kL1_hz = 1575.42e6;
 constexpr int kRays = 20000, kMost = 6;
 
-/// Power that a wall reflects of both polarisations' mean [1], by its material and whole degrees of
-/// incidence.
+/// Fraction of power that a wall reflects, mean of both polarisations [1], by its material and whole degrees
+/// of incidence.
 double reflected_power(canyon::city::Material material, double incidence_rad) {
   static std::map<std::pair<int, int>, double> known;
   const int degrees = std::clamp(static_cast<int>(std::lround(incidence_rad * 180 / kPi)), 0, 89);
@@ -66,7 +66,7 @@ int main(int argc, char** argv) {
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> uniform;
   const double low = std::sin(10 * kPi / 180);
-  double hidden = 0;                    // solid angle of the sky above 10 deg, all places
+  double hidden = 0;                    // solid angle of the sky above 10 deg, all points
   std::map<std::string, double> power;  // times solid angle; S: mirror, D: scatter, from the antenna on
   std::map<std::string, double> reached;
   for (std::size_t p = 0; p < bench.places.size(); p += 10) {

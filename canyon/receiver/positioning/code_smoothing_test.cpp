@@ -32,8 +32,7 @@ TEST(CodeSmoother, WhiteNoiseFallsAsTheClosedFormSays) {
   EXPECT_NEAR(last.sigma_m, 2 * std::sqrt(a / (2 - a)), 1e-9);
 }
 
-// The stated deviation of two correlated parts agrees with 4000 runs, within five deviations of a
-// variance.
+// The reported deviation of two correlated parts agrees with 4000 runs, within five deviations of a variance.
 TEST(CodeSmoother, StatesTheDeviationOfCorrelatedCodes) {
   SmoothingOptions options;
   options.window_s = 20;

@@ -29,7 +29,7 @@ const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(22.3, 114.18, 3
 const Eigen::Vector3d kTruth = geodesy::ecef_from_geodetic(kPlace);
 constexpr GpsTime kTime = CircularSky::kEpoch + std::chrono::hours(5);
 
-/// Exact pseudoranges of all satellites above `mask_deg`, by the measurement equation written out again.
+/// Exact pseudoranges of all satellites above `mask_deg`, by an independent measurement equation.
 std::vector<Measurement> measure(const orbit::Sky& sky, GpsTime time = kTime, double mask_deg = 10,
                                  double receiver_bias_s = 0) {
   std::vector<Measurement> measurements;
@@ -119,7 +119,7 @@ TEST(SolveFix, StartAndOrderDoNotMatter) {
   }
 }
 
-// A system whose time scale is off only moves its own clock.
+// A time scale error of a system only changes its own clock.
 TEST(SolveFix, InterSystemBiasGoesToTheClockOfItsConstellation) {
   std::vector<Measurement> measurements = measure(four_systems());
   for (Measurement& m : measurements) {
@@ -144,7 +144,7 @@ TEST(SolveFix, SbasSharesTheClockOfGps) {
   EXPECT_NEAR(both.clock_bias_s.at(System::GPS), 2e-4, 1e-12);
   EXPECT_EQ(both.clock_bias_s.count(System::SBAS), 0U);
 
-  // Satellites of both, one of them alone, count for the one clock.
+  // Satellites of both, one of them alone, count for the common clock.
   const std::vector<Measurement> few =
       join(only(measurements, System::GPS, 1), only(measurements, System::SBAS, 4));
   const Fix fix = solve_fix(kTime + 2e-4, few, sky, FixOptions{});
@@ -233,8 +233,7 @@ TEST(SolveFix, MaskIsAppliedAtTheIteratedPosition) {
   }
 }
 
-// A satellite exactly at the mask may fall to either side, but counts, covariance and status stay of one
-// piece.
+// A satellite exactly at the mask may be on either side, but counts, covariance and status stay consistent.
 TEST(SolveFix, SatelliteAtTheMaskDoesNotKeepItFromSettling) {
   std::vector<Measurement> measurements = measure(four_systems(), kTime, 0);
   double lowest = 1;
@@ -326,7 +325,7 @@ TEST(SolveFix, LeavesOutDopplersThatContradictTheOthers) {
   }
 }
 
-// Among five nothing tells which is wrong, but the deviation does that one is.
+// With five, the wrong one is not identified, but the deviation shows that one is wrong.
 TEST(SolveFix, StatesWhatContradictingDopplersAreWorth) {
   std::vector<Measurement> five = only(measure_with_dopplers(), System::GPS, 5);
   const double sigma_mps =
@@ -419,8 +418,8 @@ TEST(SolveFix, AllSatellitesInOneDirectionIsSingular) {
   EXPECT_EQ(fix.status, FixStatus::Singular);
 }
 
-// Four pseudoranges have two exact solutions, and Newton's method from the Earth's centre or from deep space
-// runs to the other one, or away, now and then.
+// Four pseudoranges have two exact solutions. Newton's method from the Earth's centre or from deep space
+// sometimes converges to the other one, or diverges.
 TEST(SolveFix, FourSatellitesLeadToTheTruthFromAnywhere) {
   RandomStream random(5, "start");
   for (int epoch = 0; epoch < 500; ++epoch) {
@@ -443,7 +442,7 @@ TEST(SolveFix, FourSatellitesLeadToTheTruthFromAnywhere) {
   }
 }
 
-// Pseudoranges as an antenna 2000 km up would have them.
+// Pseudoranges of an antenna 2000 km above the ground.
 TEST(SolveFix, PlaceFarFromTheGroundIsNoFix) {
   const Eigen::Vector3d high = kTruth * (1 + 2e6 / kTruth.norm());
   std::vector<Measurement> measurements = measure(four_systems(), kTime, 30);
@@ -474,9 +473,9 @@ TEST(SolveFix, AbsurdMeasurementsDoNotPretendAFix) {
   }
 }
 
-// Pseudoranges without an ionosphere, corrected by a model of one: the fix is wrong by all of the model, and
-// what it states for the half that a model may leave is half of that error. Sigmas of 100 m leave the
-// residuals nothing to say.
+// Pseudoranges without an ionosphere, corrected by a model: the fix is wrong by the whole model, and its
+// reported deviation for the half that a model may leave is half of that error. Sigmas of 100 m make the
+// residuals uninformative.
 TEST(SolveFix, StatesWhatTheModelOfTheIonosphereMayLeave) {
   std::vector<Measurement> measurements = measure(four_systems());
   for (Measurement& m : measurements) m.sigma_m = 100;
@@ -493,7 +492,7 @@ TEST(SolveFix, StatesWhatTheModelOfTheIonosphereMayLeave) {
   EXPECT_GT(std::abs(error.z()), 5);
   const Eigen::Matrix3d expected = error * error.transpose() / 4;
   EXPECT_LT((stating.covariance_enu - plain.covariance_enu - expected).norm(), 0.01 * expected.norm());
-  // Corrections take the model's place.
+  // Corrections replace the model.
   for (Measurement& m : measurements) m.stated_share = 0.5;
   options.covariance_by_residuals = false;
   const Fix corrected = solve_fix(kTime, measurements, four_systems(), options, {{System::GPS, model}});

@@ -1,4 +1,4 @@
-// Time of one epoch of weights, RAIM and position filter beside the plain fix.
+// Time of one epoch of weights, RAIM and position filter compared with the plain fix.
 #include "canyon/receiver/positioning/position_filter.hpp"
 
 #include <benchmark/benchmark.h>

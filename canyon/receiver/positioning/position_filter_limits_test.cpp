@@ -1,5 +1,5 @@
 // The filter with fixes whose errors do not fit their weights and with unexpected turns, and the positions
-// that it does not give out.
+// that it rejects.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -37,7 +37,7 @@ std::vector<Measurement> in_a_street(TestDrive& drive) {
   return measurements;
 }
 
-// The covariance of a start is the fix's, with what its residuals show (FixOptions::covariance_by_residuals).
+// The covariance of a start is the fix's, increased by its residuals (FixOptions::covariance_by_residuals).
 TEST(PositionFilterLimits, StartsAsUnsureAsTheFix) {
   for (const bool by_residuals : {false, true}) {
     TestDrive drive(sky(), kTime, kPlace, 1);
@@ -54,8 +54,8 @@ TEST(PositionFilterLimits, StartsAsUnsureAsTheFix) {
   }
 }
 
-// Begun among detours, it is back at the truth as soon as they are gone: a start that believed its weights
-// would refuse what is right. Six standard deviations of the mean of ten noisy fixes.
+// Started with detours, it is back at the truth as soon as they end: a start that relied on its weights would
+// reject right measurements. Six standard deviations of the mean of ten noisy fixes.
 TEST(PositionFilterLimits, ForgetsABadStart) {
   TestDrive drive(sky(), kTime, kPlace, 2);
   FixOptions options;
@@ -78,7 +78,7 @@ TEST(PositionFilterLimits, ForgetsABadStart) {
 }
 
 /// Mean normalised squared error of the position after 80 epochs of 0.5 s at rest, in 100 runs: errors of 3 m
-/// with a time constant of 2 s, which the filter's options state or not.
+/// with a time constant of 2 s, which the filter's options contain or not.
 double mean_nees_of_lasting_errors(double assumed_s) {
   constexpr int kRuns = 100;
   const double a = std::exp(-0.5 / 2);
@@ -120,8 +120,8 @@ TEST(PositionFilterLimits, StatesItsAccuracyForErrorsThatLast) {
   EXPECT_NEAR(mean_nees_of_lasting_errors(2), 3, 0.5);
 }
 
-// Errors that never change are not averaged: the filter then states what the epoch alone does. Satellites
-// that failed the gate count where the residuals are asked.
+// Constant errors are not averaged: the filter then reports the accuracy of the epoch alone. Satellites that
+// failed the gate count in the residuals.
 TEST(PositionFilterLimits, StatesTheEpochsAccuracyForErrorsThatNeverChange) {
   for (const bool by_residuals : {false, true}) {
     TestDrive drive(sky(), kTime, kPlace, 6);
@@ -149,8 +149,8 @@ TEST(PositionFilterLimits, StatesTheEpochsAccuracyForErrorsThatNeverChange) {
   }
 }
 
-// A right angle at 8 m/s within an epoch, by a filter that expects the accelerations of a walk: the Dopplers,
-// which agree, are not all wrong.
+// A right angle at 8 m/s within an epoch, with a filter for the accelerations of a walk: the Dopplers, which
+// agree, are not all wrong.
 TEST(PositionFilterLimits, TakesATurnThatItDidNotExpect) {
   TestDrive drive(sky(), kTime, kPlace, 3);
   drive.velocity_enu = {8, 0, 0};
@@ -171,7 +171,7 @@ TEST(PositionFilterLimits, TakesATurnThatItDidNotExpect) {
   }
 }
 
-// Half of the satellites with a Doppler of their own are no turn.
+// Half of the satellites with inconsistent Dopplers are no turn.
 TEST(PositionFilterLimits, DopplersThatDisagreeAreNoTurn) {
   TestDrive drive(sky(), kTime, kPlace, 4);
   drive.velocity_enu = {8, 0, 0};
@@ -200,7 +200,7 @@ TEST(PositionFilterLimits, GivesOutNothingBeyondItsAccuracy) {
   PositionFilterOptions limited;
   limited.max_sigma_m = 10;
   PositionFilter filter(limited, options);
-  // Nothing is begun among detours, though there is a fix.
+  // No start with detours, although there is a fix.
   const std::vector<Measurement> late = in_a_street(drive);
   const Fix wrong = solve_fix(drive.receiver_time(), late, sky(), options);
   ASSERT_TRUE(wrong.solved());
@@ -222,7 +222,7 @@ TEST(PositionFilterLimits, GivesOutNothingBeyondItsAccuracy) {
   const Fix later = filter.update(drive.receiver_time() + 3, {}, sky(), unsolved);
   EXPECT_EQ(later.status, FixStatus::WeakGeometry);
   EXPECT_TRUE(later.used.empty());
-  // It is still known where it was: one epoch of measurements and it is there again.
+  // Its state is kept: one epoch of measurements restores it.
   drive.advance(4);
   const std::vector<Measurement> back = drive.measure();
   const Fix again = filter.update(drive.receiver_time(), back, sky(), unsolved);

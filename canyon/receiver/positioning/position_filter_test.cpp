@@ -30,7 +30,7 @@ const CircularSky& two_systems() {
   return sky;
 }
 
-/// One receiver: least squares and the filter behind it.
+/// One receiver: least squares and the filter after it.
 struct Pair {
   explicit Pair(const PositionFilterOptions& options = {}, const FixOptions& least_squares = {},
                 const orbit::Sky& seen = two_systems())
@@ -54,8 +54,8 @@ double quantile(std::vector<double> values, double q) {
   return values.at(static_cast<std::size_t>(q * static_cast<double>(values.size() - 1)));
 }
 
-// Started from least squares the filter is least squares: its measurements, weights and covariance. Doppler
-// adds what the turning lines of sight say of the position: decimetres at most.
+// Started from least squares, the filter equals least squares: its measurements, weights and covariance.
+// Doppler adds the position information of the rotating lines of sight: decimetres at most.
 TEST(PositionFilter, BeginsAsTheFix) {
   for (const bool doppler : {false, true}) {
     TestDrive drive(two_systems(), kTime, kPlace, 1);
@@ -81,8 +81,8 @@ TEST(PositionFilter, BeginsAsTheFix) {
   }
 }
 
-// Noise-free, at a constant velocity: the truth, with any clock. Without Doppler the velocity, which a start
-// takes for 0, is learned first.
+// Noise-free, at a constant velocity: the truth, with any clock. Without Doppler the velocity, which is 0 at
+// the start, is estimated first.
 TEST(PositionFilter, KeepsToTheTruthWithoutNoise) {
   for (const bool doppler : {true, false}) {
     TestDrive drive(two_systems(), kTime, kPlace, 2);
@@ -120,7 +120,7 @@ TEST(PositionFilter, KeepsToTheTruthWithoutNoise) {
   }
 }
 
-// As the fix has it: SBAS has no clock of its own, and gives GPS's where that has no satellite.
+// As in the fix: SBAS has no clock of its own, and sets GPS's if that has no satellite.
 TEST(PositionFilter, SbasSharesTheClockOfGps) {
   for (const bool with_gps : {true, false}) {
     const test::CircularSky sky(with_gps ? std::vector{System::GPS, System::Galileo, System::SBAS}
@@ -145,7 +145,7 @@ TEST(PositionFilter, SbasSharesTheClockOfGps) {
 }
 
 /// Mean normalised squared errors of position and velocity after `epochs` irregular epochs, 200 runs of
-/// motion, clock and noise as the filter believes them.
+/// motion, clock and noise by the filter's model.
 std::pair<double, double> mean_nees(int epochs, bool doppler) {
   constexpr int kRuns = 200;
   const PositionFilterOptions options;
@@ -182,7 +182,7 @@ TEST(PositionFilter, CovarianceIsThatOfTheErrors) {
     for (const int epochs : {2, 5, 40}) {
       const auto [position, velocity] = mean_nees(epochs, doppler);
       EXPECT_NEAR(position, 3, 3.3 * 0.173) << "epochs " << epochs << ", Doppler " << doppler;
-      // Before two pseudoranges in a row the velocity is the start's guess.
+      // Before two successive pseudoranges the velocity is that of the start.
       if (doppler || epochs > 2) {
         EXPECT_NEAR(velocity, 3, 3.3 * 0.173) << "epochs " << epochs << ", Doppler " << doppler;
       }
@@ -192,7 +192,7 @@ TEST(PositionFilter, CovarianceIsThatOfTheErrors) {
   }
 }
 
-// At rest the error falls, below least squares by what the stated covariances say.
+// At rest the error falls, below least squares by the reported covariances.
 TEST(PositionFilter, ConvergesBelowLeastSquares) {
   TestDrive drive(two_systems(), kTime, kPlace, 3);
   Pair pair;
@@ -228,7 +228,7 @@ TEST(PositionFilter, SameInputsSameAnswers) {
   EXPECT_EQ(answers[0], answers[1]);
 }
 
-// A straight drive coasts through an outage within what it says, and comes back.
+// A straight drive coasts through an outage within its covariance, and recovers.
 TEST(PositionFilter, CoastsThroughAnOutage) {
   TestDrive drive(two_systems(), kTime, kPlace, 5);
   drive.velocity_enu = {12, 3, 0};
@@ -284,8 +284,8 @@ TEST(PositionFilter, AnswersWithFewerThanFourSatellites) {
   }
 }
 
-// The filter takes codes: with corrected ones it is differential, also beside a solution of carrier phases,
-// and where too few satellites are left for least squares. A prediction has no corrections in it.
+// The filter uses codes: with corrected ones it is differential, also with a solution of carrier phases, and
+// if too few satellites are left for least squares. A prediction uses no corrections.
 TEST(PositionFilter, SaysWhetherItsMeasurementsWereCorrected) {
   TestDrive drive(two_systems(), kTime, kPlace, 6);
   PositionFilter filter(PositionFilterOptions{}, FixOptions{});
@@ -326,7 +326,7 @@ TEST(PositionFilter, NothingBeforeTheFirstFix) {
   }
 }
 
-// The receiver's clock is set back by whole milliseconds: time tag and pseudoranges jump together.
+// The receiver's clock is reset by whole milliseconds: time tag and pseudoranges jump together.
 TEST(PositionFilter, MillisecondJumpsOfTheClockDoNotShow) {
   for (const double jump : {-1e-3, 1e-3, 3e-3}) {
     TestDrive drive(two_systems(), kTime, kPlace, 8);
@@ -341,7 +341,7 @@ TEST(PositionFilter, MillisecondJumpsOfTheClockDoNotShow) {
       EXPECT_NEAR(fix.clock_bias_s.at(System::GPS), drive.bias_s, 2e-8);
       EXPECT_LT(drive.error_enu(fix).norm(), 6);
       if (i == 30) {
-        // The covariance goes on as if nothing had been.
+        // The covariance continues without a restart.
         EXPECT_LT(fix.covariance_enu.trace(), 0.8 * pair.fix.covariance_enu.trace());
       }
       drive.advance(1);
@@ -362,8 +362,8 @@ TEST(PositionFilter, AnotherStepOfTheClockIsLearned) {
   }
 }
 
-// As a phone's raw data have it: the clock of the pseudoranges is that of each epoch's own fix, about a
-// constant; Dopplers have the oscillator's drift.
+// As in a phone's raw data: the clock of the pseudoranges is that of each epoch's own fix, around a constant;
+// Dopplers have the oscillator's drift.
 TEST(PositionFilter, ClockThatIsSetAnewAtEachEpoch) {
   TestDrive drive(two_systems(), kTime, kPlace, 11);
   drive.velocity_enu = {12, 3, 0};
@@ -424,8 +424,8 @@ TEST(PositionFilter, RejectsSpikes) {
   RecordProperty("p95_least_squares", std::to_string(quantile(squares, 0.95)));
 }
 
-// A street from west to east: across it only what stands above 55 deg is in line of sight; of the others a
-// half arrives by a detour of 10 to 70 m that lasts 5 s, with the Doppler of a wall's mirror image.
+// A street from west to east: across it only satellites above 55 deg are in line of sight; half of the others
+// arrive by a detour of 10 to 70 m that is constant for 5 s, with the Doppler of a wall's mirror image.
 TEST(PositionFilter, StreetHasSmallerErrors) {
   TestDrive drive(two_systems(), kTime, kPlace, 11);
   Pair pair;
@@ -464,8 +464,8 @@ TEST(PositionFilter, StreetHasSmallerErrors) {
               quantile(filtered, 0.95));
 }
 
-// Carried off by 300 m, as after a jump of the scene: all satellites fail the gate, and after coast_s the
-// filter begins anew.
+// A jump by 300 m, as after a jump of the scene: all satellites fail the gate, and after coast_s the filter
+// restarts.
 TEST(PositionFilter, ComesBackFromAstray) {
   TestDrive here(two_systems(), kTime, kPlace, 12);
   Pair pair;
@@ -489,7 +489,7 @@ TEST(PositionFilter, ComesBackFromAstray) {
   EXPECT_LE(back, 5);
 }
 
-// A constellation that comes in with its first satellites wrong does not stay out.
+// A new constellation whose first satellites are wrong is used later.
 TEST(PositionFilter, ConstellationToldWrongIsLearnedAnew) {
   TestDrive drive(two_systems(), kTime, kPlace, 14);
   Pair pair;

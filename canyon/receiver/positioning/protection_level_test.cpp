@@ -7,8 +7,8 @@
 namespace canyon::positioning {
 namespace {
 
-// The larger half axis is the root of the larger eigenvalue, whichever way the ellipse is turned: of 4 m by
-// 2 m it is 4 m, and the level 6 times that.
+// The semi-major axis is the root of the larger eigenvalue, for any rotation of the ellipse: of 4 m by 2 m it
+// is 4 m, and the level 6 times that.
 TEST(ProtectionLevel, IsTheLargerHalfAxisTimesTheFactor) {
   const Eigen::Matrix3d ellipse = Eigen::Vector3d(16, 4, 900).asDiagonal();
   for (const double turn : {0.0, 0.3, 1.2, 2.5}) {

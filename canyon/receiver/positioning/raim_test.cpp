@@ -25,7 +25,7 @@ using test::TestDrive;
 const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
 constexpr GpsTime kTime = CircularSky::kEpoch + std::chrono::hours(5);
 
-// Q written out with the inverse; and the closed form for a mean of n values: q = 1 - 1 / n.
+// Q computed with the inverse; and the closed form for a mean of n values: q = 1 - 1 / n.
 TEST(LargestNormalisedResidual, IsThatOfTheWrittenOutCofactors) {
   RandomStream random(1, "rows");
   for (int run = 0; run < 100; ++run) {
@@ -43,7 +43,7 @@ TEST(LargestNormalisedResidual, IsThatOfTheWrittenOutCofactors) {
     (residual.array().abs() / q.diagonal().array().sqrt()).maxCoeff(&expected);
     EXPECT_EQ(largest_normalised_residual(design, residual), expected);
   }
-  // A row that alone sets an unknown has no residual to be tested by.
+  // A row that alone determines an unknown has no residual to test.
   Design lone = Design::Zero(3, 2);
   lone << 1, 0, 1, 0, 0, 1;
   const Eigen::Vector3d residual(0.5, -0.5, 1e-9);
@@ -58,7 +58,7 @@ const CircularSky& sky(int systems) {
   return systems == 1 ? one : systems == 2 ? two : three;
 }
 
-/// 48 satellites of one constellation: a dozen and more above the mask.
+/// 48 satellites of one constellation: more than a dozen above the mask.
 const CircularSky& many() {
   static const CircularSky sky({System::GPS}, 48);
   return sky;
@@ -100,7 +100,7 @@ TEST(Raim, FindsOneFaultOfTenSatellites) {
     EXPECT_FALSE(std::binary_search(fix.used.begin(), fix.used.end(), faulty.id));
     EXPECT_EQ(fix.available, 10);
     EXPECT_LT(drive.error_enu(fix).norm(), 5 * std::sqrt(fix.covariance_enu.trace()));
-    // The result is as if it had never been measured.
+    // The result is as if it had not been measured.
     measurements.erase(measurements.begin() + run % 10);
     const Fix without = solve_fix(time, measurements, many(), FixOptions{});
     EXPECT_LT((fix.position_ecef - without.position_ecef).norm(), 1e-6);
@@ -162,8 +162,8 @@ TEST(Raim, FindsTwoFaults) {
   std::printf("two faults: %d of %d excluded, alone\n", found, kRuns);
 }
 
-// An exclusion that was only made beside another fault comes back: whatever is excluded at the end fails the
-// test when it is put back.
+// An exclusion that was only made because of another fault is reversed: each satellite excluded at the end
+// fails the test when it is added again.
 TEST(Raim, NothingStaysOutThatFitsIn) {
   int exclusions = 0;
   for (int run = 0; run < 300; ++run) {
@@ -191,7 +191,7 @@ TEST(Raim, NothingStaysOutThatFitsIn) {
   EXPECT_GT(exclusions, 100);
 }
 
-// No redundancy: nothing to test. One: a fault shows, and nobody knows whose. Then all satellites stay.
+// No redundancy: nothing to test. One: a fault is detected but not identified. Then all satellites stay.
 TEST(Raim, NeedsRedundancy) {
   for (int satellites = 4; satellites <= 6; ++satellites) {
     int found = 0;
@@ -258,7 +258,7 @@ TEST(Raim, LeavesAConsistentFixBitForBit) {
   }
 }
 
-// NLOS detours of 25 m on average on a quarter of 18 satellites: the figures of docs/receiver.md.
+// NLOS detours of 25 m on average on a quarter of 18 satellites: the metrics of docs/receiver.md.
 TEST(Raim, HalvesErrorsAmongDetours) {
   std::vector<double> plain, excluded;
   for (int run = 0; run < 1000; ++run) {

@@ -31,8 +31,8 @@ TEST(RangeTerms, NumbersAreThePlacesInTheTable) {
   for (const auto& [id, name] : kNames) EXPECT_EQ(range_terms()[static_cast<std::size_t>(id)].name, name);
 }
 
-// IS-GPS-200, 20.3.3.3.3.1: a code holds minus the satellite's clock, and its group delay; a carrier the
-// clock alone.
+// IS-GPS-200, 20.3.3.3.3.1: a code contains minus the satellite's clock, and its group delay; a carrier only
+// the clock.
 TEST(RangeTerms, AReceiverTakesOffWhatTheMessagesSay) {
   orbit::SatelliteState satellite;
   satellite.clock_bias_s = 1e-5;
@@ -47,7 +47,7 @@ TEST(RangeTerms, AReceiverTakesOffWhatTheMessagesSay) {
   EXPECT_NEAR(modelled_range(RangeTermOf::Satellite, state).code - l1.code, 299792458 * 3e-9, 1e-9);
 }
 
-// What a new row's model says is taken off in a fix, whatever the switches of the others.
+// A fix subtracts the model of a new row, independent of the switches of the others.
 TEST(RangeTerms, ASolverTakesOffTheModelOfANewRow) {
   add_range_term({"made up", RangeTermOf::Space, [](const RangeState&) { return CodeAndCarrier{}; },
                   [](const ModelState& state) {
@@ -62,7 +62,7 @@ TEST(RangeTerms, ASolverTakesOffTheModelOfANewRow) {
   EXPECT_NEAR(satellite.space_m, 2, 1e-9);  // at the zenith
 }
 
-// Arrays have kMostRangeTerms elements: another one would be written behind their end.
+// Arrays have kMostRangeTerms elements: a further one would be written beyond their end.
 TEST(RangeTerms, NoMoreThanTheArraysHold) {
   const std::size_t own = range_terms().size();
   const RangeTerm term{"made up", RangeTermOf::Space, [](const RangeState&) { return CodeAndCarrier{}; }};

@@ -1,4 +1,4 @@
-// The fix and the position filter allocate their answers' vectors and maps, and nothing besides.
+// The fix and the position filter allocate only the vectors and maps of their results.
 
 #include <gtest/gtest.h>
 

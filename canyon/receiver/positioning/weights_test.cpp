@@ -62,7 +62,7 @@ TEST(WeightOptions, SigmaIsTheFormulas) {
   EXPECT_NEAR(options.sigma_m(m, 1), std::sqrt(10 + 0.225), 1e-12);
 }
 
-/// The weighted least-squares answer at the truth, written out with the inverse: position error [ENU] and
+/// The weighted least-squares result at the truth, computed with the inverse: position error [ENU] and
 /// covariance; and PDOP of unit weights.
 struct Expected {
   Eigen::Vector3d error;
@@ -137,7 +137,7 @@ TEST(SolveFix, EveryWeightingGivesItsLeastSquares) {
   }
 }
 
-// The weights follow the elevation at the place that is found, not at the start.
+// The weights depend on the elevation at the final position, not at the start.
 TEST(SolveFix, ElevationWeightsDoNotDependOnTheStart) {
   TestDrive drive(sky(), kTime, kPlace, 3);
   const std::vector<Measurement> measurements = drive.measure();

@@ -13,7 +13,7 @@ namespace {
 
 using geodesy::GpsTime;
 
-/// How many of a minute's epochs, one a second, come through a link of so many in a second.
+/// Number of a minute's epochs, one a second, that pass a link with this rate.
 int count_through(double rate_hz, double jitter_s) {
   CorrectionOptions options;
   options.rate_hz = rate_hz;

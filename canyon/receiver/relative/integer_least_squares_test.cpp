@@ -13,8 +13,8 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Covariance of `n` ambiguities of one band over a short time: a few unknowns that all of them share, and
-/// little of their own.
+/// Covariance of `n` ambiguities of one band over a short time: a few unknowns common to all of them, and
+/// small independent parts.
 MatrixXd random_covariance(std::mt19937& random, int n, double shared, double own) {
   std::normal_distribution<double> normal;
   MatrixXd a(n, 3);
@@ -28,7 +28,7 @@ double distance(const VectorXd& real, const VectorXd& whole, const MatrixXd& q) 
   return (real - whole).dot(q.inverse() * (real - whole));
 }
 
-/// The two least distances of all whole vectors within the box that holds the ellipsoid of a radius.
+/// The two smallest distances of all integer vectors within the box around the ellipsoid of a radius.
 std::vector<double> exhaustive(const VectorXd& real, const MatrixXd& q, double radius_squared) {
   const MatrixXd inverse = q.inverse();
   const auto n = real.size();
@@ -139,7 +139,7 @@ TEST(IntegerLeastSquares, DecorrelationKeepsTheVolumeAndTheNumbersWhole) {
     EXPECT_LT((a * of_z * a.transpose() - expected).cwiseAbs().maxCoeff(),
               1e-8 * expected.cwiseAbs().maxCoeff());
     for (int j = 0; j + 1 < sizes[k];
-         ++j) {  // no exchange of neighbours would make the later one better known
+         ++j) {  // no exchange of neighbours would reduce the later one's variance
       const double apart = by->factors.l(j + 1, j) - std::round(by->factors.l(j + 1, j));
       EXPECT_GE(by->factors.d(j) + apart * apart * by->factors.d(j + 1), by->factors.d(j + 1) * (1 - 1e-6));
     }
@@ -165,7 +165,7 @@ TEST(IntegerLeastSquares, SucceedsAtLeastAsOftenAsTheBootstrappedBound) {
     }
     const double share = static_cast<double>(right) / kTrials;
     EXPECT_GT(share, bound - 3 * std::sqrt(bound * (1 - bound) / kTrials)) << own;
-    EXPECT_LT(share, bound + 0.1) << own;  // sharp behind decorrelation
+    EXPECT_LT(share, bound + 0.1) << own;  // sharp after decorrelation
   }
 }
 

@@ -1,5 +1,5 @@
 // A recorded pair of receivers one metre apart: two Septentrio mosaic-X5, 301 epochs, five systems, three
-// bands (rtk-nagoya-20240624), beside its survey and beside RTKLIB's solution of the same files.
+// bands (rtk-nagoya-20240624), compared with its survey and with RTKLIB's solution of the same files.
 #include "canyon/receiver/relative/recorded_pair.hpp"
 
 #include <gmock/gmock.h>
@@ -28,7 +28,7 @@ using ::testing::HasSubstr;
 const Geodetic kBase = Geodetic::from_degrees(35.134707705, 136.977577939, 104.853);
 const Geodetic kRover = Geodetic::from_degrees(35.13469901, 136.97757549, 104.8626);
 
-/// The receivers give aligned phases.
+/// The receivers output aligned phases.
 const GlonassBiases kAligned{{"1C", 0}, {"2C", 0}};
 
 void set_biases(std::vector<rinex::ObservationEpoch>& epochs, const GlonassBiases& biases) {
@@ -60,7 +60,7 @@ class RecordedPair : public ::testing::Test {
   [[nodiscard]] std::vector<PairEpoch> solve(const RecordedEpochs& of_base) const {
     return solve_pair(recorded_epochs(rover, *sky), of_base, *sky, navigation.klobuchar, options);
   }
-  /// Leaves satellites of these systems alone.
+  /// Keeps only satellites of these systems.
   void keep(std::initializer_list<System> systems) {
     for (auto* epochs : {&rover, &recorded_base}) {
       for (rinex::ObservationEpoch& epoch : *epochs) {
@@ -82,7 +82,7 @@ Eigen::Vector3d error_enu(const positioning::Fix& fix, const Geodetic& place = k
 }
 
 struct Outcome {
-  double fixed = 0;                  // share of epochs
+  double fixed = 0;                  // fraction of epochs
   double median_m = 0, worst_m = 0;  // error while fixed
 };
 Outcome outcome(const std::vector<PairEpoch>& epochs, const Geodetic& place = kRover) {
@@ -122,7 +122,7 @@ TEST_F(RecordedPair, GpsAloneOfOneToThreeBands) {
   }
 }
 
-// Components of one carrier stand in for each other: their phases are aligned.
+// Components of one carrier are interchangeable: their phases are aligned.
 TEST_F(RecordedPair, P2OfTheBaseBesideL2COfTheRover) {
   keep({System::GPS});
   for (rinex::ObservationEpoch& epoch : rover) {
@@ -160,7 +160,7 @@ TEST_F(RecordedPair, APhaseOfTwoCodesCountsOnce) {
     }
     for (const auto& [id, count] : phases) EXPECT_LE(count, 1) << gnss::to_string(id);
   }
-  // With its P2 alone the base has a partner for it.
+  // With only its P2 the base has a partner for it.
   for (rinex::ObservationEpoch& epoch : recorded_base) {
     std::erase_if(epoch.signals, [](const auto& s) { return s.signal->name == "L2C"; });
   }
@@ -169,7 +169,7 @@ TEST_F(RecordedPair, APhaseOfTwoCodesCountsOnce) {
   EXPECT_LT(found.worst_m, 0.015);
 }
 
-// B2I of one receiver is B2b of another one: codes have other group delays, phases share the carrier.
+// B2I of one receiver is B2b of another one: codes have different group delays, phases have a common carrier.
 TEST_F(RecordedPair, ComponentsOfOtherGroupDelays) {
   keep({System::BeiDou});
   const auto signals = gnss::signals_of(System::BeiDou);
@@ -186,7 +186,7 @@ TEST_F(RecordedPair, ComponentsOfOtherGroupDelays) {
   EXPECT_LT(found.worst_m, 0.025);
 }
 
-// Stations give epochs half a minute apart: the position is new each time, and ambiguities grow certain.
+// Stations give epochs half a minute apart: positions are new each time, and ambiguities' variances fall.
 TEST_F(RecordedPair, EpochsFarApart) {
   keep({System::GPS});
   options.signals = {"L1CA"};
@@ -205,7 +205,7 @@ TEST_F(RecordedPair, EpochsFarApart) {
   EXPECT_LT(outcome(epochs).worst_m, 0.015);
 }
 
-// Files of RINEX 2 often have no strengths: nothing is known of these, and codes count as in the open.
+// RINEX 2 files often have no C/N0: it is unknown, and codes are weighted as in the open.
 TEST_F(RecordedPair, WithoutStrengths) {
   keep({System::GPS});
   options.signals = {"L1CA", "L2C"};
@@ -220,7 +220,7 @@ TEST_F(RecordedPair, WithoutStrengths) {
   EXPECT_LT(outcome(epochs).worst_m, 0.015);
 }
 
-// Cold starts all over the file.
+// Cold starts throughout the file.
 TEST_F(RecordedPair, FixesAtOnceWhereverItBegins) {
   const std::vector<rinex::ObservationEpoch> whole = rover;
   int at_once = 0, starts = 0;
@@ -231,7 +231,7 @@ TEST_F(RecordedPair, FixesAtOnceWhereverItBegins) {
     const auto epochs = solve(base());
     at_once += epochs.front().fix.kind() == positioning::FixKind::Fixed ? 1 : 0;
     EXPECT_LT(outcome(epochs).worst_m, 0.02) << begin;
-    // The troposphere is that of the place found, not of the fix alone.
+    // The troposphere is that of the final position, not only of the fix.
     if (epochs.front().fix.kind() != positioning::FixKind::Fixed) continue;
     first_m += error_enu(epochs.front().fix).z();
     later_m += error_enu(epochs.back().fix).z();
@@ -240,7 +240,7 @@ TEST_F(RecordedPair, FixesAtOnceWhereverItBegins) {
   EXPECT_LT(std::abs(first_m - later_m) / at_once, 0.002);
 }
 
-// rover_rtk.pos: RTKPOST 2.4.3 b34, kinematic, instantaneous, L1 and L2, GLONASS's integers on.
+// rover_rtk.pos: RTKPOST 2.4.3 b34, kinematic, instantaneous, L1 and L2, GLONASS integers enabled.
 TEST_F(RecordedPair, AgreesWithRtklib) {
   CANYON_SHARED_DATA(path, "rtk-nagoya-20240624/rover_rtk.pos");
   options.rtk.fix_glonass = true;
@@ -276,8 +276,8 @@ TEST_F(RecordedPair, TheBaseStandsWhereItsHeaderSaysAtEachEpoch) {
   EXPECT_FALSE(recorded_epochs(recorded_base, *sky).back()->station_ecef.allFinite());
 }
 
-// Phases of GLONASS that are 72 m apart from the codes, as those of a base of another make: with the bias
-// they are whole numbers, without they stay real, and with a wrong one the others are fixed.
+// Phases of GLONASS that are 72 m off the codes, as those of a base of another make: with the bias they are
+// integers, without it they stay real, and with a wrong one the others are fixed.
 TEST_F(RecordedPair, BiasesOfGlonassOfABaseOfAnotherMake) {
   for (rinex::ObservationEpoch& epoch : recorded_base) {
     for (rinex::ObservedSignal& s : epoch.signals) {
@@ -305,13 +305,13 @@ TEST_F(RecordedPair, BiasesOfGlonassOfABaseOfAnotherMake) {
   EXPECT_EQ(outcome(solve(unknown)).fixed, 0);
 }
 
-// Receivers that keep their clock by jumps of a millisecond: some move the code alone.
+// Receivers that steer their clock by jumps of a millisecond: in some only the code moves.
 TEST_F(RecordedPair, JumpsOfAMillisecondInCodesAlone) {
   for (std::size_t k = 100; k < rover.size(); ++k) {
     rover[k].receiver_time = rover[k].receiver_time + 1e-3;
     for (rinex::ObservedSignal& s : rover[k].signals) {
       if (s.pseudorange_m) *s.pseudorange_m += 1e-3 * geodesy::kSpeedOfLight;
-      // A phase that begins behind the jump.
+      // A phase that starts after the jump.
       if (k == 120 && s.id.number % 3 == 0) s.loss_of_lock = 1;
     }
   }
@@ -332,7 +332,7 @@ TEST_F(RecordedPair, StatesWhatItErrs) {
   EXPECT_LT(stated, 60 * squares);
 }
 
-// As two antennas of a vehicle: what is stated follows from the residuals.
+// Like two antennas of a vehicle: the reported deviations follow from the residuals.
 TEST_F(RecordedPair, StatesWhatItErrsBesideAMovingBase) {
   RecordedEpochs moving = base();
   for (auto& epoch : moving) {
@@ -349,7 +349,7 @@ TEST_F(RecordedPair, StatesWhatItErrsBesideAMovingBase) {
   EXPECT_LT(std::sqrt(stated / squares), 1.4);
 }
 
-// A base whose stated place is wrong by metres moves the rover by as much.
+// A base whose reported position is wrong by metres moves the rover by the same vector.
 TEST_F(RecordedPair, AWrongPlaceOfTheBaseIsInTheFix) {
   const Eigen::Vector3d wrong_enu(20, -10, 5);
   const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(kBase);

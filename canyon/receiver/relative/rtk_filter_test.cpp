@@ -63,7 +63,7 @@ class Rtk {
     fix_.correct_troposphere = false;
     filter_ = RtkFilter({}, fix_, 60);
   }
-  /// @param spoil of the rover's measurements @param change of its fix without phases
+  /// @param spoil changes the rover's measurements @param change changes its fix without phases
   std::optional<Fix> next(
       const std::function<void(std::vector<SignalMeasurement>&)>& spoil,
       const std::function<void(Fix&)>& change = [](Fix&) {}) {
@@ -92,7 +92,7 @@ double error_m(const Fix& fix) {
   return (fix.position_ecef - geodesy::ecef_from_geodetic(kRoverPlace)).norm();
 }
 
-// A position filter's fix whose accuracy is beyond its limit has no place; the epoch's velocity is known.
+// A position filter's fix whose accuracy exceeds its limit has no position; the epoch's velocity is known.
 TEST(RtkFilter, TakesTheVelocityOfAFixWithoutAPlace) {
   Rtk rtk;
   const auto nothing = [](auto&) {};
@@ -112,7 +112,7 @@ TEST(RtkFilter, TakesTheVelocityOfAFixWithoutAPlace) {
   }
 }
 
-// It begins anew where a number is none, and is right again.
+// It restarts after a value that is not a number, and is right again.
 TEST(RtkFilter, StatesNoFixThatIsNotFinite) {
   Rtk rtk;
   const auto nothing = [](auto&) {};

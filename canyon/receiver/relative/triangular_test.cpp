@@ -15,7 +15,7 @@ MatrixXd random_matrix(RandomStream& random, Eigen::Index rows, Eigen::Index col
   return MatrixXd::NullaryExpr(rows, columns, [&] { return random.normal(); });
 }
 
-// Q = L^T D L, written out; B Q^-1 by Eigen's inverse.
+// Q = L^T D L, multiplied out; B Q^-1 by Eigen's inverse.
 TEST(Triangular, FactorsAndSolves) {
   RandomStream random(1, "matrices");
   for (Eigen::Index n = 1; n <= 40; n += 3) {

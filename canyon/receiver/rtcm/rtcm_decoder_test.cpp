@@ -1,6 +1,5 @@
-// The messages are written here field by field, of values that are known or of a recorded base; RTKLIB reads
-// the same bytes (convbin). canyon/outputs/output/rtcm_corrections_test.cpp has those of Canyon's own
-// encoder.
+// The messages are composed here field by field, of known values or of a recorded base; RTKLIB reads the same
+// bytes (convbin). canyon/outputs/output/rtcm_corrections_test.cpp has those of Canyon's own encoder.
 #include "canyon/receiver/rtcm/rtcm_decoder.hpp"
 
 #include <fmt/format.h>
@@ -56,7 +55,7 @@ TEST(RtcmDecoder, EverySignalHasItsRinexCodeInTheMask) {
   EXPECT_EQ(satellite_at(System::GLONASS, 25), std::nullopt);
 }
 
-// Table 3.5-75: indicator, least lock time.
+// Table 3.5-75: indicator, minimum lock time.
 TEST(RtcmDecoder, LockTimeIndicator) {
   const std::vector<std::pair<int, double>> table{{0, 0},     {63, 63},     {64, 64},        {95, 126},
                                                   {96, 128},  {127, 252},   {128, 256},      {159, 504},
@@ -78,7 +77,7 @@ TEST(RtcmDecoder, LeastLockTimes) {
   EXPECT_EQ(least_lock_ms(15, false), 524'288);
 }
 
-/// Cells of all systems with values that no resolution divides.
+/// Cells of all systems with values that are no multiples of the resolutions.
 std::map<System, std::vector<Cell>> random_cells(std::mt19937& random) {
   std::uniform_real_distribution<double> range(20e6, 40e6), beside(-50, 50), rate(-900, 900), cn0(20, 55);
   std::map<System, std::vector<Cell>> cells;
@@ -176,10 +175,10 @@ TEST(RtcmDecoder, WithoutChannelGlonassHasNoPhase) {
   ASSERT_EQ(epochs.size(), 1U);
   EXPECT_FALSE(epochs[0]->observations[0].measurement.carrier_phase_cycles);
   EXPECT_EQ(epochs[0]->observations[0].measurement.carrier_frequency_hz, 1602e6);
-  // 15: not known (DF419).
+  // 15: unknown (DF419).
   const auto unknown = decode(decoder, frame(msm(System::GLONASS, 7, kTime + 0.5, {some_cell("R03", "1C")})));
   EXPECT_FALSE(unknown.at(0)->observations[0].measurement.carrier_phase_cycles);
-  // Message 1020 states it: satellite 3, channel 5.
+  // Message 1020 gives it: satellite 3, channel 5.
   Bits ephemeris;
   ephemeris.put(1020, 12).put(3, 6).put(12, 5).put(0, 40);
   const auto next =
@@ -200,7 +199,7 @@ TEST(RtcmDecoder, BestCodeOfASignalIsTaken) {
   EXPECT_EQ(epochs[0]->observations[0].signal->name, "L2C");
   EXPECT_NEAR(epochs[0]->observations[0].measurement.pseudorange_m, data.range_m, 0.001);
   EXPECT_EQ(epochs[0]->observations[1].signal->name, "L2P");
-  // Galileo's 1X is better than 1C, which stands before it. From one code to the other the phase begins anew.
+  // Galileo's 1X is preferred to 1C, which comes before it. When the code changes, the phase restarts.
   Cell pilot = some_cell("E07", "1C"), joint = some_cell("E07", "1X");
   joint.range_m += 10;
   const auto taken = [&](double s, const std::vector<Cell>& cells) {
@@ -213,7 +212,7 @@ TEST(RtcmDecoder, BestCodeOfASignalIsTaken) {
   EXPECT_EQ(*taken(2, {pilot}).phase_since, kTime + 2);
 }
 
-/// Whether each epoch's phase of G07 begins anew, of epochs that bring these lock times [s].
+/// Whether each epoch's phase of G07 restarts, for epochs with these lock times [s].
 std::vector<bool> slips(int kind, double interval_s, const std::vector<double>& locks) {
   CorrectionsDecoder decoder;
   (void)decode(decoder, frame(place()));
@@ -245,9 +244,9 @@ TEST(RtcmDecoder, LockTimesShowSlips) {
     EXPECT_FALSE(coarse[0]);
   }
   EXPECT_EQ(slips(7, 1, {100, 101, 0.5, 1.5, 2.5}), (Slips{false, false, true, false, false}));
-  // It fell, though it is longer than the time between the epochs.
+  // It fell, although it is longer than the time between the epochs.
   EXPECT_EQ(slips(7, 1, {100, 101, 50, 51}), (Slips{false, false, true, false}));
-  // Shorter than the time since: 20 s ago it was 5 s, now 10.
+  // Shorter than the elapsed time: 20 s ago it was 5 s, now 10.
   EXPECT_EQ(slips(7, 20, {5, 10, 30}), (Slips{false, true, false}));
   EXPECT_EQ(slips(5, 20, {5, 10, 30, 50}), (Slips{false, true, true, false}));
   EXPECT_EQ(slips(7, 1, {0, 0, 0}), (Slips{false, true, true}));
@@ -290,7 +289,7 @@ TEST(RtcmDecoder, EpochsEndWithTheirLastMessageOrTheNextTime) {
   epochs = decode(decoder, galileo(1, false));
   ASSERT_EQ(epochs.size(), 1U);
   EXPECT_EQ(epochs[0]->observations.size(), 2U);
-  // A base that says after each message that it was the last: the epoch comes again with more.
+  // A base that marks each message as the last: the epoch is delivered again with more.
   epochs = decode(decoder, gps(2, false) + galileo(2, false) + galileo(2, false));
   ASSERT_EQ(epochs.size(), 2U);
   EXPECT_EQ(epochs[0]->observations.size(), 1U);
@@ -306,12 +305,13 @@ TEST(RtcmDecoder, EpochsWithoutAPlaceAreHeldBack) {
   const auto observations = [](double s, int station) {
     return frame(msm(System::GPS, 7, kTime + s, {some_cell("G07", "1C")}, false, station));
   };
-  // The stream begins in the middle of a frame.
+  // The stream starts in the middle of a frame.
   EXPECT_TRUE(decode(decoder, observations(0, 7).substr(9) + observations(1, 7)).empty());
   EXPECT_EQ(decoder.status().epochs_held_back, 1U);
   auto epochs = decode(decoder, frame(place(kPlace, 7, 1.5)) + observations(2, 7));
   ASSERT_EQ(epochs.size(), 1U);
-  EXPECT_LT((epochs[0]->station_ecef - kPlace).norm(), 1e-4);  // of the antenna, whatever stands below it
+  EXPECT_LT((epochs[0]->station_ecef - kPlace).norm(),
+            1e-4);  // of the antenna, independent of the height over the marker
   EXPECT_TRUE(decode(decoder, observations(3, 8)).empty());
   EXPECT_EQ(decoder.status().station, 8);
   EXPECT_TRUE(
@@ -323,7 +323,7 @@ TEST(RtcmDecoder, EpochsWithoutAPlaceAreHeldBack) {
   EXPECT_EQ(decode(decoder, frame(place(kPlace, 8)) + observations(5, 8)).size(), 1U);
 }
 
-// Some bases and casters number 1005 otherwise than observations.
+// Some bases and casters number 1005 differently from observations.
 TEST(RtcmDecoder, PlaceUnderTheNumberOfAStationThatNeverObserves) {
   CorrectionsDecoder decoder;
   const auto observations = [](double s, int station) {
@@ -334,12 +334,12 @@ TEST(RtcmDecoder, PlaceUnderTheNumberOfAStationThatNeverObserves) {
   ASSERT_EQ(epochs.size(), 2U);
   EXPECT_EQ(epochs[1]->station, 7);
   EXPECT_LT((epochs[1]->station_ecef - kPlace).norm(), 1e-4);
-  // The phases go on.
+  // The phases continue.
   EXPECT_EQ(epochs[1]->observations[0].measurement.phase_since,
             epochs[0]->observations[0].measurement.phase_since);
-  // Two such stations: nobody knows which.
+  // Two such stations: ambiguous.
   EXPECT_TRUE(decode(decoder, frame(place(kPlace, 1)) + observations(3, 7)).empty());
-  // Its own counts first.
+  // Its own position has priority.
   EXPECT_EQ(decode(decoder, frame(place(kPlace, 7)) + observations(4, 7)).size(), 1U);
 }
 
@@ -379,7 +379,7 @@ TEST(RtcmDecoder, NamesAndBiasesAreKept) {
   EXPECT_TRUE(first.aligned);
   EXPECT_NEAR(metres(first) - metres(was), -71.94, 1e-6);
   EXPECT_GT(*first.measurement.phase_since, *was.measurement.phase_since);
-  EXPECT_FALSE(epochs[0]->observations[1].aligned);  // L2 P: not stated
+  EXPECT_FALSE(epochs[0]->observations[1].aligned);  // L2 P: no bias given
 }
 
 TEST(RtcmDecoder, BrokenContentIsCountedAndCostsNothingElse) {
@@ -431,7 +431,7 @@ TEST(RtcmDecoder, EverySingleWrongBitIsRefused) {
                     last = frame(msm(System::GPS, 7, kTime + 1, {some_cell("G07", "1C")}));
   const std::string middle =
       frame(msm(System::GPS, 7, kTime, {some_cell("G07", "1C"), some_cell("G09", "1C")}));
-  // Enough behind it for the longest length that a wrong bit makes.
+  // Enough bytes after it for the longest length that a wrong bit makes.
   std::string rest = last;
   while (rest.size() < 1100) rest += "$GNGGA,1\r\n";
   for (std::size_t bit = 0; bit < 8 * middle.size(); ++bit) {
@@ -459,7 +459,7 @@ TEST(RtcmDecoder, HostileBytesNeverCrash) {
   CorrectionsDecoder decoder({}, true, ranges);
   (void)decode(decoder, frame(place()));
   for (int i = 0; i < 4000; ++i) {
-    // Right frames of any content: half of them with few satellites and signals.
+    // Valid frames of any content: half of them with few satellites and signals.
     Bits message;
     message.put(static_cast<std::uint64_t>(numbers[static_cast<std::size_t>(i) % numbers.size()]), 12);
     const int bytes = length(random);
@@ -484,15 +484,15 @@ TEST(RtcmDecoder, HostileBytesNeverCrash) {
     (void)decoder.feed(std::string(1, static_cast<char>(byte(random))), kTime);
   EXPECT_LT(decoder.status().problems.size(), 200U);
   EXPECT_LT(decoder.status().messages_unread.size(), 4096U);
-  // It still reads.
+  // It still decodes.
   std::string rest(1100, ' ');
   CorrectionsDecoder::Epochs epochs =
       decode(decoder, rest + frame(place()) + frame(msm(System::GPS, 7, kTime, {some_cell("G07", "1C")})));
   EXPECT_EQ(epochs.size(), 1U);
 }
 
-/// 1004 (GPS) or 1012 (GLONASS): each satellite's cells of 1C, and of L2 where it has that. With one band:
-/// 1002, 1010.
+/// 1004 (GPS) or 1012 (GLONASS): each satellite's cells of 1C, and of L2 if it has that. With one band: 1002,
+/// 1010.
 Bits legacy(System system, GpsTime time, const std::map<gnss::SatelliteId, std::vector<Cell>>& satellites,
             bool more, bool two_bands = true) {
   const bool glonass = system == System::GLONASS;
@@ -511,7 +511,7 @@ Bits legacy(System system, GpsTime time, const std::map<gnss::SatelliteId, std::
     const auto rest =
         static_cast<std::uint64_t>(std::llround((one.range_m - static_cast<double>(whole) * unit_m) / 0.02));
     const double range_m = static_cast<double>(whole) * unit_m + 0.02 * static_cast<double>(rest);
-    // DF012: turns of 1,500 cycles where the phase is too far.
+    // DF012: jumps by 1,500 cycles if the phase is too far.
     const auto phase = [&](const Cell& cell, double carrier_hz) {
       const double turn_m = 1500 * geodesy::kSpeedOfLight / carrier_hz;
       const double ahead_m = *cell.phase_m - range_m;
@@ -539,7 +539,7 @@ Bits legacy(System system, GpsTime time, const std::map<gnss::SatelliteId, std::
   return bits;
 }
 
-// A phase that the codes leave behind, as the ionosphere makes it: DF012 holds 262 m of it.
+// A phase that diverges from the codes, as by the ionosphere: DF012 can represent 262 m of it.
 TEST(RtcmDecoder, LegacyPhasesGoOnAcrossTheirTurns) {
   CorrectionsDecoder decoder;
   (void)decode(decoder, frame(place()));
@@ -624,8 +624,8 @@ Recorded recorded(const std::filesystem::path& path) {
   return read;
 }
 
-// convbin reads the same bytes. Its RINEX has three decimals: half of one, its own rounding, and that of the
-// float that it has Dopplers in (0.00025 Hz).
+// convbin reads the same bytes. Its RINEX has three decimals: half of one, its own rounding, and that of its
+// float Dopplers (0.00025 Hz).
 void compare_with_rtklib(const std::string& bytes, const Recorded& base, bool glonass_phases,
                          std::size_t signals) {
   const test::TemporaryFolder folder;
@@ -690,7 +690,7 @@ TEST(RtcmDecoder, MsmOfARecordedBaseAsRtklibReadsThem) {
       std::vector<Bits> messages;
       for (const auto& [system, cells] : base.epochs[k]) {
         signals += cells.size();
-        // Not more than 64 cells in a message: at most ten satellites.
+        // At most 64 cells in a message: at most ten satellites.
         std::vector<Cell> part;
         std::set<gnss::SatelliteId> satellites;
         for (const Cell& cell : cells) {
@@ -722,7 +722,7 @@ TEST(RtcmDecoder, LegacyMessagesOfARecordedBaseAsRtklibReadsThem) {
         std::map<gnss::SatelliteId, std::vector<Cell>> satellites;
         for (const Cell& cell : base.epochs[k].at(system)) {
           if (cell.code == "1C") satellites[cell.id].push_back(cell);
-          // One of L2 has a place: P(Y) is left out.
+          // There is space for one of L2: P(Y) is left out.
           if (two_bands && cell.code.front() == '2' && cell.code != "2W" && satellites.count(cell.id) > 0 &&
               cell.phase_m)
             satellites[cell.id].push_back(cell);
@@ -748,7 +748,7 @@ TEST(RtcmDecoder, FilesWithoutCorrectionsSayWhatIsMissing) {
   EXPECT_THAT(refused(observations),
               HasSubstr("has no position of the station; have the base send message 1005"));
   EXPECT_EQ(refused(frame(place()) + observations), "");
-  // Each message says that it is the last of its epoch: a file has the epoch once, with all of it.
+  // Each message is marked as the last of its epoch: the decoded file has the epoch once, complete.
   std::ofstream(folder / "base.rtcm3", std::ios::binary)
       << frame(place()) + observations + frame(msm(System::Galileo, 7, kTime, {some_cell("E07", "1C")}));
   const auto read = read_rtcm_corrections(folder / "base.rtcm3", kTime).epochs;

@@ -1,4 +1,4 @@
-// Messages with whole milliseconds, from which these are taken out, must give the same ranges.
+// Messages whose whole milliseconds are removed must give the same ranges as with them.
 #include "canyon/receiver/rtcm/rtcm_file.hpp"
 
 #include <gmock/gmock.h>
@@ -53,7 +53,7 @@ Bits reduced(const Bits& msm4, int kind) {
   return bits;
 }
 
-/// Ranges of some satellites, of a clock that is `clock_m` ahead.
+/// Ranges of some satellites, with a clock that is `clock_m` ahead.
 std::vector<Cell> some_cells(double clock_m) {
   std::vector<Cell> cells;
   for (const char* name : {"G03", "G07", "G11", "G19", "G30"}) {
@@ -65,7 +65,7 @@ std::vector<Cell> some_cells(double clock_m) {
   return cells;
 }
 
-/// Guesses of the ranges of some_cells(0), off by less than 1 km.
+/// Predictions of the ranges of some_cells(0), off by less than 1 km.
 RangeTable some_table(double off_m = 700) {
   return [off_m](gnss::SatelliteId id, GpsTime, const Eigen::Vector3d&) -> std::optional<double> {
     for (const Cell& cell : some_cells(0))
@@ -106,7 +106,7 @@ TEST(WholeMilliseconds, WithoutEphemeridesNothingIsGuessed) {
   EXPECT_THAT(decoder.feed(frame(place()) + frame(msm3), kTime), IsEmpty());
   EXPECT_THAT(decoder.status().problems, Contains(Key(HasSubstr("they need ephemerides and the position"))));
   EXPECT_EQ(decoder.status().without_milliseconds.size(), 5U);
-  // Epochs of MSM4 between them are read.
+  // Epochs of MSM4 in between are read.
   const auto epochs = decoder.feed(frame(msm(System::GPS, 4, kTime + 1, some_cells(0))), kTime);
   ASSERT_EQ(epochs.size(), 1U);
   EXPECT_EQ(epochs[0]->observations.size(), 5U);
@@ -123,7 +123,7 @@ TEST(WholeMilliseconds, OneThatContradictsIsLeftOut) {
   EXPECT_THAT(decoder.status().problems, Contains(Key(HasSubstr("do not agree with it"))));
 }
 
-// A place that is 60 km off.
+// A position that is off by 60 km.
 TEST(WholeMilliseconds, AWrongPlaceIsRefused) {
   CorrectionsDecoder decoder({}, true, some_table(60'000));
   EXPECT_THAT(
@@ -177,7 +177,7 @@ TEST(WholeMilliseconds, LegacyMessages) {
   }
 }
 
-// The ranges of a recorded base, whose clock is its own, by the broadcast ephemerides of the hour.
+// The ranges of a recorded base, with its own clock, by the broadcast ephemerides of the hour.
 TEST(WholeMilliseconds, OfARecordedBase) {
   CANYON_SHARED_DATA(observations, "rtk-nagoya-20240624/base.obs");
   CANYON_SHARED_DATA(ephemerides, "rtk-nagoya-20240624/base.nav");

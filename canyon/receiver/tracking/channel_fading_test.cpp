@@ -49,14 +49,14 @@ TEST(ChannelFading, IntegrationOfABundleIsTheDoubleIntegral) {
   }
 }
 
-// Both branches meet.
+// Both branches agree at the transition.
 TEST(ChannelFading, IntegrationHasNoStep) {
   const Complex direction = std::polar(1.0, 1.2);
   EXPECT_NEAR(integrated_power(0.99999e-3 * direction, 1), integrated_power(1.00001e-3 * direction, 1), 1e-8);
 }
 
 // One wave has 1 / (1 + (2 pi f / 4 Bn)^2). A decay alone has k / (k + 1/tau), the closed form of an OU
-// process behind a first-order filter. Both together have the integral of |H|^2 S over frequency.
+// process after a first-order filter. Both together have the integral of |H|^2 S over frequency.
 TEST(ChannelFading, FilteredShareIsTheLoops) {
   EXPECT_NEAR(filtered_share(rate(0, 3), 1), 1 / (1 + std::pow(2 * kPi * 3 / 4, 2)), 1e-12);
   EXPECT_NEAR(filtered_share(rate(6, 0), 1), 4.0 / (4 + 6), 1e-12);
@@ -86,7 +86,7 @@ TEST(PathFades, MirrorsKeepTheirPhase) {
   EXPECT_NE(fades.fixed(phases, 78), first);
 }
 
-/// Moments of a bundle's factor, `steps` of decay `decay` apart.
+/// Moments of a cluster's factor, `steps` of decay `decay` apart.
 struct Moments {
   double power = 0, power_squared = 0, product = 0;
 };

@@ -11,8 +11,8 @@ namespace {
 
 using namespace canyon::test;
 
-/// Geometric range plus the detour over a point at rest [m] of a satellite at kTime + t; the antenna drives
-/// through `start` (ENU). The last leg and the difference of the two ranges are exact, not of a plane wave.
+/// Geometric range plus the detour over a fixed point [m] of a satellite at kTime + t; the antenna passes
+/// `start` (ENU). The last leg and the difference of the two ranges are exact, not of a plane wave.
 struct Ways {
   orbit::LineOfSight line;
   Eigen::Vector3d antenna;

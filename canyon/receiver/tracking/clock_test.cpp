@@ -23,7 +23,7 @@ TEST(ReceiverClock, WithoutWalkTheBiasGrowsWithTheDrift) {
   EXPECT_EQ(clock.drift(), -2e-7);
 }
 
-// The pseudoranges' clock is about the bias at each epoch, while Dopplers have the drift.
+// The pseudoranges' clock is around the bias at each epoch, while Dopplers have the drift.
 TEST(ReceiverClock, TagsAreSetAnewAtEachEpoch) {
   ClockOptions options;
   options.bias_s = 5e-4;

@@ -1,4 +1,4 @@
-// How a code loop moves between epochs (CodeTracker::follow()).
+// Motion of a code loop between epochs (CodeTracker::follow()).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -29,7 +29,7 @@ CodeTracker tracker(Modulation modulation = Modulation::BPSK, double bandwidth_h
   return CodeTracker(signal, loop);
 }
 
-/// Follows in steps of `step_s`; how long the loop was on its way in all is `time_s`.
+/// Follows in steps of `step_s`; `time_s` is the total time.
 CodeLoopState followed(const CodeTracker& tracker, CodeLoopState state, const std::vector<SignalPath>& paths,
                        double time_s, double step_s, double cn0_hz = kStrong_hz) {
   const int steps = static_cast<int>(std::lround(time_s / step_s));
@@ -66,7 +66,7 @@ TEST(CodeLoop, PullsInAsTheClosedFormOfItsDifferentialEquation) {
       state = followed(loop, state, paths, 0.1 / bandwidth, 0.1 / bandwidth);
       const double tau = state.delay_m / chip;
       const double passed = (h * h * std::log(start / tau) + (start * start - tau * tau) / 2) / (k * h * h);
-      // Steps hold e for a quarter of a time constant at most, where e bends.
+      // Steps keep e constant for at most a quarter of a time constant, which matters while e is nonlinear.
       EXPECT_NEAR(passed, 0.1 * i / bandwidth, 0.003 * i / bandwidth) << bandwidth;
     }
   }
@@ -109,8 +109,8 @@ TEST(CodeLoop, SettlesWhereTheEnvelopeSays) {
 }
 
 TEST(CodeLoop, PassesSlowFadingAndFiltersFastOne) {
-  // A weak reflection of which the replica sees both slopes: e = -a delay cos(phase) to first order, through
-  // k / (s + k): amplitude falls with 1 / sqrt(1 + (2 pi f / k)^2).
+  // A weak reflection on both slopes of the replica: e = -a delay cos(phase) to first order, through k / (s +
+  // k): amplitude falls with 1 / sqrt(1 + (2 pi f / k)^2).
   const CodeTracker loop = tracker(Modulation::BPSK, 1);
   const double delay_m = 20, a = 0.02;
   for (const double f : {0.05, 0.64, 3.0}) {
@@ -163,7 +163,7 @@ TEST_P(SidePeak, IsLeftAfterTheCheckAndHeldForeverWithoutIt) {
       const std::vector<SignalPath> paths{{0, {1, 0}}};
       const CodeLoopState there{start, 0, 0};
       EXPECT_NEAR(followed(unchecked, there, paths, 600, 1).delay_m, start, 25);
-      // The count takes a second, the rest of the way some time constants.
+      // The count takes a second, the remaining motion some time constants.
       EXPECT_NEAR(followed(checked, there, paths, 0.9, 0.1).delay_m, start, 25);
       EXPECT_NEAR(followed(checked, there, paths, 4, 0.1).delay_m, 0, 0.1);
     }
@@ -207,7 +207,7 @@ INSTANTIATE_TEST_SUITE_P(OfEveryBoc, SidePeak,
                            return word + std::to_string(static_cast<int>(test.param));
                          });
 
-// An echo is followed while it is alone, and left for the direct signal that comes back before it, beyond the
+// An echo is tracked while it is alone, and left for the direct signal that returns before it, beyond the
 // reach of the discriminator.
 TEST(CodeLoop, LeavesAnEchoForAnEarlierPathThatIsStronger) {
   const CodeTracker loop = tracker(Modulation::BPSK, 1, 0.1);
@@ -215,7 +215,7 @@ TEST(CodeLoop, LeavesAnEchoForAnEarlierPathThatIsStronger) {
   const CodeLoopState echo{180, 0, 0};
   EXPECT_GT(followed(loop, echo, both, 0.8, 0.1).delay_m, 145);
   EXPECT_NEAR(followed(loop, echo, both, 5, 0.1).delay_m, loop.lock(both, 0.0)->delay_m, 0.1);
-  // A later one is never looked for, however strong.
+  // A later one is never searched, however strong.
   const std::vector<SignalPath> strong{{0, {0.4, 0.2}}, {320, {1, 0}}};
   EXPECT_NEAR(followed(loop, {0, 0, 0}, strong, 5, 0.1).delay_m, 0, 1e-6);
 }

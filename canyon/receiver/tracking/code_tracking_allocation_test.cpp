@@ -1,4 +1,4 @@
-// Locking onto many paths, epoch after epoch, allocates nothing.
+// Code lock on many paths over many epochs allocates nothing.
 
 #include <gtest/gtest.h>
 

@@ -22,7 +22,7 @@ DllOptions loop_with(Discriminator discriminator) {
   return loop;
 }
 
-/// A direct path and echoes of falling strength.
+/// A direct path and echoes of decreasing strength.
 std::vector<SignalPath> street(int count) {
   std::vector<SignalPath> paths{{0, {1, 0}, 0}};
   for (int i = 1; i < count; ++i) {

@@ -34,7 +34,7 @@ CodeTracker tracker(Modulation modulation, Discriminator discriminator, double s
 }
 
 /// Code error [chips] of a direct path and one reflection of relative amplitude `alpha` (negative: antiphase)
-/// `delay` chips behind; the loop has tracked the direct path.
+/// delayed by `delay` chips; the loop has tracked the direct path.
 double error_chips(const CodeTracker& tracker, double alpha, double delay) {
   const double chip = tracker.correlation().chip_m();
   const std::vector<SignalPath> paths{{0, {1, 0}, 0}, {delay * chip, {alpha, 0}, 0}};
@@ -44,13 +44,13 @@ double error_chips(const CodeTracker& tracker, double alpha, double delay) {
 }
 
 /// Envelope of early minus late, infinite bandwidth, BPSK: with R = 1 - |tau| the discriminator of one path
-/// is 2 tau to half the spacing d, d to 1 - d/2, and falls to 0 at 1 + d/2. Its zero with two paths, piece by
-/// piece (the trapezoid of the textbooks, its height alpha d / 2):
+/// is 2 tau to half the spacing d, d to 1 - d/2, and falls to 0 at 1 + d/2. Its zero with two paths,
+/// piecewise (the trapezoid of the textbooks, its height alpha d / 2):
 ///   alpha delay / (1 + alpha)                        to delay = (1 + alpha) d / 2
 ///   alpha d / 2                                      to delay = 1 - d / 2 + alpha d / 2
 ///   alpha (1 + d / 2 - delay) / (2 - alpha)          to delay = 1 + d / 2; then 0
-/// alpha < 0 for antiphase. All of it holds for coherent, dot product and power discriminators alike, since
-/// E + L and P keep their sign.
+/// alpha < 0 for antiphase. Valid for coherent, dot product and power discriminators, since E + L and P keep
+/// their sign.
 double early_late_envelope(double alpha, double d, double delay) {
   if (delay <= (1 + alpha) * d / 2) return alpha * delay / (1 + alpha);
   if (delay <= 1 - d / 2 + alpha * d / 2) return alpha * d / 2;
@@ -81,7 +81,7 @@ TEST(CodeTracker, EarlyLateEnvelopeOfBpsk) {
           worst = std::max(worst, std::abs(error - expected));
           largest = std::max(largest, std::abs(error));
         }
-        // The figure every textbook gives: alpha d / 2.
+        // The value in every textbook: alpha d / 2.
         EXPECT_NEAR(largest, std::abs(alpha) * d / 2, 1e-8);
       }
     }
@@ -124,7 +124,7 @@ TEST(CodeTracker, DoubleDeltaEnvelopeOfBpsk) {
         EXPECT_NEAR(error_chips(loop, alpha, delay), double_delta_envelope(alpha, d, delay), 1e-8)
             << d << ' ' << alpha << ' ' << delay;
       }
-      // Around a chip the corner at the foot of R shows once more, with a quarter of the spacing.
+      // Around a chip the corner at the foot of R appears again, with a quarter of the spacing.
       double foot = 0;
       for (double delay = 1 - 2 * d; delay < 1 + 2 * d; delay += 0.0005) {
         foot = std::max(foot, std::abs(error_chips(loop, alpha, delay)));
@@ -172,8 +172,8 @@ double maximum_m(const CodeTracker& loop) {
 }
 
 // The table of docs/tracking.md. With infinite bandwidth alpha d / 2; the others were computed once by a
-// program of their own in Python: R by the midpoint rule over the spectrum, 1500 frequencies, delays every
-// 0.005 chips, the zero by steps of 0.002 chips and bisection.
+// separate Python program: R by the midpoint rule over the spectrum, 1500 frequencies, delays every 0.005
+// chips, the zero by steps of 0.002 chips and bisection.
 TEST(CodeTracker, MaximaOfTheDocumentation) {
   struct Row {
     Modulation modulation;
@@ -260,14 +260,14 @@ TEST(CodeTracker, TracksReflectionsWithoutADirectPath) {
   EXPECT_NEAR(loop.lock(one)->delay_m, 150, 1e-6);
   // The loop was on the direct path before it was blocked: half a chip away it is pulled over.
   EXPECT_NEAR(loop.lock(one, 0.0)->delay_m, 150, 1e-6);
-  // More than one and a quarter chips away it feels nothing, and the signal is found anew.
+  // More than one and a quarter chips away it has no pull, and the signal is acquired again.
   const std::vector<SignalPath> far{{500, {0.2, 0.1}, 0}};
   EXPECT_NEAR(loop.lock(far, 0.0)->delay_m, 500, 1e-6);
-  // The loop finds the stronger of two echoes far apart, and keeps the one that it tracks.
+  // The loop acquires the stronger of two echoes far apart, and keeps the tracked one.
   const std::vector<SignalPath> two{{100, {0.3, 0}, 0}, {700, {0, 0.5}, 0}};
   EXPECT_NEAR(loop.lock(two)->delay_m, 700, 1e-6);
   EXPECT_NEAR(loop.lock(two, 110.0)->delay_m, 100, 1e-6);
-  // A thousandth of the strongest one's power is the least that is kept: amplitudes 0.0316 of it.
+  // Locks are kept from a thousandth of the strongest one's power on: amplitudes 0.0316 of it.
   const auto weak = [&](double amplitude) {
     const std::vector<SignalPath> paths{{0, {1, 0}, 0}, {1500, {amplitude, 0}, 0}};
     return loop.lock(paths, 1500.0)->delay_m;
@@ -341,7 +341,7 @@ TEST(CodeTracker, SlowFadingIsFilteredByTheLoop) {
 
 // The same filter in the time domain, independent of the formula: a first-order loop, stepped every
 // millisecond, follows the dot product of a direct path and a rotating one; the mean power of its oscillation
-// is that of the phases frozen with fading_hz set.
+// equals that of frozen phases with fading_hz set.
 TEST(CodeTracker, FadingAgreesWithASteppedLoop) {
   const CodeTracker loop = tracker(Modulation::BPSK, Discriminator::DotProduct, 0.5);
   const double chip = loop.correlation().chip_m();
@@ -392,7 +392,7 @@ TEST(CodeTracker, PhasesStayInsideTheEnvelope) {
   }
 }
 
-// For any paths the answer is a stable zero within their reach, and the same each time.
+// For any paths the result is a stable zero within their reach, and the same each time.
 TEST(CodeTracker, RandomPathsGiveStableZeros) {
   std::vector<CodeTracker> loops;
   for (const Modulation modulation : {Modulation::BPSK, Modulation::BOC11, Modulation::CBOCPilot}) {
@@ -444,7 +444,7 @@ TEST(CodeTracker, NoAnswerWithoutPower) {
   const CodeTracker loop = tracker(Modulation::BPSK, Discriminator::EarlyLatePower, 0.5);
   EXPECT_FALSE(loop.lock({}));
   EXPECT_FALSE(loop.lock(std::vector<SignalPath>{{10, {0, 0}, 0}}, 0.0));
-  // Two equal paths in antiphase at one place.
+  // Two equal paths in antiphase at one delay.
   EXPECT_FALSE(loop.lock(std::vector<SignalPath>{{0, {1, 0}, 0}, {0, {-1, 0}, 0}}, 0.0));
 }
 
@@ -459,7 +459,7 @@ TEST(CodeTracker, RefusesBadInput) {
   EXPECT_THROW(tracker(Modulation::BPSK, Discriminator::EarlyLatePower, 0), InputError);
   EXPECT_THROW(tracker(Modulation::BPSK, Discriminator::EarlyLatePower, 1.01), InputError);
   EXPECT_THROW(tracker(Modulation::BPSK, Discriminator::DoubleDelta, 0.6), InputError);
-  // A chip apart, the correlators stand on the side peaks of |BOC(1,1)|.
+  // A chip apart, the correlators are on the side peaks of |BOC(1,1)|.
   EXPECT_THROW(tracker(Modulation::BOC11, Discriminator::EarlyLatePower, 1), InputError);
   DllOptions options;
   options.loop_bandwidth_hz = 30;

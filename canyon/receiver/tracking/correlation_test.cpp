@@ -16,7 +16,7 @@ namespace {
 using geodesy::kPi;
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-/// Those that receivers track: BOC(6,1) is tracked as a part of others.
+/// Modulations that receivers track: BOC(6,1) is tracked as a part of others.
 const std::vector<Modulation> kAll{Modulation::BPSK, Modulation::BOC11, Modulation::CBOCData,
                                    Modulation::CBOCPilot, Modulation::TMBOC};
 
@@ -94,7 +94,7 @@ TEST(SineIntegral, TableValues) {
   EXPECT_NEAR(sine_integral(30), 1.5667565400303, 1e-12);
   EXPECT_EQ(sine_integral(0), 0);
   for (const double x : {0.3, 3.9, 4.1, 70.0}) EXPECT_EQ(sine_integral(-x), -sine_integral(x));
-  // Both branches meet: dSi/dx = sin(x) / x across x = 4.
+  // Both branches agree: dSi/dx = sin(x) / x across x = 4.
   EXPECT_NEAR(sine_integral(4 + 1e-6) - sine_integral(4 - 1e-6), 2e-6 * std::sin(4.0) / 4, 3e-15);
 }
 
@@ -116,7 +116,7 @@ TEST(Correlation, ClosedFormsOfInfiniteBandwidth) {
   EXPECT_NEAR(boc.slope(-0.7), -1, 1e-14);
 }
 
-// CBOC and TMBOC share the MBOC spectrum with their data channels: 10/11 BOC(1,1) + 1/11 BOC(6,1) for E1-B
+// CBOC and TMBOC have, with their data channels, the MBOC spectrum: 10/11 BOC(1,1) + 1/11 BOC(6,1) for E1-B
 // and E1-C together (Galileo OS SIS ICD 2.3.3). BOC(6,1) has R(k/12) = (-1)^k (1 - k/12), linear between.
 TEST(Correlation, MultiplexedSignals) {
   const Correlation boc = correlation(Modulation::BOC11);
@@ -135,7 +135,7 @@ TEST(Correlation, MultiplexedSignals) {
   EXPECT_LT(pilot.slope(0.01), data.slope(0.01));
 }
 
-// At delays that lie anywhere between the table's points, and beyond it.
+// At delays between the table's points, and beyond the table.
 TEST(Correlation, BandLimitedIsTheIntegralOfTheSpectrum) {
   double worst = 0, worst_slope = 0;
   for (const Modulation modulation : kAll) {
@@ -165,7 +165,7 @@ TEST(Correlation, WideBandwidthTendsToTheInfiniteOne) {
   for (const Modulation modulation : kAll) {
     const Correlation wide = correlation(modulation, 1000);
     const Correlation infinite = correlation(modulation);
-    // The peak is cut by the jumps of the slope times 1 / (pi^2 B).
+    // The peak is reduced by the jumps of the slope times 1 / (pi^2 B).
     for (double tau = -1.2; tau < 1.2; tau += 0.017) {
       EXPECT_NEAR(wide.value(tau), infinite.value(tau), 2e-3) << name(modulation) << ' ' << tau;
     }

@@ -67,12 +67,12 @@ TEST(Interference, CodesSeparateByTheirCorrelationFunctions) {
   EXPECT_NEAR(spectral_separation_per_hz(boc, 0, code(Modulation::BOC11)) * kRate, 1.0 / 3, 1e-4);
   EXPECT_NEAR(db(spectral_separation_per_hz(bpsk, 0, code(Modulation::BPSK))), -61.8, 0.1);
   EXPECT_NEAR(db(spectral_separation_per_hz(bpsk, 0, code(Modulation::BOC11))), -67.8, 0.1);
-  // Ten times the chips, ten times the distance between them: 2/3 of 1 / Rc.
+  // Ten times the chip rate, ten times the width of the spectrum: 2/3 of 1 / Rc.
   EXPECT_NEAR(
       spectral_separation_per_hz(signal(Modulation::BPSK, 10.23e6), 0, code(Modulation::BPSK, 10.23e6)) *
           10.23e6,
       2.0 / 3, 1e-4);
-  // A narrow code in the middle of a wide one meets its density there, 1 / 10.23e6, less its curvature.
+  // A narrow code in the middle of a wide one has its density there, 1 / 10.23e6, minus its curvature.
   EXPECT_NEAR(
       db(spectral_separation_per_hz(signal(Modulation::BPSK, 10.23e6), 0, code(Modulation::BPSK)) * 10.23e6),
       0, 0.2);
@@ -91,18 +91,18 @@ TEST(Interference, TonesMeetTheTextbooksDensity) {
               29.0 / 33 * std::pow(sinc(0.7) * std::tan(kPi * 0.35), 2) +
                   4.0 / 33 * std::pow(sinc(0.7) * std::tan(kPi * 0.7 / 12), 2),
               1e-9);
-  // Behind the filter there is nothing.
+  // Outside the filter's band there is no effect.
   EXPECT_EQ(spectral_separation_per_hz(signal(Modulation::BPSK, kRate, 4e6), 0, tone(2.1e6)), 0);
 }
 
-// Narrow noise is a tone; of wide noise what a signal takes is its whole power, 1 / width.
+// Narrow noise is a tone; for wide noise the signal's whole power counts, 1 / width.
 TEST(Interference, BandsLieBetweenToneAndWhiteNoise) {
   const Correlation bpsk = signal(Modulation::BPSK);
   EXPECT_NEAR(spectral_separation_per_hz(bpsk, 0, band(0, 1e3)) * kRate, 1, 1e-4);
   EXPECT_NEAR(spectral_separation_per_hz(bpsk, 0, band(0, 400e6)) * 400e6, 1, 1e-3);
-  // Half of its power where the noise ends in the middle.
+  // Half of its power if the noise ends in the middle.
   EXPECT_NEAR(spectral_separation_per_hz(bpsk, 0, band(100e6, 200e6)) * 200e6, 0.5, 1e-3);
-  // 90.28 % of C/A's power lies within its main lobe (2 / pi Si(2 pi) less nothing).
+  // 90.28 % of C/A's power is within its main lobe (2 / pi Si(2 pi) minus nothing).
   EXPECT_NEAR(
       spectral_separation_per_hz(signal(Modulation::BPSK, kRate, 2 * kRate), 0, band(0, 400e6)) * 400e6,
       2 / kPi * 1.4181515761, 1e-4);
@@ -130,7 +130,7 @@ TEST(Interference, ChirpsAreTheirLines) {
     EXPECT_NEAR(power, 1, 0.01);
     EXPECT_NEAR(db(spectral_separation_per_hz(signal(Modulation::BPSK), 0, s) / expected), 0, 0.05);
   }
-  // A fast, wide one is as flat as noise, but for its lines: 100 kHz apart they sample the spectrum.
+  // A fast, wide one is as flat as noise, except for its lines: 100 kHz apart they sample the spectrum.
   const double flat = spectral_separation_per_hz(signal(Modulation::BPSK), 0, band(0, 20e6));
   EXPECT_NEAR(db(spectral_separation_per_hz(signal(Modulation::BPSK), 0, chirp(0, 20e6, 10e-6)) / flat), 0,
               0.5);
@@ -138,8 +138,8 @@ TEST(Interference, ChirpsAreTheirLines) {
               0.01);
 }
 
-// Correlators of 20 ms with random codes of 1023 chips, chip by chip: N0 / T of white noise is what 1 / T
-// times the separation is of the tone.
+// Correlators of 20 ms with random codes of 1023 chips, chip by chip: the power of the tone is 1 / T times
+// the separation, as N0 / T is that of white noise.
 TEST(Interference, TonesHitTheLinesOfShortCodesOrMiss) {
   constexpr double kT = 0.02;
   RandomStream random(1, "codes");
@@ -161,7 +161,7 @@ TEST(Interference, TonesHitTheLinesOfShortCodesOrMiss) {
     // |sum|^2 is exponential: its mean scatters by 1 / sqrt(1500).
     EXPECT_NEAR(power, expected, 4 * expected / std::sqrt(1.0 * kCodes) + 1e-12) << offset_hz;
   }
-  // In the mean it is what a code without lines meets, on a line it is 13 dB more.
+  // The mean equals that of a code without lines, on a line it is 13 dB more.
   double mean = 0;
   for (int i = 0; i < 10'000; ++i) mean += line_factor(i * 0.1 + 0.03, 1e3, kT) / 10'000;
   EXPECT_NEAR(mean, 1, 1e-6);

@@ -14,7 +14,7 @@
 namespace canyon::tracking {
 namespace {
 
-/// As receivers of the mass market have it: 4 MHz, a quarter chip.
+/// As in receivers of the mass market: 4 MHz, a quarter chip.
 LaneCodeLock lock_of(Modulation modulation, Discriminator discriminator = Discriminator::EarlyLatePower) {
   CorrelationOptions signal;
   signal.modulation = modulation;
@@ -26,7 +26,7 @@ LaneCodeLock lock_of(Modulation modulation, Discriminator discriminator = Discri
   return LaneCodeLock(shared_code_tracker(signal, loop));
 }
 
-/// 400 satellites of 1 to 12 paths with detours to 300 m, 17 lanes, the last one alone: each against
+/// 400 satellites of 1 to 12 paths with detours to 300 m, 17 lanes, the last one alone: each compared with
 /// CodeTracker::lock().
 void compare(const LaneCodeLock& lock, bool direct, double* worst_m, int* others) {
   RandomStream random(3, direct ? "direct" : "echoes");
@@ -59,7 +59,7 @@ void compare(const LaneCodeLock& lock, bool direct, double* worst_m, int* others
       ASSERT_EQ(expected.has_value(), power[i] > 0);
       if (!expected) continue;
       const double apart_m = std::abs(expected->delay_m - static_cast<double>(delay_m[i]));
-      // Another of two zeros close together, or of two peaks of one power.
+      // The other of two zeros close together, or of two peaks of equal power.
       if (apart_m > 0.05) {
         ++*others;
         continue;

@@ -61,9 +61,8 @@ TEST(DllJitter, ClosedFormsOfBpsk) {
 }
 
 // Kaplan & Hegarty, 2nd ed., figure 5.28 c: C/N0 at which sigma is a sixth of a chip (3 sigma half of D = 1
-// chip), printed beside the curves to 0.1 dB, for a front end of two chip rates, T = 20 ms, 0.2 and 2 Hz. The
-// figure is drawn from the approximation 5.23, which there lies 15 % above the integrals of 5.22 that stand
-// here.
+// chip), printed at the curves to 0.1 dB, for a front end of two chip rates, T = 20 ms, 0.2 and 2 Hz. The
+// figure is drawn from the approximation 5.23, which is 15 % above the integrals of 5.22 used here.
 TEST(DllJitter, ThresholdsOfThePublishedFigure) {
   const double b = 2;
   for (const auto& [loop_hz, cn0] : std::vector<std::pair<double, double>>{{0.2, 12.4}, {2.0, 18.0}}) {
@@ -119,8 +118,8 @@ TEST(DllJitter, NarrowSpacingReachesTheCramerRaoBound) {
   EXPECT_GT(dll_jitter_chips(tracker(Discriminator::Coherent, 0.5, b), 40), expected);
 }
 
-/// Standard deviation of a simulated loop: correlators with noise of the covariance that R demands, the
-/// discriminator, a first-order loop of gain k, whose noise bandwidth is k / (2 T (2 - k)).
+/// Standard deviation of a simulated loop: correlators with noise of the covariance by R, the discriminator,
+/// a first-order loop of gain k, whose noise bandwidth is k / (2 T (2 - k)).
 double simulated_jitter(Discriminator discriminator, double spacing, double cn0_hz, double k, double t,
                         int steps) {
   DllOptions options;
@@ -190,8 +189,8 @@ CodeTracker narrowing_tracker(double narrow_below_dbhz) {
   return CodeTracker({}, loop);
 }
 
-// A scalar Kalman filter of a random walk, run to its steady state: its gain is the narrowed loop's, and of
-// its variance the noise of the observations makes half.
+// A scalar Kalman filter of a random walk, run to its steady state: its gain is that of the narrowed loop,
+// and half of its variance is from the noise of the observations.
 TEST(CodeLoopNoise, NarrowsAsAFilterInItsSteadyState) {
   const CodeLoopNoise fixed(narrowing_tracker(0)), narrow(narrowing_tracker(30));
   const double dt = 1e-4, bandwidth = 1;
@@ -223,7 +222,7 @@ TEST(CodeLoopNoise, IsFixedAboveItsBoundAndGrowsWithTheFourthRootBelow) {
   for (const double cn0 : {100.0, 10.0}) {
     const double ratio = fixed.sigma_m(cn0) / fixed.sigma_m(1e3);  // root of the variances'
     EXPECT_NEAR(narrow.bandwidth_share(cn0), 1 / ratio, 1e-12);
-    // Within Bn T / 2, which the narrower loop has less of.
+    // Within Bn T / 2, which is smaller for the narrower loop.
     EXPECT_NEAR(narrow.sigma_m(cn0) / narrow.sigma_m(1e3), std::sqrt(ratio), 0.006 * std::sqrt(ratio));
   }
 }

@@ -3,15 +3,15 @@
 // With infinite bandwidth R falls by s per chip at its peak. While the replica's error e keeps early and late
 // on either side of the peak, early minus late of the direct path is 2 s e, and one echo of relative
 // amplitude a (negative: antiphase) delayed by t adds a S(e - t), S(x) = R(x - d/2) - R(x + d/2), so that the
-// loop rests at the only zero of
+// equilibrium of the loop is the only zero of
 //   2 s e + a S(e - t)                                                                                   (1)
-// since |S'| <= 2 s and |a| < 1. It begins as a t / (1 + a), never exceeds |a| d / 2 as |S| <= s d, ends at
-// 1 + d/2, and where R about the echo is straight with slope m it is
+// since |S'| <= 2 s and |a| < 1. It starts as a t / (1 + a), never exceeds |a| d / 2 as |S| <= s d, ends at 1
+// + d/2, and while R around the echo is straight with slope m it is
 //   -(a d / 2) (m / s)                                                                                   (2)
-// so that the slopes of R's twelfths of a chip write themselves into the envelope: the plateau a d / 2 of
-// BPSK, and of BOC(1,1) a third of it, reversed, behind half a chip (Braasch, Multipath Effects, in Parkinson
-// & Spilker, GPS: Theory and Applications I, 1996; Hein et al., MBOC, Inside GNSS 2006, for the
-// multiplexed ones). Here R is written down anew from the power shares of the interface documents.
+// so that the slopes of R's twelfths of a chip appear in the envelope: the plateau a d / 2 of BPSK, and of
+// BOC(1,1) a third of it, reversed, beyond half a chip (Braasch, Multipath Effects, in Parkinson & Spilker,
+// GPS: Theory and Applications I, 1996; Hein et al., MBOC, Inside GNSS 2006, for the multiplexed ones). Here
+// R is computed independently from the power fractions of the interface documents.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -41,7 +41,7 @@ double corner(Modulation modulation, int k) {
   if (k >= 12) return 0;
   const double boc11 = k <= 6 ? 1 - k / 4.0 : k / 12.0 - 1;          // slopes -3, +1
   const double boc61 = (k % 2 == 0 ? 1 : -1) * (1 - k / 12.0);       // slopes -23, +21, -19 ...
-  const double cross = k % 2 == 0 ? 0 : k < 6 ? 1.0 / 6 : -1.0 / 6;  // both ways together: slopes +-2
+  const double cross = k % 2 == 0 ? 0 : k < 6 ? 1.0 / 6 : -1.0 / 6;  // both orders together: slopes +-2
   switch (modulation) {
     case Modulation::BPSK:
       return 1 - k / 12.0;
@@ -96,7 +96,7 @@ CodeTracker tracker(Modulation modulation, Discriminator discriminator, double d
   return tracker(signal, discriminator, d);
 }
 
-/// The error at which a loop rests that has tracked the direct path [chips].
+/// The equilibrium error of a loop that has tracked the direct path [chips].
 double error_chips(const CodeTracker& loop, std::complex<double> amplitude, double t) {
   const double chip = loop.correlation().chip_m();
   const std::vector<SignalPath> paths{{0, {1, 0}, 0}, {t * chip, amplitude, 0}};
@@ -105,7 +105,7 @@ double error_chips(const CodeTracker& loop, std::complex<double> amplitude, doub
   return lock ? lock->delay_m / chip : std::nan("");
 }
 
-// Slopes at the peak by power shares: 3, 3 10/11 + 23/11 -+ 2 sqrt(10)/11, 3 29/33 + 23 4/33.
+// Slopes at the peak by power fractions: 3, 3 10/11 + 23/11 -+ 2 sqrt(10)/11, 3 29/33 + 23 4/33.
 TEST(MultipathEnvelope, SlopesAtThePeakAreThoseOfThePowerShares) {
   EXPECT_NEAR(slope(Modulation::BPSK, 0), -1, 1e-12);
   EXPECT_NEAR(slope(Modulation::BOC11, 0), -3, 1e-12);
@@ -171,8 +171,8 @@ TEST(MultipathEnvelope, IsTheClosedFormAtEveryDelay) {
   RecordProperty("worst_chips", std::to_string(worst * 1e12) + "e-12");
 }
 
-// D of an echo's phase p is (1 + cos p) / 2 times that of phase 0 and (1 - cos p) / 2 times that of 180
-// degrees, for these discriminators: its zero lies between theirs.
+// D for an echo's phase p is (1 + cos p) / 2 times that of phase 0 and (1 - cos p) / 2 times that of 180
+// degrees, for these discriminators: its zero is between theirs.
 TEST(MultipathEnvelope, InPhaseAndAntiphaseBoundAllPhases) {
   const double d = 0.08;
   for (const Modulation modulation : kModulations) {

@@ -14,7 +14,7 @@ namespace canyon::tracking {
 namespace {
 
 // Statistical bounds are five standard deviations of the estimator: with fixed seeds a test either always
-// passes or finds something that chance brings once in a million.
+// passes or detects a deviation that occurs by chance once in a million.
 constexpr double kSigmas = 5;
 
 OuOptions ou(double theta, double mu, double sigma) {

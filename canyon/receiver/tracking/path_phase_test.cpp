@@ -48,9 +48,9 @@ TEST(PathPhases, DependOnSeedReceiverSatelliteAndReflectorAlone) {
   EXPECT_NE(phases.phase_rad("G05", 2), phase);
 }
 
-// All of it together: one wall, a weak echo half a chip late. Standing antennas, each with a phase of its
-// own, err by alpha d / 2 cos(phase): alpha d / (2 sqrt 2) root mean square. An antenna that drives away from
-// the wall at 1 m/s has its echo fade with 10.5 Hz; the loop and the integration leave their shares of it.
+// Full model: one wall, a weak echo half a chip late. Stationary antennas, each with its own phase, have
+// errors of alpha d / 2 cos(phase): alpha d / (2 sqrt 2) root mean square. For an antenna that drives away
+// from the wall at 1 m/s the echo fades with 10.5 Hz; the loop and the integration leave a fraction of it.
 TEST(PathPhases, DrivingAveragesMultipathOut) {
   DllOptions options;
   options.discriminator = Discriminator::DotProduct;

@@ -40,7 +40,7 @@ TEST(SignalLock, AcquisitionStartsAgainAfterABreak) {
   SignalLock lock(options());
   lock.update(kStart, 45);
   lock.update(kStart + 9.0, 45);
-  lock.update(kStart + 9.1, 29.9);  // strong enough to keep, not to find
+  lock.update(kStart + 9.1, 29.9);  // strong enough for tracking, not for acquisition
   EXPECT_EQ(lock.update(kStart + 19.0, 45), LockState::Searching);
   EXPECT_EQ(lock.update(kStart + 19.2, 45), LockState::Tracking);
   EXPECT_EQ(lock.tracking_since(), kStart + 19.1);
@@ -105,8 +105,8 @@ TEST(SignalLock, NoTimesMeansAtOnce) {
   EXPECT_EQ(lock.tracking_since(), kStart + 0.1);
 }
 
-// Stretches of random length and strength, given whole or in random pieces: the same states at their ends,
-// and the same instants, to the nanosecond.
+// Periods of random length and strength, in one step or in random pieces: the same states at their ends, and
+// the same instants, to the nanosecond.
 TEST(SignalLock, StepsDoNotMatter) {
   RandomStream random(21, "lock");
   int changes = 0;

@@ -82,7 +82,7 @@ TEST(SignalOptions, NamesTheFieldThatIsOutOfRange) {
   EXPECT_THAT(message([](Options& o) { o.pll.loop_bandwidths_hz["L5"] = 25; }), HasSubstr("25 Hz"));
 }
 
-// One receiver, two signals, each with loops of its own: the noise has their deviations and memory.
+// One receiver, two signals, each with its own loops: the noise has their deviations and memory.
 TEST(SignalOptions, GivesEachSignalItsLoops) {
   SignalOptions options;
   options.enabled = true;
@@ -120,7 +120,7 @@ TEST(SignalOptions, GivesEachSignalItsLoops) {
   }
 }
 
-// A step of C/N0 in closed form, at 1 and at 10 Hz; noise follows the true one, and a gap forgets.
+// A step of C/N0 in closed form, at 1 and at 10 Hz; noise follows the true one, and a gap resets the mean.
 TEST(SignalOptions, StatedCn0IsAMean) {
   SignalOptions options;
   options.enabled = true;

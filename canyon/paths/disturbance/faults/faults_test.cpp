@@ -135,7 +135,7 @@ TEST(FaultTimeline, IsBounded) {
 }
 
 // Raw moments of Gamma(m, 1/m): E P^k = m (m + 1) ... (m + k - 1) / m^k. The deviation of S4^2 = E P^2 - 1
-// over n independent powers by the delta method.
+// over n independent powers is by the delta method.
 TEST(Scintillation, HasTheS4ThatIsAskedForAndSoManyFades) {
   for (const double s4 : {0.3, 0.7, 1.0}) {
     ScintillationOptions options;
@@ -177,7 +177,7 @@ TEST(Scintillation, PhaseHasItsDeviationCorrelationAndRate) {
   constexpr int kCount = 20'000;
   double squares = 0, rates = 0, products = 0;
   for (int i = 0; i < kCount; ++i) {
-    // Pairs T apart, 20 T from pair to pair.
+    // Pairs T apart, 20 T between pairs.
     propagation::Arrival first = two_satellites(), second = two_satellites();
     storm.apply(antenna(40.0 * i), first);
     storm.apply(antenna(40.0 * i + 2), second);
@@ -204,7 +204,7 @@ TEST(Scintillation, SatellitesAndSeedsDifferAndRepeat) {
   EXPECT_NE(first(1).first, first(1).second);
 }
 
-// A Gauss-Markov process has the stated deviation at any time, and a correlation of 1/e after 60 s.
+// A Gauss-Markov process has the reported deviation at any time, and a correlation of 1/e after 60 s.
 TEST(ForceFault, IsAsFarOffAsItStates) {
   ForceOptions options;
   options.fix = StatedFix::Float;

@@ -42,8 +42,7 @@ TransmitterOptions at(const Vector3d& place) {
   options.course.position.up_m = place.z();
   return options;
 }
-/// J of ITU-R P.526-15, 4.1, from its integral far behind the edge: sqrt(2) pi nu, within 0.1 dB above nu
-/// = 3.
+/// J of ITU-R P.526-15, 4.1, by its integral far behind the edge: sqrt(2) pi nu, within 0.1 dB above nu = 3.
 double deep_loss_db(double detour_m) {
   return 20 * std::log10(std::sqrt(2) * kPi * 2 * std::sqrt(detour_m / kWavelength_m));
 }
@@ -51,8 +50,7 @@ TransmitterWay way(const FaultContext& context, const TransmitterOptions& option
   return Transmitter(options, context).way(kBegin, antenna, kHz);
 }
 
-// Friis: 20 log10(4 pi 100 m / 0.1903 m) = 76.40 dB, 6.02 dB for each doubling; within a wavelength no more
-// than there.
+// Friis: 20 log10(4 pi 100 m / 0.1903 m) = 76.40 dB, 6.02 dB for each doubling; constant within a wavelength.
 TEST(Transmitter, FallsAsInFreeSpace) {
   const FaultContext open = scene({});
   const TransmitterOptions options = at({0, 0, 2});
@@ -96,16 +94,16 @@ TEST(Transmitter, DrivesAlongItsCourse) {
   EXPECT_LT((transmitter.position(kBegin + 99.0) - Vector3d(100, 50, 1)).norm(), 1e-9);
 }
 
-// A wall 18 m over both, 50 m from each: its detour is 2 sqrt(50^2 + 18^2) - 100 m.
+// A wall 18 m above both, 50 m from each: its detour is 2 sqrt(50^2 + 18^2) - 100 m.
 TEST(Transmitter, BendsOverARoof) {
   const FaultContext wall = scene({{{-2000, 49.9, 0}, {2000, 50.1, 20}}});
   const double expected = deep_loss_db(2 * std::hypot(50, 18) - 100);
   EXPECT_NEAR(expected, 34.2, 0.1);
   EXPECT_NEAR(way(wall, at({0, 0, 2}), {0, 100, 2}).obstruction_db, expected, 0.2);
-  // Over it there is nothing in the way; grazing it takes half of the field.
+  // Above it nothing blocks the line; grazing it takes half of the field.
   EXPECT_NEAR(way(wall, at({0, 0, 40}), {0, 100, 40}).obstruction_db, 0, 1e-9);
   EXPECT_NEAR(way(wall, at({0, 0, 20}), {0, 100, 20}).obstruction_db, 6.02, 0.3);
-  // Stations of the profile stand 0.25 m apart. nu = -0.4: 6.9 + 20 log10(sqrt(0.5^2 + 1) - 0.5) = 2.72 dB
+  // Stations of the profile are 0.25 m apart. nu = -0.4: 6.9 + 20 log10(sqrt(0.5^2 + 1) - 0.5) = 2.72 dB
   // (P.526-15, 4.1).
   const double clearance_m = 0.4 * std::sqrt(kWavelength_m * 50 * 50 / (2 * 100.0));
   const FaultContext thick = scene({{{-2000, 49.8, 0}, {2000, 50.2, 20}}});
@@ -113,19 +111,19 @@ TEST(Transmitter, BendsOverARoof) {
               0.05);
 }
 
-// A tower of 20 m in a line of 100 m: both sides alike, 3 dB less than one of them.
+// A tower of 20 m in a line of 100 m: both sides equal, 3 dB less than one of them.
 TEST(Transmitter, BendsAroundBothSides) {
   const FaultContext tower = scene({{{-10, 49.9, 0}, {10, 50.1, 400}}});
   EXPECT_NEAR(way(tower, at({0, 0, 2}), {0, 100, 2}).obstruction_db,
               deep_loss_db(2 * std::hypot(50, 10) - 100) - 3.01, 0.2);
-  // A wall that ends at one of them leaves the other.
+  // A wall that ends at one of them leaves the other path.
   const FaultContext one = scene({{{-10, 49.9, 0}, {10, 50.1, 400}}, {{5, 70, 0}, {500, 70.2, 400}}});
   EXPECT_NEAR(way(one, at({0, 0, 2}), {0, 100, 2}).obstruction_db, deep_loss_db(2 * std::hypot(50, 10) - 100),
               0.2);
 }
 
-// A wall of metal 30 m beside a line of 80 m is a mirror: its image is 2 sqrt(40^2 + 30^2) = 100 m away, with
-// all of the power. Where a tower stands in the line, that is what is left.
+// A wall of metal 30 m from a line of 80 m is a mirror: its image is 2 sqrt(40^2 + 30^2) = 100 m away, with
+// all of the power. If a tower blocks the line, only the reflection remains.
 TEST(Transmitter, IsReflectedByWalls) {
   FaultContext context = scene({{{-10, 39.9, 0}, {10, 40.1, 400}}});
   city::City city = *context.city;
@@ -140,7 +138,7 @@ TEST(Transmitter, IsReflectedByWalls) {
   EXPECT_NEAR(ways[1].length_m, 100, 1e-9);
   EXPECT_NEAR(ways[1].gain_db, -76.40, 0.05);
   EXPECT_LT((ways[1].arrival - Vector3d(0.6, -0.8, 0)).norm(), 1e-9);
-  // Behind a wall that ends where it would itself be a mirror, nothing comes by it.
+  // Behind a screen that ends at the mirror point, no reflection arrives.
   canyon::test::append_box(city.mesh, "screen", city::Surface::Building, city::Material::Concrete,
                            {20, 10, 0}, {21, 35, 50});
   context.city = std::make_shared<const city::City>(city);
@@ -148,7 +146,7 @@ TEST(Transmitter, IsReflectedByWalls) {
   EXPECT_EQ(Transmitter(options, context).ways(kBegin, {0, 80, 2}, kHz).size(), 1U);
 }
 
-// Bullington: two roofs 18 m over the line at a quarter and three quarters are one edge of 36 m in the
+// Bullington: two roofs 18 m above the line at a quarter and three quarters equal one edge of 36 m in the
 // middle.
 TEST(Transmitter, TakesTwoRoofsAsOneEdge) {
   const FaultContext roofs =
@@ -159,9 +157,9 @@ TEST(Transmitter, TakesTwoRoofsAsOneEdge) {
 
 TEST(Transmitter, OptionsAreChecked) {
   JammingOptions jammer;
-  EXPECT_THROW(jammer.validate(), InputError);  // no place
+  EXPECT_THROW(jammer.validate(), InputError);  // no position
   jammer.transmitter = at({0, 0, 1});
-  EXPECT_THROW(jammer.validate(), InputError);  // sends nothing
+  EXPECT_THROW(jammer.validate(), InputError);  // no emissions
   jammer.preset = "privacy_l1";
   EXPECT_NO_THROW(jammer.validate());
   jammer.transmitter.course.position.up_m.reset();

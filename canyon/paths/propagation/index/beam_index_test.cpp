@@ -28,7 +28,7 @@ TEST(Beam, IsTheConeAboutTheWindow) {
   EXPECT_NEAR(beam.sine, 0.5, 1e-12);
   EXPECT_NEAR(beam.cosine, std::sqrt(0.75), 1e-12);
   EXPECT_EQ(beam.window_m, 10);
-  // From inside that sphere: everything before the apex.
+  // From inside that sphere: everything in front of the apex.
   const Beam wide = make_beam(facet, {8, 0, 0}, 2, 300);
   EXPECT_EQ(wide.sine, 1);
   EXPECT_EQ(wide.cosine, 0);
@@ -36,7 +36,7 @@ TEST(Beam, IsTheConeAboutTheWindow) {
 }
 
 TEST(Beam, HasTheSidesOfTheWindowAndTheRangeOfZ) {
-  Facet facet;  // upright, turned by 30 deg
+  Facet facet;  // vertical, rotated by 30 deg
   facet.normal = Vector3d(std::sqrt(0.75), 0.5, 0);
   facet.offset = 10;
   const Vector3d along(-0.5, std::sqrt(0.75), 0),
@@ -76,9 +76,9 @@ TEST(BeamIndex, OfNothingFindsNothing) {
   EXPECT_EQ(index.radius(), 0);
 }
 
-// Rays of the beam at random: every facet that one passes from its front, in reach and beyond the window, is
-// found with the direction into which it turns the ray, far from the origin too and where the directions are
-// in another frame; and much is left out.
+// Random rays of the beam: every facet that one passes from its front, in reach and beyond the window, is
+// found with the direction into which it reflects the ray. Also far from the origin and with directions in
+// another frame; and most facets are excluded.
 TEST(BeamIndex, FindsEveryFacetThatReflectsIntoTheBeam) {
   city::SyntheticCityOptions options;
   options.blocks_east = options.blocks_north = 6;

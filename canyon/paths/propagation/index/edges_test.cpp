@@ -65,7 +65,7 @@ double total_length(const EdgeSet& set) {
   return sum;
 }
 
-/// Checks what the comment on Edge promises.
+/// Checks the properties in the comment on Edge.
 void expect_consistent(const EdgeSet& set) {
   for (const Edge& e : set.edges()) {
     ASSERT_NEAR(e.direction.norm(), 1, 1e-12);
@@ -73,8 +73,8 @@ void expect_consistent(const EdgeSet& set) {
     ASSERT_GT(e.length_m, 0);
     ASSERT_GT(e.exterior_rad, kPi);
     const Vector3d into_first = e.normal[0].cross(e.direction), into_second = e.direction.cross(e.normal[1]);
-    // Turning about the edge from face 0 through the air leads to face 1, and half way there outwards. Facets
-    // of merged edges differ by up to 0.5 deg.
+    // Rotation about the edge from face 0 through the air gives face 1, and half of it the outward direction.
+    // Facets of merged edges differ by up to 0.5 deg.
     const Eigen::AngleAxisd half(0.5 * e.exterior_rad, e.direction), whole(e.exterior_rad, e.direction);
     ASSERT_GT((whole * into_first).dot(into_second), std::cos(radians(1)));
     ASSERT_GT((half * into_first).dot(e.outward()), std::cos(radians(1)));
@@ -105,7 +105,7 @@ TEST(EdgeSet, ABoxHasTwelve) {
 }
 
 TEST(EdgeSet, PiecesOfOneEdgeAreMerged) {
-  // A roof and a wall in 7 and 5 pieces along their common edge of 35 m; all else is free edge.
+  // A roof and a wall in 7 and 5 pieces along their common edge of 35 m; all other edges are free.
   Mesh mesh;
   append_sheet(mesh, {0, 0, 10}, {35, 0, 0}, {0, 20, 0}, 7, 3);
   append_sheet(mesh, {0, 0, 0}, {35, 0, 0}, {0, 0, 10}, 7, 4);
@@ -146,7 +146,7 @@ TEST(EdgeSet, AnOtherTurnEndsAnEdge) {
   append(mesh, prism);
   const EdgeSet set(mesh);
   expect_consistent(set);
-  // Five roof edges and five at the floor; four vertical ones: the bend itself turns by 1 deg only.
+  // Five roof edges and five at the floor; four vertical ones: the bend itself is only 1 deg.
   EXPECT_EQ(set.edges().size(), 14u);
 }
 
@@ -182,8 +182,8 @@ TEST(EdgeSet, InnerCornersAreNone) {
 }
 
 TEST(EdgeSet, RoofsThatGoOnAndCommonWallsMakeNone) {
-  // Two boxes side by side with the same height share a wall, each with its own: the edges of one box of 40
-  // m.
+  // Two adjacent boxes of the same height have a common wall, each with its own copy: the edges of one box of
+  // 40 m.
   Mesh mesh;
   append(mesh, {0, 0, 0}, {20, 10, 15});
   append(mesh, {20, 0, 0}, {40, 10, 15});
@@ -286,7 +286,7 @@ Edge free_edge(const Vector3d& start, const Vector3d& stop, const Vector3d& norm
   return e;
 }
 
-/// Where a function of one variable with one minimum is least, between a and b.
+/// Position of the minimum of a function of one variable with one minimum, between a and b.
 template <typename F>
 double golden_section(const F& f, double a, double b) {
   const double ratio = 0.5 * (std::sqrt(5.0) - 1);
@@ -324,18 +324,18 @@ TEST(DiffractionPoint, IsWhereThePathIsShortest) {
     }
     ASSERT_TRUE(at);
     ++found;
-    // A minimum's place is known to about the root of the precision of its value.
+    // A minimum's position is known to about the root of the precision of its value.
     EXPECT_NEAR((at->point - start).dot(u), least, 1e-3);
     EXPECT_NEAR((at->point - start).cross(u).norm(), 0, 1e-9);
     EXPECT_NEAR(at->excess_m, length(least), 1e-9);
     EXPECT_NEAR(at->leg_m, (at->point - antenna).norm(), 1e-9);
-    // The same construction in other words.
+    // The same construction in another form.
     const auto other = test::ray_around_edge(antenna, s, start, stop);
     ASSERT_TRUE(other);
     EXPECT_NEAR((other->point - at->point).norm(), 0, 1e-9);
     EXPECT_NEAR(other->excess_m, at->excess_m, 1e-9);
     EXPECT_NEAR(other->bend_rad, at->bending_rad, 1e-7);
-    // Keller's cone: the leg and the way on make the same angle with the edge.
+    // Keller's cone: the leg and the continuation make the same angle with the edge.
     const Vector3d leg = (at->point - antenna).normalized();
     EXPECT_NEAR(leg.dot(u), s.dot(u), 1e-12);
     EXPECT_NEAR(std::cos(at->bending_rad), leg.dot(s), 1e-12);
@@ -345,8 +345,8 @@ TEST(DiffractionPoint, IsWhereThePathIsShortest) {
 }
 
 TEST(DiffractionPoint, ExcessKeepsItsDigitsAtTheShadowBoundary) {
-  // An edge 100 m off, bent around by a millionth of a radian: leg (1 - cos) = 5e-11 m, of which the
-  // difference of two lengths would keep no digit. The antenna at the origin makes the input exact.
+  // An edge 100 m away, bending by a millionth of a radian: leg (1 - cos) = 5e-11 m, of which the difference
+  // of two lengths would keep no digit. The antenna at the origin makes the input exact.
   const Edge edge = free_edge({-50, 100, 0}, {50, 100, 0}, Vector3d::UnitY());
   const double angle = 1e-6;
   const auto at = diffraction_point(edge, Vector3d::Zero(), {0, std::cos(angle), std::sin(angle)});
@@ -379,11 +379,11 @@ TEST(DiffractionPoint, NeedsAntennaAndSatelliteOutsideTheWedge) {
   EXPECT_FALSE(diffraction_point(*roof, {0, 40, 2}, north(30)));   // behind the building
   EXPECT_TRUE(diffraction_point(*roof, {0, 40, 30}, -north(30)));  // above the roof, towards the street
   EXPECT_TRUE(diffraction_point(*roof, {0, 40, 30}, -north(30))->shadowed);
-  // Above the roof and in front of the wall nothing of the wedge is hidden.
+  // Above the roof and in front of the wall no part of the wedge is hidden.
   const Vector3d above(0, 5, 30);
   ASSERT_TRUE(diffraction_point(*roof, above, north(5)));
   EXPECT_FALSE(diffraction_point(*roof, above, north(5))->shadowed);
-  // Along the edge, and from a place on its line, there is no cone.
+  // Along the edge, and from a point on its line, there is no cone.
   EXPECT_FALSE(diffraction_point(*roof, street, {1, 0, 0}));
   EXPECT_FALSE(diffraction_point(*roof, {-80, 10, 20}, north(30)));
 }

@@ -23,7 +23,7 @@ Vector3d towards(double azimuth_deg, double elevation_deg) {
   return geodesy::enu_from_azimuth_elevation(geodesy::radians(azimuth_deg), geodesy::radians(elevation_deg));
 }
 
-/// A house whose east wall stands at x = 0, and a long block of 30 m at x = 20.
+/// A house with its east wall at x = 0, and a long block of 30 m at x = 20.
 city::Mesh street() {
   city::Mesh mesh;
   canyon::test::append_box(mesh, "house", city::Surface::Building, city::Material::Concrete, {-10, -20, 0},
@@ -57,7 +57,7 @@ TEST(FacadeLight, DirectionsAreADegreeApart) {
     EXPECT_GT(FacadeLight::direction(pole).middle.dot(pole), 0.9999);
 }
 
-// The cell's middle is at most half a cell from the point, so the shadow's edge is known to that.
+// The cell's middle is at most half a cell from the point, which is the accuracy of the shadow's edge.
 TEST(FacadeLight, CellsSeeOverABlockFromWhereTheyStand) {
   const raytrace::RayScene scene(street());
   const FacadeLight light(scene);
@@ -92,7 +92,7 @@ TEST(FacadeLight, TheOtherSideOfAWallLooksTheOtherWay) {
   EXPECT_GT(FacadeLight(scene).cell(triangle, {0, 3, 12}, true).number, 0u);
 }
 
-/// Answers of many cells and directions, asked in an order that depends on the seed; in one order.
+/// Results for many cells and directions in a fixed order; the order of the requests depends on the seed.
 std::vector<bool> answers(const FacadeLight& light, const raytrace::RayScene& scene, unsigned seed) {
   std::vector<std::pair<FacadeLight::Cell, FacadeLight::Direction>> keys;
   std::mt19937_64 random(7);
@@ -129,7 +129,7 @@ TEST(FacadeLight, AnswersDoNotDependOnWhoAskedFirst) {
   for (const std::vector<bool>& each : found) EXPECT_EQ(each, expected);
 }
 
-// Few triangles have a table of 32 KB, 4,096 rows of 8 cells: most of the 32,000 keys are forgotten.
+// A few triangles have a table of 32 KB, 4,096 rows of 8 cells: most of the 32,000 keys are evicted.
 TEST(FacadeLight, ForgetsWithoutChangingItsAnswers) {
   const raytrace::RayScene scene(street());
   const FacadeLight light(scene, 200);

@@ -36,7 +36,7 @@ TEST(FacetSet, ABoxHasSixFacetsOfTwoTriangles) {
 }
 
 TEST(FacetSet, KeepsPlanesApartThatOnlyTouch) {
-  // Two boxes in line: facades in one plane whose triangles share no edge; only their floors do.
+  // Two boxes in line: facades in one plane whose triangles have no common edge; only their floors do.
   Mesh mesh;
   canyon::test::append_box(mesh, "a", Surface::Building, Material::Glass, {0, 0, 0}, {10, 10, 20});
   canyon::test::append_box(mesh, "b", Surface::Building, Material::Glass, {10, 0, 0}, {20, 10, 30});
@@ -65,7 +65,7 @@ TEST(FacetSet, TakesWhatReflects) {
   EXPECT_TRUE(FacetSet(Mesh{}, true).facets().empty());
 }
 
-/// A flat disc with a hole, of many triangles that share their edges, turned about an axis.
+/// A flat disc with a hole, of many triangles with common edges, rotated about an axis.
 Mesh ring(int slices, const Eigen::Matrix3d& rotation) {
   std::vector<Vector3d> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -116,8 +116,8 @@ TEST(FacetSet, FindsPointsOfOutlinesWithHolesHoweverTheyLie) {
   }
 }
 
-// gather() and mark_reflecting() may offer too much, never too little: beside the same in doubles without
-// blocks.
+// gather() and mark_reflecting() may return too many facets, never too few: compared with the same in doubles
+// without blocks.
 TEST(FacetSet, TheFastTestNeverMissesAFacet) {
   const city::City city = city::synthetic_city({});
   const FacetSet set(city.mesh, true);
@@ -130,7 +130,7 @@ TEST(FacetSet, TheFastTestNeverMissesAFacet) {
   for (int i = 0; i < 200; ++i) {
     const Vector3d antenna(place(random), place(random), height(random));
     const double reach = 20 + 280 * std::abs(unit(random));
-    // About the antenna, or about another place that it is near.
+    // Relative to the antenna, or to a nearby point.
     const double away = i % 2 == 0 ? 0 : 8;
     const Vector3d centre =
         antenna + away * Vector3d(unit(random), unit(random), unit(random)).normalized() * (1 - 1e-9);

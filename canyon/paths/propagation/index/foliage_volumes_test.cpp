@@ -71,7 +71,7 @@ TEST(FoliageVolumes, NestedAndTouchingVolumesCountOnce) {
       << "drawn twice";
 }
 
-// Rays through corners, edges and diagonals: two or more triangles at one place.
+// Rays through corners, edges and diagonals: two or more triangles at one point.
 TEST(FoliageVolumes, EdgesCountOnce) {
   const FoliageVolumes box(boxes({{{-10, 20, 0}, {10, 30, 20}}}));
   EXPECT_NEAR(depth(box, {0, 0, 10}, {0, 1, 0}), 10, 1e-9) << "the middle of both diagonals";

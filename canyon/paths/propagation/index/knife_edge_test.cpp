@@ -20,8 +20,8 @@ using geodesy::radians;
 using test::exact_knife_edge_loss_db;
 using test::ray_around_edge;
 
-// mpmath 1.x, 40 digits: fresnelc(x), fresnels(x); from 50 on by A&S 7.3.27 and 7.3.28. 0.5, 1 and 2 stand in
-// A&S table 7.7 as well.
+// mpmath 1.x, 40 digits: fresnelc(x), fresnels(x); from 50 on by A&S 7.3.27 and 7.3.28. 0.5, 1 and 2 are also
+// in A&S table 7.7.
 TEST(FresnelIntegral, AgreesWithMpmath) {
   struct Row {
     double x, c, s;
@@ -55,7 +55,7 @@ TEST(FresnelIntegral, AgreesWithMpmath) {
   EXPECT_THROW(static_cast<void>(fresnel_integral(NAN)), InputError);
 }
 
-// C' + j S' = exp(j pi x^2 / 2), by central differences: catches a wrong piece between the table's rows.
+// C' + j S' = exp(j pi x^2 / 2), by central differences: detects a wrong piece between the table's rows.
 TEST(FresnelIntegral, HasItsDerivativeEverywhere) {
   for (double x = 0.01; x < 8; x += 0.0137) {
     const double h = 1e-4;
@@ -100,7 +100,7 @@ TEST(KnifeEdge, ApproximationIsThatOfP526) {
     worst_below =
         std::max(worst_below, std::abs(approximate_knife_edge_loss_db(nu) - exact_knife_edge_loss_db(nu)));
   EXPECT_LT(worst, 0.124);
-  EXPECT_GT(worst, 0.12);  // the bound is not slack
+  EXPECT_GT(worst, 0.12);  // the bound is tight
   EXPECT_LT(worst_below, 1.37);
 }
 
@@ -116,7 +116,7 @@ TEST(KnifeEdge, FieldHasThePhaseOfTheDetour) {
     EXPECT_LT(std::abs(edge_wave(-nu - 1e-300) + edge_wave(nu)), nu == 0 ? 1.1 : 1e-13) << nu;
   }
   EXPECT_LT(std::abs(1.0 + edge_wave(-0.7) - knife_edge_field(-0.7)), 1e-15);
-  // Digits hold deep in the shadow, where 1/2 - C cancels: 0.2250791 / nu.
+  // Digits are kept deep in the shadow, where 1/2 - C cancels: 0.2250791 / nu.
   EXPECT_NEAR(std::abs(knife_edge_field(1e6)) * 1e6, 1 / (std::sqrt(2.0) * kPi), 1e-12);
 }
 
@@ -132,7 +132,7 @@ TEST(KnifeEdge, NuIsThatOfTheSmallAngle) {
   EXPECT_THROW(static_cast<void>(signed_knife_edge_nu(1, 0, true)), InputError);
 }
 
-/// T(m, n) as P.526-15, 4.2 has it, of two distances and the height over the straight line.
+/// T(m, n) as in P.526-15, 4.2, of two distances and the height over the straight line.
 double rounded_by_the_recommendation(double radius, double d1, double d2, double h, double wavelength) {
   const double m = radius * (d1 + d2) / (d1 * d2) / std::cbrt(kPi * radius / wavelength);
   const double n = h * std::pow(kPi * radius / wavelength, 2.0 / 3) / radius;
@@ -146,7 +146,7 @@ TEST(RoundedEdge, LosesWhatTheRecommendationSays) {
   for (const double radius : {0.1, 1.0, 5.0}) {
     for (const double leg : {10.0, 80.0}) {
       for (const double bending : {0.0, 0.01, 0.1, 0.5, 1.0}) {
-        // Small angles: h (d1 + d2) / (d1 d2) is the angle that the ray is bent by.
+        // Small angles: h (d1 + d2) / (d1 d2) is the angle by which the ray bends.
         EXPECT_NEAR(rounded_edge_loss_db(radius, leg, bending, kWavelength),
                     rounded_by_the_recommendation(radius, leg, kFar, bending * leg, kWavelength), 1e-5)
             << radius << " m, " << leg << " m, " << bending;
@@ -178,7 +178,7 @@ TEST(EdgeRay, RoofEdgeAcrossTheRayIsTheTriangle) {
   EXPECT_LT((ray->arrival - Eigen::Vector3d(0.8, 0, 0.6)).norm(), 1e-14);
 }
 
-// Fermat: no other point of the edge is nearer, found by search; and Keller: equal angles with the edge.
+// Fermat: no other point of the edge gives a shorter path, by search; and Keller: equal angles with the edge.
 TEST(EdgeRay, IsTheShortestWayOverASkewEdge) {
   const Eigen::Vector3d antenna(1, 2, 1.5), satellite = Eigen::Vector3d(0.5, 0.3, 0.4).normalized();
   const Eigen::Vector3d start(10, -30, 8), end(25, 40, 21);

@@ -11,7 +11,7 @@ struct Kept {
   int number = 0;
 };
 
-/// Counts the living.
+/// Counts the existing objects.
 struct Counted {
   static inline int alive = 0;
   Counted() { ++alive; }
@@ -48,7 +48,7 @@ TEST(Places, AntennasThatAreFarHaveNothing) {
   EXPECT_EQ(places.about({0, 0, 0.6}).get(), nullptr);
 }
 
-/// A map asks for place after place: what is kept must not stay with the entries that go from hand to hand.
+/// A map requests many points in sequence: cached data must not stay with entries that are passed on.
 TEST(Places, WhatIsKeptGoesWithItsPlace) {
   const Places<Counted> places;
   const int most = static_cast<int>(Places<Counted>::kMost);

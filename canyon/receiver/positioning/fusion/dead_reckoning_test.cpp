@@ -20,14 +20,14 @@ const GpsTime kBegin = GpsTime::from_week(2400, 1000);
 const geodesy::Geodetic kHome = geodesy::Geodetic::from_degrees(22.3, 114.17, 30);
 constexpr double kImu_s = 0.01, kEpoch_s = 0.2, kWheel_s = 0.1;
 
-/// A drive on the level plane about kHome: rest, then off to the east with bends, each at 1 m/s^2 or less.
-/// Over half a kilometre the plane leaves the ellipsoid by 2 cm.
+/// A drive on the level plane at kHome: rest, then eastwards with bends, each at 1 m/s^2 or less. Over half a
+/// kilometre the plane differs from the ellipsoid by 2 cm.
 struct Plane {
   [[nodiscard]] double speed(double t) const { return t < 10 ? 0 : t < 20 ? t - 10 : 10; }
   [[nodiscard]] double turn(double t) const { return t > 30 ? 0.1 * std::sin(0.2 * (t - 30)) : 0; }
 };
 
-/// Readings of sensors without errors on the plane, and their places.
+/// Readings of error-free sensors on the plane, and their positions.
 class Drive {
  public:
   /// @param bias of the gyroscope about the up axis [rad/s]; @param scale of the wheels
@@ -40,7 +40,7 @@ class Drive {
     mounting.wheels = WheelModel{10, 0.01, 0.001, 1, 0, true};
   }
 
-  /// The readings up to a time of the next epoch, and the true place of the antenna then.
+  /// The readings up to the time of the next epoch, and the true position of the antenna then.
   SensorReadings next() {
     SensorReadings readings;
     const Eigen::Matrix3d ecef_from_enu = geodesy::enu_from_ecef_rotation(kHome).transpose();
@@ -118,7 +118,7 @@ Fix no_fix() {
   return fix;
 }
 
-/// The filter's answer at a time of the drive, with right fixes at every epoch up to it.
+/// The filter's result at a time of the drive, with right fixes at every epoch up to it.
 Fix drive_until(double end_s, Drive& drive, DeadReckoning& filter) {
   Fix answer;
   while (drive.t_s < end_s) {
@@ -128,7 +128,7 @@ Fix drive_until(double end_s, Drive& drive, DeadReckoning& filter) {
   return answer;
 }
 
-// At rest the fix passes; in motion the phases follow; without fixes the position goes on.
+// At rest the fix is returned; in motion the phases follow; without fixes the position is propagated.
 TEST(DeadReckoning, AlignsCalibratesAndCoasts) {
   Drive drive(2e-4, 0.01);
   DeadReckoning filter(options(), drive.mounting);
@@ -163,7 +163,7 @@ TEST(DeadReckoning, AlignsCalibratesAndCoasts) {
   const double east =
       std::remainder(geodesy::kPi / 2 - drive.yaw_rad - answer.fusion->heading_rad, 2 * geodesy::kPi);
   EXPECT_LT(std::abs(east), geodesy::radians(0.3));
-  // And back.
+  // Returns to the satellites.
   const SensorReadings readings = drive.next();
   EXPECT_EQ(filter.update(kBegin + drive.t_s, readings, drive.fix()).kind(), FixKind::Combined);
 }
@@ -185,7 +185,7 @@ TEST(DeadReckoning, CoastsByTheInertialSensorAlone) {
   EXPECT_LT(drive.error_m(answer), 5);
 }
 
-// Fixes that jump by 40 m for ten seconds are not believed; those that stay there are, at last.
+// Fixes that jump by 40 m for ten seconds are rejected; fixes that stay there are accepted in the end.
 TEST(DeadReckoning, DoesNotFollowReflections) {
   Drive drive;
   DeadReckoning filter(options(), drive.mounting);
@@ -204,7 +204,7 @@ TEST(DeadReckoning, DoesNotFollowReflections) {
   EXPECT_NEAR(drive.error_m(answer), 40, 8);
 }
 
-// A fix of an error that lasts counts once: a hundred of them at rest state no tenth of its deviation.
+// A fix with a correlated error counts once: a hundred of them at rest do not reduce the deviation tenfold.
 TEST(DeadReckoning, LastingErrorsAreNotAveragedAway) {
   Drive drive;
   DeadReckoning filter(options(), drive.mounting);
@@ -251,7 +251,7 @@ TEST(InitialAttitude, NeedsSpeedAndAStraightWay) {
   EXPECT_FALSE(initial_attitude.begin(vague, mean, options()));
 }
 
-// Rest tells the vertical: nose up by 5 deg, left side up by 2.
+// Rest gives the vertical: nose up by 5 deg, left side up by 2.
 TEST(InitialAttitude, LevelsAtRest) {
   Drive drive;
   while (drive.t_s < 20) (void)drive.next();

@@ -26,7 +26,7 @@ InertialEstimate moving() {
   return estimate;
 }
 
-/// The reading of a turn with a push.
+/// The reading of a rotation with an acceleration.
 ImuReading reading() {
   ImuReading result;
   result.specific_force_mps2 = {1.2, 2.5, 9.9};
@@ -38,13 +38,13 @@ SensorMounting quiet_sensors() {
   return {};
 }
 
-/// Carries an estimate on by one reading.
+/// Propagates an estimate by one reading.
 void go_on(InertialEstimate& estimate, double dt_s) {
   carry(estimate.state, estimate.sensors.corrected(reading()), dt_s,
         geodesy::normal_gravity(estimate.state.position_m));
 }
 
-/// Truth less estimate, in the order of the errors.
+/// Truth minus estimate, in the order of the errors.
 ErrorVector difference(const InertialEstimate& truth, const InertialEstimate& estimate) {
   ErrorVector error;
   const Eigen::AngleAxisd turn(truth.state.ecef_from_body * estimate.state.ecef_from_body.inverse());
@@ -57,7 +57,7 @@ ErrorVector difference(const InertialEstimate& truth, const InertialEstimate& es
   return error;
 }
 
-// Each error grows as two mechanisations drift apart that differ by it: covariances of one error alone.
+// Each error grows like the difference of two mechanisations that start with it: covariance of one error.
 TEST(InertialErrors, PredictionIsThatOfTheMechanisation) {
   constexpr double kStep_s = 0.01;
   constexpr int kSteps = 100;
@@ -94,7 +94,7 @@ TEST(InertialErrors, PredictionIsThatOfTheMechanisation) {
     // P is the outer product of the error with itself.
     const ErrorVector error = difference(truth, estimate);
     for (int j = 0; j < kInertialErrors; ++j) {
-      // Steps of 10 ms to the first order; the gradient of gravity along the ground is left out.
+      // Steps of 10 ms to first order; the horizontal gradient of gravity is omitted.
       const int group = j / 3 * 3;
       const double of_group = error.segment(group, std::min(3, kInertialErrors - group)).norm();
       EXPECT_NEAR(estimate.p(i, j) / error(i), error(j), 0.03 * of_group + 3e-7 * size / 0.1 + 3e-9)

@@ -43,7 +43,7 @@ TEST(Strapdown, RestStaysRest) {
   EXPECT_NEAR(state.time - level_state().time, 60, 1e-6);
 }
 
-// A level circle to the left over a short time, where the Earth is flat: radius 20 m, 0.5 rad/s, one turn.
+// A level circle to the left over a short time, on a flat Earth: radius 20 m, 0.5 rad/s, one revolution.
 TEST(Strapdown, ACircleCloses) {
   InertialState state = level_state();
   const Vector3d begin = state.position_m, gravity = geodesy::normal_gravity(begin);
@@ -54,7 +54,7 @@ TEST(Strapdown, ACircleCloses) {
   const double dt_s = 2 * geodesy::kPi / kRate / steps;
   for (int k = 0; k < steps; ++k) {
     const Eigen::Matrix3d body_from_ecef = state.rotation().transpose();
-    // Centripetal to the left, gravity's reaction, and Coriolis that the force has to balance.
+    // Centripetal to the left, gravity's reaction, and Coriolis, which the force has to balance.
     const Vector3d felt = Vector3d(0, kRate * kSpeed, 0) +
                           body_from_ecef * (2 * kEarthTurn.cross(state.velocity_mps) - gravity);
     carry(state, {{}, felt, Vector3d(0, 0, kRate) + body_from_ecef * kEarthTurn}, dt_s, gravity);
