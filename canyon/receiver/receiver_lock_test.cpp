@@ -15,7 +15,7 @@ using namespace canyon::test;
 using geodesy::kPi;
 using raytrace::Placement;
 
-/// States every `step_s` for 12 s; the wall is there from 5 s until before 8 s.
+/// Lock states every `step_s` for 12 s; the wall exists from 5 s until before 8 s.
 std::vector<tracking::LockState> states_behind_a_wall(double step_s) {
   ReceiverOptions options = plain();
   options.signal.lock.hold_s = 0.6;
@@ -42,7 +42,7 @@ TEST(ReceiverLock, LossAndReacquisitionTakeTheirTimes) {
                                                   : tracking::LockState::Tracking;
     EXPECT_EQ(states[static_cast<std::size_t>(i)], expected) << i;
   }
-  // 4 s to 4.6 s it holds, 7 s + 1.5 s it is found.
+  // It holds from 4 s to 4.6 s, and is found at 7 s + 1.5 s.
   const std::vector<tracking::LockState> coarse = states_behind_a_wall(1);
   for (int i = 0; i <= 12; ++i) {
     EXPECT_EQ(coarse[static_cast<std::size_t>(i)],

@@ -515,7 +515,7 @@ TEST(FaultTimeline, ChangesWhileAReceiverRuns) {
   live.end_fault("outage 1");
   EXPECT_TRUE(host.step(2).observed.fix.solved());
   EXPECT_NEAR(host.step(5).observed.clock_bias_s, 1e-3, 1e-12);
-  EXPECT_THAT(error_of([&] { live.end_fault("outage 1"); }).what(), HasSubstr("there are later"));
+  EXPECT_THAT(error_of([&] { live.end_fault("outage 1"); }).what(), HasSubstr("use one of later"));
   EXPECT_THAT(error_of([&] { live.add_fault("{from_s: 1, duration_s: 2, outage: {}}"); }).what(),
               AllOf(HasSubstr("it ends at 3 s, and it is 5.0 s"), HasSubstr("leave from_s out")));
   EXPECT_THAT(error_of([&] { live.add_fault("clock: {jump_s: 3}", "socket"); }).what(),
@@ -546,7 +546,7 @@ TEST(FaultTimeline, HitsTheReceiversThatItNames) {
   }
   text = text_of("{receivers: bass, outage: {}}", "}, {name: base, profile: ideal");
   EXPECT_THAT(error_of([&] { (void)parse_scenario(text, "s.yaml"); }).what(),
-              HasSubstr("s.yaml:7: receivers: there is no receiver 'bass'; there are rover, base"));
+              HasSubstr("s.yaml:7: receivers: there is no receiver 'bass'; use one of rover, base"));
 }
 
 }  // namespace

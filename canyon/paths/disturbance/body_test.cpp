@@ -104,7 +104,7 @@ TEST(Blockage, ChangesSteadilyFromLightToShadow) {
   for (int i = 0; i <= 4000; ++i) {
     const Body bus = box(-20 + 0.01 * i, 4, 0, 12, 2.5, 4.4);
     const double now = blockage(bus, kAntenna, towards(0, 25), kFar, kWavelength).amplitude;
-    // Ripples of 1 / (pi sqrt(2) 3) end where an edge is too far from the ray.
+    // Ripples of 1 / (pi sqrt(2) 3) end if an edge is too far from the ray.
     EXPECT_LT(std::abs(now - before), 0.1) << i;
     before = now;
     least = std::min(least, now);

@@ -66,7 +66,7 @@ struct ShadowingOptions {
   ShadowingEnvironment environment = ShadowingEnvironment::Urban;
   std::optional<ShadowingParameters> numbers;  ///< for all places, instead of the environment's; no key
   SkylineOptions skyline;
-  /// Length of a frame [m], [0.1, 1000]: states last whole frames.
+  /// Length of a frame [m], [0.1, 1000]: a state lasts a whole number of frames.
   double frame_m = 4.4;
 
   /// Whether shadows occur at all.

@@ -138,7 +138,7 @@ TEST(FrameStates, FarDirectionsHaveNothingInCommon) {
   int both = 0;
   constexpr int kFrames = 40000;
   for (int i = 0; i < kFrames; ++i) {
-    const FrameStates::Steps steps{0.3, 0.7};  // no memory: on where u < 0.3
+    const FrameStates::Steps steps{0.3, 0.7};  // no memory: on if u < 0.3
     both += chain.at(i, east, steps).now && chain.at(i, west, steps).now;
   }
   EXPECT_NEAR(both / double{kFrames}, 0.09, 4.5 * std::sqrt(0.09 * 0.91 / kFrames));

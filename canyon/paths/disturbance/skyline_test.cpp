@@ -144,7 +144,7 @@ TEST(Skyline, EdgesWeakenAsTheDiffractionOverThem) {
     if (top < radians(20)) continue;
     const double rounded = level_db(top - radians(20)), nearer = level_db(top - radians(10));
     EXPECT_LT(rounded, nearer - 6);
-    // nu = angle sqrt(2 d / wavelength) with 2 to 30 m, and what a radius of 1 m adds.
+    // nu = angle sqrt(2 d / wavelength) with 2 to 30 m, plus the loss by a radius of 1 m.
     EXPECT_LT(rounded, -13 - 20 * std::log10(radians(20) * std::sqrt(2 * 2 / 0.19)));
     EXPECT_GT(rounded, -13 - 20 * std::log10(radians(20) * std::sqrt(2 * 30 / 0.19)) - 20);
     ++behind;

@@ -57,9 +57,9 @@ class Road {
 /// Traffic and furniture of one street. A function of seed, time and position: the order and number of calls
 /// do not matter.
 ///
-/// Each lane, and each line of trees, signs or awnings, is a row of slots of equal length. A slot is occupied
-/// with the probability that gives the density, by an object of a random class at a random position in its
-/// slot. Rows of vehicles move as a whole:
+/// Each lane, and each line of trees, signs or awnings, is a row of slots of equal length. Each slot has
+/// an object, of random class and position, with a probability that follows from the density. Rows of
+/// vehicles move as a whole:
 /// - the lane of the antenna's vehicle moves with it (equilibrium of car following: G. F. Newell, Transp.
 ///   Res. B 36(3), 2002, p. 195-205), with a gap around it, and with new vehicles after each 300 m of travel;
 /// - other lanes of its direction are 10 % faster for each lane towards the middle of the road and 10 %

@@ -57,7 +57,7 @@ struct PathGeometry {
 /// Angle (-pi, pi] by which the plane of incidence rotates between two reflections.
 /// @param direction of propagation between the two, unit
 /// @param first_normal, second_normal unit normals of the surfaces, to the side that reflects
-/// 0 where a plane of incidence is undefined (normal incidence).
+/// 0 if a plane of incidence is undefined (normal incidence).
 [[nodiscard]] double plane_turn_rad(const Eigen::Vector3d& direction, const Eigen::Vector3d& first_normal,
                                     const Eigen::Vector3d& second_normal);
 

@@ -229,7 +229,7 @@ const FaultKind& fault_kind_named(std::string_view name) {
   const auto meant = closest(std::string(name), names);
   throw InputError(fmt::format("there is no fault '{}'", name),
                    meant ? fmt::format("did you mean '{}'?", *meant)
-                         : fmt::format("there are {}", fmt::join(names, ", ")));
+                         : fmt::format("use one of {}", fmt::join(names, ", ")));
 }
 
 options::Description description(const FaultKind& kind) {
@@ -279,7 +279,7 @@ void visit_faults(options::Visitor& v, std::vector<Fault>& faults, std::span<con
     for (const std::string& receiver : fault.receivers) {
       if (std::find(receivers.begin(), receivers.end(), receiver) != receivers.end()) continue;
       throw v.fault("receivers", fmt::format("there is no receiver '{}'", receiver),
-                    fmt::format("there are {}", fmt::join(receivers, ", ")));
+                    fmt::format("use one of {}", fmt::join(receivers, ", ")));
     }
   });
 }

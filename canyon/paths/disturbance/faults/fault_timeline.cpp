@@ -118,9 +118,9 @@ void FaultTimeline::end(const std::string& name, double at_s) {
     }
     names.push_back(entry.fault.name);
   }
-  throw InputError(
-      fmt::format("no active or future fault '{}'", name),
-      names.empty() ? std::string("there is none") : fmt::format("there are {}", fmt::join(names, ", ")));
+  throw InputError(fmt::format("no active or future fault '{}'", name),
+                   names.empty() ? std::string("there is no fault")
+                                 : fmt::format("use one of {}", fmt::join(names, ", ")));
 }
 
 std::vector<FaultState> FaultTimeline::states(double now_s) const {

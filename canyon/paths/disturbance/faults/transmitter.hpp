@@ -38,11 +38,11 @@ void visit(options::Visitor& v, TransmitterOptions& o);
 
 /// One path of a transmitter's wave to an antenna.
 struct TransmitterWay {
-  Eigen::Vector3d arrival = Eigen::Vector3d::UnitZ();  ///< unit, ENU, from the antenna to where it comes from
+  Eigen::Vector3d arrival = Eigen::Vector3d::UnitZ();  ///< unit, ENU, from the antenna towards its origin
   double length_m = 0;
   /// Power at an isotropic antenna over the transmitter's EIRP on the beam's axis [dB].
   double gain_db = 0;
-  /// The loss by obstacles [dB]: 0 or above; near an edge down to about -1 dB.
+  /// The loss by obstacles [dB]: 0 or above; about 1 dB less next to an edge.
   double obstruction_db = 0;
   std::uint64_t reflector = 0;  ///< of the path; 0: none
 };

@@ -46,7 +46,7 @@ struct Adjacency {
   }
 };
 
-/// Twice the area of (a, b, p): positive where p is left of a -> b.
+/// Twice the area of (a, b, p): positive if p is left of a -> b.
 double side(const Vector2d& a, const Vector2d& b, const Vector2d& p) {
   return (b.x() - a.x()) * (p.y() - a.y()) - (b.y() - a.y()) * (p.x() - a.x());
 }

@@ -74,7 +74,7 @@ TEST(Occluders, HideWhatIsWhollyInTheShadow) {
   EXPECT_FALSE(hidden_at(view(inside, Vector3d::Zero(), 8), inside, 10)) << "nothing hides itself";
   EXPECT_FALSE(hidden_at(view(inside, Vector3d::Zero(), 0), inside, 30)) << "no occluders";
   // The triangle with corners (-5, -5), (0, 5), (5, -5) is half as wide at the height 0; at x = 30 the square
-  // |y| <= h, z in [-3h/4, h] fits in where h <= (15 - h) / 2, h <= 5.
+  // |y| <= h, z in [-3h/4, h] fits in if h <= (15 - h) / 2, h <= 5.
   const FacetSet fits = with(4.9, 30, true), does_not = with(5.1, 30, true);
   EXPECT_TRUE(hidden_at(view(fits, Vector3d::Zero(), 8), fits, 30));
   EXPECT_FALSE(hidden_at(view(does_not, Vector3d::Zero(), 8), does_not, 30));
