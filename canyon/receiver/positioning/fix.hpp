@@ -29,7 +29,7 @@ struct Measurement {
   /// receiver's own clock.
   std::optional<double> doppler_hz;
   double carrier_frequency_hz = 0;
-  double sigma_m = 1;             ///< for the solver's weights and covariances; > 0
+  double sigma_m = 1;             ///< standard deviation, for the solver's weights and covariances; > 0
   double doppler_sigma_hz = 0.1;  ///< likewise, of the Doppler; > 0
   std::optional<double> cn0_dbhz;
   /// Accumulated since the channel's lock [cycles], growing with the pseudorange (RINEX's sign); empty while

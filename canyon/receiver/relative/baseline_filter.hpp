@@ -63,7 +63,7 @@ class BaselineFilter {
                                                       const orbit::Sky& sky, const positioning::Fix& alone);
   /// First-order process: decays towards 0, and its variance towards the initial one.
   void decay(Eigen::Index at, double time_s, std::optional<gnss::SatelliteId> of);
-  /// Moves the estimated position error into the position.
+  /// Moves the estimated position error into the position; the error is then 0.
   void apply_position_error() {
     position_ += state_.x.segment<3>(BaselineState::kPosition);
     state_.x.segment<3>(BaselineState::kPosition).setZero();

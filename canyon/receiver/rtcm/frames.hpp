@@ -15,6 +15,8 @@ namespace canyon::rtcm {
 
 // RTCM 10403.3, Differential GNSS Services, version 3. Signs, fields and tables are named by its DF numbers
 // and tables.
+/// A message with its frame (4.2): preamble D3, 6 reserved bits, length, the message padded to whole bytes,
+/// CRC-24Q. Precondition: at most 1,023 bytes.
 [[nodiscard]] std::string frame(const broadcast::Bits& message);
 
 /// Finds frames in a stream of bytes that may be cut, damaged, mixed with other data, or hostile. Stores less
@@ -52,7 +54,7 @@ inline constexpr std::array kMsmSystems{gnss::System::GPS,  gnss::System::GLONAS
 [[nodiscard]] std::string_view rinex_code(gnss::System system, int place);
 
 /// DF407 (table 3.5-75: 0 to 704) or, not extended, DF402 (table 3.5-74: 0 to 15) of a phase that has been
-/// continuous for `seconds` >= 0.
+/// continuous for `seconds` >= 0 [s].
 [[nodiscard]] int lock_time_indicator(double seconds, bool extended);
 /// The minimum lock time [ms] of an indicator: DF402 (table 3.5-74, 0 to 15) or DF407 (0 to 704). The minimum
 /// of the next indicator is the upper bound.
