@@ -1,6 +1,6 @@
 #pragma once
 
-/// Canyon's engine, canyon::canyon: skies, cities, propagation, receivers, simulations, heat maps, figures.
+/// Canyon's engine, canyon::canyon: skies, cities, propagation, receivers, simulations, heat maps, metrics.
 /// This header and canyon/io.hpp define the public interface: a header is public, and installed, if one of
 /// them reaches it by #include (cmake/install_headers.cmake). docs/library.md has a first program.
 

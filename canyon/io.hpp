@@ -1,7 +1,7 @@
 #pragma once
 
-/// canyon::io beside the engine: cities from maps, meshes and Gazebo worlds, map files, pictures.
-/// Link canyon::io, which brings canyon::canyon.
+/// canyon::io, in addition to the engine: cities from maps, meshes and Gazebo worlds, map files, pictures.
+/// Link canyon::io, which includes canyon::canyon.
 
 #include "canyon/canyon.hpp"
 #include "canyon/city/buildings/city_builder.hpp"

@@ -20,7 +20,7 @@ bool is_whole(const Option::Target& target) {
          std::holds_alternative<std::optional<std::size_t>*>(target);
 }
 
-/// CLI11 reads 010 as eight and 0x10 as sixteen. Makes a whole number decimal; returns what is wrong with it.
+/// CLI11 reads 010 as eight and 0x10 as sixteen. Makes a whole number decimal; returns errors of others.
 std::string plain_decimal(std::string& text) {
   const auto number = parse_integer(text);
   if (!number) return fmt::format("'{}' is not a whole number in decimal digits", text);
@@ -28,12 +28,12 @@ std::string plain_decimal(std::string& text) {
   return {};
 }
 
-/// The only place that knows CLI11, whose headers take 10 s to compile.
+/// The only code that uses CLI11, whose headers take 10 s to compile.
 class Parser {
  public:
   void add(CLI::App& app, Command& command) {
     for (Option& option : command.options) add(app, option);
-    if (!command.footer.empty()) app.footer(command.footer);  // which its commands inherit
+    if (!command.footer.empty()) app.footer(command.footer);  // inherited by its commands
     for (Command& each : command.commands) add(*app.add_subcommand(each.name, each.help), each);
     if (!command.commands.empty()) app.require_subcommand(command.action ? 0 : 1, 1);
     // The innermost command's is called first.
@@ -45,7 +45,7 @@ class Parser {
     for (const auto& [option, parsed] : options_) {
       option->given = parsed->count() > 0;
       if (!option->given || !option->is_output) continue;
-      // "-" and addresses are no files.
+      // "-" and addresses are not files.
       for (const std::string& path : parsed->results())
         if (path != "-" && path.find("://") == std::string::npos) InputFiles::current().add_output(path);
     }
@@ -77,7 +77,7 @@ class Parser {
     if (option.is_hidden) added->group("");
     for (const std::string& name : option.needed) added->needs(name);
     for (const std::string& name : option.excluded) added->excludes(name);
-    // A function checks for itself.
+    // A function checks its own values.
     const bool checked = std::holds_alternative<std::function<void(const Option::Texts&)>>(option.target);
     if (!option.words.empty() && !checked) added->check(CLI::IsMember(option.words));
     if (option.range) {
@@ -93,7 +93,7 @@ class Parser {
   std::vector<std::pair<Option*, const CLI::Option*>> options_;
 };
 
-/// The words of a command line with the present names of options in place of former ones.
+/// The words of a command line, with former names of options replaced by the present ones.
 std::vector<std::string> with_present_names(const Command& program, int argc, char** argv) {
   std::vector<std::string> words(argv, argv + argc);
   const Command* command = &program;
@@ -106,15 +106,15 @@ std::vector<std::string> with_present_names(const Command& program, int argc, ch
     const std::string name = word->substr(0, word->find('='));
     for (const Option& option : command->options) {
       if (std::find(option.former.begin(), option.former.end(), name) == option.former.end()) continue;
-      fmt::print(stderr, "warning: {} is now {}; the old name will go\n", name, option.names);
+      fmt::print(stderr, "warning: {} is now {}; the old name will be removed\n", name, option.names);
       word->replace(0, name.size(), option.names);
     }
   }
   return words;
 }
 
-/// "no command 'simulat'; did you mean 'simulate'?" for the first word that stands where a command is needed
-/// and is none, and likewise for options. Empty where every word is known.
+/// "no command 'simulat'; did you mean 'simulate'?" for the first unknown word at the position of a command,
+/// and likewise for options. Empty if every word is known.
 std::string unknown_word(const Command& program, const std::vector<std::string>& words) {
   const Command* command = &program;
   std::string path = program.name;
@@ -153,13 +153,13 @@ std::string unknown_word(const Command& program, const std::vector<std::string>&
   return {};
 }
 
-/// All commands take --quiet; to those that print what is asked for alone it means nothing.
+/// All commands accept --quiet; for those that print only the requested output it has no effect.
 void add_quiet(Command& command) {
   static bool ignored = false;
   const bool has_quiet = std::any_of(command.options.begin(), command.options.end(),
                                      [](const Option& option) { return option.has_name("--quiet"); });
   if (command.action && !has_quiet)
-    command.add_flag("--quiet", ignored, "print warnings, errors and what is asked for only");
+    command.add_flag("--quiet", ignored, "print warnings, errors and the requested output only");
   for (Command& each : command.commands) add_quiet(each);
 }
 
@@ -188,7 +188,7 @@ int run(Command& program, const std::string& version, int argc, char** argv) {
   }
   const std::vector<std::string> words = with_present_names(program, argc, argv);
   try {
-    std::vector<std::string> last_first(words.rbegin(), words.rend() - 1);  // as CLI11 takes them
+    std::vector<std::string> last_first(words.rbegin(), words.rend() - 1);  // the order that CLI11 needs
     app.parse(last_first);
   } catch (const CLI::ParseError& error) {
     const std::string unknown = unknown_word(program, words);
@@ -197,7 +197,7 @@ int run(Command& program, const std::string& version, int argc, char** argv) {
       return kBadInput;
     }
     if (error.get_exit_code() != 0) fmt::print(stderr, "canyon: ");
-    // CLI11's own codes distinguish what no caller distinguishes: help is 0, any other is bad input.
+    // CLI11's own codes are finer than needed: help is 0, any other is bad input.
     return app.exit(error) == 0 ? kOk : kBadInput;
   }
   return parser.chosen().action();

@@ -28,25 +28,25 @@ struct Option {
   std::string value;  ///< name of its value in the help, "FILE"; empty: its type's
   std::string help;
   bool is_required = false, is_hidden = false, is_output = false;
-  bool takes_one = false;      ///< of Texts: one in all
-  bool one_at_a_time = false;  ///< of Texts: one behind each name
+  bool takes_one = false;      ///< of Texts: one value in all
+  bool one_at_a_time = false;  ///< of Texts: one value after each name
   Texts needed = {}, excluded = {};
-  Texts former = {};  ///< names that it had; they still work, with a warning
+  Texts former = {};  ///< earlier names; they still work, with a warning
   std::optional<std::pair<double, double>> range = {};
   Texts words = {};    ///< its possible values; empty: any
   bool given = false;  ///< set by run()
 
   Option& required() { return is_required = true, *this; }
   Option& hidden() { return is_hidden = true, *this; }
-  /// May be given again for more values, and takes one each time.
+  /// May be given again for more values, with one value each time.
   Option& repeated() { return one_at_a_time = true, *this; }
-  /// Only beside the option of this name.
+  /// Only valid with the option of this name.
   Option& needs(const std::string& name) { return needed.push_back(name), *this; }
-  /// Not beside the option of this name, which was added before.
+  /// Not valid with the option of this name, which was added before.
   Option& excludes(const std::string& name) { return excluded.push_back(name), *this; }
   /// Its value is a file that the command writes: no input is replaced, see InputFiles.
   Option& writes() { return is_output = true, *this; }
-  /// Had this name before: it still works, with a warning.
+  /// An earlier name: it still works, with a warning.
   Option& formerly(const std::string& name) { return former.push_back(name), *this; }
   Option& within(double least, double most) { return range = std::pair(least, most), *this; }
   Option& one_of(Texts texts) { return words = std::move(texts), *this; }
@@ -54,8 +54,8 @@ struct Option {
   [[nodiscard]] bool has_name(std::string_view name) const;
 };
 
-/// A command of the program, or the program itself. One with subcommands needs one of them unless it has an
-/// action of its own.
+/// A command of the program, or the program itself. A command with subcommands needs one of them unless it
+/// has its own action.
 struct Command {
   std::string name, help;
   std::string footer = {};
@@ -74,7 +74,7 @@ struct Command {
   Option& add_flag(const std::string& names, bool& target, const std::string& text) {
     return add_option(names, target, {}, text);
   }
-  /// Has the action run `work` with arguments, and returns them: targets of options.
+  /// Lets the action call `work` with arguments, and returns them: targets of options.
   template <typename Arguments>
   Arguments& run_with(int (*work)(const Arguments&)) {
     const auto arguments = std::make_shared<Arguments>();
@@ -85,9 +85,8 @@ struct Command {
   [[nodiscard]] bool given(std::string_view name_of_option) const;
 };
 
-/// Parses the command line and runs the command that it names. Returns the exit status; help and complaints
-/// of wrong usage are printed. Exceptions from readers of options and from actions go through.
-/// @param version what --version prints
+/// Parses the command line and runs its command. Returns the exit status; prints help and usage errors.
+/// Exceptions from readers of options and from actions pass through. @param version text of --version
 [[nodiscard]] int run(Command& program, const std::string& version, int argc, char** argv);
 
 }  // namespace canyon::cli

@@ -51,12 +51,11 @@ int run_list(const MakeArguments& arguments) {
   for (const bench::BenchDrive& drive : bench::catalogue(arguments.edition).drives)
     rows.push_back(
         {drive.name, drive.town, drive.route, fmt::format("{}", fmt::join(drive.needs, ", ")), drive.about});
-  print_table({"drive", "town", "route", "needs", "what goes wrong"}, rows);
+  print_table({"drive", "town", "route", "needs", "failure"}, rows);
   return kOk;
 }
 
-/// Throws InputError for the first name that is not known: "--only: there is no drive 'outlyer'; did you mean
-/// ...".
+/// Throws InputError for the first unknown name: "--only: there is no drive 'outlyer'; did you mean ...".
 void check_known(const std::vector<std::string>& given, const std::vector<std::string>& known,
                  const std::string& what, const char* hint) {
   for (const std::string& name : given) {
@@ -75,12 +74,12 @@ std::vector<const bench::BenchDrive*> chosen(const bench::Catalogue& catalogue,
     names.push_back(drive.name);
     if (only.empty() || std::count(only.begin(), only.end(), drive.name) > 0) drives.push_back(&drive);
   }
-  check_known(only, names, "--only: there is no drive", "canyon bench list names them");
+  check_known(only, names, "--only: there is no drive", "'canyon bench list' lists them");
   return drives;
 }
 
-/// City, start and trajectory of the user's map and track, as `canyon new` writes them. A start that the
-/// track does not give gets a fixed date, so that the drives are the same on any day.
+/// City, start and trajectory of the user's map and track, as `canyon new` writes them. A track without dates
+/// gets a fixed start, so that the drives are the same on any day.
 std::string own_city(const std::vector<std::string>& files, const fs::path& folder) {
   constexpr std::string_view kStart = "start: ", kDate = "2026-06-01";
   if (files.empty()) return {};
@@ -119,7 +118,8 @@ std::string own_base(const std::string& yaml, const fs::path& file) {
                      base.z() + kMast_m);
 }
 
-/// Receivers by name or file. Files count from the working folder; in the scenarios from those of the drives.
+/// Receivers by name or file. Files are relative to the working folder; in the scenarios to the drives'
+/// folders.
 std::vector<bench::BenchReceiver> receivers_of(const MakeArguments& arguments, const fs::path& folder) {
   std::vector<bench::BenchReceiver> receivers;
   for (const std::string& text :
@@ -136,13 +136,13 @@ std::vector<bench::BenchReceiver> receivers_of(const MakeArguments& arguments, c
     for (const bench::BenchReceiver& each : receivers)
       if (each.name == receiver.name)
         throw InputError(fmt::format("--receiver: two are named '{}'", receiver.name),
-                         "give each another file name");
+                         "give the files different names");
     receivers.push_back(std::move(receiver));
   }
   return receivers;
 }
 
-/// The small estimator of 100 lines runs on each drive that lacks its estimates, if there is a Python with
+/// Runs the small estimator of 100 lines on each drive that lacks its estimates, if there is a Python with
 /// NumPy.
 void run_baselines(const fs::path& bench, const std::vector<fs::path>& drives, bool quiet) {
   std::vector<std::vector<std::string>> missing;
@@ -156,8 +156,8 @@ void run_baselines(const fs::path& bench, const std::vector<fs::path>& drives, b
   if (!fs::exists(bench / "ekf.py")) write_file(bench / "ekf.py", bench::ekf_py);
   if (!is_installed("python3") || run_program({"python3", "-c", "import numpy"}, {"/dev/null", {}}) != kOk) {
     print_warnings(
-        {"the baselines ekf and robust are absent: python3 has no NumPy; install python3-numpy, and the next "
-         "`canyon bench score` adds them"});
+        {"the baselines ekf and robust are absent: python3 has no NumPy; install python3-numpy, then `canyon "
+         "bench score` adds them"});
     return;
   }
   Progress progress("baselines", quiet);
@@ -181,7 +181,7 @@ class Maker {
     const auto drives = chosen(catalogue_, arguments_.only);
     std::vector<bench::BenchReceiver> receivers = receivers_of(arguments_, out_ / "drive");
     ResultFiles files(out_, "bench");
-    // Paths in scenarios count from the folder of a drive.
+    // Paths in scenarios are relative to the folder of a drive.
     const fs::path first = out_ / name_of(*drives.front(), receivers.front(), 1, receivers.size() > 1);
     fs::create_directories(first);
     own_ = own_city(arguments_.map, first);
@@ -203,10 +203,10 @@ class Maker {
                  arguments_.out);
       return kInterrupted;
     }
-    if (made_.empty()) throw InputError("--map: no drive can be made of this track", "give a longer track");
+    if (made_.empty()) throw InputError("--map: no drive can be made from this track", "give a longer track");
     if (const std::size_t removed = files.finish(); removed > 0)
       note(arguments_.quiet,
-           fmt::format("removed {} files that another `bench make` had left in {}", removed, arguments_.out));
+           fmt::format("removed {} files of an earlier `bench make` from {}", removed, arguments_.out));
     note(arguments_.quiet,
          fmt::format("{} drives in {}. Next: canyon bench run {} -- PROGRAM {{drive}} {{estimate}}",
                      made_.size(), arguments_.out, arguments_.out));
@@ -220,7 +220,7 @@ class Maker {
            (arguments_.seeds > 1 ? fmt::format("-{}", seed) : "");
   }
 
-  /// Drives of a former call are no drives any longer: a bench has those of one call.
+  /// Removes the drives of earlier calls: a bench contains those of one call.
   void retire_others() {
     if (!made_.empty()) return;
     std::error_code ignored;
@@ -236,7 +236,7 @@ class Maker {
     const std::string name = name_of(drive, receiver, seed, several);
     const fs::path folder = out_ / name;
     const std::string file = (folder / "scenario.yaml").string();
-    fs::create_directories(folder);  // paths in the scenario count from it
+    fs::create_directories(folder);  // paths in the scenario are relative to it
     std::error_code ignored;
     const std::string yaml = bench::scenario_of(catalogue_, drive, receiver, seed, own_);
     const ReadyRun ready = make_ready(simulation::parse_scenario(yaml, file), file);
@@ -244,8 +244,9 @@ class Maker {
     const double duration_s = simulation.interval_s() * static_cast<double>(simulation.epoch_count() - 1);
     if (const auto fault_s = bench::first_fault_s(simulation.scenario());
         fault_s.value_or(-1) >= duration_s) {
-      print_warnings({fmt::format("{} is left out: its fault begins at {:.0f} s, the track lasts {:.0f} s",
-                                  name, *fault_s, duration_s)});
+      print_warnings(
+          {fmt::format("{} is left out: its fault begins at {:.0f} s, but the track lasts {:.0f} s", name,
+                       *fault_s, duration_s)});
       fs::remove(folder, ignored);  // if it is empty
       return;
     }
@@ -279,12 +280,12 @@ int run_make(const MakeArguments& arguments) {
   return Maker(arguments).run();
 }
 
-/// An estimate of the user's in all drives.
+/// A user's estimate in all drives.
 struct UserEstimate {
-  std::string name, file;                       ///< file: {drive} is replaced by the drive's name
-  fs::path folder;                              ///< of the file, as it is; empty: the working folder
-  std::vector<std::string> inputs;              ///< what it reads; empty: not known
-  std::map<std::string, std::string> failures;  ///< by drive: why there is no estimate
+  std::string name, file;           ///< file: {drive} is replaced by the drive's name
+  fs::path folder;                  ///< of the file, without replacement; empty: the working folder
+  std::vector<std::string> inputs;  ///< data that it reads; empty: not known
+  std::map<std::string, std::string> failures;  ///< by drive: the reason why there is no estimate
 };
 
 std::vector<UserEstimate> user_estimates(const ScoreArguments& arguments) {
@@ -320,14 +321,14 @@ std::vector<UserEstimate> user_estimates(const ScoreArguments& arguments) {
   return estimates;
 }
 
-/// Tracks of a drive by the name of their estimate, and why a user's is absent.
+/// Tracks of a drive by the name of their estimate, and reasons why a user's is absent.
 struct DriveTracks {
   bench::DriveFolder drive;
   std::map<std::string, bench::Track> tracks;
   std::map<std::string, std::string> failures;
 };
 
-/// @param problem of the drive's folder; it then has the failures alone
+/// @param problem of the drive's folder; then there are only failures
 DriveTracks read_tracks(const fs::path& folder, const std::vector<UserEstimate>& estimates,
                         std::string& problem) {
   DriveTracks all;
@@ -395,7 +396,7 @@ int score_estimates(const ScoreArguments& arguments, const std::vector<UserEstim
     return name == "fixes" || name == "single" ? std::vector<std::string>{"fixes"}
                                                : std::vector<std::string>{"fixes", "imu", "wheels"};
   };
-  // Drives without faults first: their errors are those that estimates of the others recover to.
+  // Drives without faults first: their errors define when estimates of the other drives have recovered.
   std::map<std::pair<std::string, std::string>, bench::Score> scores;
   for (const bool faulty : {false, true}) {
     for (const DriveTracks& each : all) {
@@ -458,7 +459,7 @@ int score_estimates(const ScoreArguments& arguments, const std::vector<UserEstim
   return failed > 0 ? kFailure : kOk;
 }
 
-/// Ctrl-C ends the programs that run; what was written stays.
+/// Ctrl-C ends the running programs; written files are kept.
 int bounded(const ScoreArguments& arguments, int (*work)(const ScoreArguments&)) {
   try {
     return work(arguments);
@@ -480,7 +481,7 @@ int run_all(const ScoreArguments& given) {
     if (std::none_of(arguments.command.begin(), arguments.command.end(),
                      [&](const std::string& each) { return each.find(word) != std::string::npos; }))
       throw InputError(arguments.command.empty() ? std::string("there is no program to run")
-                                                 : fmt::format("the program does not get {}", word),
+                                                 : fmt::format("the program's arguments lack {}", word),
                        "give it after --: -- python3 my_ekf.py {drive} {estimate}");
   }
   const auto folders = bench::drives_in(arguments.bench);
@@ -522,9 +523,9 @@ void add_score_options(Command& command, ScoreArguments& arguments) {
       .repeated();
   command
       .add_option("--reads", arguments.reads, "[NAME=]LIST",
-                  "what the estimates read, of fixes, raw, imu, wheels: other faults are not scored (all)")
+                  "data that the estimates read, fixes, raw, imu, wheels: other faults are not scored (all)")
       .repeated();
-  command.add_option("--limits", arguments.limits, "FILE", "YAML of what must hold; else the exit code is 1");
+  command.add_option("--limits", arguments.limits, "FILE", "YAML of limits; exit code 1 if one is exceeded");
   command.add_option("--json", arguments.json, "FILE", "scores as JSON; -: to standard output, alone")
       .writes();
   command.add_option("--junit", arguments.junit, "FILE", "a test case for each drive, for CI").writes();
@@ -535,7 +536,7 @@ void add_score_options(Command& command, ScoreArguments& arguments) {
 }  // namespace
 
 void add_bench(Command& app) {
-  Command& bench = app.add_command("bench", "put an estimator on drives where GNSS goes wrong, and score it");
+  Command& bench = app.add_command("bench", "run an estimator on drives with GNSS failures, and score it");
   Command& list = bench.add_command("list", "list the drives");
   MakeArguments& listed = list.run_with(run_list);
   const std::string editions = fmt::format("edition of the drives ({})", bench::kEdition);
@@ -548,7 +549,7 @@ void add_bench(Command& app) {
   make.add_option("--receiver", arguments.receivers, "PROFILE",
                   "receivers, by name or file (ublox-m10); ublox-f9p has a base for RTK");
   make.add_option("--seeds", arguments.seeds, "N", "realizations of each drive (1)").within(1, 100);
-  make.add_option("--map", arguments.map, "FILE", "a map, and a track, instead of the made-up towns");
+  make.add_option("--map", arguments.map, "FILE", "a map, and a track, instead of the synthetic towns");
   make.add_option("--edition", arguments.edition, "N", editions).within(1, bench::kEdition);
   add_threads(make, arguments.threads);
   make.add_flag("--quiet", arguments.quiet, "print warnings and errors only");
@@ -558,8 +559,7 @@ void add_bench(Command& app) {
   ScoreArguments& run_arguments = run.run_with(run_run);
   add_score_options(run, run_arguments);
   run.add_option("--name", run_arguments.command_estimate, "NAME", "name of the program's estimate (mine)");
-  run.add_option("--timeout", run_arguments.timeout_s, "S",
-                 "time that the program gets for a drive [s] (600)")
+  run.add_option("--timeout", run_arguments.timeout_s, "S", "time limit of the program for a drive [s] (600)")
       .within(0.1, 1e6);
   run.add_option("command", run_arguments.command, "PROGRAM",
                  "after --: the program; {drive} is the drive's folder, {estimate} the file to write");

@@ -39,7 +39,7 @@ options::Node first_receiver(const std::filesystem::path& scenario) {
   return receivers->value.items.front();
 }
 
-/// The name or whole path of the profile that a recording is compared with; empty: its scenario has none.
+/// The name or absolute path of a recording's profile; empty: its scenario has none.
 std::string profile_of(const validation::ListedRecording& recording) {
   if (!recording.profile.empty()) return recording.profile;
   const options::Node receiver = first_receiver(*recording.scenario);
@@ -54,7 +54,7 @@ simulation::Profile base_profile(const std::string& name) {
   return simulation::parse_profile(std::string(simulation::built_in_profile(name).text), name);
 }
 
-/// The lines that the scenario needs about its city and its obstacles; none where it may stay as it is.
+/// The lines to add to the scenario for its city and its obstacles; empty if it need not change.
 std::vector<std::string> scenario_lines(const calibration::Calibration& result) {
   std::vector<std::string> lines;
   if (const auto share = calibration::fitted_glass(result)) {
@@ -66,12 +66,12 @@ std::vector<std::string> scenario_lines(const calibration::Calibration& result) 
   return lines;
 }
 
-/// One recording: its first part calibrates, the rest validates.
+/// One recording: its first part is used to calibrate, the rest to validate.
 class CalibrationDrive : public RecordedDrive {
  public:
   using RecordedDrive::RecordedDrive;
 
-  /// It must outlive what is returned.
+  /// Must outlive the returned drive.
   [[nodiscard]] calibration::Drive drive(bool whole) {
     calibration::Drive d;
     d.name = recorded_.name;
@@ -86,7 +86,7 @@ class CalibrationDrive : public RecordedDrive {
         scenario_, [this](const simulation::Scenario& drawn) { return drawn_environment(drawn); });
     return d;
   }
-  /// Warns of keys of `values` that the scenario sets itself and so overrides.
+  /// Warns of keys of `values` that the scenario itself sets, which override the profile.
   void warn_of_overrides(const calibration::Values& values) {
     const options::Node receiver = first_receiver(*recorded_.scenario);
     for (const auto& [key, value] : values) {
@@ -97,10 +97,10 @@ class CalibrationDrive : public RecordedDrive {
           recorded_.scenario->string(), entry->value.line, key)});
     }
   }
-  /// Figures of the part that calibrated and of the one that did not, as `canyon validate` has them.
+  /// Metrics of the part used to calibrate and of the held-out part, as in `canyon validate`.
   struct Rows {
     validation::RecordingRow fitted, held_out;
-    validation::RecordingRow bound;  ///< the part that calibrated itself, beside the one held out
+    validation::RecordingRow bound;  ///< the calibrated part itself, compared with the held-out part
   };
   [[nodiscard]] Rows validate(const std::string& called, const calibration::Calibration* calibrated,
                               bool quiet) {
@@ -110,7 +110,7 @@ class CalibrationDrive : public RecordedDrive {
       if (const auto share = calibration::fitted_glass(*calibrated))
         environment_ = drawn_environment(calibration::with_coated_glass(scenario_, *share));
     }
-    Progress progress(fmt::format("{}judging: {}", prefix_, called), quiet);
+    Progress progress(fmt::format("{}comparing: {}", prefix_, called), quiet);
     compare_.progress = progress_of(progress);
     const validation::Comparison comparison = simulate(receiver);
     Rows rows;
@@ -142,12 +142,12 @@ std::vector<validation::RecordingRow> alternately(const std::vector<validation::
   return rows;
 }
 
-/// The result to expect of the held-out part, by the part that calibrated.
+/// The expected result for the held-out part, from the calibrated part.
 std::string expectation_of(const std::vector<validation::RecordingRow>& fitted) {
   validation::Score score;
   for (const validation::RecordingRow& row : fitted) score += validation::score_of(row.headlines);
   return fmt::format(
-      "{} of {} figures are within their ranges on the calibrated part; expect no more of the held-out part",
+      "{} of {} metrics are within their ranges on the calibrated part; the held-out part will not be better",
       score.within, score.of);
 }
 
@@ -159,12 +159,13 @@ std::string report_of(const calibration::Calibration& result,
   std::string text = "Receiver:\n\n" + calibration::to_text(result.estimates);
   if (result.coated_glass) text += "\nCity:\n\n" + calibration::to_text({*result.coated_glass});
   for (const std::string& line : scenario_lines(result))
-    text += fmt::format("\nThe scenario, not the profile, states it: {}\n", line);
+    text += fmt::format("\nThis belongs in the scenario, not in the profile: {}\n", line);
   if (!result.notes.empty()) text += "\n";
   for (const std::string& note : result.notes) text += fmt::format("- {}.\n", note);
-  if (after.empty()) return text + "\nNothing was held out: figures of the calibrated part prove nothing.\n";
+  if (after.empty())
+    return text + "\nNothing was held out: metrics of the calibrated part are no validation.\n";
   return fmt::format(
-      "{}\nExpected: {}.\n\n{}\nBy the held-out part:\n\n{}\n{}\nThe recorded first part in the place "
+      "{}\nExpected: {}.\n\n{}\nBy the held-out part:\n\n{}\n{}\nThe recorded first part in place "
       "of a simulation of the rest, a bound of what calibration can reach:\n\n{}",
       text, expectation_of(fitted), validation::score_card(fitted),
       validation::to_text(alternately(before, after)), validation::score_card(after),
@@ -198,9 +199,9 @@ std::string unite_profiles(const CalibrateArguments& arguments,
       if (base.empty() || own.empty()) {
         throw InputError(
             fmt::format("'{}' and '{}' have no profile in common", recordings.front().name, r.name),
-            "give with --profile the one to calibrate");
+            "give --profile, the profile to calibrate");
       }
-      print_warnings({fmt::format("{} has the profile {}; {} is used here", r.name, own, base)});
+      print_warnings({fmt::format("{} has the profile {}; using {}", r.name, own, base)});
     }
   }
   if (!base.empty()) (void)base_profile(base);
@@ -209,8 +210,7 @@ std::string unite_profiles(const CalibrateArguments& arguments,
   return base;
 }
 
-/// The profile of what was estimated, as text. @param base as unite_profiles() gives it
-/// @param by what the recordings' calibrated parts are called
+/// The profile with the estimates. @param base from unite_profiles() @param by names of the calibrated parts
 std::string profile_of(const calibration::Calibration& result, const std::string& base,
                        const simulation::ReceiverConfig& receiver, const std::vector<std::string>& by) {
   simulation::Profile profile{"calibrated", receiver};
@@ -225,7 +225,7 @@ std::string profile_of(const calibration::Calibration& result, const std::string
   head.notes = {fmt::format("Written by canyon calibrate {} from {}; docs/methods.md describes it.",
                             CANYON_VERSION, head.base)};
   for (const std::string& line : scenario_lines(result))
-    head.notes.push_back(fmt::format("Its place, by the same recordings, in the scenario: {}", line));
+    head.notes.push_back(fmt::format("For the scenario's location, from the same recordings: {}", line));
   for (const std::string& note : result.notes) head.notes.push_back(note + ".");
   return calibration::profile_text(profile.receiver, result.estimates, head);
 }
@@ -237,7 +237,7 @@ int calibrate(const CalibrateArguments& given) {
   const std::string ending = std::filesystem::path(arguments.out).extension().string();
   if (ending != ".yaml" && ending != ".yml") {
     throw InputError(fmt::format("--out {}: a profile's file ends in .yaml", arguments.out),
-                     "or scenarios would take its name for one of 'canyon profiles'");
+                     "give a name that ends in .yaml: others are names of 'canyon profiles'");
   }
   const bool listed = validation::is_recording_list(arguments.scenario);
   std::vector<validation::ListedRecording> recordings = recordings_of(arguments, listed);
@@ -312,15 +312,15 @@ void add_calibrate(Command& app) {
       .one_of({"first", "all"});
   command
       .add_option("--json", arguments.json, "FILE",
-                  "write estimates and figures as JSON; -: to standard output, alone")
+                  "write estimates and metrics as JSON; -: to standard output, alone")
       .writes();
-  command.add_flag("--quiet", arguments.quiet, "print warnings and errors only (and what --json - asks for)");
+  command.add_flag("--quiet", arguments.quiet, "print warnings and errors only (and the output of --json -)");
   command.footer =
       "Estimates from the recording: tracked signals and orbits, step of C/N0, thresholds of lock. By\n"
-      "simulation, from tracked satellites, their C/N0 and errors of hidden ones: level, share of "
+      "simulation, from tracked satellites, their C/N0 and errors of hidden ones: level, fraction of "
       "obstacles,\n"
-      "and facades of the place, which the report gives as a line for the scenario. A key keeps\n"
-      "the profile's value if the recording says nothing about it; comments in the file give the source\n"
+      "and facades of the area, which the report gives as a line for the scenario. A key keeps\n"
+      "the profile's value if the recording has no information on it; comments in the file give the source\n"
       "of each number.\n"
       "Use it as 'profile: ./FILE.yaml'.\n"
       "docs/methods.md explains the method.";

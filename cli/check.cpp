@@ -63,11 +63,11 @@ int run_check(const CheckArguments& arguments) {
 
 void add_check(Command& app) {
   Command& command = app.add_command(
-      "check", "say what files are, what they hold, what was left out, and what they are good for");
+      "check", "print the kind and contents of files, what was left out, and which options use them");
   CheckArguments& arguments = command.run_with(run_check);
   command.add_option("files", arguments.files, "FILE...", "files of any kind that Canyon reads").required();
   command.add_flag("--json", arguments.json, "print JSON");
-  command.footer = "Exit status 2 where a file cannot be used.";
+  command.footer = "Exit status 2 if a file cannot be used.";
 }
 
 }  // namespace canyon::cli

@@ -128,7 +128,7 @@ simulation::CityConfig city_config(const std::string& input, const CityArguments
   else if (!origin)
     config = simulation::city_config(simulation::read_scenario(input, {false}));
   else
-    throw InputError("--origin belongs to a mesh or map file", "a scenario has its own origin under city:");
+    throw InputError("--origin is only for a mesh or map file", "a scenario has its own origin under city:");
   change_city(config, arguments, input);
   return config;
 }

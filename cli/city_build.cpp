@@ -28,7 +28,7 @@ struct CityBuildArguments {
   std::vector<std::string> inputs;
   std::vector<std::string> outputs;
   std::vector<std::string> terrain;
-  MapCity map;  ///< its numbers; the rest is made of the others
+  MapCity map;  ///< only its numbers; the rest comes from the other fields
   CityArguments city;
   buildings::OverpassOptions download;
   std::string place;
@@ -44,7 +44,7 @@ struct Output {
   Format format = Format::Canyon;
 };
 
-// Before anything is read: minutes of work should not end at a slip in a name.
+// Before reading any input: a mistyped name should not end minutes of work.
 Output parse_output(const std::string& text, bool from_map) {
   Output out;
   const bool folder = !text.empty() && text.back() == '/';
@@ -108,7 +108,7 @@ simulation::CityConfig make_config(const CityBuildArguments& arguments, const Co
     const std::string& input = arguments.inputs.front();
     if (arguments.inputs.size() > 1) {
       throw InputError(fmt::format("{} is not a map and is given with other input", input),
-                       "several inputs are for maps; convert other cities one by one");
+                       "only maps can be combined; convert other cities one by one");
     }
     for (const char* option : {"--terrain", "--level-height", "--default-height", "--height", "--foliage"}) {
       if (command.given(option)) {
@@ -136,7 +136,7 @@ simulation::CityConfig make_config(const CityBuildArguments& arguments, const Co
   return config;
 }
 
-// The path's stem as a name that SDF and file names can hold.
+// The path's stem as a valid name for SDF and files.
 std::string model_name(const std::filesystem::path& path) {
   std::string name = path.stem().string();
   std::replace_if(
@@ -193,14 +193,13 @@ Json to_json(const buildings::BuildReport& r) {
           {"foliage_left_out", r.foliage_left_out}};
 }
 
-/// A mesh, or a tileset with a frame of its own, knows no place on the Earth; these formats would claim one.
+/// A mesh, or a tileset with its own frame, is not georeferenced, but these formats need a position.
 void require_place(const Output& out, bool placed, const CityBuildArguments& arguments) {
   const Format format = out.format;
   const bool claims = format == Format::Canyon || format == Format::World || format == Format::Model;
   if (placed || !claims || !arguments.city.origin.empty()) return;
-  throw InputError(
-      fmt::format("-o {}: {} has no origin on the Earth", out.path.string(), arguments.inputs.front()),
-      "give --origin LAT,LON,HEIGHT of its zero");
+  throw InputError(fmt::format("-o {}: {} is not georeferenced", out.path.string(), arguments.inputs.front()),
+                   "give --origin LAT,LON,HEIGHT of its zero");
 }
 
 int run_city_build(const CityBuildArguments& arguments, const Command& command) {
@@ -274,7 +273,7 @@ void add_city_build(Command& city) {
   add_field(build, "--height", arguments->map.build, "heights").value = "TYPE=M";
   build.add_flag("--foliage", arguments->map.build.foliage, "also read trees, tree rows and woods");
   add_field(build, "--overpass", arguments->download, "url").excludes("input").value = "URL";
-  build.add_option("--place", arguments->place, "NAME", "download a place by its name")
+  build.add_option("--place", arguments->place, "NAME", "download an area by its name")
       .excludes("input")
       .excludes("--bbox");
   add_field(build, "--cache", arguments->download, "cache").value = "DIR";

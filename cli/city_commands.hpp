@@ -13,7 +13,7 @@ namespace canyon::cli {
 /// `canyon city build`.
 void add_city_build(Command& city);
 
-/// How a command reads its city: changes to what the file or the scenario says.
+/// Options for reading a city: changes to the file's or the scenario's values.
 struct CityArguments {
   std::string origin;  ///< "LAT,LON,HEIGHT" of a mesh, a map or a tileset
   std::string bbox;    ///< "W,S,E,N" of a map or a tileset
@@ -26,12 +26,12 @@ struct CityArguments {
 void add_city_options(Command& command, CityArguments& arguments);
 /// Adds --origin, --geoid and --geoid-undulation.
 void add_place_options(Command& command, CityArguments& arguments);
-/// Makes the changes. Throws InputError for those that have no effect on a city of this kind.
-/// @param input its name in messages
+/// Applies the changes. Throws InputError for options without effect on a city of this kind. @param input its
+/// name in messages
 void change_city(simulation::CityConfig& config, const CityArguments& arguments, const std::string& input);
 
 /// The city of a file of any kind, of a Gazebo model's folder, or of a scenario, changed by the arguments.
-/// Throws InputError as change_city() does, and for an origin beside a file or scenario that has its own.
+/// Throws InputError as change_city(), and if an origin is given for a file or scenario that has its own.
 [[nodiscard]] simulation::CityConfig city_config(const std::string& input,
                                                  const CityArguments& arguments = {});
 

@@ -36,7 +36,7 @@ int guarded(const heatmap::MpiProcesses& processes, const std::function<int()>& 
 geodesy::Geodetic parse_place(const std::string& text, const std::string& option) {
   const std::vector<double> values = parse_numbers(text);
   if (values.size() != 3) {
-    throw InputError(fmt::format("{} '{}' is not a place", option, text),
+    throw InputError(fmt::format("{} '{}' is not a position", option, text),
                      "give LATITUDE,LONGITUDE,HEIGHT in degrees and metres, e.g. 22.3,114.17,10");
   }
   const geodesy::Geodetic place = geodesy::Geodetic::from_degrees(values[0], values[1], values[2]);
@@ -66,7 +66,7 @@ std::vector<double> parse_numbers(const std::string& text) {
 void check_trajectory_format(const std::string& format) {
   const std::vector<std::string>& known = simulation::trajectory_formats();
   if (format.empty() || std::find(known.begin(), known.end(), format) != known.end()) return;
-  throw InputError(fmt::format("--format '{}' is not known", format),
+  throw InputError(fmt::format("--format '{}' is unknown", format),
                    fmt::format("give {}", fmt::join(known, ", ")));
 }
 
@@ -76,18 +76,18 @@ void add_threads(Command& command, int& threads, const std::string& about) {
 
 void warn_of_few_draws(std::size_t count, std::string_view option) {
   if (const auto caution = caution_of_few(count, "draws"))
-    print_warnings({fmt::format("{}: write {} {}", *caution, option, kFewestOf90)});
+    print_warnings({fmt::format("{}: give {} {}", *caution, option, kFewestOf90)});
 }
 
 Option& add_known(Command& command, std::string& known) {
   return command.add_option(
       "--known", known, "LIST",
-      fmt::format("unknowns that are not drawn, of {}", fmt::join(unknowns::names(), ", ")));
+      fmt::format("unknowns that are not sampled, of {}", fmt::join(unknowns::names(), ", ")));
 }
 
 void warn_of_no_zone(std::string_view instant) {
   if (geodesy::names_time_scale(instant)) return;
-  print_warnings({fmt::format("{} names no zone and is taken as UTC; write Z behind it", trim(instant))});
+  print_warnings({fmt::format("{} has no time zone and is taken as UTC; append Z", trim(instant))});
 }
 
 geodesy::GpsTime parse_instant(std::string_view text) {

@@ -27,10 +27,10 @@ namespace canyon::cli {
 [[nodiscard]] ExitCode exit_code(const InputError& error);
 
 /// Runs `work` and returns its result. If it throws and there are several processes, prints the error as
-/// main() does and ends all of them: the others would wait for this one for ever.
+/// main() does and ends all of them: the others would wait for this one forever.
 [[nodiscard]] int guarded(const heatmap::MpiProcesses& processes, const std::function<int()>& work);
 
-/// Each adds a command to the program, or to the command that its argument names.
+/// Each adds a command to the program, or to its argument's command.
 void add_demo(Command& app);
 void add_new(Command& app);
 void add_simulate(Command& app);
@@ -54,15 +54,15 @@ void add_study(Command& app);
 void add_bench(Command& app);
 void add_view(Command& app);
 void add_completion(Command& app);
-/// @param version what the pages name
+/// @param version printed in the pages
 void add_manual(Command& app, const std::string& version);
 
 /// "22.3,114.17,10" -> position (degrees, degrees, metres; the height may be left out). Throws InputError
-/// naming the option.
+/// with the option's name.
 [[nodiscard]] geodesy::Geodetic parse_place(const std::string& text, const std::string& option);
 /// The numbers of a list, "1,2.5,-3"; empty unless every piece is one.
 [[nodiscard]] std::vector<double> parse_numbers(const std::string& text);
-/// Throws InputError, naming --format, unless simulation::trajectory_formats() has it.
+/// Throws InputError with --format unless simulation::trajectory_formats() contains it.
 void check_trajectory_format(const std::string& format);
 /// The time of the middle one of the ephemerides, since some receivers also write old ones; {} without any.
 [[nodiscard]] geodesy::GpsTime middle_time(const gnss::NavigationData& navigation);
@@ -70,14 +70,14 @@ void check_trajectory_format(const std::string& format);
 void add_threads(Command& command, int& threads, const std::string& about = "0: one for each core (0)");
 /// Adds --known, a list of names for unknowns::unknowns_of().
 Option& add_known(Command& command, std::string& known);
-/// Warns where 90 % intervals of so many draws hold less (caution_of_few()). @param option that says more
+/// Warns if 90 % intervals of so few draws hold less (caution_of_few()). @param option that describes it
 void warn_of_few_draws(std::size_t count, std::string_view option);
-/// Warns on standard error where an instant names no zone.
+/// Warns on standard error if an instant has no time zone.
 void warn_of_no_zone(std::string_view instant);
-/// An instant as geodesy::parse_simulated_time() reads it; warns on standard error where it names no zone.
+/// An instant, by geodesy::parse_simulated_time(); warns on standard error if it has no time zone.
 [[nodiscard]] geodesy::GpsTime parse_instant(std::string_view text);
 
-/// Returns work(). Puts the option's name in front of an InputError that names no file.
+/// Returns work(). Prefixes the option's name to an InputError that names no file.
 template <typename Work>
 auto for_option(const std::string& option, const Work& work) {
   try {
@@ -93,13 +93,12 @@ void print_table(const TextRow& head, const std::vector<TextRow>& rows);
 
 /// Writes "warning: ..." lines to standard error.
 void print_warnings(const std::vector<std::string>& warnings);
-/// Prints the losses and guesses of what was read, also with --quiet: the first five, and where the rest is.
-/// @param where "canyon check FILE", or the report in the folder of the results
-/// @param prefix of each line
+/// Prints what the readers lost or guessed, also with --quiet: the first five lines, and where the rest is.
+/// @param where "canyon check FILE", or the report in the folder of the results @param prefix of each line
 void print_report(const ReadReport& report, const std::string& where, const std::string& prefix = {});
 /// The whole report: {"level": "loss", "text": "..."} of each.
 [[nodiscard]] Json report_json(const ReadReport& report);
-/// report_json() of all that print_report() had in this command: the key `report` of its JSON.
+/// report_json() of all print_report() calls of this command: the key `report` of its JSON.
 [[nodiscard]] Json printed_reports();
 
 }  // namespace canyon::cli

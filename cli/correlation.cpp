@@ -42,7 +42,7 @@ int run_correlation(const CorrelationArguments& arguments) {
   const auto satellite = gnss::parse_satellite(arguments.satellite);
   if (!satellite) {
     throw InputError(fmt::format("'{}' is not a satellite", arguments.satellite),
-                     "name one as G05, E11 or C23");
+                     "give a name such as G05, E11 or C23");
   }
   const simulation::Scenario scenario = read_scenario(arguments);
   samples::CorrelationRecord::Options options;
@@ -86,7 +86,7 @@ void add_correlation(Command& app) {
   command.add_option("-o,--out", arguments.out, "FILE", "picture (.png, .svg) or values (.csv)")
       .required()
       .writes();
-  command.add_option("--signal", arguments.signal, "NAME", "L1CA, E5a, B1I ... (that near L1)");
+  command.add_option("--signal", arguments.signal, "NAME", "L1CA, E5a, B1I ... (the one near L1)");
   command.add_option("--receiver", arguments.receiver, "NAME", "one of the scenario's receivers (the first)");
   command.add_option("--bandwidth", arguments.bandwidth_hz, "HZ",
                      "two-sided bandwidth of the front end (no limit)");

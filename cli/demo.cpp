@@ -39,12 +39,12 @@ int run_demo(const DemoArguments& arguments) {
   const std::string page = (folder / "demo.html").string();
   if (std::filesystem::exists(scenario) && view::read_bytes(scenario) != demo_scenario) {
     throw InputError(
-        scenario, 0, "is there already, and is not the demo's scenario",
+        scenario, 0, "already exists and is not the demo's scenario",
         fmt::format("run it with `canyon simulate {} --out DIR`, or choose another folder for the demo",
                     scenario));
   }
   write_file(scenario, demo_scenario);
-  lock.reset();  // each step has its own
+  lock.reset();  // each step has its own lock
   const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
   std::vector<std::vector<std::string>> steps{{self, "simulate", scenario, "--out", out},
                                               {self, "heatmap", scenario, "--spacing", "6", "--out", map}};
@@ -59,13 +59,13 @@ int run_demo(const DemoArguments& arguments) {
   if (with_page)
     fmt::print("In three dimensions: open {} in a browser.\n", page);
   else
-    fmt::print("In three dimensions: `./run view` builds the viewer's page, which is not here.\n");
+    fmt::print("In three dimensions: `./run view` builds the viewer's page, which is missing.\n");
   fmt::print(
       "\nTry next:\n"
-      "  {0} holds the city, the sky, the drive and the receiver. Change `profile`, `systems` or `seed`, "
+      "  {0} contains the city, the sky, the drive and the receiver. Change `profile`, `systems` or `seed`, "
       "and\n"
       "    canyon simulate {0} --out {1}/mine\n"
-      "  a city of your own:  canyon city build extract.osm.pbf -o city.canyon\n"
+      "  your own city:       canyon city build extract.osm.pbf -o city.canyon\n"
       "  other receivers:     canyon profiles\n"
       "  all commands:        canyon --help\n",
       scenario, out);

@@ -44,7 +44,7 @@ Option& field_option(Command& command, const FieldFlag& field,
   Option& option = command.options.emplace_back(Option{field.flag, take, unit, help});
   option.words = key->words;
   option.takes_one = key->type != options::Type::Texts && !files;
-  option.one_at_a_time = !files;  // a shell's *.sp3
+  option.one_at_a_time = !files;  // *.sp3 of a shell
   return option;
 }
 

@@ -7,12 +7,12 @@
 #include "canyon/base/options/describe.hpp"
 #include "cli/arguments.hpp"
 
-// Options of commands that are fields of structs: the fields' lists have their help, units, ranges and
-// defaults, and check their values. A value that the list refuses is an InputError that names the flag.
+// Options of commands that are fields of structs: help, units, ranges and defaults come from the fields'
+// lists, which check the values. An invalid value is an InputError that names the flag.
 
 namespace canyon::cli {
 
-/// Changes of fields that are made later: a command line's, to what a file says.
+/// Changes of fields that are applied later: those of a command line, to the values of a file.
 template <typename Options>
 using Changes = std::vector<std::function<void(Options&)>>;
 template <typename Options>
@@ -32,10 +32,10 @@ void all_fields(options::Visitor& v, Options& options) {
 struct FieldFlag {
   std::string flag, name;
   const options::Description& description;
-  const char* absent = nullptr;  ///< what stands for the default in the help, in place of the field's
-  bool is_switch = false;        ///< takes no value and sets a Boolean
+  const char* absent = nullptr;  ///< the default's text in the help, instead of the field's
+  bool is_switch = false;        ///< has no value and sets a Boolean
 };
-/// Adds the option. @param take gets its texts
+/// Adds the option. @param take receives its texts
 Option& field_option(Command& command, const FieldFlag& field,
                      const std::function<void(const std::vector<std::string>&)>& take);
 /// Reads the field `name` from its texts.
@@ -53,8 +53,8 @@ Option& add_field(Command& command, const std::string& flag, Options& fields, co
                         set_field(flag, name, texts, [&fields](options::Visitor& v) { visit(v, fields); });
                       });
 }
-/// The same for a field that is set later.
-/// @param changes gets one that sets the field; must live as long as the command
+/// The same for a field that is set later. @param changes a change that sets the field is added; must live as
+/// long as the command
 template <typename Options>
 Option& add_change(Command& command, const std::string& flag, Changes<Options>& changes,
                    const std::string& name, FieldList<Options> list = all_fields<Options>,
@@ -70,7 +70,7 @@ Option& add_change(Command& command, const std::string& flag, Changes<Options>& 
                         });
                       });
 }
-/// The same for a Boolean that the flag alone sets.
+/// The same for a Boolean that only the flag sets.
 template <typename Options>
 Option& add_switch(Command& command, const std::string& flag, Changes<Options>& changes,
                    const std::string& name) {

@@ -51,7 +51,7 @@ class MapRun {
   int run() {
     read();
     load();
-    // Each run ends before the next one begins, because cities are large. The writers need the first one.
+    // Each run ends before the next one starts, because cities are large. The writers need the first one.
     for (int i = 0; i < runs_->count(); ++i) {
       const simulation::Scenario scenario = runs_->scenario(i);
       const simulation::ReceiverConfig receiver =
@@ -64,7 +64,7 @@ class MapRun {
       auto heatmap = std::make_unique<heatmap::Heatmap>(*environment, receiver, request,
                                                         heatmap::input_key(*environment, request.times),
                                                         base ? &*base : nullptr);
-      // The first rank makes the folder, or refuses one of another map; then the others find it.
+      // The first rank creates the folder, or rejects one of another map; then the others open it.
       std::unique_ptr<heatmap::TileStore> store;
       if (ranks_.rank() == 0) store = open(tiles_of(i), *heatmap);
       ranks_.barrier();
@@ -81,7 +81,7 @@ class MapRun {
       result_.interrupted = ranks_.sum(result.interrupted ? 1 : 0) > 0;
       if (result_.interrupted) break;
     }
-    // The first one writes; the others wait for it, so that all end with one status.
+    // The first rank writes; the others wait for it, so that all end with one status.
     int status = result_.interrupted ? kInterrupted : kOk;
     if (ranks_.rank() == 0) status = result_.interrupted ? tell_interrupted() : finish();
     return static_cast<int>(ranks_.sum(ranks_.rank() == 0 ? static_cast<std::size_t>(status) : 0));
@@ -90,7 +90,7 @@ class MapRun {
  private:
   [[nodiscard]] int finish() const {
     if (result_.resumed > 0)
-      note(fmt::format("resumed     {} of {} tiles were there", result_.resumed, tiles()));
+      note(fmt::format("resumed     {} of {} tiles were finished", result_.resumed, tiles()));
     try {
       for (const heatmap::OverRuns over : runs_->statistics()) write(over);
     } catch (const Interrupted&) {
@@ -100,7 +100,7 @@ class MapRun {
       print_warnings({fmt::format("{} also has files of an earlier map", arguments_.out)});
     if (!arguments_.keep_tiles) {
       for (const auto& store : stores_) store->remove();
-      std::error_code ignored;  // of another program's files in it
+      std::error_code ignored;  // for files of other programs in it
       fs::remove(fs::path(arguments_.out) / "tiles", ignored);
     }
     return kOk;
@@ -121,7 +121,7 @@ class MapRun {
   [[nodiscard]] bool quiet() const { return arguments_.quiet || ranks_.rank() > 0; }
   void note(const std::string& text) const { cli::note(quiet(), text); }
 
-  /// Reads the arguments and the scenario. Errors that need no city come from here, before it is loaded.
+  /// Reads the arguments and the scenario. Errors that need no city are thrown here, before it is loaded.
   void read() {
     formats_ = parse_formats(arguments_.formats);
     std::vector<std::string_view> names;
@@ -136,7 +136,7 @@ class MapRun {
                                ? std::vector{heatmap::usual_altitude_m(scenario_, request_.altitude_kind)}
                                : parse_altitudes(arguments_.altitudes);
     if (!scenario_.faults.empty())
-      report_.say(ReadReport::Level::Guess, "maps have no faults: those of the scenario are left out");
+      report_.say(ReadReport::Level::Guess, "maps have no faults: those of the scenario are ignored");
     if (arguments_.seed) scenario_.seed = *arguments_.seed;
     request_.draws = {arguments_.noise.draws, scenario_.seed};
     request_.receivers = arguments_.receivers;
@@ -175,7 +175,7 @@ class MapRun {
     for_option("--altitude", [&] { heatmap::check_altitudes(request_, city); });
     request_.validate();
     check_size(arguments_, request_);
-    // No file that is read, and none of the user's, may have a result's name: that is not told after hours.
+    // A result must not replace an input or a user's file; check before hours of work.
     for (const heatmap::OverRuns over : runs_->statistics()) {
       std::vector<std::string> names;
       if (formats_.geotiff) names = heatmap::geotiff_names(request_);
@@ -184,7 +184,7 @@ class MapRun {
       names.emplace_back("report.txt");
       for (const std::string& name : names) {
         ResultFiles::refuse(folder_of(over) / name);
-        InputFiles::current().add_output(folder_of(over) / name);  // for what is read later
+        InputFiles::current().add_output(folder_of(over) / name);  // for files read later
       }
     }
     const std::vector<GpsTime>& times = request_.times;
@@ -206,7 +206,7 @@ class MapRun {
                      geodesy::format_utc(times.front(), 0)));
   }
 
-  /// The city as one run draws it, under the sky of all.
+  /// The city as sampled by one run, under the sky of all runs.
   [[nodiscard]] std::unique_ptr<simulation::Environment> environment_of(const simulation::Scenario& scenario,
                                                                         bool last) {
     city::City city = simulation::draw_city(last ? std::move(city_) : city::City(city_), scenario);
@@ -256,7 +256,7 @@ class MapRun {
     heatmap::MapSource source =
         heatmap::map_source(*heatmap_, *stores_.front(), *environment_, receiver_, scenario_);
     if (runs_->several()) {
-      // All runs have the same units, so one map states their places.
+      // All runs have the same units, so one map gives their indices.
       std::vector<heatmap::MapSource::Slices> slices;
       for (const auto& store : stores_) slices.push_back(heatmap::store_slices(*heatmap_, *store));
       source.slice = heatmap::slices_over_runs(std::move(slices), request_.layers, over);
@@ -274,8 +274,8 @@ class MapRun {
       if (stop_.load()) throw Interrupted{};
       auto slice = slices(tile, time);
       if (!slice)
-        throw InputError(fs::path(arguments_.out) / "tiles", 0, "a finished tile is gone",
-                         "let nothing else clear this folder, and run the same command again");
+        throw InputError(fs::path(arguments_.out) / "tiles", 0, "a finished tile is missing",
+                         "let no other program delete files here, and run the same command again");
       return slice;
     };
     return source;
@@ -362,9 +362,9 @@ class MapRun {
   simulation::Scenario scenario_;
   simulation::ReceiverConfig receiver_;
   std::optional<MapRuns> runs_;
-  city::City city_;  ///< as its source gives it
+  city::City city_;  ///< as in its source
   simulation::BuiltSky sky_;
-  std::unique_ptr<simulation::Environment> environment_;  ///< of the first run, as the map
+  std::unique_ptr<simulation::Environment> environment_;  ///< of the first run, as is the map
   std::unique_ptr<heatmap::Heatmap> heatmap_;
   std::vector<std::unique_ptr<heatmap::TileStore>> stores_;  ///< of each run
   heatmap::MapRunResult result_;                             ///< of all
@@ -434,9 +434,9 @@ void add_heatmap(Command& app) {
   command.add_option("--altitude-kind", arguments.altitude_kind, "KIND",
                      "above the terrain (terrain), or above the WGS 84 ellipsoid (ellipsoid) (terrain)");
   command.add_option("--times", arguments.times, "T,...",
-                     "instants (UTC, or with ' GPST' behind) or seconds from the scenario's start: T,T,...; "
-                     "START/END/STEP; day/STEP: a sidereal day from the start. STEP in s, or 15min, 1h "
-                     "(the scenario's start)");
+                     "instants (UTC, or followed by ' GPST') or seconds from the scenario's start: T,T,...; "
+                     "START/END/STEP; day/STEP: a sidereal day from the start. STEP in s, or 15min, 1h (the "
+                     "scenario's start)");
   command.add_option("--layers", arguments.layers, "LIST",
                      "names, see below, or all but rtk_...: all "
                      "(horizontal_error,satellites_visible,hdop)");
@@ -456,13 +456,12 @@ void add_heatmap(Command& app) {
   command.add_option("--seed", arguments.seed, "N", "instead of the scenario's seed");
   command.add_option("--runs", arguments.runs, "N",
                      "number of maps with consecutive seeds, for which facades, the city's position and all "
-                     "noise are drawn again; map is their mean, p95/map their 95 % quantile (1)");
+                     "noise are sampled again; map is their mean, p95/map their 95 % quantile (1)");
   command
-      .add_option(
-          "--unknowns", arguments.unknowns, "N",
-          "number of maps, each with a draw of what the scenario leaves open (level of the "
-          "installation, obstacles, facades, position of the city) and a seed of its own; map is their "
-          "median, p05, p25, p75 and p95 bound the intervals that hold 50 and 90 % of them")
+      .add_option("--unknowns", arguments.unknowns, "N",
+                  "number of maps, each with a sample of what the scenario leaves open (level of the "
+                  "installation, obstacles, facades, position of the city) and its own seed; map is their "
+                  "median, p05, p25, p75 and p95 bound the intervals that contain 50 and 90 % of them")
       .within(2, kMostRuns)
       .excludes("--runs");
   add_known(command, arguments.known).needs("--unknowns");

@@ -27,8 +27,8 @@ using heatmap::RouteReport;
 using heatmap::StoredMap;
 
 struct HeatmapQueryArguments {
-  std::string map, place, path, format, time;  ///< format: empty is by the route's content
-  heatmap::RouteOptions route;                 ///< step_m: 0 is not given
+  std::string map, place, path, format, time;  ///< format: empty: detected from the route's content
+  heatmap::RouteOptions route;                 ///< step_m: 0: not given
   bool json = false;
 };
 
@@ -70,12 +70,12 @@ std::string bounds_text(const StoredMap& map) {
   return fmt::format("{} to {}", corner(grid.west_m, grid.south_m), corner(grid.east_m(), grid.north_m()));
 }
 
-/// A map answers beyond its lowest and highest altitude up to half a step, at most this far [m].
+/// A map has values beyond its lowest and highest altitude up to half a step, at most this far [m].
 constexpr double kAltitudeReach_m = 5;
 /// Two altitudes closer than this count as equal [m].
 constexpr double kSameAltitude_m = 0.1;
 
-/// The altitude of --altitude, else the map's lowest. Warns if another one answers.
+/// The altitude of --altitude, else the map's lowest. Warns if another one is used.
 double altitude_of(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   if (!arguments.route.altitude_m) return map.altitudes_m().front();
   const double asked_m = *arguments.route.altitude_m;
@@ -83,7 +83,7 @@ double altitude_of(const HeatmapQueryArguments& arguments, const StoredMap& map)
   const auto nearest = std::min_element(known.begin(), known.end(), [asked_m](double a, double b) {
     return std::abs(a - asked_m) < std::abs(b - asked_m);
   });
-  // Between altitudes the nearest one answers; beyond them, only close by.
+  // Between altitudes the nearest one is used; beyond them, only if it is close.
   const bool between = asked_m >= known.front() && asked_m <= known.back();
   double reach_m = kAltitudeReach_m;
   if (known.size() > 1) {
@@ -97,7 +97,7 @@ double altitude_of(const HeatmapQueryArguments& arguments, const StoredMap& map)
         fmt::format("compute one there: canyon heatmap ... --altitude {:g}", asked_m));
   }
   if (std::abs(*nearest - asked_m) > kSameAltitude_m) {
-    print_warnings({fmt::format("the map has no altitude of {:g} m: its nearest, {}, answers", asked_m,
+    print_warnings({fmt::format("the map has no altitude of {:g} m: using the nearest, {}", asked_m,
                                 altitude_text(map, *nearest))});
   }
   return asked_m;
@@ -106,8 +106,8 @@ double altitude_of(const HeatmapQueryArguments& arguments, const StoredMap& map)
 int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   const std::vector<double> at = parse_numbers(arguments.place);
   if (at.size() != 2) {
-    throw InputError(fmt::format("--at '{}' is not a place on a map", arguments.place),
-                     "give LATITUDE,LONGITUDE in degrees, and --altitude where the map has several");
+    throw InputError(fmt::format("--at '{}' is not a position on a map", arguments.place),
+                     "give LATITUDE,LONGITUDE in degrees, and --altitude if the map has several");
   }
   const auto place = geodesy::Geodetic::from_degrees(at[0], at[1], map.frame().origin().height_m);
   geodesy::check_geodetic(place, "--at");
@@ -117,7 +117,7 @@ int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   if (!answer) {
     if (map.at({map.grid().centre(0, 0)}, map.altitudes_m().front(), time)) {
       throw InputError(fmt::format("--at {} is outside the map", arguments.place),
-                       "it reaches from " + bounds_text(map));
+                       "it extends from " + bounds_text(map));
     }
     throw InputError(fmt::format("--time {} is outside the map's times", geodesy::format_utc(time, 0)),
                      "the map is " + times_text(map));
@@ -151,15 +151,15 @@ int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
 
 RouteReport report_of(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   heatmap::RouteOptions options = arguments.route;
-  // A map above terrain has no heights above the ellipsoid, which a route has.
+  // A map above terrain has no heights above the ellipsoid, but a route does.
   const bool flat = options.altitude_m || map.altitude_kind() == heatmap::AltitudeKind::AboveTerrain;
-  // Relative times count from the map's first one.
+  // Relative times are relative to the map's first one.
   const GpsTime first = map.times().front();
   simulation::RecordedPath path =
       simulation::read_recorded_path(arguments.path, arguments.format, first, {!flat, 0});
   if (!path.timed && !options.speed_mps)
     throw InputError(arguments.path, 0, "the path has no times", "give --speed");
-  for (std::size_t i = 0; !path.timed && i < path.points.size(); ++i)  // --speed replaces these
+  for (std::size_t i = 0; !path.timed && i < path.points.size(); ++i)  // replaced by --speed
     path.points[i].time = first + static_cast<double>(i);
   const simulation::TrajectoryFile route = simulation::recorded_trajectory(std::move(path));
   print_report(route.report, "canyon check " + arguments.path);
@@ -183,7 +183,7 @@ std::string stretch_text(const heatmap::RouteStretch& stretch, const RouteReport
 /// 410 to 460 m".
 std::string one_line(const RouteReport& report) {
   std::string text = fmt::format("{:.0f} m in {}:", report.length_m, duration_text(report.duration_s));
-  if (report.known == 0) return text + " nothing is known of it";
+  if (report.known == 0) return text + " no values on it";
   const char* comma = " ";
   if (report.error && report.layers[*report.error].values > 0) {
     text += fmt::format("{}{} m of {} in the mean", comma, figure(report.layers[*report.error].mean),
@@ -201,7 +201,7 @@ std::string one_line(const RouteReport& report) {
   }
   if (report.known < report.stations.size()) {
     text += fmt::format(
-        "{}{:.1f} % of it not known", comma,
+        "{}{:.1f} % of it without values", comma,
         100 * (1 - static_cast<double>(report.known) / static_cast<double>(report.stations.size())));
   }
   return text;
@@ -257,7 +257,7 @@ int query_path(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   const RouteReport report = report_of(arguments, map);
   if (report.outside == report.stations.size()) {
     throw InputError(fmt::format("{} is entirely outside the map or its times", arguments.path),
-                     fmt::format("the map reaches from {} and is {}; --time moves the route's beginning",
+                     fmt::format("the map extends from {} and is {}; --time shifts the route's start",
                                  bounds_text(map), times_text(map)));
   }
   if (arguments.json) {
@@ -274,11 +274,11 @@ int query_path(const HeatmapQueryArguments& arguments, const StoredMap& map) {
     rows.push_back({std::string(about.name), std::string(about.unit), figure(layer.mean),
                     figure(layer.median), figure(layer.p95), figure(layer.greatest)});
   }
-  print_table({"along the way", "unit", "mean", "median", "95 %", "greatest"}, rows);
+  print_table({"along the route", "unit", "mean", "median", "95 %", "greatest"}, rows);
   fmt::print("\nmap                  {}, {}, receiver {}\n", altitudes_text(map), times_text(map),
              map.motion());
   if (report.worst) {
-    fmt::print("worst stretch        {} m at {}\n", figure(*report.worst_error_m),
+    fmt::print("worst segment        {} m at {}\n", figure(*report.worst_error_m),
                stretch_text(*report.worst, report, map));
   }
   if (report.no_fix) fmt::print("longest without fix  {}\n", stretch_text(*report.no_fix, report, map));
@@ -293,7 +293,7 @@ int query_path(const HeatmapQueryArguments& arguments, const StoredMap& map) {
 
 int run_heatmap_query(const HeatmapQueryArguments& arguments) {
   if (arguments.place.empty() == arguments.path.empty())
-    throw InputError("there is nothing to look up", "give --at LAT,LON or --path FILE");
+    throw InputError("neither a position nor a route is given", "give --at LAT,LON or --path FILE");
   if (!arguments.format.empty()) check_trajectory_format(arguments.format);
   const StoredMap map(arguments.map);
   return arguments.place.empty() ? query_path(arguments, map) : query_place(arguments, map);
@@ -313,16 +313,16 @@ Examples:
 
 void add_heatmap_query(Command& heatmap) {
   Command& command =
-      heatmap.add_command("query", "print the values of a finished map at a place or along a route");
+      heatmap.add_command("query", "print the values of a finished map at a position or along a route");
   HeatmapQueryArguments& arguments = command.run_with(run_heatmap_query);
   command.add_option("map", arguments.map, "MAP.nc", "the map's NetCDF file").required();
-  command.add_option("--at", arguments.place, "LAT,LON", "a place [deg]");
+  command.add_option("--at", arguments.place, "LAT,LON", "a position [deg]");
   command
-      .add_option("--path", arguments.path, "FILE", "a route: positions, and times where --speed gives none")
+      .add_option("--path", arguments.path, "FILE", "a route: positions, and times unless --speed is given")
       .excludes("--at");
   command
       .add_option("--format", arguments.format, "FORMAT",
-                  fmt::format("format of the route: {} (by its content, else csv)",
+                  fmt::format("format of the route: {} (detected from its content, else csv)",
                               fmt::join(simulation::trajectory_formats(), ", ")))
       .needs("--path");
   arguments.route.step_m = 0;

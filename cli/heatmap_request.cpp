@@ -46,7 +46,7 @@ HeatmapFormats parse_formats(const std::string& text) {
   for (const std::string_view piece : split(text, ',')) {
     const std::string name = lower_case(trim(piece));
     if (std::find(known.begin(), known.end(), name) == known.end())
-      throw InputError(fmt::format("--format: '{}' is not known", name), known_names(name, known));
+      throw InputError(fmt::format("--format: '{}' is unknown", name), known_names(name, known));
     formats.netcdf = formats.netcdf || name == "netcdf" || name == "all";
     formats.geotiff = formats.geotiff || name == "geotiff" || name == "all";
     formats.png = formats.png || name == "png" || name == "all";
@@ -121,7 +121,7 @@ void choose_area(const HeatmapArguments& arguments, const city::City& city, heat
       throw InputError(
           fmt::format("--tile {}: tiles of {} cells of {} m are out of range", size, size,
                       arguments.grid.spacing_m),
-          fmt::format("above 16 cells, at most {:.0f} m: a tile's cells share the satellites' directions",
+          fmt::format("above 16 cells, at most {:.0f} m: a tile's cells use the same satellite directions",
                       heatmap::kWidestTile_m));
     }
     request.grid.tile_size = size;
@@ -169,10 +169,10 @@ void check_size(const HeatmapArguments& arguments, const heatmap::Request& reque
                   request.grid.columns, request.grid.rows, request.altitudes_m.size(), request.times.size(),
                   request.layers.size(), run_count(arguments), short_count(values));
   const char* cure =
-      "take a larger --spacing, a smaller box or fewer times; --large computes it all the same";
+      "use a larger --spacing, a smaller box or fewer times, or give --large to compute it anyway";
   if (arguments.large) return;
   if (values > kMostValues) throw InputError(what, cure);
-  // Finished tiles of an earlier run are part of what is needed.
+  // Finished tiles of an earlier run are part of the required space.
   namespace fs = std::filesystem;
   std::error_code ignored;
   double there = 0;
@@ -184,7 +184,7 @@ void check_size(const HeatmapArguments& arguments, const heatmap::Request& reque
   const fs::space_info space = fs::space(arguments.out, ignored);
   const double needed = values * sizeof(float);
   if (!ignored && static_cast<double>(space.available) + there < needed) {
-    throw InputError(fmt::format("{}: their tiles take {}, and {} has {} left", what, bytes_text(needed),
+    throw InputError(fmt::format("{}: their tiles need {}, but {} has {} free", what, bytes_text(needed),
                                  arguments.out, bytes_text(static_cast<double>(space.available))),
                      cure);
   }

@@ -12,7 +12,7 @@
 
 namespace canyon::cli {
 
-/// Arguments of `canyon heatmap`; text where the scenario or its city is needed to understand them.
+/// Arguments of `canyon heatmap`; text if parsing needs the scenario or its city.
 struct HeatmapArguments {
   std::string scenario, out;
   std::string bbox, enu_box, area;
@@ -25,8 +25,8 @@ struct HeatmapArguments {
   std::string times, layers, formats = "all", model, receiver;
   std::optional<std::uint64_t> seed;
   int runs = 1;
-  std::optional<int> unknowns;  ///< draws of what the scenario leaves open, instead of runs
-  std::string known;            ///< of these
+  std::optional<int> unknowns;  ///< samples of the unknowns, instead of runs
+  std::string known;            ///< unknowns that are not sampled
   int threads = 0;
   bool keep_tiles = false, large = false, quiet = false;
 };
@@ -36,35 +36,35 @@ struct HeatmapFormats {
   bool netcdf = false, geotiff = false, png = false;
 };
 
-/// More values than this (cells times altitudes, times and layers) are computed only when asked for twice.
+/// Larger maps (cells times altitudes, times and layers) need the option --large.
 inline constexpr double kMostValues = 1e10;
 
-// Each throws an InputError that names the option and says what to give.
+// Each throws an InputError with the option's name and a hint.
 
 [[nodiscard]] HeatmapFormats parse_formats(const std::string& text);
 /// Metres, ascending, each once.
 [[nodiscard]] std::vector<double> parse_altitudes(const std::string& text);
-/// By the scenario's name of it (empty: the first), with another model of propagation where one is given.
+/// The scenario's receiver of this name (empty: the first), with another propagation model if one is given.
 [[nodiscard]] simulation::ReceiverConfig choose_receiver(const simulation::Scenario& scenario,
                                                          const std::string& name, const std::string& model);
-/// The scenario's city. Tilesets and city models of tiles are read about the box or polygon that is asked for
-/// alone, where its place is known before the city; without one, whole.
+/// The scenario's city. Tilesets and city models of tiles are only read near the requested box or polygon, if
+/// its position is known before the city; without one, completely.
 [[nodiscard]] simulation::CityConfig city_of_map(const HeatmapArguments& arguments,
                                                  const simulation::Scenario& scenario);
-/// Sets grid and area: the box or polygon asked for, else the whole city.
+/// Sets grid and area: the requested box or polygon, else the whole city.
 void choose_area(const HeatmapArguments& arguments, const city::City& city, heatmap::Request& request);
-/// The maps that are computed: by consecutive seeds (--runs), or by draws of what is unknown (--unknowns).
+/// The maps to compute: by consecutive seeds (--runs), or by samples of the unknowns (--unknowns).
 class MapRuns {
  public:
   MapRuns(const HeatmapArguments& arguments, const simulation::Scenario& scenario);
 
   [[nodiscard]] int count() const { return count_; }
   [[nodiscard]] bool several() const { return count_ > 1; }
-  /// The unknowns that are drawn, each with its distribution.
+  /// The sampled unknowns, each with its distribution.
   [[nodiscard]] std::vector<std::string> priors() const;
-  /// The scenario of a run: with another seed, and with a draw of what is unknown.
+  /// The scenario of a run: with another seed, and with a sample of the unknowns.
   [[nodiscard]] simulation::Scenario scenario(int run) const;
-  /// The maps to write, of which the first one is that of --out itself.
+  /// The maps to write; the first one is written to --out itself.
   [[nodiscard]] std::vector<heatmap::OverRuns> statistics() const;
   /// "mean of 3 runs", "median of 20 draws of unknowns", "95 % of 20 draws of unknowns".
   [[nodiscard]] std::string name_of(heatmap::OverRuns over) const;
@@ -75,12 +75,12 @@ class MapRuns {
   std::vector<unknowns::Unknown> known_;
   std::optional<unknowns::Draws> draws_;
 };
-/// How many maps are computed.
+/// Number of maps to compute.
 [[nodiscard]] int run_count(const HeatmapArguments& arguments);
-/// Throws where the map is larger than kMostValues or than what is free where `out` lies, unless --large.
+/// Throws InputError if the map is larger than kMostValues or than the free space at `out`, unless --large.
 void check_size(const HeatmapArguments& arguments, const heatmap::Request& request);
 
-/// The options that values depend on, in a fixed order: equal maps, equal text.
+/// The options that values depend on, in a fixed order: equal maps have equal text.
 [[nodiscard]] std::string command_of(const HeatmapArguments& arguments, const heatmap::Request& request);
 
 }  // namespace canyon::cli

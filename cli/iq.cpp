@@ -21,7 +21,7 @@ struct IqArguments : RunArguments {
   bool no_noise = false;
 };
 
-/// The receivers that --receiver names, else the only one.
+/// The receivers of --receiver, else the only one.
 std::vector<std::size_t> chosen_receivers(const IqArguments& arguments,
                                           const simulation::Scenario& scenario) {
   std::vector<std::size_t> chosen;
@@ -30,18 +30,18 @@ std::vector<std::size_t> chosen_receivers(const IqArguments& arguments,
   if (!chosen.empty()) return chosen;
   if (scenario.receivers.size() > 1) {
     throw InputError(fmt::format("the scenario has {} receivers", scenario.receivers.size()),
-                     fmt::format("choose by --receiver, which may be given again: {}",
+                     fmt::format("give --receiver, which may be repeated: {}",
                                  fmt::join(simulation::receiver_names(scenario.receivers), ", ")));
   }
   return {0};
 }
 
-/// "drive.iq" of a receiver where there are several: "drive.car.iq".
+/// "drive.iq" for a receiver if there are several: "drive.car.iq".
 std::filesystem::path path_of(const IqArguments& arguments, const std::string& receiver) {
   std::filesystem::path out = arguments.out;
   if (arguments.receivers.size() <= 1) return out;
   if (out == "-" || transport::is_byte_sink(arguments.out)) {
-    throw InputError(fmt::format("--out {} takes one receiver", arguments.out),
+    throw InputError(fmt::format("--out {} can have one receiver", arguments.out),
                      "give a file, or one --receiver");
   }
   return out.parent_path() / (out.stem().string() + "." + receiver + out.extension().string());

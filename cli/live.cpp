@@ -46,7 +46,7 @@ std::string figures_line(const live::SessionFigures& figures) {
       fmt::format("{:8.1f} s  {} epochs, {} with a fix", figures.host_s, figures.epochs, figures.fixes);
   if (figures.no_truth > 0) line += fmt::format(", {} without truth", figures.no_truth);
   if (figures.missed > 0) line += fmt::format(", {} missed", figures.missed);
-  if (!figures.no_fix.empty()) line += fmt::format("; now none: {}", figures.no_fix);
+  if (!figures.no_fix.empty()) line += fmt::format("; now no fix: {}", figures.no_fix);
   if (figures.poses > 0) line += fmt::format("; {} poses", figures.poses);
   if (figures.latency.count() > 0) {
     line += fmt::format("; pose to bytes {:.1f} ms (median), {:.1f} ms (99 %), {:.1f} ms (most)",
@@ -59,7 +59,7 @@ std::string figures_line(const live::SessionFigures& figures) {
 int run_live(const LiveArguments& arguments) {
   simulation::Scenario scenario = read_live_scenario(arguments);
   const bool terminal = isatty(STDERR_FILENO) != 0;
-  bool drawn = false;  // a line that the next one replaces
+  bool drawn = false;  // a line that the next one overwrites
   const auto note = [&](const std::string& text) {
     if (arguments.quiet) return;
     fmt::print(stderr, "{}{}\n", std::exchange(drawn, false) ? "\n" : "", hide_passwords(text));
@@ -126,7 +126,7 @@ void add_live(Command& app) {
   add_switch(command, "--changes", arguments.live, "changes");
   add_change(command, "--speed", arguments.live, "speed");
   command.add_flag("--stamps", arguments.by_stamps,
-                   "use the poses' stamps as the clock instead of real time");
+                   "use the poses' time stamps as the clock instead of real time");
   add_run_field(command, "--duration", arguments, "duration_s");
   add_run_field(command, "--seed", arguments, "seed");
   command.add_flag("--quiet", arguments.quiet, "print warnings and errors only");

@@ -1,4 +1,4 @@
-// No header declares it: the program begins here.
+// No header declares it: the program starts here.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
@@ -15,13 +15,13 @@
 
 namespace {
 
-/// Standard output or error. A failure ends no run between two of its files: it is kept, and main() tells it.
+/// Standard output or error. A failure does not end a run between two files: main() reports it at the end.
 struct Printed {
   int handle;
   int failure = 0;  ///< errno
 
   [[nodiscard]] std::FILE* open() {
-    // A file of the run may not get this handle.
+    // Prevents that a file of the run gets this descriptor.
     if (::fcntl(handle, F_GETFD) < 0) (void)::open("/dev/null", O_RDWR);
     return ::fopencookie(this, "w", {nullptr, &Printed::write, nullptr, nullptr});
   }
@@ -41,9 +41,9 @@ Printed output{STDOUT_FILENO}, complaints{STDERR_FILENO};
 int run_program(int argc, char** argv) {
   using namespace canyon::cli;
   canyon::InputFiles::begin_run();
-  Command program{"canyon", "Canyon: what a GNSS receiver sees in a city"};
+  Command program{"canyon", "Canyon: simulates GNSS receivers in cities"};
   program.footer =
-      "Each command has its own --help. Exit status: 0 done, 2 bad input, 130 interrupted, 1 anything else.";
+      "Each command has its own --help. Exit status: 0 done, 2 bad input, 130 interrupted, 1 other errors.";
   add_demo(program);
   add_new(program);
   add_simulate(program);

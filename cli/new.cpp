@@ -37,7 +37,7 @@ using geodesy::degrees;
 using geodesy::GpsTime;
 
 constexpr double kDrive_m = 500, kAntenna_m = 1.5;
-/// How often a way is looked at, and how far to each side [m].
+/// Interval of the checks of a route, and distance checked to each side [m].
 constexpr double kStep_m = 2, kBeside_m = 1.2;
 
 bool is_folder(const fs::path& path) {
@@ -45,7 +45,7 @@ bool is_folder(const fs::path& path) {
   return fs::is_directory(path, ignored);
 }
 
-/// Files by what a scenario takes them for.
+/// Files by their use in a scenario.
 struct SortedFiles {
   std::vector<fs::path> cities, navigation, precise, tracks;
 
@@ -69,7 +69,7 @@ struct SortedFiles {
   }
 };
 
-/// Ways through a city, as corners in its frame [m].
+/// Routes through a city, as corners in its frame [m].
 class DriveFinder {
  public:
   using Way = std::vector<Eigen::Vector2d>;
@@ -94,7 +94,7 @@ class DriveFinder {
     return length_m;
   }
 
-  /// The first way of 500 m along streets from one of the places next to the middle, else the longest.
+  /// The first route of 500 m along streets from one of the points next to the middle, else the longest.
   [[nodiscard]] Way along(const buildings::StreetMap& streets) const {
     Way places;
     for (const buildings::LonLat& at : streets.places) {
@@ -121,7 +121,7 @@ class DriveFinder {
     return best;
   }
 
-  /// The longest straight way up to 500 m from a place near the middle.
+  /// The longest straight route up to 500 m from a point near the middle.
   [[nodiscard]] Way straight() const {
     Way best;
     double most_m = 0;
@@ -150,7 +150,7 @@ class DriveFinder {
            free(0, -kBeside_m);
   }
 
-  /// The shortest way to the nearest place that is 500 m away along it, else to the farthest (Dijkstra).
+  /// The shortest path to the nearest point that is 500 m away along it, else to the farthest (Dijkstra).
   [[nodiscard]] Way shortest(const Way& places, const std::vector<std::vector<std::size_t>>& next,
                              std::size_t start) const {
     const auto leads = [&](std::size_t from, std::size_t to) {
@@ -160,7 +160,7 @@ class DriveFinder {
         if (!is_free(places[from] + way * i / steps)) return false;
       return true;
     };
-    using Step = std::tuple<double, std::size_t, std::size_t>;  // length, place, place before
+    using Step = std::tuple<double, std::size_t, std::size_t>;  // length, point, previous point
     std::priority_queue<Step, std::vector<Step>, std::greater<>> open;
     open.emplace(0.0, start, start);
     std::map<std::size_t, std::size_t> before;
@@ -188,7 +188,7 @@ class DriveFinder {
   Eigen::Vector2d middle_ = Eigen::Vector2d::Zero();
 };
 
-/// What a user types to run a scenario.
+/// The command with which a user runs a scenario.
 std::string run_command(const fs::path& scenario) {
   const auto quoted = [](const std::string& name) {
     return name.find_first_of(" '\"$&;()|<>*?`\\") == std::string::npos
@@ -235,7 +235,7 @@ class ScenarioWriter {
   static std::string text(GpsTime time) {
     return geodesy::format_gpst(time, time.nanoseconds() % GpsTime::kNanosecondsPerSecond == 0 ? 0 : 9);
   }
-  /// Files by their names from the scenario's folder.
+  /// Files by their names relative to the scenario's folder.
   [[nodiscard]] std::string list(const std::vector<fs::path>& paths) const {
     std::string names;
     for (const fs::path& path : paths) {
@@ -253,7 +253,7 @@ class ScenarioWriter {
   void write_city(const std::optional<geodesy::Geodetic>& origin) {
     const fs::path& first = files_.cities.front();
     if (!origin && simulation::is_file_of<simulation::MeshCity>(first))
-      throw InputError(first, 0, "is a mesh, which does not say where it stands",
+      throw InputError(first, 0, "is a mesh, which is not georeferenced",
                        "give --origin LAT,LON,HEIGHT of its zero");
     out_.yaml = fmt::format(
         "city:\n  {}: {}{}\n", files_.are_maps() ? "osm" : "file", list(files_.cities),
@@ -272,10 +272,9 @@ class ScenarioWriter {
       for (const auto& e : data.kepler)
         if (e.id.system == gnss::System::GPS) gps.insert(e.id.number);
       if (!gps.empty() && gps.size() < 24)
-        say("sky",
-            fmt::format(
-                "{} of some 31 GPS satellites, as one station saw them; a day's merged file (BRDC) has all",
-                gps.size()));
+        say("sky", fmt::format("{} of about 31 GPS satellites, as received by one station; a day's merged "
+                               "file (BRDC) has all",
+                               gps.size()));
       out_.yaml += "sky:\n  navigation: " + list(files_.navigation);
     } else if (!files_.precise.empty()) {
       const auto [first, last] = orbit::PreciseSky(files_.precise.front()).span();
@@ -302,7 +301,7 @@ class ScenarioWriter {
     simulation::RecordedPath path =
         simulation::read_recorded_path(file, draft.trajectory.format, start_, {!on_terrain, 0});
     if (path.timed) simulation::keep_rising(path);
-    // The longest stretch on the city's ground.
+    // The longest part on the city's ground.
     const auto& points = path.points;
     std::size_t first = 0, count = 0, run = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -311,17 +310,17 @@ class ScenarioWriter {
       if (run > count) count = run, first = i + 1 - run;
     }
     const bool dated = path.timed && path.has_own_dates;
-    if (points.size() < 2) throw InputError(file, 0, "has one place", "give a path");
+    if (points.size() < 2) throw InputError(file, 0, "has one position", "give a path");
     if (count < 2 || (!dated && count < points.size()))
       throw InputError(
           file, 0,
-          count < 2 ? fmt::format("lies beside the city: it begins {:.1f} km from there",
+          count < 2 ? fmt::format("is next to the city: it begins {:.1f} km from it",
                                   scene.city.frame.local_from_geodetic(points.front().place).norm() / 1e3)
                     : "leads out of the city, and has no dates",
           "give a map of all of it, and angles in degrees in the order of the format");
     if (!dated) {
       if (path.timed && (start_ < points.front().time || start_ > points.back().time))
-        start_ = points.front().time;  // times of a day
+        start_ = points.front().time;  // times of day
       out_.yaml += fmt::format("start: {}\n", text(start_));
       say("start", text(start_) + ", since the path has no dates");
     } else if (count < points.size()) {
@@ -330,7 +329,7 @@ class ScenarioWriter {
       say("start", fmt::format("{} for {:.0f} s, where the path is on the map", text(begin), end - begin));
     }
     out_.yaml += "rate_hz: 1\n" + path_text(on_terrain) + (path.timed ? "" : "  speed_mps: 8\n");
-    say("trajectory", fmt::format("{} of {} places of {}{}{}", count, points.size(), file.string(),
+    say("trajectory", fmt::format("{} of {} positions of {}{}{}", count, points.size(), file.string(),
                                   on_terrain ? ", 1.5 m above the ground" : ", at the file's heights",
                                   path.timed ? "" : ", at 8 m/s, since it has no times"));
   }
@@ -349,7 +348,7 @@ class ScenarioWriter {
     const bool streets = DriveFinder::length_m(way) > kDrive_m / 5;
     if (!streets) way = finder.straight();
     if (way.empty())
-      throw InputError(files_.cities.front(), 0, "has no room for a drive near its middle",
+      throw InputError(files_.cities.front(), 0, "has no space for a drive near its middle",
                        "give a recorded path");
     out_.yaml +=
         fmt::format("start: {}\nrate_hz: 1\ntrajectory:  # or file: track.gpx\n  waypoints:\n", text(start_));
@@ -370,7 +369,7 @@ class ScenarioWriter {
 
   SortedFiles files_;
   fs::path name_;
-  GpsTime start_;  ///< where no track says it
+  GpsTime start_;  ///< if no track has it
   NewScenario out_;
 };
 
@@ -383,11 +382,11 @@ struct NewArguments {
 int run_new(const NewArguments& arguments) {
   const fs::path out = arguments.out;
   if (!is_scenario(out))
-    throw InputError(out, 0, "is no name of a scenario", "give a name that ends in .yaml");
+    throw InputError(out, 0, "is not a name of a scenario", "give a name that ends in .yaml");
   std::error_code ignored;
   if (fs::symlink_status(out, ignored).type() != fs::file_type::not_found)
-    throw InputError(out, 0, "is there already", "give another name by -o, or remove it");
-  { const OutputFile probe(out); }  // a folder that cannot be written to is found before the city is loaded
+    throw InputError(out, 0, "already exists", "give another name by -o, or remove it");
+  { const OutputFile probe(out); }  // a read-only folder is found before the city is loaded
   const NewScenario made = new_scenario(arguments.files, arguments.out, arguments.origin);
   print_report(made.report, "canyon check " + arguments.out);
   write_file(out, made.yaml);
@@ -406,7 +405,7 @@ ScenarioPart scenario_part(const fs::path& file) {
   if (kind == FileKind::RinexNavigation) return ScenarioPart::Navigation;
   if (kind == FileKind::Sp3) return ScenarioPart::Precise;
   if (kind == FileKind::Columns || !trajectory_format(kind).empty()) return ScenarioPart::Track;
-  throw explained(InputError(file, 0, "has no place in a new scenario",
+  throw explained(InputError(file, 0, "cannot be used in a new scenario",
                              "give a city, navigation files or SP3, and a recorded path"),
                   file, "a part of a new scenario");
 }
@@ -419,14 +418,14 @@ NewScenario new_scenario(const std::vector<std::string>& files, const std::strin
 }
 
 void add_new(Command& app) {
-  Command& command = app.add_command("new", "write a scenario for a map, and for the recordings beside it");
+  Command& command = app.add_command("new", "write a scenario for a map, and for recordings made there");
   NewArguments& arguments = command.run_with(run_new);
   command
       .add_option("files", arguments.files, "FILE...",
                   "a city or maps, navigation files or SP3, and one recorded path, in any order")
       .required();
   command.add_option("-o,--out", arguments.out, "FILE", "the scenario (drive.yaml)").writes();
-  command.add_option("--origin", arguments.origin, "LAT,LON,HEIGHT", "where the zero of a mesh lies");
+  command.add_option("--origin", arguments.origin, "LAT,LON,HEIGHT", "position of a mesh's zero");
   command.add_flag("--quiet", arguments.quiet, "print warnings and errors only");
   command.footer =
       "Without a path it drives 500 m along the map's streets; without a navigation file the sky is nominal.";

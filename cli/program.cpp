@@ -45,7 +45,7 @@ pid_t spawn(const std::vector<std::string>& words, const posix_spawn_file_action
   const int failed = posix_spawnp(&child, argv.front(), &actions, attributes, argv.data(), environ);
   if (failed != 0)
     throw InputError(words.front() + ": " + std::strerror(failed),
-                     "install it, or name it as a shell would find it: ./PROGRAM of this folder, executable");
+                     "install it, or give its path: ./PROGRAM in this folder, executable");
   return child;
 }
 
@@ -102,7 +102,7 @@ std::string run_bounded(const std::vector<std::string>& words, double timeout_s)
   posix_spawnattr_init(&group);
   sigset_t usual;
   sigemptyset(&usual);
-  sigaddset(&usual, SIGPIPE);  // this program ignores it
+  sigaddset(&usual, SIGPIPE);  // ignored by this program
   posix_spawnattr_setsigdefault(&group, &usual);
   posix_spawnattr_setflags(&group, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
   const pid_t child = spawn(words, files.actions, &group);
@@ -117,7 +117,7 @@ std::string run_bounded(const std::vector<std::string>& words, double timeout_s)
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
     late = seconds_since(begin) > timeout_s;
   }
-  // The group ends before its leader is reaped, as its number is then free.
+  // End the group before its leader is reaped, since its number is free afterwards.
   kill(-child, SIGKILL);
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {

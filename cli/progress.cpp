@@ -99,7 +99,7 @@ extern "C" void request_stop(int signal) {
 const std::atomic<bool>& catch_interrupts() {
   std::signal(SIGINT, request_stop);
   std::signal(SIGTERM, request_stop);
-  // nohup has it ignored.
+  // nohup ignores it.
   if (std::signal(SIGHUP, request_stop) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
   return interrupt_seen;
 }

@@ -14,8 +14,8 @@ namespace canyon::cli {
 /// "12 s", "3 min 20 s", "2 h 5 min", "4 d 3 h".
 [[nodiscard]] std::string duration_text(double seconds);
 
-/// Prints a line to standard error, in a log behind what was printed before it; nothing where `quiet`.
-/// Passwords of addresses are hidden.
+/// Prints a line to standard error, in a log after the earlier output; nothing if `quiet`. Hides passwords of
+/// addresses.
 void note(bool quiet, const std::string& text);
 
 /// Wall time.
@@ -24,18 +24,18 @@ void note(bool quiet, const std::string& text);
 }
 
 /// A progress line on standard error: a bar that redraws itself on a terminal, otherwise a plain line every
-/// few seconds, and nothing for work that ends sooner.
+/// few seconds, and nothing for work that ends earlier.
 class Progress {
  public:
-  /// @param unit of what is counted, "cells": counts are then short, and the rate is shown. Items done before
-  /// the first update count as found, not as work.
+  /// @param unit of the count, "cells": counts are then short, and the rate is shown. Items done before the
+  /// first update count as found, not as work.
   Progress(std::string what, bool quiet, std::string unit = {});
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
   void update(std::size_t done, std::size_t total);
-  /// update(), for those that take a function.
+  /// update() as a function object.
   [[nodiscard]] std::function<void(std::size_t, std::size_t)> callback() {
     return [this](std::size_t done, std::size_t total) { update(done, total); };
   }
@@ -54,11 +54,11 @@ class Progress {
   Clock::time_point last_bar_;
 };
 
-/// Ctrl-C: thrown by callbacks, so that nothing half done is written.
+/// Ctrl-C: thrown by callbacks, so that no incomplete file is written.
 struct Interrupted {};
 
-/// From here on Ctrl-C (SIGINT), SIGTERM and the end of the terminal (SIGHUP) set the returned flag instead
-/// of ending the program; a second one ends it at once.
+/// From now on Ctrl-C (SIGINT), SIGTERM and the end of the terminal (SIGHUP) set the returned flag instead of
+/// ending the program; a second one ends it at once.
 [[nodiscard]] const std::atomic<bool>& catch_interrupts();
 
 }  // namespace canyon::cli

@@ -19,10 +19,10 @@
 namespace canyon::cli {
 namespace {
 
-/// Aligning and validating need this many epochs.
+/// Minimum number of epochs for aligning and for validating.
 constexpr std::size_t kFewestEpochs = 10;
-/// Below this mean AUC the city and the recording have little to do with each other: 0.5 is chance, 0.88 what
-/// a city of OpenStreetMap outlines reached (docs/results.md).
+/// Below this mean AUC the city and the recording hardly match: 0.5 is chance, 0.88 is the value of a city of
+/// OpenStreetMap outlines (docs/results.md).
 constexpr double kTellingScore = 0.7;
 
 std::string share_name(double split) {
@@ -30,7 +30,7 @@ std::string share_name(double split) {
   return fmt::format("{:.0f} %", 100 * split);
 }
 
-/// The recording with the command line's options, where the list does not set them.
+/// The recording, with the command line's options if the list does not set them.
 validation::ListedRecording with_options(validation::ListedRecording recording,
                                          const DriveArguments& arguments) {
   recording.align = recording.align || arguments.align;
@@ -49,22 +49,22 @@ void add_drive_options(Command& command, DriveArguments& arguments) {
   command.add_option(
       "--obs", arguments.obs, "FILE",
       "recorded observations: RINEX 2, 3 or 4, or a log of Android's GnssLogger (not with a list)");
-  command.add_option("--truth", arguments.truth, "FILE|PLACE",
+  command.add_option("--truth", arguments.truth, "FILE|POSITION",
                      "true positions, or LAT,LON,HEIGHT of a fixed antenna (the scenario's trajectory)");
   command
       .add_option("--format", arguments.format, "FORMAT",
-                  fmt::format("format of the true positions: {} (told by the file's content)",
+                  fmt::format("format of the true positions: {} (detected from the file's content)",
                               fmt::join(simulation::trajectory_formats(), ", ")))
       .formerly("--truth-format");
   command.add_option("--nmea", arguments.nmea, "FILE",
-                     "the recorded receiver's own fixes (GGA), compared with the position filter's");
+                     "fixes that the receiver reported (GGA), to compare with the position filter's");
   command.add_flag(
       "--align", arguments.align,
-      "estimate the city's offset on the first part of the recording; figures are then of the rest");
+      "estimate the city's offset on the first part of the recording; metrics are then of the rest");
   command.add_flag("--align-heading", arguments.alignment.heading, "also estimate its heading")
       .needs("--align");
   add_field(command, "--reach", arguments.alignment, "reach_m").needs("--align");
-  command.add_option("--split", arguments.split, "SHARE", "share of epochs of the first part (0.5)");
+  command.add_option("--split", arguments.split, "FRACTION", "fraction of epochs in the first part (0.5)");
   command.add_flag("--no-atmosphere", arguments.no_atmosphere,
                    "recordings are simulated ones without ionosphere and troposphere");
   command.add_option("--seed", arguments.seed, "N", "instead of the scenario's seed");
@@ -78,8 +78,8 @@ std::vector<validation::ListedRecording> recordings_of(const DriveArguments& arg
                                       {"--format", &arguments.format},
                                       {"--nmea", &arguments.nmea}}) {
       if (value->empty()) continue;
-      throw InputError(fmt::format("{} beside a list of recordings", name),
-                       "the list names the files of each recording");
+      throw InputError(fmt::format("{} has no effect with a list of recordings", name),
+                       "give the files of each recording in the list");
     }
     return validation::read_recording_list(arguments.scenario).recordings;
   }
@@ -219,11 +219,11 @@ void RecordedDrive::check() {
   check_trajectory_format(recorded_.truth_format);
   if (recorded_.split && !recorded_.align && arguments_.part.empty()) {
     throw InputError(prefix_ + "--split without --align: there is nothing to align",
-                     "add --align or --part, or leave --split out: figures are of the whole recording");
+                     "add --align or --part, or leave --split out to use the whole recording");
   }
   if (recorded_.split && !(*recorded_.split > 0 && *recorded_.split < 1)) {
     throw InputError(fmt::format("--split {} is out of range", *recorded_.split),
-                     "it is the share of epochs that the city is aligned by, above 0 and below 1");
+                     "give the fraction of epochs for the alignment, above 0 and below 1");
   }
   align_options_ = arguments_.alignment;
   align_options_.heading = recorded_.align_heading;
@@ -257,7 +257,7 @@ validation::Registration RecordedDrive::registration(const simulation::Georefere
                              0.5 * (bounds.min + bounds.max).head<2>());
 }
 
-/// The first part aligns the city; figures are of the part that is asked for.
+/// The first part aligns the city; metrics are of the requested part.
 void RecordedDrive::choose_parts() {
   const std::size_t all = recording_.residuals.epochs.size();
   const std::string& part = arguments_.part;
@@ -267,10 +267,11 @@ void RecordedDrive::choose_parts() {
   if (!whole || recorded_.align) {
     if (first < kFewestEpochs || all - first < kFewestEpochs) {
       throw InputError(
-          fmt::format("{}the recording's {} epochs make parts of {} and {}", prefix_, all, first,
+          fmt::format("{}the recording's {} epochs give parts of {} and {}", prefix_, all, first,
                       all - first),
-          fmt::format("aligning and judging need {} epochs each: give a longer recording or another --split",
-                      kFewestEpochs));
+          fmt::format(
+              "aligning and validating need {} epochs each: give a longer recording or another --split",
+              kFewestEpochs));
     }
     first_part_.name = aligned_by_ = share == 0.5 ? "first half" : "first " + share_name(share);
   }
@@ -295,13 +296,13 @@ void RecordedDrive::align() {
       validation::align(recording_, *environment_, scenario_.receivers.front().options.fix.elevation_mask_rad,
                         0, first_part_.count, align_options_);
   if (alignment_->at_border) {
-    warn({fmt::format("the best place of the city is at the end of the search: give more than --reach {}",
+    warn({fmt::format("the best city offset is at the edge of the search; increase --reach (now {})",
                       align_options_.reach_m)});
   }
   const double sigma_m = std::max(alignment_->sigma_east_m, alignment_->sigma_north_m);
   if (alignment_->score < kTellingScore || sigma_m > align_options_.reach_m / 4) {
     warn(
-        {fmt::format("the recording does not determine the place of the city (mean AUC {:.2f}, +- {:.1f} m): "
+        {fmt::format("the recording does not determine the city's offset (mean AUC {:.2f}, +- {:.1f} m): "
                      "check the scenario's origin and offset, or search farther with --reach {:g}",
                      alignment_->score, sigma_m, std::min(200.0, 4 * align_options_.reach_m))});
   }
@@ -312,7 +313,7 @@ std::string RecordedDrive::alignment_text() const {
   std::string text = fmt::format("city moved by east {:.2f} +- {:.2f} m, north {:.2f} +- {:.2f} m", r.east_m,
                                  alignment_->sigma_east_m, r.north_m, alignment_->sigma_north_m);
   if (align_options_.heading) {
-    text += fmt::format(", turned by {:.2f} +- {:.2f} deg about east {:.0f}, north {:.0f} m",
+    text += fmt::format(", rotated by {:.2f} +- {:.2f} deg about east {:.0f}, north {:.0f} m",
                         geodesy::degrees(r.heading_rad), geodesy::degrees(alignment_->sigma_heading_rad),
                         r.pivot.x(), r.pivot.y());
   }

@@ -23,7 +23,7 @@ namespace canyon::cli {
 
 class Progress;
 
-/// Blocks drawn anew for the intervals of a table of recordings, each with all of its figures.
+/// Block resamples for the intervals of a table of recordings; each computes all metrics.
 inline constexpr int kResamples = 200;
 
 /// Arguments of commands that read recordings.
@@ -38,18 +38,18 @@ struct DriveArguments {
 };
 /// Adds SCENARIO|LIST and the options of one recording, of alignment, --seed and --threads.
 void add_drive_options(Command& command, DriveArguments& arguments);
-/// The recordings of a list, or the one that the command line names.
+/// The recordings of a list, or the one of the command line.
 [[nodiscard]] std::vector<validation::ListedRecording> recordings_of(const DriveArguments& arguments,
                                                                      bool listed);
 
-/// Writes the results to --json. Returns whether they are to be printed for people as well: not with --json -
-/// or --quiet.
+/// Writes the results to --json. Returns whether they are also printed for people: not with --json - or
+/// --quiet.
 [[nodiscard]] bool write_results(const DriveArguments& arguments, const std::function<std::string()>& json);
 
-/// Returns work(). If Ctrl-C ends it (Interrupted), says that nothing was written.
+/// Returns work(). If Ctrl-C ends it (Interrupted), prints that nothing was written.
 [[nodiscard]] int unless_interrupted(const std::function<int()>& work);
 
-/// One recording with its scenario: city, sky, truth, and the city's place. Tells what it does on standard
+/// One recording with its scenario: city, sky, truth, and the city's position. Prints its steps on standard
 /// error.
 class RecordedDrive {
   const DriveArguments& arguments_;
@@ -57,18 +57,18 @@ class RecordedDrive {
  public:
   /// Checks that need no city, before one is loaded. @param listed among others, by its name
   RecordedDrive(const DriveArguments& arguments, const validation::ListedRecording& recording, bool listed);
-  /// Reads everything, chooses the parts, and aligns the city where that is asked for.
+  /// Reads everything, chooses the parts, and aligns the city if requested.
   void load();
 
   [[nodiscard]] const validation::ListedRecording& recorded() const { return recorded_; }
   [[nodiscard]] std::string alignment_text() const;
-  /// alignment_text() behind the recording's name; empty where its city is not aligned.
+  /// The recording's name and alignment_text(); empty if its city is not aligned.
   [[nodiscard]] std::string alignment_line() const {
     return alignment_ ? prefix_ + alignment_text() : std::string();
   }
 
  protected:
-  /// Epochs of a recording, and how they are called.
+  /// Epochs of a recording, and their name.
   struct Part {
     std::size_t first = 0, count = 0;
     std::string name;
@@ -78,32 +78,32 @@ class RecordedDrive {
   void warn(const std::vector<std::string>& lines) const;
   [[nodiscard]] std::function<void(std::size_t, std::size_t)> progress_of(Progress& progress) const;
   /// Simulates a receiver at the recording's epochs, by compare_, in the aligned city. The first call finds
-  /// the satellites that the recording never tracks; from then on they are left out, unless --all-satellites
+  /// the satellites that the recording never tracks; later calls leave them out, unless --all-satellites
   /// keeps them.
   [[nodiscard]] validation::Comparison simulate(const simulation::ReceiverConfig& receiver);
-  /// The same by another city, place of it and seed, with the satellites left out that are known by then.
+  /// The same with another city, city position and seed, without the never tracked satellites found so far.
   [[nodiscard]] validation::Comparison simulate(const simulation::ReceiverConfig& receiver,
                                                 const simulation::Environment& environment,
                                                 const validation::Registration& place,
                                                 std::uint64_t seed) const;
-  /// Figures of a part of such a comparison. @param runs as for validation::figures()
+  /// Metrics of a part of such a comparison. @param runs as for validation::figures()
   [[nodiscard]] validation::ModelFigures figures_of(
       const validation::Comparison& comparison, const Part& part,
       const std::vector<validation::Comparison>& runs = {}) const;
-  /// Adds those of the recorded receiver's own fixes, where the recording has them.
+  /// Adds the metrics of the fixes that the recorded receiver reported, if the recording has them.
   void add_own_fixes(validation::ModelFigures& figures, const validation::Comparison& comparison) const;
-  /// Its row in a table of several recordings, but for JSON.
+  /// Its row in a table of several recordings, without JSON.
   [[nodiscard]] validation::RecordingRow row_of(const std::string& name,
                                                 const validation::ModelFigures& figures,
                                                 const validation::Comparison& comparison,
                                                 const std::vector<validation::Comparison>& runs) const;
-  /// The city as a scenario draws it by its seed, where the map has it, under the recording's sky. The first
-  /// call reads the city's files again; all others draw from that.
+  /// The city of a scenario, sampled by its seed, at its position in the map, under the recording's sky. The
+  /// first call reads the city's files again; later calls sample from that.
   [[nodiscard]] std::unique_ptr<simulation::Environment> drawn_environment(simulation::Scenario scenario);
   [[nodiscard]] validation::Registration registration() const {
     return alignment_ ? alignment_->registration : validation::Registration{};
   }
-  /// registration(), moved as a georeference draws it by a seed.
+  /// registration(), moved by a sample of a georeference.
   [[nodiscard]] validation::Registration registration(const simulation::Georeference& georeference,
                                                       std::uint64_t seed) const;
 
@@ -115,8 +115,8 @@ class RecordedDrive {
   simulation::BuiltSky sky_;
   std::unique_ptr<simulation::Environment> environment_;
   validation::Recording recording_;
-  Part first_part_;  ///< that aligns the city
-  Part part_;        ///< that figures are of
+  Part first_part_;  ///< used to align the city
+  Part part_;        ///< used for the metrics
   std::string aligned_by_;
   std::optional<validation::CityAlignment> alignment_;
   validation::CompareOptions compare_;
@@ -129,7 +129,7 @@ class RecordedDrive {
   void align();
 
   validation::RedrawnCity redrawn_;
-  std::optional<std::vector<validation::NeverTracked>> never_tracked_;  ///< once they are known
+  std::optional<std::vector<validation::NeverTracked>> never_tracked_;  ///< empty until known
 };
 
 /// A drive for each of these recordings.

@@ -34,7 +34,7 @@ bool is_shown(const Option& option) {
   return !option.is_hidden && !is_positional(option);
 }
 
-/// Calls `work` with each command and the words that lead to it.
+/// Calls `work` with each command and its words.
 template <typename Work>
 void for_each_command(const Command& command, const std::string& words, const Work& work) {
   work(command, words);
@@ -45,8 +45,8 @@ std::string joined(const std::vector<std::string>& words) {
   return fmt::format("{}", fmt::join(words, " "));
 }
 
-/// The cases of a shell's `case`: of each command its parts and options, of each option with a value what
-/// that may be; an empty list means files.
+/// The patterns of a shell's `case`: for each command its parts and options, for each option with a value its
+/// possible values; an empty list means files.
 std::string cases(const Command& program) {
   std::string lines;
   for_each_command(program, program.name, [&](const Command& command, const std::string& words) {
@@ -146,7 +146,7 @@ std::string fish(const Command& program) {
 std::string manual_page(const Command& command, const std::string& words, const std::string& version) {
   const auto plain = [](const std::string& text) {
     std::string safe = replaced(replaced(text, "\\", "\\e"), "-", "\\-");
-    // A line must not begin like a request.
+    // A line must not begin like a macro.
     safe = replaced(replaced("\n" + safe, "\n.", "\n\\&."), "\n'", "\n\\&'");
     return safe.substr(1);
   };

@@ -57,8 +57,8 @@ bool is_rtcm(const std::string& path) {
   return file_kind(std::filesystem::path(path)) == FileKind::Rtcm;
 }
 
-/// @param around a time within half a week of the recording, which RTCM does not state
-/// @param near a place within 50 km of an antenna that does not state its own, ECEF [m]; or zeros
+/// @param around a time within half a week of the recording, which is missing in RTCM
+/// @param near a position within 50 km of an antenna without a reported position, ECEF [m]; or zeros
 Recording read(const std::string& path, const RtkArguments& arguments, const gnss::NavigationData& navigation,
                GpsTime around, bool needs_place, const Eigen::Vector3d& near) {
   const std::set<gnss::System>& systems = arguments.sky.systems;
@@ -95,7 +95,7 @@ Recording read(const std::string& path, const RtkArguments& arguments, const gns
   return recording;
 }
 
-/// The place of the base's antenna: as given, else that of the file.
+/// The position of the base's antenna: as given, else from the file.
 Eigen::Vector3d place_of_base(const RtkArguments& arguments, const Recording& base) {
   if (!arguments.base_place.empty())
     return geodesy::ecef_from_geodetic(parse_place(arguments.base_place, "--base-position"));
@@ -111,14 +111,14 @@ Eigen::Vector3d place_of_base(const RtkArguments& arguments, const Recording& ba
   }
   const Geodetic at = geodesy::geodetic_from_ecef(places.front());
   print_warnings({fmt::format(
-      "the base is at the place in its file's header, {:.9f},{:.9f},{:.4f}{}: errors of "
-      "that are errors of the rover; --base-position gives a surveyed place",
+      "the base is at the position in its file's header, {:.9f},{:.9f},{:.4f}{}: errors of it are errors of "
+      "the rover; give a surveyed position by --base-position",
       geodesy::degrees(at.latitude_rad), geodesy::degrees(at.longitude_rad), at.height_m,
       places.size() > 1 ? fmt::format(", then at {} more by later records", places.size() - 1) : "")});
   return places.front();
 }
 
-/// Signals by their names, with commas or blanks between.
+/// Signals by their names, separated by commas or blanks.
 std::vector<std::string> signals_of(const std::vector<std::string>& texts) {
   std::vector<std::string> signals;
   const std::vector<std::string_view> known = gnss::signal_names();
@@ -133,7 +133,7 @@ std::vector<std::string> signals_of(const std::vector<std::string>& texts) {
   return signals;
 }
 
-/// Where the rover truly was: at one place, or along a trajectory, which covers a part of the recording.
+/// The rover's true position: fixed, or along a trajectory, which covers a part of the recording.
 std::function<std::optional<Geodetic>(geodesy::GpsTime)> read_truth(const RtkArguments& arguments,
                                                                     geodesy::GpsTime start,
                                                                     geodesy::GpsTime end) {
@@ -200,7 +200,7 @@ void print_kinds(const std::vector<relative::PairEpoch>& epochs,
   print_table({"fix", "epochs", "[%]", "horizontal p50 [m]", "p95 [m]", "vertical p50 [m]", "p95 [m]"}, rows);
 }
 
-/// Says whose Dopplers the velocities were made without.
+/// Prints the satellites whose Dopplers were excluded from the velocities.
 void print_excluded(const std::vector<relative::PairEpoch>& epochs) {
   std::map<gnss::SatelliteId, std::size_t> counts;
   for (const relative::PairEpoch& epoch : epochs)
@@ -209,7 +209,7 @@ void print_excluded(const std::vector<relative::PairEpoch>& epochs) {
   std::string list;
   for (const auto& [id, count] : counts)
     list += fmt::format("{}{} ({})", list.empty() ? "" : ", ", gnss::to_string(id), count);
-  print_warnings({"Dopplers that contradict those of the other satellites are left out, of epochs: " + list});
+  print_warnings({"Dopplers that contradict those of the other satellites are left out; epochs: " + list});
 }
 
 int run_rtk(const RtkArguments& arguments) {
@@ -222,7 +222,7 @@ int run_rtk(const RtkArguments& arguments) {
       arguments.base_place.empty()
           ? Eigen::Vector3d::Zero().eval()
           : geodesy::ecef_from_geodetic(parse_place(arguments.base_place, "--base-position"));
-  // A rover's RTCM may need the place of the base.
+  // A rover's RTCM may need the position of the base.
   Recording rover;
   const bool rover_first = !is_rtcm(arguments.rover);
   if (rover_first) rover = read(arguments.rover, arguments, navigation, {}, false, given);
@@ -246,9 +246,9 @@ int run_rtk(const RtkArguments& arguments) {
   if (const std::size_t lost =
           std::erase_if(base, [](const auto& epoch) { return !epoch->station_ecef.allFinite(); });
       lost > 0)
-    print_warnings(
-        {fmt::format("{}: {} epochs at which the file has no place of the antenna, or it moves; left out",
-                     arguments.base, lost)});
+    print_warnings({fmt::format(
+        "{}: {} epochs without a position of the antenna in the file, or with a moving one; left out",
+        arguments.base, lost)});
   receiver::CodeCorrections station{{}};
   positioning::FixOptions models;
   models.correct_troposphere = true;
@@ -303,25 +303,25 @@ void add_rtk(Command& app) {
       .required();
   add_field(command, "--nav", arguments.sky, "navigation", "").required();
   command.add_option("--base-position", arguments.base_place, "LAT,LON,HEIGHT",
-                     "antenna of the base, degrees and metres (stated by its file)");
-  command.add_option("--truth", arguments.truth, "PLACE|FILE",
+                     "antenna of the base, degrees and metres (from its file)");
+  command.add_option("--truth", arguments.truth, "POSITION|FILE",
                      "true position of the rover: LAT,LON,HEIGHT, or a trajectory; errors are printed");
   command.add_option("--format", arguments.truth_format, "F",
-                     "format of the trajectory (told by its content)");
+                     "format of the trajectory (detected from its content)");
   add_field(command, "--systems", arguments.sky, "systems");
   command
       .add_option("--signals", options.signals, "NAME",
-                  "signals to use, with commas between, or the option again: L1CA,L2C,E1,E5b; `canyon "
+                  "signals to use, separated by commas, or by repeating the option: L1CA,L2C,E1,E5b; `canyon "
                   "profiles signals` lists all")
       .repeated();
   add_field(command, "--mask", options.fix, "elevation_mask_deg");
   add_field(command, "--integers", options.rtk, "integers");
   add_field(command, "--ratio", options.rtk, "ratio");
   add_field(command, "--fix-glonass", options.rtk, "fix_glonass");
-  command.add_option("--max-age", options.max_age_s, "S", "base epochs that are older are not used [s] (60)")
+  command.add_option("--max-age", options.max_age_s, "S", "older base epochs are not used [s] (60)")
       .within(0, 3600);
   add_field(command, "--allow-stale", arguments.sky, "allow_stale", nullptr, true);
-  command.add_option("--out", arguments.out, "FILE", "write the solutions as RTKLIB does (.pos)").writes();
+  command.add_option("--out", arguments.out, "FILE", "write the solutions as RTKLIB's .pos").writes();
   command.add_flag("--quiet", arguments.quiet, "no progress");
 }
 

@@ -29,7 +29,7 @@ void add_schema(Command& group) {
   Command& command =
       group.add_command("schema", "print the JSON Schema (draft 7) of scenario files, for editors");
   command.footer =
-      "With 'canyon scenario schema > scenario.schema.json', editors that speak YAML's language server "
+      "With 'canyon scenario schema > scenario.schema.json', editors that support YAML's language server "
       "complete and "
       "check\na file that begins with '# yaml-language-server: $schema=scenario.schema.json'.";
   command.action = [] {
@@ -99,7 +99,7 @@ void add_profiles(Command& app) {
   std::string& name = command.run_with(run_profiles);
   command.add_option("profile", name, "NAME", "profile to print");
   command.footer =
-      "In a scenario: 'receivers: [{profile: NAME}]', or 'profile: ./FILE.yaml' for a file of your own.";
+      "In a scenario: 'receivers: [{profile: NAME}]', or 'profile: ./FILE.yaml' for your own file.";
 }
 
 void add_faults(Command& app) {

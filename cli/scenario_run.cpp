@@ -34,8 +34,7 @@ simulation::Scenario read_scenario(const RunArguments& arguments, simulation::Sc
 void print_scenario(const simulation::Scenario& scenario) {
   const std::string yaml = simulation::scenario_yaml(scenario), shown = hide_passwords(yaml);
   fmt::print("{}", shown);
-  if (shown != yaml)
-    print_warnings({"passwords of addresses are shown as '...'; write them again to run it"});
+  if (shown != yaml) print_warnings({"passwords of addresses are shown as '...'; replace them to run it"});
 }
 
 ReadyRun make_ready(simulation::Scenario scenario, const std::string& file) {

@@ -29,38 +29,37 @@ void add_run_options(Command& command, RunArguments& arguments);
 /// The scenario with the command line's changes.
 [[nodiscard]] simulation::Scenario read_scenario(const RunArguments& arguments,
                                                  simulation::ScenarioReadOptions options = {});
-/// Prints a scenario as YAML, without the passwords and keys of its addresses; says so where it has any.
+/// Prints a scenario as YAML, without the passwords and keys of its addresses; notes their removal.
 void print_scenario(const simulation::Scenario& scenario);
-/// A scenario made ready to run.
+/// A scenario ready to run.
 struct ReadyRun {
   std::shared_ptr<simulation::CityScene> scene;
   std::unique_ptr<simulation::Simulation> simulation;
 };
-/// Loads the city and makes the scenario ready to run. Prints the warnings of the scenario, the city, the
-/// trajectory and the sky.
-/// @param file of the scenario
+/// Loads the city and prepares the scenario for the run. Prints the warnings of the scenario, the city, the
+/// trajectory and the sky. @param file of the scenario
 [[nodiscard]] ReadyRun make_ready(simulation::Scenario scenario, const std::string& file);
-/// Runs it until its end or Ctrl-C, with a progress line. @param doing what the line says
-/// @param options whose threads and stop are set here; its progress is called beside the line
-/// @param report_file that has all warnings of the run; empty: none has
+/// Runs it until its end or Ctrl-C, with a progress line. @param doing text of the line @param options
+/// threads and stop are set here; its progress is called in addition to the line @param report_file with all
+/// warnings of the run; empty: none
 [[nodiscard]] simulation::RunResult run(const simulation::Simulation& simulation,
                                         const std::vector<simulation::EpochSink*>& sinks,
                                         const RunArguments& arguments, const char* doing,
                                         simulation::RunOptions options = {},
                                         const std::string& report_file = {});
 
-/// A scenario that is made of a city and of what lies beside it.
+/// A scenario made from a city and the files next to it.
 struct NewScenario {
   std::string yaml;
-  std::vector<std::string> facts;  ///< what it holds and what was assumed, a line each
-  ReadReport report;               ///< of the scenario made ready to run
+  std::vector<std::string> facts;  ///< contents and assumptions, a line each
+  ReadReport report;               ///< of preparing the scenario
 };
 enum class ScenarioPart { City, Navigation, Precise, Track };
-/// What `canyon new` takes a file for. Throws InputError for one that has no place in a scenario.
+/// The part of a scenario that `canyon new` makes from a file. Throws InputError for a file of no use there.
 [[nodiscard]] ScenarioPart scenario_part(const std::filesystem::path& file);
-/// The scenario that `canyon new` writes, made ready to run once. Throws InputError for files that have no
-/// place in a scenario, and as their readers do.
-/// @param name of its file; names of files in it count from its folder @param origin "LAT,LON,HEIGHT" or ""
+/// The scenario that `canyon new` writes, prepared for a run once. Throws InputError for files of no use in a
+/// scenario, and as their readers do. @param name of its file; names of files in it are relative to its
+/// folder @param origin "LAT,LON,HEIGHT" or ""
 [[nodiscard]] NewScenario new_scenario(const std::vector<std::string>& files, const std::string& name,
                                        const std::string& origin = {});
 

@@ -46,7 +46,7 @@ std::string count_systems(const std::vector<gnss::SatelliteId>& satellites) {
   return text;
 }
 
-/// Loads the city and makes the scenario ready to run. Says what city, sky and trajectory are.
+/// Loads the city and prepares the scenario. Prints city, sky and trajectory.
 std::unique_ptr<simulation::Simulation> make_simulation(simulation::Scenario scenario, bool quiet) {
   const auto note = [quiet](const std::string& text) { cli::note(quiet, text); };
   const auto load_begin = std::chrono::steady_clock::now();
@@ -65,7 +65,7 @@ std::unique_ptr<simulation::Simulation> make_simulation(simulation::Scenario sce
   return simulation;
 }
 
-/// Everything that the run writes to its folder.
+/// All outputs of the run in its folder.
 std::vector<std::unique_ptr<simulation::EpochSink>> make_sinks(const simulation::Simulation& simulation,
                                                                const SimulateArguments& arguments) {
   const simulation::Scenario& scenario = simulation.scenario();
@@ -137,17 +137,17 @@ int run_simulate(const SimulateArguments& given) {
   try {
     result = run(simulation, all, arguments, "simulating", {}, report_file);
   } catch (const OutputError& e) {
-    throw OutputError(fmt::format("{}; the other files in {} hold at most {} epochs", e.what(), arguments.out,
-                                  figures.summaries().front().epochs));
+    throw OutputError(fmt::format("{}; the other files in {} contain at most {} epochs", e.what(),
+                                  arguments.out, figures.summaries().front().epochs));
   }
   for (std::size_t i = 0; i < streams.size(); ++i) tell_notes(i);
   ReadReport report = simulation.report();
   report.say(ReadReport::Level::Guess, result.warnings);
   report.write(arguments.out);
   if (const std::size_t removed = files.finish(); removed > 0)
-    note(fmt::format("removed     {} files that the run before had left in {}", removed, arguments.out));
+    note(fmt::format("removed     {} files of an earlier run from {}", removed, arguments.out));
   if (!arguments.quiet) fmt::print("\n{}\n", output::format_summary_table(figures.summaries()));
-  // An interrupt while pictures are drawn leaves them out.
+  // An interrupt before pictures are drawn omits them.
   if (result.interrupted || (scenario.outputs.has("pictures") && stop_requested.load())) {
     fmt::print(stderr, "canyon: interrupted: {} of {} epochs finished and written to {}{}\n", result.epochs,
                result.planned, arguments.out, scenario.outputs.has("pictures") ? ", without pictures" : "");
@@ -187,7 +187,7 @@ void add_simulate(Command& app) {
       .add_option("--stream", arguments.streams, "STREAM",
                   "send a format during the run, [RECEIVER/]FORMAT=ADDRESS; may be repeated. "
                   "Formats: " +
-                      live + "and to files all others. Addresses: " + transport::address_forms() +
+                      live + "; files may have all others. Addresses: " + transport::address_forms() +
                       "; an address may end in ?rate_hz=5&latency_s=0.1&jitter_s=0.02")
       .repeated();
   command.add_flag("--realtime", arguments.realtime, "no faster than the wall clock");

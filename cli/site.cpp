@@ -20,13 +20,13 @@ Eigen::Vector3d parse_enu(const std::string& text) {
   const std::vector<double> values = parse_numbers(text);
   const bool finite = std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
   if (values.size() != 3 || !finite) {
-    throw InputError(fmt::format("--enu '{}' is not a place", text),
+    throw InputError(fmt::format("--enu '{}' is not a position", text),
                      "give EAST,NORTH,UP in metres, e.g. 10,-5,2");
   }
   return {values[0], values[1], values[2]};
 }
 
-/// A place given in the wrong order or for another city would show an empty field.
+/// A position in the wrong order or for another city would show an empty field.
 void check_near_city(const Eigen::Vector3d& enu, const city::City& city, const char* option) {
   if (city.mesh.triangles.empty()) return;
   const city::Box box = city.bounds();
@@ -99,7 +99,7 @@ void Site::check_time(geodesy::GpsTime t, const std::string& option) const {
     throw InputError(
         fmt::format("{}: no satellite has an ephemeris at {}", option, geodesy::format_gpst(t, 0)),
         fmt::format(
-            "the scenario's sky is for {}; give a time near that, or ephemerides of the day asked for",
+            "the scenario's sky is for {}; give a time near that, or ephemerides of the requested day",
             geodesy::format_gpst(simulation_->begin(), 0)));
   }
   const simulation::Trajectory& drive = simulation_->trajectory();

@@ -10,7 +10,7 @@
 
 namespace canyon::cli {
 
-/// Arguments of commands that look at one place and time of a scenario.
+/// Arguments of commands for one position and time of a scenario.
 struct SiteArguments {
   std::string scenario;
   std::string place;     ///< --at
@@ -22,12 +22,12 @@ struct SiteArguments {
 /// Adds SCENARIO, --at, --enu, --time and --receiver.
 void add_site_options(Command& command, SiteArguments& arguments);
 
-/// A scenario with its city and sky, and a place to look from: --at, --enu, or the scenario's trajectory. The
+/// A scenario with its city and sky, and an antenna position: --at, --enu, or the scenario's trajectory. The
 /// time is --time, or the scenario's first epoch.
 class Site {
  public:
-  /// Checks the arguments before it loads the city. Prints the simulation's warnings. Throws InputError that
-  /// names the option for an invalid place, time or receiver.
+  /// Checks the arguments before it loads the city. Prints the simulation's warnings. Throws InputError with
+  /// the option's name for an invalid position, time or receiver.
   explicit Site(const SiteArguments& arguments);
   Site(const Site&) = delete;
   Site& operator=(const Site&) = delete;
@@ -40,7 +40,7 @@ class Site {
   [[nodiscard]] const simulation::ReceiverConfig& receiver_config() const;
   /// --time, or the first epoch.
   [[nodiscard]] geodesy::GpsTime time() const { return time_; }
-  /// ENU of the city [m]: the place given, or the trajectory's antenna at `t`.
+  /// ENU of the city [m]: the given position, or the trajectory's antenna at `t`.
   [[nodiscard]] Eigen::Vector3d antenna(geodesy::GpsTime t) const;
   [[nodiscard]] bool place_given() const { return enu_.has_value() || place_.has_value(); }
   [[nodiscard]] propagation::Propagator make_propagator() const;
@@ -52,8 +52,8 @@ class Site {
   /// Extends nominal constellations, which cover the scenario's time, to [from, to]. Does nothing to other
   /// skies. Throws InputError if the span is longer than 60 days.
   void cover(geodesy::GpsTime from, geodesy::GpsTime to);
-  /// Throws InputError, naming `option`, where no satellite at all has an ephemeris at `t`; warns where the
-  /// trajectory ends before `t` or begins after it and no place was given.
+  /// Throws InputError, naming `option`, if no satellite has an ephemeris at `t`; warns if the trajectory
+  /// ends before `t` or begins after it and no position was given.
   void check_time(geodesy::GpsTime t, const std::string& option) const;
 
  private:
@@ -62,7 +62,7 @@ class Site {
   std::size_t receiver_ = 0;
   geodesy::GpsTime time_;
   std::unique_ptr<simulation::Simulation> simulation_;
-  std::optional<simulation::Environment> wider_;  ///< after cover(), where that was needed
+  std::optional<simulation::Environment> wider_;  ///< after cover(), if needed
 };
 
 }  // namespace canyon::cli

@@ -44,7 +44,7 @@ int run_sky(const SkyArguments& arguments) {
   const geodesy::GpsTime time = parse_instant(arguments.time);
   if (!(arguments.mask_deg >= -90 && arguments.mask_deg < 90)) {
     throw InputError(fmt::format("--mask {} is not an elevation", arguments.mask_deg),
-                     "it runs from -90 to 90 degrees");
+                     "give -90 to 90 degrees");
   }
   const simulation::BuiltSky sky = simulation::build_sky(arguments.sky, time, time, place);
   print_report(sky.report, "canyon check of the sky's files");
@@ -93,14 +93,14 @@ int run_sky(const SkyArguments& arguments) {
 }  // namespace
 
 void add_sky(Command& app) {
-  Command& command = app.add_command("sky", "list the satellites above a place, with their ephemerides");
+  Command& command = app.add_command("sky", "list the satellites above a position, with their ephemerides");
   SkyArguments& arguments = command.run_with(run_sky);
   arguments.sky.nominal = true;
   add_field(command, "--nav", arguments.sky, "navigation", "the nominal constellations");
   add_field(command, "--sp3", arguments.sky, "sp3").excludes("--nav");
   command
       .add_option("--at", arguments.place, "LAT,LON,HEIGHT",
-                  "place: latitude and longitude in degrees, ellipsoidal height in metres")
+                  "position: latitude and longitude in degrees, ellipsoidal height in metres")
       .required();
   command
       .add_option("--time", arguments.time, "T", "time: 2019-04-28T12:58:03Z (UTC), or followed by ' GPST'")

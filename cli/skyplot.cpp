@@ -43,10 +43,10 @@ drawing::PictureFormat format_of(const std::string& file) {
   if (ending == ".png") return drawing::PictureFormat::Png;
   if (ending == ".svg") return drawing::PictureFormat::Svg;
   throw InputError(fmt::format("-o '{}': a sky plot is a .png or a .svg", file),
-                   "name the file so; --frames DIR writes a picture for each second of the drive");
+                   "give such a name, or --frames DIR for a picture of each second of the drive");
 }
 
-/// An instant, or seconds from the beginning of the drive; `otherwise` where nothing is given.
+/// An instant, or seconds from the beginning of the drive; `otherwise` if nothing is given.
 geodesy::GpsTime moment(const std::string& text, geodesy::GpsTime begin, geodesy::GpsTime otherwise) {
   if (text.empty()) return otherwise;
   const std::optional<double> seconds = parse_double(text);
@@ -88,7 +88,7 @@ fs::path frame_path(const fs::path& folder, std::size_t index) {
   return folder / fmt::format("frame_{:06}.png", index + 1);
 }
 
-/// Pictures of an earlier, longer run would end up in the same film.
+/// Pictures of an earlier, longer run would be part of the same film.
 int draw_frames(const SkyplotArguments& arguments, Site& site, ResultFiles& files) {
   const geodesy::GpsTime begin = site.begin(), end = site.end();
   const geodesy::GpsTime first = moment(arguments.first, begin, begin);
@@ -102,11 +102,11 @@ int draw_frames(const SkyplotArguments& arguments, Site& site, ResultFiles& file
   site.cover(first - arguments.options.trail_s, last);
   site.check_time(first, "--first");
   site.check_time(last, "--last");
-  // A frame at `last` too, where the step falls on it to a nanosecond or so.
+  // A frame at `last` too, if a step is on it to about a nanosecond.
   const double steps = std::floor((last - first) / arguments.every_s + 1e-6);
   if (steps >= static_cast<double>(kMostFrames)) {
-    throw InputError(fmt::format("--every {:g} makes {:.0f} frames", arguments.every_s, steps + 1),
-                     fmt::format("at most {} are numbered: take a longer step", kMostFrames));
+    throw InputError(fmt::format("--every {:g} gives {:.0f} frames", arguments.every_s, steps + 1),
+                     fmt::format("use a longer step: at most {} frames are numbered", kMostFrames));
   }
   const auto count = static_cast<std::size_t>(steps) + 1;
   const auto time_of = [&](std::size_t i) { return first + arguments.every_s * static_cast<double>(i); };
@@ -153,7 +153,7 @@ int draw_frames(const SkyplotArguments& arguments, Site& site, ResultFiles& file
 int run_skyplot(const SkyplotArguments& given) {
   SkyplotArguments arguments = given;
   if (arguments.out.empty() == arguments.frames.empty()) {
-    throw InputError("there is no file or folder to draw to",
+    throw InputError("there is no file or folder for the picture",
                      "give -o FILE.png, -o FILE.svg or --frames DIR");
   }
   const bool frames = !arguments.frames.empty();
@@ -161,15 +161,15 @@ int run_skyplot(const SkyplotArguments& given) {
   arguments.options.sheet.width_px = arguments.width_px.value_or(frames ? kFrameWidth_px : kPictureWidth_px);
   if (!(arguments.trail_min >= 0 && arguments.trail_min <= 1440)) {
     throw InputError(fmt::format("--trails {:g} is out of range", arguments.trail_min),
-                     "it runs from 0 to 1440 minutes");
+                     "give 0 to 1440 minutes");
   }
   arguments.options.trail_s = 60 * arguments.trail_min;
   arguments.options.validate();
   if (!(arguments.every_s >= 0.001 && arguments.every_s <= 86'400)) {
     throw InputError(fmt::format("--every {:g} is out of range", arguments.every_s),
-                     "it runs from 0.001 to 86400 seconds");
+                     "give 0.001 to 86400 seconds");
   }
-  // A folder that cannot be written to is found before the city is loaded.
+  // A read-only folder is found before the city is loaded.
   std::optional<ResultFiles> files;
   if (frames)
     files.emplace(arguments.frames, "skyplot");
@@ -201,7 +201,7 @@ Examples:
 
 void add_skyplot(Command& app) {
   Command& command = app.add_command(
-      "skyplot", "draw the sky over a place, with satellites and buildings, or frames along a drive");
+      "skyplot", "draw the sky over a position, with satellites and buildings, or frames along a drive");
   SkyplotArguments& arguments = command.run_with(run_skyplot);
   add_site_options(command, arguments.site);
   command.add_option("-o,--out", arguments.out, "FILE", "the picture: FILE.png or FILE.svg").writes();
@@ -212,7 +212,7 @@ void add_skyplot(Command& app) {
   add_field(command, "--style", arguments.options, "style");
   add_field(command, "--projection", arguments.options, "projection");
   command.add_option("--trails", arguments.trail_min, "MINUTES",
-                     "draw the satellites' tracks of the last minutes at this place [0, 1440] (0)");
+                     "draw the satellites' tracks of the last minutes at this position [0, 1440] (0)");
   command.add_option("--width", arguments.width_px, "PX",
                      fmt::format("of a PNG [200, 4000] ({}; {} for frames); the height is 836/990 of it",
                                  kPictureWidth_px, kFrameWidth_px));

@@ -69,8 +69,7 @@ void tell_plan(const study::StudyPlan& plan) {
              short_count(plan.estimated_bytes()));
 }
 
-/// Throws InputError for a file of the user's with the name of a result, and, now or where it is read, for an
-/// input.
+/// Throws InputError if a result has the name of a user's file, or of an input, read already or later.
 void refuse_results(const fs::path& folder) {
   for (const char* name : {"study.nc", "table.csv", "along.csv", "report.txt"}) {
     ResultFiles::refuse(folder / name);
@@ -78,14 +77,14 @@ void refuse_results(const fs::path& folder) {
   }
 }
 
-/// The report of all runs that are there, printed too.
+/// The report of all runs in the folder, also printed.
 void write_report(const fs::path& folder, const std::vector<std::optional<study::RunRecord>>& records) {
   const ReadReport report = study::report_of(records);
   report.write(folder);
   print_report(report, (folder / "report.txt").string());
 }
 
-/// NetCDF, table and pictures of a folder whose runs are all there.
+/// NetCDF, table and pictures of a folder with all runs finished.
 void write_results(const StudyArguments& arguments, const study::Manifest& manifest, const fs::path& folder,
                    std::vector<std::optional<study::RunRecord>>& records) {
   std::vector<std::size_t> failed;
@@ -93,7 +92,7 @@ void write_results(const StudyArguments& arguments, const study::Manifest& manif
     if (!record->problem.empty()) failed.push_back(record->number);
   const std::string failure =
       failed.empty() ? ""
-                     : fmt::format("{} of {} runs have no figures (runs {}); the first: {}", failed.size(),
+                     : fmt::format("{} of {} runs have no metrics (runs {}); the first: {}", failed.size(),
                                    records.size(), list_of(failed), records[failed.front()]->problem);
   if (!failed.empty() && failed.size() == records.size()) throw InputError(failure);
   study::write_study_netcdf(folder / "study.nc", manifest, records, folder);
@@ -145,7 +144,7 @@ int compute(const StudyArguments& arguments, heatmap::MpiProcesses& ranks) {
                      "start shards without MPI: srun --mpi=none, or an array of jobs");
   }
   const study::Manifest manifest = study::manifest_of(plan);
-  // Rank 0 makes the folder; all read what is there before anyone adds to it.
+  // Rank 0 creates the folder; all read existing records before any process adds some.
   std::optional<ResultFiles> files;
   std::optional<study::RunStore> store;
   if (ranks.rank() == 0) {
@@ -227,7 +226,7 @@ int merge(const StudyArguments& arguments) {
   if (!missing.empty()) {
     throw InputError(
         fmt::format("{} of {} runs are missing: {}", missing.size(), records.size(), list_of(missing)),
-        "give the folders of all shards, and run again those that were cut short");
+        "give the folders of all shards, and run again the interrupted ones");
   }
   study::RunStore store(arguments.out, manifest);
   const std::vector<std::size_t> todo = unfinished(study::read_records(arguments.out, manifest.runs));

@@ -30,7 +30,7 @@ std::string kind_text(const propagation::Path& path) {
   return std::string(propagation::name(path.kind));
 }
 
-/// A signal that a satellite sends at the time.
+/// A signal that a satellite sends at this time.
 struct SentSignal {
   const gnss::Signal* signal;
   double carrier_hz;
@@ -57,7 +57,7 @@ std::complex<double> amplitude(const propagation::Path& path, const orbit::LineO
                                double carrier_hz, const tracking::SignalOptions& signal) {
   return signal::path_amplitude(path, line.elevation_rad, carrier_hz, signal.antenna, signal.strength);
 }
-/// Its loss; infinite where nothing is left of the path.
+/// Its loss; infinite if nothing of the path is left.
 double loss_db(const propagation::Path& path, const orbit::LineOfSight& line, double carrier_hz,
                const tracking::SignalOptions& signal) {
   return -20 * std::log10(std::abs(amplitude(path, line, carrier_hz, signal))) + 0.0;
@@ -66,7 +66,7 @@ Json numbers(const Eigen::Vector3d& point) {
   return Json::array({point.x(), point.y(), point.z()});
 }
 
-/// The columns of a table of results, from `first` on, of which the row has a value; `last` is the last one.
+/// The columns of a table of results, from `first` to `last`, for which the row has a value.
 void put_columns(Json& to, output::TableKind kind, const output::Row& row, std::string_view first,
                  std::string_view last) {
   using Kind = output::Column::Kind;
@@ -87,7 +87,7 @@ void put_columns(Json& to, output::TableKind kind, const output::Row& row, std::
   }
 }
 
-/// The satellite as tables of results have it, before a receiver measures anything.
+/// The satellite as in tables of results, before a receiver measures anything.
 receiver::SatelliteObservation observation_of(const propagation::SatelliteView& view) {
   receiver::SatelliteObservation seen;
   seen.id = view.line.id;
@@ -104,7 +104,7 @@ std::string angle(double rad) {
   return fmt::format("{:.1f}", geodesy::degrees(rad));
 }
 
-/// Everything that arrives at the site's antenna at its time.
+/// All paths that arrive at the site's antenna at its time.
 struct Look {
   explicit Look(const Site& of)
       : site(of),
@@ -124,7 +124,7 @@ struct Look {
   const tracking::SignalOptions& signal;
 };
 
-/// @param row of the path's satellite; gets the path
+/// @param row of the path's satellite; the path is added
 Json path_json(const Look& look, const propagation::SatelliteView& view, const propagation::Path& path,
                const std::vector<SentSignal>& sent, output::Row& row) {
   using propagation::PathKind;
@@ -157,7 +157,7 @@ Json path_json(const Look& look, const propagation::SatelliteView& view, const p
 
 Json satellite_json(const Look& look, const propagation::SatelliteView& view,
                     const tracking::ChannelModel& model) {
-  simulation::Epoch nothing;  // the columns of satellites and paths ask no more of it than its time
+  simulation::Epoch nothing;  // the columns of satellites and paths need only its time
   nothing.observed.time = look.time;
   const std::vector<SentSignal> sent = sent_signals(view.line, look.time, look.receiver);
   const receiver::SatelliteObservation seen = observation_of(view);
@@ -194,7 +194,7 @@ void print_json(const Look& look) {
   fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
 }
 
-/// One number a path, or with `tracks` one for each signal.
+/// One number per path, or with `tracks` one for each signal.
 std::string loss_text(const Look& look, const propagation::Path& path, const orbit::LineOfSight& line) {
   if (look.receiver.tracks.empty())
     return fmt::format("{:.1f}", loss_db(path, line, line.state.carrier_frequency_hz, look.signal));
@@ -206,7 +206,7 @@ std::string loss_text(const Look& look, const propagation::Path& path, const orb
   return text;
 }
 
-/// A line for each path of a satellite, and one for the reflection before a path's last.
+/// A line for each path of a satellite, and one for each earlier reflection of the path.
 void add_rows(const Look& look, const propagation::SatelliteView& view, std::vector<TextRow>& rows) {
   const bool strength = look.signal.enabled;
   TextRow row{gnss::to_string(view.line.id), angle(view.line.azimuth_rad), angle(view.line.elevation_rad),
@@ -251,17 +251,16 @@ int run_trace(const TraceArguments& arguments) {
 }  // namespace
 
 void add_trace(Command& app) {
-  Command& command = app.add_command("trace", "list every path of every satellite at one place and time");
+  Command& command = app.add_command("trace", "list every path of every satellite at one position and time");
   TraceArguments& arguments = command.run_with(run_trace);
   add_site_options(command, arguments.site);
   command.add_flag("--json", arguments.json, "print JSON");
   command.footer =
       "Without --at or --enu the antenna is on the scenario's trajectory at that time.\n"
-      "With a signal model (signal.enabled) `loss` is the loss of each path against the unobstructed line of "
-      "sight,\n"
+      "With a signal model (signal.enabled) `loss` is the loss of each path relative to the unobstructed "
+      "line of sight,\n"
       "of the signal near L1 or of each signal in `tracks`. JSON has `signal_loss_db` of each signal and the "
-      "C/N0 of\n"
-      "the unobstructed line of sight (`clear_cn0_dbhz`).";
+      "C/N0 of\nthe unobstructed line of sight (`clear_cn0_dbhz`).";
 }
 
 }  // namespace canyon::cli

@@ -24,7 +24,7 @@
 namespace canyon::cli {
 namespace {
 
-/// Draws of unknowns have these arguments as well.
+/// Samples of unknowns have these arguments as well.
 struct EnsembleArguments : DriveArguments {
   std::optional<int> draws;
   std::string known;
@@ -38,8 +38,8 @@ bool is_known(const Known& known, unknowns::Unknown unknown) {
   return std::find(known.begin(), known.end(), unknown) != known.end();
 }
 
-/// One recording, simulated by the settings as they are and by draws. Only the part that figures are of is
-/// simulated.
+/// One recording, simulated with the settings as they are and with samples of unknowns. Only the epochs of
+/// the metrics are simulated.
 class EnsembleDrive : public RecordedDrive {
  public:
   EnsembleDrive(const EnsembleArguments& arguments, const validation::ListedRecording& recording, bool listed)
@@ -56,7 +56,7 @@ class EnsembleDrive : public RecordedDrive {
     simulate_point();
   }
 
-  /// @param told of the epochs
+  /// @param told called with the number of epochs
   void draw(const unknowns::Draws& draws, std::size_t k, const Told& told) {
     simulation::Scenario scenario = scenario_;
     scenario.seed += k + 1;
@@ -74,7 +74,7 @@ class EnsembleDrive : public RecordedDrive {
   [[nodiscard]] const validation::EnsembleRow& row() const { return row_; }
 
  private:
-  /// The place of the map is known as well as its alignment says, unless that is not to be known.
+  /// The uncertainty of the map's position is that of its alignment, unless it should stay unknown.
   void place_map(const Known& known) {
     simulation::Georeference& georeference = scenario_.city.georeference;
     if (is_known(known, unknowns::Unknown::Map))
@@ -91,7 +91,7 @@ class EnsembleDrive : public RecordedDrive {
     row_.point = headlines({});
   }
 
-  /// Headlines of these runs, by the classes of satellites of the city as it is.
+  /// Headlines of these runs, with the classes of satellites of the original city.
   [[nodiscard]] std::vector<validation::Headline> headlines(
       std::span<const validation::Comparison> runs) const {
     validation::FigureOptions options;
@@ -106,10 +106,10 @@ class EnsembleDrive : public RecordedDrive {
 
 using Drives = std::vector<std::unique_ptr<EnsembleDrive>>;
 
-/// Draws of all drives, one after the other.
+/// Samples of all drives, one after the other.
 void draw_all(const EnsembleArguments& arguments, const unknowns::Draws& draws, const Drives& drives) {
   const std::atomic<bool>& stop = catch_interrupts();
-  Progress progress("drawing unknowns", arguments.quiet, "runs");
+  Progress progress("sampling unknowns", arguments.quiet, "runs");
   const std::size_t total = draws.size() * drives.size();
   progress.update(0, total);
   const Told told = [&stop](std::size_t, std::size_t) {
@@ -133,8 +133,8 @@ void write_ensemble(const EnsembleArguments& arguments, const Drives& drives) {
   }
 }
 
-/// Simulates each recording with draws of what its scenario leaves open, and writes the intervals of its
-/// figures beside the recorded ones. Ctrl-C ends it without results.
+/// Simulates each recording with samples of what its scenario leaves open, and writes the intervals of its
+/// metrics next to the recorded ones. Ctrl-C ends it without results.
 int run_ensemble(const EnsembleArguments& arguments) {
   return unless_interrupted([&] {
     const Known known = unknowns::unknowns_of(arguments.known);
@@ -155,7 +155,7 @@ struct ValidateArguments : EnsembleArguments {
   int seeds = 1;
 };
 
-/// Judges one recording. Keeps its results until everything is written at the end.
+/// Validates one recording. Keeps its results until everything is written at the end.
 class Judge : public RecordedDrive {
  public:
   /// Checks that need no city, before one is loaded. @param listed among others, by its name
@@ -184,7 +184,7 @@ class Judge : public RecordedDrive {
     return validation::to_json(figures_,
                                alignment_ ? std::optional(validation::to_json(*alignment_)) : std::nullopt);
   }
-  /// The figures for a terminal.
+  /// The metrics for a terminal.
   [[nodiscard]] std::string text() const {
     return (alignment_ ? alignment_text() + "\n" : "") + validation::to_text(figures_.front()) +
            (several_models() ? "\n" + models_table() : "") + "\n" + validation::score_card({row()});
@@ -192,7 +192,7 @@ class Judge : public RecordedDrive {
   [[nodiscard]] bool several_models() const { return figures_.size() > 1; }
   [[nodiscard]] std::string models_table() const { return validation::models_table(figures_); }
 
-  /// Epochs and runs that the figures are of.
+  /// Epochs and runs of the metrics.
   [[nodiscard]] validation::PooledPart part() const {
     return {&own_, part_.first, part_.count, runs_of_own_};
   }
@@ -211,12 +211,12 @@ class Judge : public RecordedDrive {
     const bool uncertain = georeference.sigma_m > 0 || georeference.heading_sigma_rad > 0;
     if (arguments_.runs.value_or(1) > 1 && !uncertain) {
       throw InputError(
-          prefix_ + "--runs without an uncertainty of the city's place: every run would be the same",
+          prefix_ + "--runs without an uncertainty of the city's position: every run would be the same",
           "add city: {georeference: {sigma_m: 3}} to the scenario");
     }
     runs_ = arguments_.runs.value_or(10);
     const std::string drawn =
-        uncertain ? fmt::format(", {} cities drawn within {:g} m", runs_, georeference.sigma_m) : "";
+        uncertain ? fmt::format(", {} cities sampled within {:g} m", runs_, georeference.sigma_m) : "";
     models_.push_back(
         {"", fmt::format("{} (the scenario's{})", receiver.options.name, drawn), receiver, uncertain});
     std::vector<validation::Model> more;
@@ -268,7 +268,7 @@ class Judge : public RecordedDrive {
 
 using Judges = std::vector<std::unique_ptr<Judge>>;
 
-/// A row for each class of several recordings, of the observations of all of them.
+/// A row for each class of several recordings, from the observations of all of them.
 std::vector<validation::RecordingRow> pooled_rows(const Judges& judges) {
   std::vector<validation::RecordingRow> rows;
   for (const auto& one : judges) {
@@ -305,7 +305,7 @@ std::vector<validation::RecordingRow> rows_of(const Judges& judges) {
   return rows;
 }
 
-/// The scores of further seeds behind those of the first; empty where there are none.
+/// The scores of further seeds after those of the first; empty if there are none.
 std::string scores_by_seed(const ValidateArguments& arguments, const Judges& first, bool listed) {
   if (arguments.seeds < 2) return {};
   std::vector<validation::SeedRows> seeds{{*arguments.seed, rows_of(first)}};
@@ -322,7 +322,7 @@ std::string scores_by_seed(const ValidateArguments& arguments, const Judges& fir
   return "\n" + validation::seed_scores(seeds);
 }
 
-/// Writes everything at the end, so that an interrupted run leaves nothing.
+/// Writes everything at the end, so that an interrupted run leaves no files.
 void write(const ValidateArguments& arguments, const Judges& judges, bool listed) {
   const Judge& one = *judges.front();
   const std::string by_seed = scores_by_seed(arguments, judges, listed);
@@ -372,7 +372,7 @@ void add_validate(Command& app) {
   add_drive_options(command, arguments);
   command
       .add_option("--part", arguments.part, "PART",
-                  "part for the figures: first (used for the alignment), rest or all (the rest with --align, "
+                  "part for the metrics: first (used for the alignment), rest or all (the rest with --align, "
                   "else all)")
       .one_of({"first", "rest", "all"});
   command.add_flag("--all-satellites", arguments.all_satellites,
@@ -381,29 +381,29 @@ void add_validate(Command& app) {
   command.add_option("--models", arguments.models, "LIST",
                      "models in addition to the scenario's: mirror, specular, second, tracking, diffuse, "
                      "ground, shadowing, diffraction");
-  command.add_flag("--ladder", arguments.ladder, "all of these models, each added to the one before")
+  command.add_flag("--ladder", arguments.ladder, "all of these models, each added to the previous one")
       .excludes("--models");
   command.add_option("--view", arguments.view, "DIR",
                      "write a view of the comparison, in DIR/NAME for each recording of a list: 'canyon view "
                      "DIR' opens it");
   command
-      .add_option("--json", arguments.json, "FILE", "write the figures as JSON; -: to standard output, alone")
+      .add_option("--json", arguments.json, "FILE", "write the metrics as JSON; -: to standard output, alone")
       .writes();
   command
       .add_option("--runs", arguments.runs, "N",
-                  "number of cities drawn by the scenario's city.georeference; their simulated values are "
+                  "number of cities sampled by the scenario's city.georeference; their simulated values are "
                   "pooled (10)")
       .within(1, 1000);
   command
       .add_option(
           "--seeds", arguments.seeds, "N",
-          "simulate N seeds from --seed (1) on and add their scores; all other figures are of the first seed")
+          "simulate N seeds from --seed (1) on and add their scores; all other metrics are of the first seed")
       .within(1, 1000);
   command
-      .add_option("--ensemble", arguments.draws, "N",
-                  "simulate each recording N times with draws of what its scenario leaves open (level of the "
-                  "installation, obstacles, facades, place of the map, seed), and print intervals of the "
-                  "figures")
+      .add_option(
+          "--ensemble", arguments.draws, "N",
+          "simulate each recording N times with samples of what its scenario leaves open (level of the "
+          "installation, obstacles, facades, position of the map, seed), and print intervals of the metrics")
       .within(2, 1000)
       .excludes("--seeds")
       .excludes("--runs")
@@ -412,13 +412,13 @@ void add_validate(Command& app) {
       .excludes("--view");
   command
       .add_flag("--unsaid", arguments.unsaid,
-                "forget what scenarios say about installation, surroundings, obstacles and facades")
+                "ignore the scenarios' settings of installation, surroundings, obstacles and facades")
       .needs("--ensemble");
   add_known(command, arguments.known).needs("--ensemble");
-  command.add_flag("--quiet", arguments.quiet, "print warnings and errors only (and what --json - asks for)");
+  command.add_flag("--quiet", arguments.quiet, "print warnings and errors only (and the output of --json -)");
   command.footer =
-      "The error of each recorded pseudorange follows from the true positions; the city's rays tell which\n"
-      "satellites were in line of sight. docs/methods.md explains the figures. A list of recordings is a "
+      "The error of each recorded pseudorange follows from the true positions; the city's rays show which\n"
+      "satellites were in line of sight. docs/methods.md explains the metrics. A list of recordings is a "
       "YAML\n"
       "file; recordings of one class are also pooled:\n"
       "  recordings: [{name: a, scenario: a.yaml, obs: a.obs, class: mass market, align: true}, ...]";

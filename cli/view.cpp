@@ -46,7 +46,7 @@ struct ViewArguments {
   ServeOptions serve;
 };
 
-/// A folder for the view: the user's, or one that goes with the program.
+/// A folder for the view: the user's, or a temporary one.
 class Workplace {
  public:
   explicit Workplace(const std::string& wanted) : path_(wanted), own_(wanted.empty()) {
@@ -55,7 +55,7 @@ class Workplace {
       return;
     }
     std::string name = std::filesystem::temp_directory_path() / "canyon-view-XXXXXX";
-    if (mkdtemp(name.data()) == nullptr) throw InputError(name, 0, "folder cannot be made", "set TMPDIR");
+    if (mkdtemp(name.data()) == nullptr) throw InputError(name, 0, "folder cannot be created", "set TMPDIR");
     path_ = name;
   }
   ~Workplace() {
@@ -77,26 +77,27 @@ class Workplace {
 struct ViewedMap {
   std::unique_ptr<heatmap::StoredMap> map;  ///< null: none is viewed
   std::string name;
-  bool alone = false;         ///< it is all that is viewed
-  buildings::BuiltCity city;  ///< of --city, else an empty field about the map
+  bool alone = false;         ///< nothing else is viewed
+  buildings::BuiltCity city;  ///< of --city, else an empty field around the map
 
   void add_to(const std::filesystem::path& folder) const {
     if (map) view::add_map(*map, name, city.city, folder);
   }
 };
 
-/// Reads the map and loads its city. Throws InputError for options that do not go together.
-/// @param finished the input is a finished view: its city is a picture, no city to stand on
+/// Reads the map and loads its city. Throws InputError for options that exclude each other. @param finished
+/// the input is a finished view, which has no city for heights
 ViewedMap viewed_map(const ViewArguments& arguments, bool finished) {
   ViewedMap viewed;
   viewed.alone = std::filesystem::path(arguments.input).extension() == ".nc";
   if (viewed.alone && !arguments.map.empty())
-    throw InputError("--map beside a map", "give the city or run that it is laid over, or no --map");
+    throw InputError("--map with a map as input", "give the city or run under the map, or leave --map out");
   const std::string file = viewed.alone ? arguments.input : arguments.map;
   if (file.empty()) {
     if (!arguments.city.empty() && !(finished && is_scenario(arguments.city))) {
-      throw InputError("--city without a heat map or a finished run",
-                       "it is the city that a map (--map MAP.nc) is shown in, or a finished run's scenario");
+      throw InputError(
+          "--city without a heat map or a finished run",
+          "give it with a map (--map MAP.nc), as its city, or with a finished run, as its scenario");
     }
     return viewed;
   }
@@ -120,7 +121,7 @@ void copy_view(const std::filesystem::path& from, const std::filesystem::path& f
   for (const std::string& file : files) write_file(folder / file, view::read_bytes(from / file));
 }
 
-/// The view of a finished run, where `input` is a folder with one.
+/// The view of a finished run, if `input` is a folder with one.
 std::optional<std::filesystem::path> finished_view(const std::filesystem::path& input) {
   std::error_code error;
   for (const std::filesystem::path& folder : {input, input / "view"})
@@ -128,7 +129,7 @@ std::optional<std::filesystem::path> finished_view(const std::filesystem::path& 
   return {};
 }
 
-/// Words for where a map's heights came from, by its features.
+/// Descriptions of the sources of a map's heights, from its features.
 std::map<std::string, std::string> height_sources(const buildings::BuiltCity& built) {
   std::map<std::string, std::string> sources;
   for (const buildings::BuiltFeature& feature : built.features)
@@ -142,14 +143,14 @@ ReadyRun ready(const ViewArguments& arguments, const std::string& scenario) {
   return make_ready(read_scenario(run), run.scenario);
 }
 
-/// Runs it into the view's folder; pages that `watching` has see it meanwhile. False where Ctrl-C ended it.
+/// Runs it into the view's folder; pages of `watching` show it meanwhile. Returns false if Ctrl-C ended it.
 bool compute(const simulation::Simulation& simulation, const ViewArguments& arguments,
              simulation::EpochSink& view, view::RunRelay* watching = nullptr) {
   std::vector<simulation::EpochSink*> sinks{&view};
   simulation::RunOptions options;
   if (watching != nullptr) {
     sinks.push_back(watching);
-    // Epochs come as they are made, not by the hundred.
+    // Epochs are written one by one, not by the hundred.
     const std::size_t receivers = simulation.scenario().receivers.size();
     options.block = 4 * receivers * std::max(1U, std::thread::hardware_concurrency());
     options.progress = [watching](std::size_t done, std::size_t planned) {
@@ -205,12 +206,12 @@ int serve_run(const ViewArguments& arguments, const std::filesystem::path& page,
   });
 }
 
-/// Answers pages that put antennas into a view that is not computed now.
+/// Handles requests of pages that put antennas into a view that is not being computed.
 struct Antennas {
   std::unique_ptr<view::Probe> probe;
   std::string why_not =
-      "There is no scenario to trace with: start 'canyon view SCENARIO', or of a finished run, "
-      "a validation or a heat map 'canyon view WHAT --city SCENARIO'.";
+      "There is no scenario for tracing: start 'canyon view SCENARIO', or for a finished run, a validation "
+      "or a heat map 'canyon view WHAT --city SCENARIO'.";
 };
 
 std::unique_ptr<view::Probe> probe_of_run(const ViewArguments& arguments,
@@ -220,7 +221,7 @@ std::unique_ptr<view::Probe> probe_of_run(const ViewArguments& arguments,
   return std::make_unique<view::Probe>(*made.simulation, made.scene, arguments.paths);
 }
 
-/// The recording gives the city's place, so none is drawn.
+/// The recording gives the city's position, so none is sampled.
 std::unique_ptr<view::Probe> probe_of_validation(const ViewArguments& arguments,
                                                  const std::filesystem::path& folder) {
   const simulation::Scenario scenario = simulation::read_scenario(arguments.city, {false});
@@ -238,12 +239,12 @@ Antennas antennas_in_finished(const ViewArguments& arguments, const std::filesys
                                                  : probe_of_run(arguments, folder);
   } catch (const InputError& error) {
     if (arguments.map.empty()) throw;
-    antennas.why_not = error.what();  // the city alone is what was asked for
+    antennas.why_not = error.what();  // only the city was requested
   }
   return antennas;
 }
 
-/// The same in a heat map, from its first time on; `header` gets the scenario's receivers.
+/// The same for a heat map, from its first time on; `header` gets the scenario's receivers.
 Antennas antennas_in_map(const ViewArguments& arguments, const ViewedMap& map, view::ViewHeader& header) {
   const simulation::Scenario scenario = simulation::read_scenario(arguments.city, {false});
   header.begin = map.map->times().front();
@@ -277,11 +278,11 @@ void serve_live_city(const ViewArguments& arguments, const buildings::BuiltCity&
   serve_live(std::move(live), workplace.path(), arguments.serve);
 }
 
-/// Throws InputError for options that do not go together. @param serves the view is served, not written
+/// Throws InputError for options that exclude each other. @param serves the view is served, not written
 void check_together(const ViewArguments& arguments, bool serves) {
   if (!serves && (arguments.serve.open || arguments.serve.port != 0)) {
-    throw InputError("--open and --port serve a view, and --export, --out and --record write one",
-                     "leave one or the other out");
+    throw InputError("--open and --port serve a view, but --export, --out and --record write one",
+                     "leave either of them out");
   }
   if (!arguments.live.empty() && (!serves || !arguments.map.empty() || !arguments.city.empty())) {
     throw InputError("--live serves a view in the city of WHAT and cannot write one",
@@ -289,7 +290,7 @@ void check_together(const ViewArguments& arguments, bool serves) {
   }
 }
 
-/// Writes the page and the film that are asked for of the view in `folder`.
+/// Writes the requested page and film of the view in `folder`.
 void write_pages(const ViewArguments& arguments, const std::filesystem::path& page,
                  const std::filesystem::path& folder) {
   const bool quiet = arguments.serve.quiet;
@@ -312,13 +313,13 @@ int run_view(const ViewArguments& given) {
   const bool filmed = !arguments.record.file.empty();
   const bool serves = arguments.exported.empty() && arguments.out.empty() && !filmed;
   check_together(arguments, serves);
-  // A drive of a bench is shown by its scenario.
+  // A drive of a bench is viewed by its scenario.
   const std::filesystem::path drive = arguments.input;
   if (std::filesystem::exists(drive / "card.yaml"))
     arguments.input = (drive / "scenario.yaml").string();
   else if (!arguments.tracks.empty())
     throw InputError(
-        "--track: " + arguments.input + " is no drive of a bench",
+        "--track: " + arguments.input + " is not a drive of a bench",
         "make one: canyon bench make DIR --only middle; then canyon view DIR/middle --track mine=FILE");
   const auto built_city = [&] {
     buildings::BuiltCity city =
@@ -330,7 +331,7 @@ int run_view(const ViewArguments& given) {
     serve_live_city(arguments, built_city());
     return kOk;
   }
-  // The page first: a viewer that was never built should not end a run of minutes.
+  // The page first: a missing viewer should not end a run of minutes.
   const bool paged = serves || filmed || !arguments.exported.empty();
   const std::filesystem::path page = paged ? view::find_page() : "";
   if (filmed) check_record(arguments.record, page);
@@ -341,7 +342,7 @@ int run_view(const ViewArguments& given) {
     throw InputError(arguments.input, 0, "is a folder without a view",
                      "write one with 'canyon simulate SCENARIO --out DIR --view', or show the scenario");
   }
-  // A page without a server has nobody to ask.
+  // A page without a server cannot send requests.
   const bool asked = serves && !arguments.city.empty() && is_scenario(arguments.city);
   Antennas antennas;
   std::optional<Workplace> workplace;
@@ -396,14 +397,13 @@ void add_view(Command& app) {
       .writes();
   command.add_option("-o,--out", arguments.out, "DIR", "folder for the view's files (docs/view-format.md)");
   command.add_option("--map", arguments.map, "MAP.nc", "heat map of the same city, drawn over it");
-  command.add_option(
-      "--city", arguments.city, "CITY",
-      "that a heat map is shown in: a city, or a scenario, by which antennas can be put in it as "
-      "well; of a finished run or a validation its scenario");
+  command.add_option("--city", arguments.city, "CITY",
+                     "city of a heat map: a city, or a scenario, with which antennas can be put in it as "
+                     "well; for a finished run or a validation: its scenario");
   command
       .add_option(
           "--track", arguments.tracks, "NAME=FILE",
-          "an estimate of a drive of the bench, shown beside the receiver; may be given several times")
+          "an estimate of a drive of the bench, shown next to the receiver; may be given several times")
       .repeated();
   add_run_field(command, "--duration", arguments.run, "duration_s");
   command
@@ -415,11 +415,10 @@ void add_view(Command& app) {
   command
       .add_option(
           "--live", arguments.live, "ADDRESS",
-          "in the city of WHAT, what a host sends as the stream 'view=ADDRESS': canyon live, a plugin of "
-          "Gazebo, a ROS node; tcp://127.0.0.1:PORT, of several receivers one each; may be given several "
-          "times")
+          "in the city of WHAT, the data of a host's stream 'view=ADDRESS': canyon live, a plugin of Gazebo, "
+          "a ROS node; tcp://127.0.0.1:PORT, of several receivers one each; may be given several times")
       .repeated();
-  command.add_option("--port", arguments.serve.port, "N", "port of 127.0.0.1 to serve at (a free one)")
+  command.add_option("--port", arguments.serve.port, "N", "port of 127.0.0.1 for the server (a free one)")
       .within(0, 65535);
   command.add_flag("--open", arguments.serve.open, "open it in the browser (xdg-open)");
   add_threads(command, arguments.run.threads);

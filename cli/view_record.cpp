@@ -25,20 +25,20 @@ bool is_one_file(const std::string& file) {
   const std::string ending = lower_case(fs::path(file).extension().string());
   if (ending.empty() || ending == ".webp") return !ending.empty();
   throw InputError(fmt::format("--record: '{}' is not the ending of a film", ending),
-                   "give a .webp, or a folder for frames, of which ffmpeg makes other films");
+                   "give a .webp, or a folder for frames, which ffmpeg converts to other films");
 }
 
 std::string first_line(const fs::path& file) {
   const std::string text = view::read_bytes(file);
   const std::string line = text.substr(0, text.find('\n'));
-  return line.empty() ? "it has no text" : line;
+  return line.empty() ? "no reason is given" : line;
 }
 
 std::pair<int, int> size_of(const std::string& text) {
   const std::vector<std::string_view> parts = split(text, 'x');
   const auto side = [](std::string_view part) { return parse_integer(part).value_or(0); };
   const long long width = side(parts.front()), height = side(parts.back());
-  // Encoders halve colours in both directions.
+  // Encoders halve the resolution of colours in both directions.
   const auto possible = [](long long px) { return px >= 320 && px <= kLargestSide && px % 2 == 0; };
   if (parts.size() != 2 || !possible(width) || !possible(height)) {
     throw InputError("--record-size is not a size: " + text,
@@ -87,7 +87,7 @@ void check_record(const RecordArguments& arguments, const fs::path& page) {
   if (!is_installed("node")) throw InputError("--record needs Node.js", "install it (Debian: nodejs)");
   std::error_code error;
   if (!fs::is_regular_file(script_of(page), error)) {
-    throw InputError("--record needs the viewer's source folder beside its page",
+    throw InputError("--record needs the viewer's source folder next to its page",
                      "use the page that ./run view builds");
   }
 }

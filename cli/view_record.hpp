@@ -8,14 +8,14 @@
 
 namespace canyon::cli {
 
-/// The film of `canyon view --record`, which a headless Chromium makes of the page.
+/// The film of `canyon view --record`; a headless Chromium renders it from the page.
 struct RecordArguments {
-  std::string file;  ///< empty: nothing is filmed
+  std::string file;  ///< empty: no film
   std::string size = "1280x720";
   double seconds = 10;  ///< of the film
   int fps = 10;
   int quality = 75;                       ///< of WebP, in per cent
-  std::string camera;                     ///< empty: the page's own choice
+  std::string camera;                     ///< empty: chosen by the page
   std::optional<double> from_s, until_s;  ///< of the run
 };
 /// Adds the options.
@@ -25,8 +25,8 @@ void add_record_options(Command& command, RecordArguments& arguments);
 /// programs.
 void check_record(const RecordArguments& arguments, const std::filesystem::path& page);
 
-/// Films an exported page. @param viewer the page as it was built, beside what films it
-/// Throws InputError where Chromium or the encoder fails.
+/// Films an exported page. @param viewer the page as built, next to the code that films it. Throws InputError
+/// if Chromium or the encoder fails.
 void record_page(const RecordArguments& arguments, const std::filesystem::path& viewer,
                  const std::filesystem::path& exported, const std::filesystem::path& folder, bool quiet);
 

@@ -23,20 +23,20 @@ namespace canyon::cli {
 
 namespace {
 
-/// Prints the address of a server, and has the browser open it where that is asked for.
+/// Prints the address of a server, and opens it in the browser if requested.
 void announce(const view::Server& server, const ServeOptions& options) {
   fmt::print("{}\n", server.address());
   std::fflush(stdout);
   if (!options.quiet) fmt::print(stderr, "open it in a browser of this machine; Ctrl-C ends it\n");
   if (options.open && !(is_installed("xdg-open") && run_program({"xdg-open", server.address()}) == 0))
-    fmt::print(stderr, "canyon: xdg-open does not open it; do so by hand\n");
+    fmt::print(stderr, "canyon: xdg-open does not open it; open it in a browser\n");
 }
 
-/// Antennas in a live view: a probe of the hosts' scenario under the time that they state.
+/// Antennas in a live view: a probe of the hosts' scenario at the time that they send.
 class LiveProbe {
  public:
   explicit LiveProbe(const LiveView& view) : view_(view) {
-    if (!view.scenario) why_not_ = "There is no scenario to trace with: start 'canyon view SCENARIO --live'.";
+    if (!view.scenario) why_not_ = "There is no scenario for tracing: start 'canyon view SCENARIO --live'.";
   }
 
   void begin(const view::ViewHeader& header) {
@@ -57,7 +57,7 @@ class LiveProbe {
         made = std::make_unique<view::Probe>(scenario, *header.begin, header.interval_s, view_.scene,
                                              view_.paths_per_satellite);
       }
-    } catch (const InputError& error) {  // the host knows of a sky that this machine lacks
+    } catch (const InputError& error) {  // the host has a sky that this machine lacks
       why_not = error.what();
     }
     const std::lock_guard lock(mutex_);
@@ -96,7 +96,7 @@ int serve(view::ServedSite site, const ServeOptions& options,
 }
 
 void serve_live(LiveView view, const std::filesystem::path& folder, const ServeOptions& options) {
-  setpriority(PRIO_PROCESS, 0, 10);  // the host has to be on time, a picture of it has not
+  setpriority(PRIO_PROCESS, 0, 10);  // the host must be on time, a view of it need not be
   LiveProbe probe(view);
   view::LiveRelay relay(view.addresses, std::move(view.header), folder, view.scene->scene);
   const std::atomic<bool>& stop = catch_interrupts();

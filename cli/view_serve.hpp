@@ -21,21 +21,21 @@ struct ServeOptions {
   bool quiet = false;
 };
 
-/// Serves a view until Ctrl-C, and returns the exit status. @param work that is done meanwhile; false where
-/// Ctrl-C has ended it. Where it throws pages are sent the reason, and the exception goes on
+/// Serves a view until Ctrl-C, and returns the exit status. @param work done meanwhile; returns false if
+/// Ctrl-C has ended it. If it throws, pages get the reason, and the exception passes through
 int serve(view::ServedSite site, const ServeOptions& options,
           const std::function<bool(view::Server&)>& work = {});
 
 /// The view of `canyon view --live`.
 struct LiveView {
   std::vector<std::string> addresses;            ///< of the hosts' streams "view"
-  view::ViewHeader header;                       ///< of the city, whose mesh is in the folder already
+  view::ViewHeader header;                       ///< of the city, whose mesh is already in the folder
   std::shared_ptr<simulation::CityScene> scene;  ///< the city
-  /// The hosts' scenario, if known: pages put antennas by it.
+  /// The hosts' scenario, if known: pages use it to add antennas.
   std::optional<simulation::Scenario> scenario = {};
   std::size_t paths_per_satellite = 12;
 };
-/// Serves what hosts send, in a city, until Ctrl-C.
+/// Serves the hosts' data, in a city, until Ctrl-C.
 void serve_live(LiveView view, const std::filesystem::path& folder, const ServeOptions& options);
 
 }  // namespace canyon::cli

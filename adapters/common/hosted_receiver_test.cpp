@@ -231,7 +231,7 @@ TEST(HostedReceiver, SaysThatItWasPutElsewhere) {
     host.update(ms);
   }
   EXPECT_THAT(host.lines, ElementsAre(AllOf(HasSubstr("plugin 'gnss' of model 'car': "),
-                                            HasSubstr("was put 40 m away at 1.0 s"))));
+                                            HasSubstr("jumped by 40 m at 1.0 s"))));
 }
 
 // 5 Hz on the world's grid, then 2 Hz on it from 0.7 s on.

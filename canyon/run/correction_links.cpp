@@ -44,7 +44,7 @@ std::vector<std::size_t> CorrectionLinks::order(std::vector<std::size_t> receive
   std::vector<std::size_t> ordered;
   ordered.reserve(receivers.size());
   while (!receivers.empty()) {
-    // The first that needs nothing that is left; of a cycle the first.
+    // The first receiver whose base is not among the remaining ones; in a cycle the first one.
     auto next = std::find_if(receivers.begin(), receivers.end(), [&](std::size_t r) {
       const auto base = base_of(r);
       return !base || std::find(receivers.begin(), receivers.end(), *base) == receivers.end();
@@ -88,7 +88,7 @@ void CorrectionLinks::send(std::size_t receiver, const Epoch& epoch) {
     if (to.base != receiver) continue;
     std::optional<Epoch> moved;
     if (to.station) {
-      // The rover's place of its last epoch, since its epoch follows its base's.
+      // The rover's position at its last epoch, since its epoch follows its base's.
       moved = to.station->move(epoch, to.reported_ecef);
       if (!moved) continue;
     }

@@ -15,48 +15,48 @@
 
 namespace canyon::simulation {
 
-/// An epoch of one receiver that a run has to make.
+/// An epoch of one receiver that a run has to compute.
 struct DueEpoch {
   std::size_t receiver = 0;
   geodesy::GpsTime time;
 };
 
-/// Transports corrections between receivers that are known by number, and makes their epochs in the order
-/// that this needs.
+/// Delivers corrections between receivers, which are given by index, and computes their epochs in the order
+/// that this requires.
 class CorrectionLinks {
  public:
   CorrectionLinks() = default;
-  /// Those of a scenario. Throws as check_corrections().
+  /// Links of a scenario. Throws as check_corrections().
   CorrectionLinks(const std::vector<ReceiverConfig>& receivers, std::uint64_t seed);
 
-  /// From now on `rover` takes the corrections of `base`, and of no other.
-  /// @param states_place the base states its true place; false: its fix of each epoch
+  /// From now on `rover` receives the corrections of `base` only.
+  /// @param states_place true: the base reports its true position; false: its fix of each epoch
   /// @param options of the rover @param seed of the link's jitter and losses
   void connect(std::size_t rover, std::size_t base, bool states_place,
                const receiver::ReceiverOptions& options, std::uint64_t seed);
-  /// It takes none.
+  /// The receiver gets no corrections any more.
   void disconnect(std::size_t rover);
-  /// The receiver whose corrections one takes.
+  /// The base of a receiver; empty: it receives no corrections.
   [[nodiscard]] std::optional<std::size_t> base_of(std::size_t receiver) const;
-  /// The order of the epochs of an instant: each of `receivers` behind its base, else as they are given.
+  /// The order of the epochs of an instant: each receiver after its base, otherwise the given order.
   [[nodiscard]] std::vector<std::size_t> order(std::vector<std::size_t> receivers) const;
 
-  /// Makes the epoch due[i] from the corrections that have come for it; null: none have. The epoch must live
-  /// until make_epochs() returns; null: there was none.
+  /// Computes the epoch due[i] from the corrections that have arrived for it (null: none). The epoch must
+  /// live until make_epochs() returns; null: there was no epoch.
   using Make = std::function<const Epoch*(std::size_t i, std::shared_ptr<const relative::Corrections>)>;
-  /// The one loop over epochs, of runs and of hosts' worlds: takes the corrections of each epoch, makes it,
-  /// and sends its own corrections to those that take them. Epochs of a receiver must be in order of time,
-  /// and behind those of its base.
-  /// @param parallel make epochs of receivers that need nothing of each other on several threads
+  /// The epoch loop of runs and of hosts' worlds: gets the corrections of each epoch, computes it, and sends
+  /// its own corrections to its rovers. Epochs of a receiver must be in order of time and after those of its
+  /// base.
+  /// @param parallel compute epochs of independent receivers on several threads
   void make_epochs(std::span<const DueEpoch> due, bool parallel, const Make& make);
 
  private:
-  /// A receiver, and what is on its way to it.
+  /// A receiver, and the corrections in transit to it.
   struct Node {
     std::optional<std::size_t> base;
     bool states_place = false;
     std::optional<relative::CorrectionLink> link;
-    std::optional<VirtualStation> station;         // where it asks for one
+    std::optional<VirtualStation> station;         // if it uses one
     std::optional<Eigen::Vector3d> place_ecef;     // of its latest epoch [m]
     std::optional<Eigen::Vector3d> reported_ecef;  // its latest fix [m]
   };

@@ -33,9 +33,8 @@ class Collector final : public EpochSink {
   }
 };
 
-// A rover in an open field and a base 1 km away, under an ionosphere and a troposphere that no fix corrects
-// and wrong messages: 60 m of orbit, 30 m of clock. `keys` of all receivers, `of_rover` of the rover beside
-// them.
+// A rover in an open field and a base 1 km away, with an ionosphere and a troposphere that no fix corrects
+// and faulty messages: 60 m of orbit, 30 m of clock. `keys` of all receivers, `of_rover` only of the rover.
 std::string open_field(const std::string& keys, const std::string& of_rover) {
   return R"(
 city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17, height_m: 0}}
@@ -72,7 +71,7 @@ std::vector<Epoch> run_of(const std::string& text, std::size_t receiver, int thr
   return found;
 }
 
-/// A pseudorange of geometry and the satellite's clock alone.
+/// A pseudorange with only the terms of geometry and the satellite's clock.
 double clean_m(const orbit::LineOfSight& line) {
   return line.range_m - geodesy::kSpeedOfLight * (line.state.clock_bias_s - line.state.group_delay_s);
 }
@@ -83,8 +82,8 @@ double worst_m(const std::vector<Epoch>& epochs) {
   return worst;
 }
 
-// Shared errors vanish. An orbit error d leaves at most |d| b / r = 60 m x 1 km / 20,200 km = 3 mm in a
-// range; the troposphere of 40 m of height about 1.2 cm at the zenith (the models take that out where the fix
+// Common errors cancel. An orbit error d leaves at most |d| b / r = 60 m x 1 km / 20,200 km = 3 mm in a
+// range; the troposphere of 40 m of height about 1.2 cm at the zenith (removed by the models if the fix
 // corrects it), and the ionosphere's gradient is below 1 cm/km. Times a PDOP of 2.
 TEST(Corrections, TakeOutWhatRoverAndBaseShare) {
   const std::vector<Epoch> alone = run_of(open_field("position_filter: {enabled: false}", ""), 0);
@@ -140,7 +139,7 @@ TEST(Corrections, LeaveTheNoiseOfBothCodes) {
   EXPECT_GT(std::sqrt(squares / static_cast<double>(rover.size())), 0.2);  // there is noise
 }
 
-// A base whose clock runs away does not break the rover's filter, which goes by Doppler as well.
+// A base whose clock drifts fast does not break the rover's filter, which also uses Doppler.
 TEST(Corrections, OfARunningClockKeepTheFilter) {
   const std::string keys =
       "correct_ionosphere: true, correct_troposphere: true, clock: {bias_s: 1e-4, drift: 1e-6}, "
@@ -153,7 +152,7 @@ TEST(Corrections, OfARunningClockKeepTheFilter) {
   }
 }
 
-// The base is silent for 20 s: its last corrections serve for 5 s, then the fix is a single one, and back.
+// The base is silent for 20 s: its last corrections are used for 5 s, then the fix is a single one, and back.
 TEST(Corrections, AreNotUsedWhenTheyAreOld) {
   std::string text =
       open_field("position_filter: {enabled: false}", ", corrections: {from: base, max_age_s: 5}");
@@ -188,11 +187,11 @@ TEST(Corrections, OfTheFutureOrTooOldAreNone) {
   EXPECT_EQ(corrections.station(), 17);
   EXPECT_EQ(corrections.age_s(now + 5), 5);
   EXPECT_FALSE(corrections.age_s(now + 5.001));
-  EXPECT_EQ(corrections.age_s(now + -0.001), 0);  // of clocks that are not alike
+  EXPECT_EQ(corrections.age_s(now + -0.001), 0);  // the clocks differ
   EXPECT_FALSE(corrections.age_s(now + -1.5));
 }
 
-// An error of the base's stated place is the rover's, and its codes tell of it.
+// An error of the base's reported position shifts the rover, and is detected from the base's pseudoranges.
 TEST(Corrections, AWrongPlaceOfTheBaseIsTheRoversErrorAndIsSaid) {
   const auto warnings = [](const std::string& more, double& north_m) {
     const Scenario scenario = parse_scenario(
@@ -218,7 +217,7 @@ TEST(Corrections, AWrongPlaceOfTheBaseIsTheRoversErrorAndIsSaid) {
   EXPECT_NEAR(north_m, 60, 3);
 }
 
-// A base that hears a fifth of its satellites by echoes of far houses stands where it says.
+// A base that receives a fifth of its satellites only by reflections of far houses has its true position.
 TEST(Corrections, EchoesAtTheBaseAreNotAWrongPlace) {
   SkyConfig nominal;
   nominal.nominal = true;
@@ -253,7 +252,7 @@ TEST(Corrections, EchoesAtTheBaseAreNotAWrongPlace) {
   EXPECT_LT(offset_m({0, 0, 0}), 10);
   EXPECT_FALSE(receiver::wrong_station_warning(offset_m({0, 0, 0})));
   EXPECT_NEAR(offset_m({0, 60, 0}), 60, 10);
-  // As far as another sign of a coordinate, or the satellites of other times, put it.
+  // Errors of a wrong sign of a coordinate, or of satellites of other times.
   EXPECT_NEAR(offset_m({0, 3000, 0}), 3000, 600);
   EXPECT_GT(offset_m({-6e6, 0, -4e6}), 1e5);
   EXPECT_GT(offset_m({0, 0, -1.2e7}), 1e5);
@@ -273,7 +272,7 @@ receivers:
 const std::string kBase =
     "  - {name: base, profile: survey, own_draws: true, fixed: {east_m: 0, north_m: 0, up_m: 250}}\n";
 
-// Receivers stand in any order; sinks get them as they stand, on any number of threads.
+// Receivers may be in any order; sinks get them in that order, on any number of threads.
 TEST(Corrections, ComeFromReceiversInAnyOrder) {
   const std::string rover = "  - {name: car, own_draws: true, corrections: {from: base}}\n";
   const auto run = [&](const std::string& receivers, int threads) {
@@ -355,7 +354,7 @@ base: {profile: survey, fixed: {east_m: 0, north_m: 0, up_m: 250}}
 corrections: {from: base}
 )";
 
-// A host with one antenna has a base by its configuration alone, and the numbers are those of the scenario.
+// A host with one antenna gets a base from its configuration alone, with the same numbers as the scenario.
 TEST(Corrections, AreTheSameLive) {
   const Scenario scenario = parse_scenario(
       kDrive + "  - {name: car, own_draws: true, corrections: {from: base}}\n" + kBase, "scenario.yaml");
@@ -405,13 +404,13 @@ TEST(Corrections, OfAHostNeedABase) {
                 .receiver()
                 .options.corrections.max_age_s,
             5);
-  // A desk can send back the options that it shows.
+  // A client can send back the options that it was shown.
   EXPECT_EQ(
       changed_live_config(config, running_options(config), "change").receiver().options.corrections.from,
       "base");
 }
 
-// Faults name rover and base.
+// Faults contain the names of rover and base.
 TEST(Corrections, FaultsOfAHostReachItsBase) {
   const auto scene = std::make_shared<CityScene>(city::synthetic_city({}));
   const LiveConfig config = parse_live_config(kLive, "host");
@@ -428,13 +427,13 @@ TEST(Corrections, FaultsOfAHostReachItsBase) {
   EXPECT_FALSE(base_at(1).observed.fix.measured());
   live.end_fault(name);
   EXPECT_NE(base_at(2).faults, std::vector<std::string>{name});
-  // One receiver alone cannot have it.
+  // A single receiver cannot have it.
   EXPECT_THAT(test::error_of([&] { (void)LiveReceiver(config, scene, *config.start); }).what(),
               HasSubstr("simulation::Run"));
   EXPECT_THAT(test::error_of([&] { live.end_fault("none"); }).what(), HasSubstr("none"));
 }
 
-// The link has the options that a receiver is given while it runs.
+// The link uses the options that a receiver gets while it runs.
 TEST(Corrections, OfARunFollowTheOptionsOfItsReceiver) {
   const auto scene = std::make_shared<CityScene>(city::synthetic_city({}));
   const LiveConfig config = parse_live_config(kLive, "host");

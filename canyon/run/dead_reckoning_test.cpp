@@ -21,7 +21,7 @@ using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-/// A drive of some 90 s in an open field: rest, 300 m to the east, a bend to the north.
+/// A drive of about 90 s in an open field: rest, 300 m to the east, a bend to the north.
 Simulation drive(const std::string& receiver, const std::string& sensors, const std::string& more = "") {
   const Scenario scenario = parse_scenario(
       "city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17, height_m: 5}}\n"
@@ -69,10 +69,10 @@ TEST(DeadReckoningRun, CoastsThroughAnOutage) {
     if (t_s < 54.9) before = epoch.error_enu_m;
     if (fix.kind() != FixKind::DeadReckoning) continue;
     ++coasting;
-    // 200 m and a bend on: less than half a percent.
+    // After 200 m and a bend: less than half a percent.
     EXPECT_LT((epoch.error_enu_m - before).head<2>().norm(), 1) << t_s;
   }
-  // And the two seconds until satellites are found again.
+  // Plus the two seconds until satellites are reacquired.
   EXPECT_NEAR(static_cast<double>(coasting), 110, 10);
   // The vehicle drives to the north, and back in the open its fix is a combined one.
   const positioning::Fix& last = kept.epochs[kept.epochs.size() - 30].observed.fix;
@@ -83,7 +83,7 @@ TEST(DeadReckoningRun, CoastsThroughAnOutage) {
 
 TEST(DeadReckoningRun, NeedsAnInertialSensor) {
   EXPECT_THAT(canyon::test::refusal([] { (void)drive("profile: ublox-f9r", ""); }),
-              AllOf(HasSubstr("'car' has dead reckoning"), HasSubstr("sensors: {imu:")));
+              AllOf(HasSubstr("'car' uses dead reckoning"), HasSubstr("sensors: {imu:")));
   EXPECT_THAT(canyon::test::refusal([] { (void)drive("profile: ublox-f9r", "wheels: {}"); }),
               HasSubstr("no inertial sensor"));
   EXPECT_EQ(

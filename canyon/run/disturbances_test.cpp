@@ -1,4 +1,4 @@
-// A program's own disturbances, through Simulation and LiveReceiver.
+// Disturbances of a calling program, through Simulation and LiveReceiver.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -33,8 +33,8 @@ class Collector final : public EpochSink {
   std::vector<Epoch> epochs;
 };
 
-/// White noise from the zenith that is as strong as `share` of the receiver's own: k (211 K + 290 K (10^0.2 -
-/// 1)) of the link budget's defaults, the patch antenna's gain of 3 dBic.
+/// White noise from the zenith with `share` times the receiver's own power: k (211 K + 290 K (10^0.2 - 1)) of
+/// the link budget's defaults, the patch antenna's gain of 3 dBic.
 propagation::Interference white(double share) {
   propagation::Interference wave;
   wave.spectrum.shape = propagation::Spectrum::Shape::Band;
@@ -79,7 +79,7 @@ std::vector<Epoch> simulated(std::vector<disturbance::DisturbanceSource> disturb
   return simulated(made(street(std::move(disturbances), strength)));
 }
 
-/// The same drive by a host with a clock of its own.
+/// The same drive by a host with its own clock.
 class Host {
  public:
   explicit Host(std::vector<disturbance::DisturbanceSource> disturbances)
@@ -144,7 +144,7 @@ TEST(Disturbances, TakeASatelliteOutAndLeaveTheOthersAsTheyWere) {
     EXPECT_THAT(offline[k].observed.satellites, SizeIs(plain[k].observed.satellites.size() - 1));
     EXPECT_THAT(live[k].observed.satellites, SizeIs(plain[k].observed.satellites.size() - 1));
     for (const receiver::SatelliteObservation& other : offline[k].observed.satellites) {
-      // Random streams are each satellite's own.
+      // Each satellite has its own random streams.
       const receiver::SatelliteObservation* before = find(plain[k], other.id);
       ASSERT_NE(before, nullptr);
       EXPECT_EQ(other.cn0_dbhz, before->cn0_dbhz);
@@ -155,7 +155,7 @@ TEST(Disturbances, TakeASatelliteOutAndLeaveTheOthersAsTheyWere) {
 }
 
 TEST(Disturbances, RaiseTheNoiseByTheirPower) {
-  // Nine times the receiver's own noise beside it: 10 dB. Twice nine times: 10 lg 19. Powers add.
+  // Nine times the receiver's own noise added to it: 10 dB. Twice nine times: 10 lg 19. Powers add.
   const std::vector<Epoch> plain = simulated({});
   const std::vector<Epoch> once = simulated({noise(9)});
   const std::vector<Epoch> twice = simulated({noise(9), noise(9)});
@@ -163,11 +163,11 @@ TEST(Disturbances, RaiseTheNoiseByTheirPower) {
   std::size_t compared = 0, lost = 0;
   for (std::size_t k = 0; k < plain.size(); ++k) {
     for (const receiver::SatelliteObservation& clear : plain[k].observed.satellites) {
-      // A loop that lost its lock may rest elsewhere; at the first epoch all start alike.
+      // A loop that lost its lock may converge to another point; at the first epoch all are equal.
       if (k > 0 || !clear.cn0_dbhz) continue;
       ++compared;
       const receiver::SatelliteObservation& jammed = *find(once[k], clear.id);
-      // The noise ends 500 MHz off, where a thousandth of a signal's power is left.
+      // The noise ends 500 MHz away, where a thousandth of a signal's power is left.
       EXPECT_NEAR(*jammed.cn0_dbhz, *clear.cn0_dbhz - 10, 0.005);
       EXPECT_NEAR(*find(twice[k], clear.id)->cn0_dbhz, *clear.cn0_dbhz - 10 * std::log10(19), 0.005);
       EXPECT_NEAR(*find(live[k], clear.id)->cn0_dbhz, *jammed.cn0_dbhz, 1e-5);
@@ -201,7 +201,7 @@ TEST(Disturbances, SayWhatHappensToTheReceiver) {
 }
 
 TEST(Disturbances, SeeTheirPathsPutInOrder) {
-  // The direct path out, and a strong copy 100 m behind in its place: a late signal is what is left.
+  // Direct path removed, a strong copy 100 m later instead: only the late signal is left.
   const auto late = canyon::test::always("late copy", [](Arrival& arrival) {
     for (SatelliteView& view : arrival.views) {
       std::vector<Path>& paths = view.paths.paths;
@@ -233,7 +233,7 @@ TEST(Disturbances, SeeTheirPathsPutInOrder) {
 }
 
 TEST(Disturbances, HaveMemoryAndSeedsOfTheirOwn) {
-  // Noise that wanders from epoch to epoch, by seed and receiver.
+  // Noise that changes from epoch to epoch, by seed and receiver.
   class Wandering final : public disturbance::Disturbance {
    public:
     explicit Wandering(RandomStream stream) : stream_(stream) {}
@@ -257,7 +257,7 @@ TEST(Disturbances, HaveMemoryAndSeedsOfTheirOwn) {
     }
     return result;
   };
-  // Every run begins anew.
+  // Every run restarts it.
   const Simulation simulation = made(street({wandering}));
   const auto first = levels(simulated(simulation));
   EXPECT_EQ(levels(simulated(simulation)), first);
@@ -273,7 +273,7 @@ TEST(Disturbances, HaveMemoryAndSeedsOfTheirOwn) {
   EXPECT_GT(taken_db(9), 0);
   EXPECT_GT(taken_db(10), 0);
   EXPECT_GT(std::abs(taken_db(9) - taken_db(10)), 1e-3);
-  // A host whose world is reset does the same.
+  // The same for a host whose world is reset.
   Host host({wandering});
   const auto live = levels(host.drive());
   EXPECT_EQ(levels(host.drive()), live);

@@ -10,7 +10,7 @@ namespace canyon::simulation {
 
 namespace {
 
-/// Movable models that stand farther from the antenna are not among Arrival::bodies [m].
+/// Movable models farther from the antenna are not in Arrival::bodies [m].
 constexpr double kNear_m = 300;
 
 template <typename T>
@@ -91,7 +91,7 @@ propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::S
   arrival.views.reserve(satellites.size());
   for (const gnss::SatelliteId id : satellites) {
     std::optional<orbit::LineOfSight> line = orbit::line_of_sight(sky, id, standpoint.time, observer);
-    // The horizon is the antenna's own; rays are cast in the city's frame, whose vertical differs from the
+    // The horizon is that of the antenna; rays are cast in the city's frame, whose vertical differs from the
     // antenna's by 1e-4 rad some 600 m from the origin.
     if (!line || !(line->elevation_rad > 0)) continue;
     arrival.views.push_back({*std::move(line), {}});

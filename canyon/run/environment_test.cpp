@@ -26,7 +26,7 @@ using ::testing::HasSubstr;
 const GpsTime kTime = GpsTime::from_week(2051, 46701);
 const Geodetic kOrigin = Geodetic::from_degrees(22.3, 114.17, 0);
 
-// One building 100 m high whose northern wall lies 20 m south of the origin, over flat ground.
+// One building 100 m high whose northern wall is 20 m south of the origin, over flat ground.
 city::City one_building() {
   city::City city;
   city.name = "one building";
@@ -88,7 +88,7 @@ TEST(Environment, InsideABuildingEverySatelliteIsBlocked) {
   }
 }
 
-// Vehicles of simulators rest some centimetres in the ground.
+// Vehicles of simulators rest some centimetres below the ground.
 TEST(Environment, AntennasJustUnderTheTerrainStandOnIt) {
   const Environment environment(one_building(), sky());
   const auto propagator = environment.make_propagator({});
@@ -103,7 +103,7 @@ TEST(Environment, AntennasJustUnderTheTerrainStandOnIt) {
   }
   EXPECT_EQ(environment.arrival(kTime, {0, 0, -0.51}, propagator).placement,
             raytrace::Placement::UnderTerrain);
-  // A cellar is no ground contact.
+  // A point in a cellar is not in ground contact.
   EXPECT_NE(environment.arrival(kTime, {0, -40, -0.1}, propagator).placement, raytrace::Placement::Free);
 }
 
@@ -126,8 +126,8 @@ TEST(Environment, PropagatorsSurviveItsMove) {
   EXPECT_EQ(second.arrival(kTime, {0, 0, 2}, propagator).views[2].paths.visibility, Visibility::LOS);
 }
 
-// Azimuth and elevation belong to the antenna's own vertical, rays to the city's frame: 8 km east the two
-// verticals are 1.26 mrad apart, and the direction rotated through ECEF distinguishes them.
+// Azimuth and elevation refer to the antenna's own vertical, rays to the city's frame: 8 km east the two
+// verticals differ by 1.26 mrad, and the direction rotated through ECEF distinguishes them.
 TEST(Environment, GetsAnotherSkyOverTheSameCity) {
   const Environment environment(one_building(), sky());
   const auto other =

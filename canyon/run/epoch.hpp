@@ -19,32 +19,32 @@ struct SensorBatch;
 /// One receiver at one instant: truth, observations and fix.
 struct Epoch {
   std::size_t receiver = 0;  ///< index into Simulation::scenario().receivers
-  Pose truth;                ///< the antenna's (lever arm and clamp applied)
+  Pose truth;                ///< of the antenna (lever arm and clamp applied)
   Eigen::Vector3d truth_ecef = Eigen::Vector3d::Zero();
   raytrace::Placement placement = raytrace::Placement::Free;
   receiver::ReceiverEpoch observed;
-  /// The disturbed paths of the epoch, in the ENU frame of the city. Valid during EpochSink::write() alone;
-  /// null: there are none.
+  /// Disturbed paths of the epoch, in the ENU frame of the city; null: none. Valid only during
+  /// EpochSink::write().
   const propagation::Arrival* arrival = nullptr;
-  /// Names of the faults at work, in the order of the timeline.
+  /// Names of the active faults, in the order of the timeline.
   std::vector<std::string> faults;
-  /// The messages that satellites send; valid as long. Null or empty for skies without messages.
+  /// Navigation messages of the satellites; valid as `arrival`. Null or empty for skies without messages.
   const gnss::NavigationData* navigation = nullptr;
-  /// Samples of the vehicle's sensors since the epoch before; valid as long. Null: nobody asked for them.
+  /// Samples of the vehicle's sensors since the previous epoch; valid as `arrival`. Null: not used.
   const SensorBatch* sensors = nullptr;
-  /// City and sky of the epoch, and the receiver's options; valid as long.
+  /// City and sky of the epoch, and the receiver's options; valid as `arrival`.
   const Environment* environment = nullptr;
   const receiver::ReceiverOptions* options = nullptr;
   /// Fix minus truth in ENU at the truth [m]; NaN without fix.
   Eigen::Vector3d error_enu_m = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
-  /// Height of mean sea level above the ellipsoid as the receiver has it [m]; 0 where none is known.
+  /// Height of mean sea level above the ellipsoid as the receiver uses it [m]; 0 if unknown.
   double geoid_undulation_m = 0;
 
   /// Height of the fix above mean sea level [m]. Precondition: observed.fix.solved().
   [[nodiscard]] double altitude_m() const { return observed.fix.position.height_m - geoid_undulation_m; }
 };
 
-/// Takes epochs in order: by time, then by receiver.
+/// Receives epochs in order: by time, then by receiver.
 class EpochSink {
  public:
   virtual ~EpochSink() = default;
@@ -53,7 +53,7 @@ class EpochSink {
   virtual void finish() = 0;
   /// Whether epochs need Epoch::sensors.
   [[nodiscard]] virtual bool uses_sensors() const { return false; }
-  /// Warnings about the written files, one line each; asked after finish().
+  /// Warnings about the written files, one line each; valid after finish().
   [[nodiscard]] virtual std::vector<std::string> warnings() const { return {}; }
 };
 

@@ -7,9 +7,8 @@
 
 namespace canyon::simulation {
 
-/// When the epochs of a receiver are due: at whole multiples of an interval behind an offset, in nanoseconds
-/// since a time 0, so that receivers of one rate share their instants. Runs, live sessions and hosts ask it
-/// for the next one.
+/// Times of a receiver's epochs: whole multiples of an interval after an offset, in nanoseconds since time 0,
+/// so that receivers of one rate share their instants. Used by runs, live sessions and hosts.
 class EpochSchedule {
  public:
   static constexpr std::int64_t kEndless = std::numeric_limits<std::int64_t>::max();
@@ -18,12 +17,12 @@ class EpochSchedule {
   explicit EpochSchedule(double interval_s, std::int64_t count = kEndless)
       : interval_ns_(in_nanoseconds(interval_s)), count_(count) {}
 
-  /// The number of epochs from time 0 to `duration_s`, both included; half a nanosecond is left for the
-  /// rounding of `duration_s`.
+  /// Number of epochs from time 0 to `duration_s`, both included. A tolerance of half a nanosecond allows for
+  /// the rounding of `duration_s`.
   [[nodiscard]] static double count_within(double duration_s, double interval_s) {
     return std::floor((duration_s * 1e9 + 0.5) / static_cast<double>(in_nanoseconds(interval_s))) + 1;
   }
-  /// The same schedule, moved.
+  /// The same schedule, shifted.
   [[nodiscard]] EpochSchedule behind(std::int64_t offset_ns) const {
     EpochSchedule moved = *this;
     moved.offset_ns_ = offset_ns;
@@ -33,32 +32,33 @@ class EpochSchedule {
   [[nodiscard]] std::int64_t interval_ns() const { return interval_ns_; }
   [[nodiscard]] double interval_s() const { return static_cast<double>(interval_ns_) * 1e-9; }
   [[nodiscard]] std::int64_t count() const { return count_; }
-  /// The instant of an epoch, whose number counts from 0.
+  /// The instant of an epoch; numbers count from 0.
   [[nodiscard]] std::int64_t at_ns(std::int64_t number) const { return number * interval_ns_ + offset_ns_; }
-  /// The instant of the next epoch; behind the last one where none is left.
+  /// The instant of the next epoch; one interval after the last epoch if none is left.
   [[nodiscard]] std::int64_t next_ns() const { return at_ns(next_); }
-  /// Every epoch was taken.
+  /// True if no epoch is left.
   [[nodiscard]] bool over() const { return next_ >= count_; }
 
-  /// Takes the next epoch, and returns its instant.
+  /// Returns the instant of the next epoch, and advances by one.
   std::int64_t take() { return at_ns(next_++); }
-  /// Makes this epoch the next one, the first one where `number` is negative.
+  /// Makes this epoch the next one; the first one if `number` is negative.
   void go_to(std::int64_t number) { next_ = std::max<std::int64_t>(0, number); }
-  /// Leaves out epochs: the latest one at or before `now_ns` is next. Returns how many.
+  /// Skips epochs: the latest one at or before `now_ns` is next. Returns the number of skipped epochs.
   std::int64_t catch_up(std::int64_t now_ns) {
     const std::int64_t before = next_;
     go_to(std::min(count_ - 1, (now_ns - offset_ns_) / interval_ns_));
     return next_ - before;
   }
-  /// Begins with the latest epoch at or before `now_ns`; as many epochs as before are left.
+  /// Starts with the latest epoch at or before `now_ns`; the number of epochs left does not change.
   void begin_at(std::int64_t now_ns) {
     const std::int64_t before = next_;
     go_to((now_ns - offset_ns_) / interval_ns_);
     if (count_ != kEndless) count_ += next_ - before;
   }
 
-  /// For hosts whose time goes in steps of their own: whether the step at `now_ns` brings an epoch, as the
-  /// first one at or after its instant does. Call it once a step, in order; time that goes back begins anew.
+  /// For hosts with their own time steps: true if an epoch is due in the step at `now_ns`, which is the first
+  /// step at or after the epoch's instant. Call it once per step, in order; a time that goes back restarts
+  /// the schedule.
   bool step(std::int64_t now_ns) {
     if (now_ns < step_ns_) next_ = 0;
     step_ns_ = now_ns;
@@ -66,7 +66,7 @@ class EpochSchedule {
     next_ = now_ns / interval_ns_ + 1;
     return true;
   }
-  /// Another interval, from the first of its multiples on that no step has reached.
+  /// Sets another interval, starting at its first multiple that no step has reached.
   void set_interval(double interval_s) {
     interval_ns_ = in_nanoseconds(interval_s);
     if (next_ > 0) next_ = step_ns_ / interval_ns_ + 1;

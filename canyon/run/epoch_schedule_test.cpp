@@ -27,7 +27,7 @@ TEST(EpochSchedule, LeavesOutWhatIsLate) {
   EpochSchedule schedule(1, 10);
   EXPECT_EQ(schedule.catch_up(4 * kSecond + 1), 4);
   EXPECT_EQ(schedule.take(), 4 * kSecond);
-  EXPECT_EQ(schedule.catch_up(100 * kSecond), 4);  // the last one stays
+  EXPECT_EQ(schedule.catch_up(100 * kSecond), 4);  // the last one is kept
   EXPECT_EQ(schedule.take(), 9 * kSecond);
   EXPECT_TRUE(schedule.over());
   EpochSchedule begun(1, 3);
@@ -55,7 +55,7 @@ TEST(EpochSchedule, TakesTheFirstStepAtOrBehindEachInstant) {
   EXPECT_EQ(due_steps(schedule, kStep, 0, 5), (std::vector<int>{0, 3, 5}));
   EpochSchedule late(0.1);
   EXPECT_EQ(due_steps(late, kStep, 4, 8), (std::vector<int>{4, 5, 8}));
-  // An epoch a step where these are slower.
+  // One epoch per step if the steps are slower.
   EpochSchedule fast(0.001);
   EXPECT_EQ(due_steps(fast, kStep, 0, 3), (std::vector<int>{0, 1, 2, 3}));
 }

@@ -46,7 +46,7 @@ city::City open_field(const Scenario& scenario) {
   return field;
 }
 
-/// A scenario under an open sky, at rest: 11 epochs, one a second.
+/// A stationary scenario under an open sky: 11 epochs, one a second.
 std::string text_of(const std::string& faults, const std::string& receiver) {
   return "city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17, height_m: 0}}\n"
          "sky: {nominal: true, systems: [GPS, Galileo]}\nstart: 2026-06-01T08:00:00Z\nduration_s: 10\n"
@@ -80,7 +80,7 @@ bool is_used(const Seen& seen, const std::string& id) {
   return of(seen, id).used;
 }
 
-/// A satellite of the fix, of GPS, the highest one.
+/// The highest GPS satellite of the fix.
 std::string highest() {
   static const std::string name = [] {
     const auto satellites = run("", "").front().epoch.observed.satellites;
@@ -99,8 +99,8 @@ std::string highest() {
 // --- satellites
 // ------------------------------------------------------------------------------------------------------
 
-// Closed form: computed ranges are off by u.d, d the offset of the satellite's place and u the unit vector to
-// it; the fix moves by the least squares solution of H x = -u.d, rows [-u, 1 of its system].
+// Closed form: computed ranges are wrong by u.d, where d is the offset of the satellite's position and u the
+// unit vector to it; the fix moves by the least squares solution of H x = -u.d, rows [-u, 1 of its system].
 TEST(EphemerisFault, MovesTheFixByTheRowOfTheDesignMatrix) {
   const auto seen =
       run(fmt::format("{{from_s: 5, ephemeris: {{satellites: {}, radial_m: 100}}}}", highest()), "");
@@ -127,8 +127,8 @@ TEST(EphemerisFault, MovesTheFixByTheRowOfTheDesignMatrix) {
   EXPECT_THAT(seen[4].epoch.faults, IsEmpty());
 }
 
-// A clock that is said to be ahead by 1e-7 s makes the corrected pseudorange longer by c 1e-7 = 29.979 m; one
-// that is ahead makes it shorter by as much.
+// A clock reported ahead by 1e-7 s makes the corrected pseudorange longer by c 1e-7 = 29.979 m; one that
+// really is ahead makes it shorter by as much.
 TEST(EphemerisFault, AClockErrorIsInTheMessageOrInTheSignal) {
   const auto with = [](const std::string& where) {
     return run(fmt::format("{{ephemeris: {{satellites: {}, clock_offset_s: 1e-7, clock_in: {}}}}}", highest(),
@@ -220,7 +220,7 @@ TEST(DateFault, StatesAnotherDateOfTheSameDay) {
   EXPECT_LT(seen[0].epoch.error_enu_m.norm(), 1e-3);
 }
 
-// Whatever the sky: with all satellites, and with none.
+// For any sky: with all satellites, and with none.
 TEST(ForceFault, StatesTheFixThatItIsTold) {
   using positioning::FixKind;
   for (const auto& [word, kind] : {std::pair("none", FixKind::None), std::pair("single", FixKind::Single),
@@ -246,7 +246,7 @@ TEST(ForceFault, StatesTheFixThatItIsTold) {
   }
 }
 
-// East at 10 m/s with ideal measurements: what is stated tells which epoch it is of.
+// East at 10 m/s with ideal measurements: the reported position identifies its epoch.
 TEST(FixFault, StatesOldOffOrOversureFixes) {
   const auto east_errors = [](const std::string& fix, const std::string& more = "") {
     std::string text = text_of("{from_s: 3, until_s: 8, fix: {" + fix + "}}" + more, "");
@@ -270,7 +270,7 @@ TEST(FixFault, StatesOldOffOrOversureFixes) {
 
   EXPECT_THAT(east_errors("forward_m: 2"), ElementsAre(0, 0, 0, 2, 2, 2, 2, 2, 0, 0, 0));
 
-  // After an outage alone, and in the epochs' own fixes as well.
+  // Only after an outage, and in the epochs' own fixes as well.
   const auto back =
       run("{from_s: 2, until_s: 5, outage: {}}, {from_s: 0, fix: {east_m: 20, after_outage_s: 2}}", "");
   std::vector<double> east, alone;
@@ -300,7 +300,7 @@ TEST(FixFault, StatesOldOffOrOversureFixes) {
   EXPECT_LT(gone, 8);
 }
 
-// A fault that names satellites which the sky lacks would have no effect.
+// A fault of satellites that are not in the sky would have no effect.
 TEST(Faults, OfSatellitesThatTheSkyHasNotAreRefused) {
   const auto refused = [](const std::string& fault) {
     return std::string(error_of([&] { (void)run(fault, ""); }).what());
@@ -391,8 +391,8 @@ std::map<std::string, FirstFix> first_fixes(const std::vector<std::string>& prof
   return result;
 }
 
-// A cold start takes what the profile's data sheet says, in the median of starts over a frame of 30 s; each
-// start is a draw of its own. The first fix has few satellites, and more come with the frames.
+// A cold start takes the time of the profile's data sheet, in the median of starts over a frame of 30 s; each
+// start has independent noise. The first fix has few satellites, and more are added with the frames.
 TEST(Restart, TakesTheTimeOfEachProfile) {
   const std::vector<std::string> profiles{"ublox-m10", "ublox-f9p", "ublox-m8t", "survey", "phone"};
   const std::map<std::string, double> documented_s{
@@ -426,7 +426,7 @@ TEST(Restart, IsHotAtOnceAndWarmByTheFrames) {
   EXPECT_LE(warm.at("phone").after_s, 1) << "its ephemerides come by the network";
 }
 
-// 1 W at 1 m: GLONASS and BeiDou's B1I, beside the jammed 20 MHz, are lost as well.
+// 1 W at 1 m: GLONASS and BeiDou's B1I, next to the jammed 20 MHz, are lost as well.
 TEST(Jamming, SaturatesWhatStandsBesideIt) {
   const auto tracked = [](double away_m, double power_dbm) {
     const Scenario scenario = parse_scenario(
@@ -460,7 +460,7 @@ const std::string kAll = fmt::format(
     "3}}}}, {{from_s: 2, scintillation: {{s4: 0.6}}}}, {{from_s: 6, restart: {{kind: hot}}}}");
 const std::string kNoisy = ", noise: {enabled: true}, signal: {enabled: true, lock: {warm_start: true}}";
 
-/// A host's receiver at the scenario's place.
+/// A host's receiver at the scenario's position.
 class Host {
  public:
   explicit Host(const std::string& text) {
@@ -482,7 +482,7 @@ class Host {
 TEST(FaultTimeline, GivesTheSameNumbersOfflineAndLiveAndTwice) {
   const auto offline = run(kAll, kNoisy), again = run(kAll, kNoisy);
   Host host(text_of(kAll, kNoisy));
-  for (int round = 0; round < 2; ++round) {  // a time before the last one begins anew
+  for (int round = 0; round < 2; ++round) {  // a time before the last one restarts it
     for (std::size_t k = 0; k < offline.size(); ++k) {
       const Epoch live = host.step(static_cast<double>(k));
       EXPECT_EQ(live.faults, offline[k].epoch.faults);
@@ -517,7 +517,7 @@ TEST(FaultTimeline, ChangesWhileAReceiverRuns) {
   EXPECT_NEAR(host.step(5).observed.clock_bias_s, 1e-3, 1e-12);
   EXPECT_THAT(error_of([&] { live.end_fault("outage 1"); }).what(), HasSubstr("use one of later"));
   EXPECT_THAT(error_of([&] { live.add_fault("{from_s: 1, duration_s: 2, outage: {}}"); }).what(),
-              AllOf(HasSubstr("it ends at 3 s, and it is 5.0 s"), HasSubstr("leave from_s out")));
+              AllOf(HasSubstr("it ends at 3 s, and the time is 5.0 s"), HasSubstr("leave from_s out")));
   EXPECT_THAT(error_of([&] { live.add_fault("clock: {jump_s: 3}", "socket"); }).what(),
               HasSubstr("socket:1: jump_s: 3 is out of range"));
   EXPECT_THAT(error_of([&] { live.add_fault("outage: {satellites: J02}", "socket"); }).what(),
@@ -528,7 +528,7 @@ TEST(FaultTimeline, ChangesWhileAReceiverRuns) {
   EXPECT_THAT(live.faults(), IsEmpty());
 }
 
-// Fixes are kept from when the fault is added on.
+// Fixes are stored from the time the fault is added.
 TEST(FixFault, ReportsNoFixUntilOneIsOldEnough) {
   Host host(text_of("", ""));
   EXPECT_TRUE(host.step(0).observed.fix.solved());

@@ -9,18 +9,18 @@
 
 namespace canyon::simulation {
 
-/// A rigid movement of a city in the horizontal plane.
+/// A rigid motion of a city in the horizontal plane.
 struct CityShift {
   double east_m = 0;
   double north_m = 0;
   double heading_rad = 0;  ///< counter-clockwise seen from above, about the middle of the bounds
 };
 
-/// Draws a run's own: independent normal deviates of zero mean, from the stream "georeference" of `seed`.
-/// Empty where all standard deviations are 0. Heading and place do not depend on each other's deviation.
+/// Samples a run's shift: independent zero-mean normal deviates from the stream "georeference" of `seed`.
+/// Empty if all standard deviations are 0. Heading and position do not depend on each other's deviation.
 [[nodiscard]] std::optional<CityShift> draw_city_shift(const Georeference& georeference, std::uint64_t seed);
 
-/// Moves the vertices; frame and heights stay.
+/// Moves the vertices; frame and heights do not change.
 void move_city(city::City& city, const CityShift& shift);
 
 /// "city moved by east 2.1 m, north -0.4 m, turned 0.20 deg (georeference)".

@@ -25,8 +25,8 @@ Scenario small_city(const std::string& georeference, int seed) {
                         "s.yaml");
 }
 
-// Sample mean, variance and correlation of 1,000 draws: deviations of the estimators from the statistics of
-// normal samples, sigma / sqrt(n), sigma sqrt(1 / 2n), 1 / sqrt(n), each taken four times.
+// Sample mean, variance and correlation of 1,000 samples: standard errors of normal samples, sigma / sqrt(n),
+// sigma sqrt(1 / 2n), 1 / sqrt(n), each times four.
 TEST(Georeference, DrawsHaveTheirDeviations) {
   constexpr int kRuns = 1000;
   const Georeference georeference{3, radians(0.4)};
@@ -58,7 +58,7 @@ TEST(Georeference, SameSeedSameMove) {
   EXPECT_EQ(a->north_m, b->north_m);
   EXPECT_EQ(a->heading_rad, b->heading_rad);
   EXPECT_NE(a->east_m, c->east_m);
-  // The heading's deviation leaves the place alone, and the other way round.
+  // The heading's deviation does not affect the position, nor the reverse.
   const auto place_only = draw_city_shift({2, 0}, 7);
   EXPECT_EQ(place_only->east_m, a->east_m);
   EXPECT_EQ(place_only->heading_rad, 0);
@@ -74,7 +74,7 @@ TEST(Georeference, ZeroLeavesEveryBit) {
   EXPECT_THAT(city.notes.lines(), IsEmpty());
 }
 
-// A quarter turn of a box of 4 m x 2 m about its middle, then 10 m east and 1 m south.
+// A box of 4 m x 2 m, rotated by 90 deg about its middle, then 10 m east and 1 m south.
 TEST(Georeference, TurnsAboutTheMiddleOfTheBoundsAndMoves) {
   city::City city;
   canyon::test::append_box(city.mesh, "box", city::Surface::Building, city::Material::Concrete, {100, 50, 0},
@@ -83,7 +83,7 @@ TEST(Georeference, TurnsAboutTheMiddleOfTheBoundsAndMoves) {
   const city::Box bounds = city.bounds();
   EXPECT_LT((bounds.min - Eigen::Vector3d(111, 48, 0)).norm(), 1e-12);
   EXPECT_LT((bounds.max - Eigen::Vector3d(113, 52, 9)).norm(), 1e-12);
-  // Counter-clockwise: the corner at the south-east comes to the north-east.
+  // Counter-clockwise: the south-eastern corner moves to the north-east.
   city::City corner;
   canyon::test::append_box(corner.mesh, "box", city::Surface::Building, city::Material::Concrete, {-1, -1, 0},
                            {1, 1, 1});

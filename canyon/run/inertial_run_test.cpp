@@ -27,7 +27,7 @@ const GpsTime kBegin = GpsTime::from_week(2400, 100);
 
 /// Strapdown integration in latitude, longitude, height and the local north-east-down frame (Titterton and
 /// Weston, Strapdown Inertial Navigation Technology, 2nd ed., 3.7 and 11.2), from increments of a sensor with
-/// forward-right-down axes: an algorithm of its own, with Somigliana's gravity by its series in the height.
+/// forward-right-down axes: a separate algorithm, with Somigliana's gravity by its series in the height.
 class Mechanisation {
  public:
   Mechanisation(const inertial::ImuState& state) {
@@ -39,12 +39,12 @@ class Mechanisation {
 
   void add(const inertial::ImuInput& mean, double dt) {
     const Vector3d turn = mean.angular_rate_radps * dt, push = mean.specific_force_mps2 * dt;
-    // Rotation during the step to the second order; sculling and coning by the increments before (Savage
+    // Rotation during the step to the second order; sculling and coning by the previous increments (Savage
     // 1998).
     const Vector3d push_in_body = push + 0.5 * turn.cross(push) + turn.cross(turn.cross(push)) / 6 +
                                   (last_turn_.cross(push) + last_push_.cross(turn)) / 12;
     const Vector3d turn_with_coning = turn + last_turn_.cross(turn) / 12;
-    // Rates at the middle of the step, from its begin: velocity and place change little.
+    // Rates at the middle of the step, from its start: velocity and position change little.
     const double middle_latitude = place.latitude_rad + velocity.x() / (meridian() + place.height_m) * dt / 2;
     const Vector3d middle_velocity = velocity + last_acceleration_ * dt / 2;
     const Vector3d earth =
@@ -104,7 +104,7 @@ struct Drift {
   double position_m = 0, velocity_mps = 0, attitude_deg = 0;
 };
 
-/// Integrates the samples of a perfect sensor over a trajectory, and compares at its end.
+/// Integrates the samples of an error-free sensor over a trajectory, and compares at its end.
 Drift drift_of(const Trajectory& trajectory, double most_s, double rate_hz = 200) {
   inertial::ImuOptions options;
   options.profile = inertial::ImuProfile::Ideal;
@@ -134,7 +134,7 @@ Drift drift_of(const Trajectory& trajectory, double most_s, double rate_hz = 200
   return drift;
 }
 
-/// Ten minutes about blocks of a town, with holds, at street level.
+/// Ten minutes around blocks of a town, with holds, at street level.
 Trajectory street(const Geodetic& origin) {
   const geodesy::LocalFrame frame(origin);
   std::vector<Waypoint> waypoints;
@@ -147,7 +147,7 @@ Trajectory street(const Geodetic& origin) {
   return Trajectory::from_waypoints(kBegin, waypoints, 2);
 }
 
-// The drift of a perfect sensor is that of the two algorithms: ten minutes, a street in the north and a
+// The drift of an error-free sensor is that of the two algorithms: ten minutes, a street in the north and a
 // drone's flight with bank in the south.
 TEST(InertialRun, IntegratesToTheTruth) {
   const Drift car = drift_of(street(Geodetic::from_degrees(55.8, 37.6, 150)), 600);
@@ -165,8 +165,8 @@ TEST(InertialRun, IntegratesToTheTruth) {
     }
     return Trajectory::from_waypoints(kBegin, waypoints, 4).with_attitude(Attitude::Multirotor);
   };
-  // Between upright and level flight a multirotor turns so fast that 200 Hz do not integrate it to a
-  // centimetre (6 cm); 1 kHz do.
+  // Between upright and level flight a multirotor rotates so fast that 200 Hz are too slow to integrate it to
+  // a centimetre (6 cm); 1 kHz is enough.
   for (const Drift& drone : {drift_of(flight(false), 600), drift_of(flight(true), 600, 1000)}) {
     EXPECT_LT(drone.position_m, 0.01);
     EXPECT_LT(drone.velocity_mps, 1e-4);
@@ -182,7 +182,7 @@ std::string scenario_text(const std::string& trajectory, const std::string& imu)
 }
 const char* const kWay = "waypoints: [{east_m: 0, north_m: 0, up_m: 2}, {east_m: 90, north_m: 0, up_m: 2}]";
 
-// The short way to ECEF is that by geodetic coordinates.
+// The direct computation of ECEF agrees with that via geodetic coordinates.
 TEST(InertialRun, EcefPosesAreThoseOfTheTrajectory) {
   for (const Attitude attitude : {Attitude::Level, Attitude::Car, Attitude::Multirotor}) {
     const Trajectory way = street(Geodetic::from_degrees(-77.8, 166.7, 2500)).with_attitude(attitude);
@@ -208,7 +208,7 @@ TEST(InertialRun, NeedsASmoothMotion) {
     return Simulation(scenario, city);
   };
   EXPECT_THAT(canyon::test::refusal([&] { (void)simulate(std::string("{") + kWay + "}"); }),
-              ::testing::AllOf(::testing::HasSubstr("changes its speed and direction at once"),
+              ::testing::AllOf(::testing::HasSubstr("changes its speed and direction instantly"),
                                ::testing::HasSubstr("trajectory.acceleration_mps2")));
   EXPECT_TRUE(simulate(std::string("{") + kWay + ", acceleration_mps2: 2}").trajectory().smooth());
   // On the ground of an open field, which is level at the origin's height.
@@ -218,7 +218,7 @@ TEST(InertialRun, NeedsASmoothMotion) {
   EXPECT_NEAR(clamped.vehicle_pose(clamped.begin() + 4.0).position.height_m, 6.5, 0.01);
   EXPECT_THAT(clamped.warnings(),
               ::testing::Contains(::testing::HasSubstr(
-                  "the trajectory is smoothed over about a second; it moves by up to 0.1")));
+                  "the trajectory is smoothed over about a second: shifted by up to 0.1")));
 }
 
 // A circle of 20 m to the left at 5 m/s: the wheels run on circles of 20 m less and more half the track.

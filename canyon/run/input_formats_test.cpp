@@ -1,5 +1,5 @@
-// Each way in which a city and a sky reach a run: the rows of the tables of `city` and `sky` in the guide of
-// docs/scenario.md, by every format that they name. Files are made up here.
+// Every source of a city and a sky for a run: the rows of the tables of `city` and `sky` in the guide of
+// docs/scenario.md, in every format listed there. The files are synthetic.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -113,7 +113,7 @@ std::string dae() {
       "</visual_scene></library_visual_scenes><scene><instance_visual_scene url='#w'/></scene></COLLADA>",
       places, corners);
 }
-/// A .gltf with its buffer beside it.
+/// A .gltf with its buffer in a file next to it.
 std::string gltf(const Folder& folder) {
   const std::string glb = canyon::test::box_glb(20, 10, 12);
   const std::size_t size = static_cast<unsigned char>(glb[12]) | static_cast<unsigned char>(glb[13]) << 8;
@@ -139,7 +139,7 @@ void pack(const std::filesystem::path& path, const std::string& bytes) {
   gzwrite(out, bytes.data(), static_cast<unsigned>(bytes.size()));
   gzclose(out);
 }
-/// The same map, packed by osmium and bzip2.
+/// The same map, converted by osmium and bzip2.
 std::string packed_osm(const Folder& folder, const std::string& name) {
   std::filesystem::copy_file(std::filesystem::path(canyon_source_dir) / "tests/data/formats" / name,
                              folder.path() / name);
@@ -177,7 +177,7 @@ std::string own_file(const Folder& folder) {
 std::string house_json() {
   return canyon::test::cityjson(canyon::test::cityjson_building("house", canyon::test::kHouseSolid));
 }
-/// Its header, then a feature with vertices of its own.
+/// Its header, then a feature with its own vertices.
 std::string json_sequence() {
   const std::string reference =
       R"("metadata":{"referenceSystem":"https://www.opengis.net/def/crs/EPSG/0/25832"})";
@@ -319,7 +319,7 @@ INSTANTIATE_TEST_SUITE_P(All, CityFormats, ::testing::ValuesIn(kCities),
 struct SkyFormat {
   const char* name;
   std::function<std::string(const Folder&)> write;
-  std::size_t satellites;  ///< so many at least
+  std::size_t satellites;  ///< minimum number
 };
 std::ostream& operator<<(std::ostream& out, const SkyFormat& format) {
   return out << format.name;
@@ -334,7 +334,7 @@ const std::set<gnss::System> kGps{gnss::System::GPS};
 const std::set<gnss::System> kAll{gnss::System::GPS, gnss::System::GLONASS, gnss::System::Galileo,
                                   gnss::System::BeiDou};
 
-/// Text of RINEX 3.04 as records of lines behind the header.
+/// Text of RINEX 3.04 as records of lines after the header.
 std::pair<std::string, std::vector<std::string>> records(const std::set<gnss::System>& systems) {
   const std::string text = rinex::format_rinex_navigation(constellation(systems));
   const std::size_t end = text.find('\n', text.find("END OF HEADER")) + 1;
@@ -349,7 +349,7 @@ std::pair<std::string, std::vector<std::string>> records(const std::set<gnss::Sy
 std::string rinex3(const std::set<gnss::System>& systems) {
   return rinex::format_rinex_navigation(constellation(systems));
 }
-/// RINEX 4 of the same: each record behind a line of its kind.
+/// RINEX 4 of the same: each record after a line with its kind.
 std::string rinex4() {
   auto [text, all] = records(kAll);
   text.replace(text.find("3.04"), 4, "4.00");
@@ -387,7 +387,7 @@ std::string rinex2(gnss::System system) {
   }
   return text;
 }
-/// SP3 of GPS's constellation, every 15 minutes, so many before noon and behind it.
+/// SP3 of GPS's constellation, every 15 minutes, with this many epochs before and after noon.
 std::string sp3(int first, int last) {
   const orbit::BroadcastSky sky(orbit::nominal_constellation(kNoon - 4 * 3600.0, kNoon + 4 * 3600.0, kGps),
                                 {kGps});

@@ -22,23 +22,23 @@ namespace {
 
 using geodesy::GpsTime;
 
-// Nominal orbits are made for this time, then anew.
+// Nominal orbits are made for this time span, then made again.
 constexpr double kSkySpan_s = 86400;
 
 // Limits of a vehicle's motion, see observe().
 constexpr double kSlack_m = 10;
 constexpr double kHardest_mps2 = 200;
 
-/// Restarts a receiver hot at an instant that its host states.
+/// Restarts a receiver hot at an instant that its host sets.
 class HotRestart final : public disturbance::Disturbance {
  public:
-  /// @param at the latest one; empty: none so far
+  /// @param at the latest restart; empty: none so far
   explicit HotRestart(std::shared_ptr<const std::optional<GpsTime>> at) : at_(std::move(at)) {}
 
   void happen(const propagation::Antenna& /*antenna*/, disturbance::ReceiverEvents& events) override {
     if (!*at_ || (events.restart && events.restart->at >= **at_)) return;
     if (!restart_ || restart_->at != **at_) {
-      // A restart of a fault stays as it is, at this instant.
+      // A fault's restart at this instant has priority.
       restart_ = events.restart.value_or(disturbance::Restart{**at_, disturbance::RestartKind::Hot});
       restart_->at = **at_;
     }
@@ -71,18 +71,18 @@ struct LiveReceiver::Impl {
         receiver(make_receiver()) {
     if (config.base() != nullptr) {
       throw InputError(
-          fmt::format("receiver '{}' has a base, and runs alone", config.receiver().options.name),
-          "give the configuration to a simulation::Run, which makes the epochs of both");
+          fmt::format("receiver '{}' has a base, but runs without it", config.receiver().options.name),
+          "use simulation::Run, which computes the epochs of both");
     }
     warnings = config.warnings;
-    const auto own = sky->report.warnings();  // another receiver says those of a shared one
+    const auto own = sky->report.warnings();  // another receiver reports those of a shared one
     if (!shared) warnings.insert(warnings.end(), own.begin(), own.end());
     check(config.receiver());
     sensors = vehicle_sensors(config.sensors, config.receiver());
   }
 
-  /// Its options are decided by sky, errors and city. Behind its own disturbances, the streets that it drives
-  /// along (a fixed one has none) and its faults.
+  /// Its options depend on sky, errors and city. Its disturbances, then the streets along its route (none for
+  /// a fixed receiver), then its faults.
   [[nodiscard]] receiver::Receiver make_receiver() const {
     const ReceiverConfig& of = config.receiver();
     std::vector<disturbance::DisturbanceSource> sources =
@@ -96,7 +96,7 @@ struct LiveReceiver::Impl {
     decide_options(options, environment.errors().get(), &environment.sky());
     return {std::move(options), config.seed, sources, of.models};
   }
-  /// City and sky as effects of faults find them around the receiver.
+  /// Sets city and sky for the effects of faults around the receiver.
   void surround(disturbance::FaultTimeline& timeline) const {
     timeline.set_surroundings({sky->sky, std::shared_ptr<const city::City>(scene, &scene->city),
                                std::shared_ptr<const raytrace::RayScene>(scene, &scene->scene)});
@@ -129,16 +129,16 @@ struct LiveReceiver::Impl {
     other.streets.validate();
     if (other.options.dead_reckoning.enabled && !config.with_sensors) {
       throw InputError(
-          fmt::format("receiver '{}' has dead reckoning, and nobody gives it the vehicle's sensors",
+          fmt::format("receiver '{}' uses dead reckoning but has no vehicle sensor input",
                       other.options.name),
-          "run it by canyon simulate or canyon live with sensors: {imu: {}} (hosts give none yet), or set "
+          "run it by canyon simulate or canyon live with sensors: {imu: {}} (hosts have none yet), or set "
           "dead_reckoning: {enabled: false}");
     }
     check_sensors(config.sensors, other);
     if (other.options.ionosphere || other.options.fix.correct_ionosphere) require_ionosphere(*sky);
   }
 
-  /// Measurements, fix and its error at a known place. `arrival` is disturbed in place.
+  /// Measurements, fix and its error at a known position. `arrival` is disturbed in place.
   Epoch make_epoch(const Pose& truth, propagation::Arrival& arrival, const SensorBatch* samples) {
     arrival.messages = {sky, &sky->navigation};
     const auto given = std::exchange(corrections, nullptr);
@@ -176,7 +176,7 @@ struct LiveReceiver::Impl {
     surround(*faults);
   }
 
-  /// Begins the step at `t`. @param under_sky the sky is the caller's, and reaches to it
+  /// Starts the step at `t`. @param under_sky the caller's sky is used, and covers `t`
   void go_to(GpsTime t, bool under_sky) {
     const double seconds = t - start;
     if (seconds < last_s) restart();
@@ -184,7 +184,7 @@ struct LiveReceiver::Impl {
     last_s = seconds;
   }
 
-  /// Whether the host put the antenna elsewhere since the step before.
+  /// Whether the host moved the antenna by a jump since the previous step.
   void look_for_jump(const Pose& antenna, const Eigen::Vector3d& enu_m, bool continuous) {
     const double stated_mps = antenna.velocity_enu_mps.norm();
     const auto before =
@@ -199,7 +199,7 @@ struct LiveReceiver::Impl {
     *put_elsewhere = antenna.time;
     road->clear();
     warnings.push_back(fmt::format(
-        "the antenna was put {:.0f} m away at {:.1f} s: the receiver restarts, as after a hot start", way_m,
+        "the antenna jumped by {:.0f} m at {:.1f} s: restarting the receiver, as after a hot start", way_m,
         antenna.time - start));
   }
 
@@ -220,13 +220,13 @@ struct LiveReceiver::Impl {
     said_empty = false;
   }
 
-  // Only nominal orbits can be made for any time.
+  // Only nominal orbits can be computed for any time.
   void bring_sky_to(GpsTime t) {
     if (!config.sky.nominal) return;
     if (t - sky_begin < 0 || t - sky_begin > kSkySpan_s) use_sky(make_sky(t), t);
   }
 
-  /// The antenna's place at a step.
+  /// The antenna's position at a step.
   struct Place {
     GpsTime time;
     Eigen::Vector3d enu_m;
@@ -239,13 +239,13 @@ struct LiveReceiver::Impl {
   std::shared_ptr<const BuiltSky> sky;
   GpsTime sky_begin;
   Environment environment;
-  std::shared_ptr<disturbance::Road> road = std::make_shared<disturbance::Road>();  // driven so far
+  std::shared_ptr<disturbance::Road> road = std::make_shared<disturbance::Road>();  // travelled so far
   std::shared_ptr<const disturbance::Road> way;  // the whole; null: unknown
   std::shared_ptr<disturbance::FaultTimeline> faults;
   std::shared_ptr<std::optional<GpsTime>> put_elsewhere = std::make_shared<std::optional<GpsTime>>();  // last
   receiver::Receiver receiver;
   Tracer tracer;
-  std::optional<RetracedAntenna> arrivals;  // made where no tracer stands in for it
+  std::optional<RetracedAntenna> arrivals;  // created if no tracer replaces it
   std::optional<Pose> last_truth;
   std::optional<Place> last_place;
   double last_s = -std::numeric_limits<double>::infinity();
@@ -253,8 +253,8 @@ struct LiveReceiver::Impl {
   int begun = 0;
   std::vector<std::string> warnings;
   bool warned_of_station = false;
-  std::shared_ptr<const relative::Corrections> corrections;  // that came since the last step
-  std::optional<receiver::VehicleSensors> sensors;           // by a receiver with dead reckoning
+  std::shared_ptr<const relative::Corrections> corrections;  // that arrived since the last step
+  std::optional<receiver::VehicleSensors> sensors;           // of a receiver with dead reckoning
 };
 
 LiveReceiver::LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
@@ -319,9 +319,9 @@ std::string LiveReceiver::add_fault(const std::string& text, const std::string& 
   disturbance::Fault fault =
       disturbance::parse_fault(text, source, impl_->now_s(), impl_->faults->next_number());
   if (fault.until_s && *fault.until_s < impl_->now_s()) {
-    throw InputError(fmt::format("fault '{}' would be over: it ends at {:g} s, and it is {:.1f} s",
+    throw InputError(fmt::format("fault '{}' is already over: it ends at {:g} s, and the time is {:.1f} s",
                                  fault.name, *fault.until_s, impl_->now_s()),
-                     "leave from_s out, for a fault from now on");
+                     "leave from_s out for a fault from now on");
   }
   std::string name = fault.name;
   impl_->faults->add(std::move(fault));
@@ -344,7 +344,7 @@ LiveReceiver::Step LiveReceiver::observe(const Pose& antenna, const EpochInputs&
   raytrace::check_place(enu, "the antenna's position");
   if (!is_possible(antenna, frame)) {
     throw InputError("the antenna's velocity or yaw is not finite, or it is faster than 1000 km/s",
-                     "check what moves the vehicle");
+                     "check the source of the vehicle's motion");
   }
   impl.go_to(t, inputs.arrival != nullptr);
   impl.look_for_jump(antenna, enu, inputs.continuous);
@@ -366,8 +366,8 @@ LiveReceiver::Step LiveReceiver::observe(const Pose& antenna, const EpochInputs&
   step.epoch = impl.make_epoch(antenna, step.arrival, inputs.sensors);
   if (step.arrival.views.empty() && !impl.said_empty) {
     impl.said_empty = true;
-    impl.warnings.push_back(fmt::format("no satellite has an orbit at {}: there is no fix from here on",
-                                        geodesy::format_gpst(t, 0)));
+    impl.warnings.push_back(
+        fmt::format("no satellite has an orbit at {}: no fix from now on", geodesy::format_gpst(t, 0)));
   }
   return step;
 }

@@ -141,7 +141,7 @@ TEST(LiveReceiver, BeginsAnewWhenTimeJumpsBack) {
     expect_same(first[static_cast<std::size_t>(k)], live.observe(0.1 * k, antenna).epoch);
 }
 
-/// A receiver with a navigation filter in the open, twice a second, which is put 60 m away at 60 s.
+/// A receiver with a navigation filter in the open, twice a second, which jumps by 60 m at 60 s.
 struct Jump {
   explicit Jump(bool continuous) {
     live.emplace(parse_live_config(std::string(kLive) + "profile: ublox-m10\n", "plugin"), wall(),
@@ -176,9 +176,9 @@ TEST(LiveReceiver, BeginsAnewWhereItsHostPutsItElsewhere) {
   }
   EXPECT_GE(without, 2) << "a second of search";
   EXPECT_LE(without, 6);
-  EXPECT_THAT(jump.live->take_warnings(), testing::ElementsAre(HasSubstr("was put 60 m away at 60.0 s")));
+  EXPECT_THAT(jump.live->take_warnings(), testing::ElementsAre(HasSubstr("jumped by 60 m at 60.0 s")));
 
-  // Along a trajectory nobody says so: what the filter thinks of its measurements is its own affair.
+  // Along a trajectory there is no warning: the filter handles its measurements itself.
   Jump untold(true);
   for (double t = 0; t <= 61; t += 0.5) (void)untold.to(t);
   EXPECT_GT(untold.error_m, 40);
@@ -195,7 +195,7 @@ TEST(LiveReceiver, WhatARestartTookIsStillMissingBehindAJump) {
   EXPECT_NEAR(first, 86, 4);
 }
 
-// From standstill to 100 m/s within an epoch, poses 3 m beside the way, a gap of a minute.
+// From standstill to 100 m/s within an epoch, poses 3 m off the route, a gap of a minute.
 TEST(LiveReceiver, TakesNoVehicleForAJump) {
   LiveReceiver live(live_config(), wall(), *live_config().start);
   RigidPose antenna;
@@ -216,7 +216,7 @@ TEST(LiveReceiver, TakesNoVehicleForAJump) {
   EXPECT_EQ(live.take_warnings().size(), 1U);
 }
 
-// Hosts make receivers before they know their world.
+// Hosts create receivers before their world is known.
 TEST(LiveReceiver, IsMadeForTheSceneOfItsFirstStep) {
   const LiveConfig config = parse_live_config(std::string(kLive) + "profile: ublox-m10\n", "plugin");
   city::City field;
@@ -242,7 +242,7 @@ TEST(LiveReceiver, HasNominalOrbitsAnyTimeOn) {
 }
 
 // 30 deg high in the east, behind the wall; the mirror ray of range 12 m gives 2 * 12 * cos^2(30 deg) = 18 m.
-// Beyond the day that nominal orbits are written for each goes on with a sky of its own.
+// Beyond the day of the nominal orbits each continues with its own sky.
 TEST(LiveReceiver, ReceiversMayShareTheirSky) {
   const GpsTime start = *live_config().start;
   const auto scene = downtown();
@@ -283,8 +283,8 @@ profile: ideal
   EXPECT_LT((point - Eigen::Vector3d(-12 * std::cos(geodesy::kPi / 6), 0, 1 + 6)).norm(), 1e-4);
 }
 
-// Doppler is the rate of the pseudorange, of signals that come by two walls as well. Between two epochs 0.2 s
-// apart the chord misses the rate by d^3P/dt^3 dt^2 / 6, below 1e-4 m/s here.
+// Doppler is the rate of the pseudorange, also for signals via two walls. Between two epochs 0.2 s apart the
+// chord deviates from the rate by d^3P/dt^3 dt^2 / 6, below 1e-4 m/s here.
 TEST(LiveReceiver, DopplerOfTwoReflectionsIsTheRateOfTheRange) {
   city::City city;
   city.frame = geodesy::LocalFrame(geodesy::Geodetic::from_degrees(22.3, 114.17, 0));
@@ -351,7 +351,7 @@ TEST(LiveReceiver, FollowsMovedInstancesAndNewScenes) {
   empty->scene.set_pose(bus, Eigen::Isometry3d(Eigen::Translation3d(10, 0, 0)));
   empty->scene.commit();
   EXPECT_EQ(visibility(0.1), propagation::Visibility::Blocked);
-  // Viewers get the upright box about it, turned by 30 deg and tilted by 90 deg about its own x.
+  // Viewers get the enclosing upright box, rotated by 30 deg and tilted by 90 deg about its own x.
   empty->scene.set_pose(bus,
                         Eigen::Isometry3d(Eigen::Translation3d(20, 10, 40) *
                                           Eigen::AngleAxisd(geodesy::radians(30), Eigen::Vector3d::UnitZ()) *
@@ -359,7 +359,7 @@ TEST(LiveReceiver, FollowsMovedInstancesAndNewScenes) {
   empty->scene.commit();
   const std::vector<propagation::Body> near = live.observe(0.15, antenna).arrival.bodies;
   ASSERT_EQ(near.size(), 1U);
-  // Its 30 m of height lie along its right side now: its middle is 15 m to the right of (20, 10).
+  // Its 30 m of height are along its right side now: its middle is 15 m to the right of (20, 10).
   EXPECT_NEAR(near[0].centre.x(), 20 + 15 * 0.5, 1e-9);
   EXPECT_NEAR(near[0].centre.y(), 10 - 15 * std::sqrt(0.75), 1e-9);
   EXPECT_NEAR(near[0].half_length_m, 1, 1e-9);
@@ -389,14 +389,14 @@ TEST(LiveReceiver, RefusesWhatIsNoPlaceOrTime) {
                 HasSubstr("velocity"));
   }
   EXPECT_THAT(error_text([&] { (void)live.observe(nan, {}); }), HasSubstr("out of range"));
-  // A refused call leaves no trace.
+  // A rejected call changes nothing.
   EXPECT_TRUE(live.observe(0, {{-500, 0, 150}}).epoch.observed.fix.solved());
 }
 
 TEST(LiveReceiver, NeedsIonosphereCoefficientsWhereAskedFor) {
   LiveConfig config = live_config();
   config.receiver().options.ionosphere = true;
-  // Nominal satellites have standard ones.
+  // Nominal satellites have standard coefficients.
   EXPECT_NO_THROW(LiveReceiver(config, wall(), *config.start));
   config.sky = {};
   config.sky.frozen_azimuth_rad = {0, 1.5, 3, 4.5};
@@ -435,7 +435,7 @@ noise: {sigma_m_per_sqrt_s: 0.7}
 }
 
 TEST(LiveConfig, WarnsOfNoiseThatErrorsFromSpaceReplace) {
-  constexpr const char* kWarning = "noise has no effect, because errors from space replace it";
+  constexpr const char* kWarning = "noise has no effect, because range errors (sky.errors) replace it";
   const LiveConfig config = parse_live_config(std::string(kLive) + "noise: {mu_m: 1}\n", "plugin");
   EXPECT_THAT(config.warnings, ::testing::ElementsAre(HasSubstr(kWarning)));
   LiveReceiver receiver(config, downtown(), *config.start);
@@ -454,7 +454,7 @@ TEST(LiveConfig, WarnsOfNoiseThatErrorsFromSpaceReplace) {
   EXPECT_THAT(warnings("noise: {mu_m: 1}\nsky: {frozen: {satAzimuth: [1], satElevation: [1]}}\n"),
               ::testing::IsEmpty());
   EXPECT_THAT(parse_live_config("start: 2026-06-01T08:00:00\n", "plugin").warnings,
-              ::testing::ElementsAre(HasSubstr("names no zone")));
+              ::testing::ElementsAre(HasSubstr("has no time zone")));
 }
 
 TEST(LiveConfig, TakesNothingOfCityAndTrajectory) {

@@ -27,8 +27,8 @@ namespace canyon::simulation {
 
 namespace {
 
-/// A scenario reads the tiles of a city model, or keeps the objects of a large city, that are this near to
-/// its trajectory.
+/// Distance from the trajectory within which a scenario reads the tiles of a city model, or keeps the objects
+/// of a large city.
 constexpr double kAboutWay_m = 1000;
 
 using ReadProgress = std::function<void(std::size_t, std::size_t)>;
@@ -100,7 +100,7 @@ buildings::BuiltCity read_city(const CityConfig& config,
 
 namespace {
 
-/// Degrees of longitude and latitude about points, with a margin.
+/// Bounds in longitude and latitude of points, with a margin [deg].
 class PlaceBounds {
  public:
   void add(const geodesy::Geodetic& place) {
@@ -128,7 +128,7 @@ bool are_tiles(const std::vector<std::filesystem::path>& files) {
   });
 }
 
-/// The trajectory and the fixed receivers; empty where not all of the way is known before the city.
+/// The trajectory and the fixed receivers; empty if the whole route is not known before the city.
 PlaceBounds way_of(const Scenario& scenario) {
   PlaceBounds bounds;
   const TrajectoryConfig& trajectory = scenario.trajectory;
@@ -146,7 +146,7 @@ PlaceBounds way_of(const Scenario& scenario) {
   return unknown.empty() ? bounds : PlaceBounds();
 }
 
-/// A tileset, or a city model of tiles, without a box of its own is read about these places alone.
+/// Reads a tileset, or a city model of tiles, without its own box only near these positions.
 CityConfig about(CityConfig config, const PlaceBounds& places) {
   if (auto* tileset = config.as<tiles::TileOptions>(); tileset && !tileset->bbox_deg)
     tileset->bbox_deg = places.widened(tileset->margin_m);
@@ -171,7 +171,7 @@ CityConfig city_config(const Scenario& scenario, const std::array<double, 4>& bb
 
 namespace {
 
-/// Cities of files with more triangles than this are cut to the surroundings of the trajectory.
+/// Cities of files with more triangles than this are cropped to the surroundings of the trajectory.
 constexpr std::size_t kLargeCity = 1'000'000;
 
 void keep_about(city::City& city, const std::array<double, 4>& bbox_deg) {
@@ -229,10 +229,9 @@ city::City load_city(const Scenario& scenario) {
     keep_about(source, *around);
   const auto* tileset = scenario.city.as<tiles::TileOptions>();
   if (tileset && tiles::holds_key(tileset->url)) {
-    source.notes.say(
-        ReadReport::Level::Guess,
-        "city.tiles.url holds its key as it is, as will copies of the scenario: write $NAME in its place and "
-        "set that variable of the environment");
+    source.notes.say(ReadReport::Level::Guess,
+                     "city.tiles.url contains its key in clear text, and so will copies of the scenario: "
+                     "write $NAME instead and set that environment variable");
   }
   return draw_city(std::move(source), scenario);
 }

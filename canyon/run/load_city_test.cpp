@@ -58,7 +58,7 @@ TEST(LoadCity, KindsOfFilesByTheirNames) {
   EXPECT_THROW((void)city_config("a.xyz"), InputError);
 }
 
-// City models by what is in them, whatever their names; the scenario's keys reach the reader.
+// City models are detected by content, whatever their names; the scenario's keys reach the reader.
 TEST(LoadCity, CityModelsByTheirContent) {
   const test::TemporaryFolder folder;
   const std::filesystem::path file = folder / "tile.dat";
@@ -75,7 +75,7 @@ TEST(LoadCity, CityModelsByTheirContent) {
   EXPECT_THROW((void)canyon::test::loaded_city(config), InputError);
 }
 
-// A scenario reads the tiles of a folder that are about its trajectory, if it says where on Earth that is.
+// A scenario reads the tiles of a folder near its trajectory, if its position on Earth is given.
 TEST(LoadCity, TilesAboutTheTrajectory) {
   const test::TemporaryFolder folder;
   std::filesystem::create_directory(folder / "tiles");
@@ -92,7 +92,7 @@ TEST(LoadCity, TilesAboutTheTrajectory) {
         folder / "s.yaml");
     return city::summarize(load_city(scenario)).buildings;
   };
-  // 48.1306, 11.5671 is the first tile's place (cs2cs EPSG:25832 EPSG:4326).
+  // 48.1306, 11.5671 is the first tile's position (cs2cs EPSG:25832 EPSG:4326).
   const std::string near = "latitude_deg: 48.13, longitude_deg: 11.567, height_m: 510";
   EXPECT_EQ(buildings_of("", near), 1U);
   EXPECT_EQ(buildings_of("", "east_m: 0, north_m: 0, up_m: 2"), 2U);
@@ -100,10 +100,10 @@ TEST(LoadCity, TilesAboutTheTrajectory) {
   const std::string far = canyon::test::refusal(
       [&] { (void)buildings_of("", "latitude_deg: 48.2, longitude_deg: 11.567, height_m: 510"); });
   EXPECT_NE(far.find("no building in the box"), std::string::npos) << far;
-  EXPECT_NE(far.find("1 km about the trajectory"), std::string::npos) << far;
+  EXPECT_NE(far.find("1 km around the trajectory"), std::string::npos) << far;
 }
 
-// A relief is the ground where no raster is; trees stand on it, at their own height where the model has one.
+// The model's terrain is the ground if there is no raster; trees are on it, at their own height if given.
 TEST(LoadCity, ReliefAndTreesOfACityModel) {
   const test::TemporaryFolder folder;
   std::ofstream(folder / "c.gml") << canyon::test::citygml(
@@ -140,7 +140,7 @@ TEST(LoadCity, ReliefAndTreesOfACityModel) {
   EXPECT_NEAR(highest, 13.5, 0.01);
 }
 
-// By the number, by a grid of the user's, by the city's own file; 0 where nothing is known.
+// By the number, by the user's grid, by the city's own file; 0 if unknown.
 TEST(LoadCity, MeanSeaLevelByTheConfigurationOrTheFile) {
   const test::TemporaryFolder folder;
   CityConfig config;
@@ -173,7 +173,7 @@ TEST(LoadCity, MeanSeaLevelByAGeoidsGrid) {
   config.sea_level.geoid = buildings::GeoidModel::EGM84;
   ASSERT_EQ(setenv("GEOGRAPHICLIB_GEOID_PATH", folder.path().c_str(), 1), 0);
   EXPECT_NEAR(canyon::test::loaded_city(config).geoid_undulation_m, -3, 1e-9);
-  // It stands in for the grid of a datum that a city model names, where that is not installed.
+  // It replaces the grid of a city model's datum, if that is not installed.
   (void)folder.write("c.gml",
                      canyon::test::citygml(canyon::test::citygml_member(canyon::test::gml_building("a")),
                                            "urn:adv:crs:ETRS89_UTM32*DE_DHHN92_NH"));
@@ -194,7 +194,7 @@ TEST(LoadCity, MeanSeaLevelByAGeoidsGrid) {
   unsetenv("GEOGRAPHICLIB_GEOID_PATH");
   config.sea_level.geoid = buildings::GeoidModel::EGM96;
   try {
-    // gdaltransform -s_srs EPSG:4326+5773 -t_srs EPSG:4979 (PROJ 9.1.1) makes -2.167 m of "114.17 22.3 0".
+    // gdaltransform -s_srs EPSG:4326+5773 -t_srs EPSG:4979 (PROJ 9.1.1) gives -2.167 m for "114.17 22.3 0".
     EXPECT_NEAR(canyon::test::loaded_city(config).geoid_undulation_m, -2.167, 0.1);
   } catch (const InputError& e) {
     EXPECT_THAT(e.what(), HasSubstr("no geoid grid for it is installed"));
@@ -214,8 +214,8 @@ TEST(LoadCity, OriginOutOfRange) {
   EXPECT_THROW(static_cast<void>(canyon::test::loaded_city(config)), InputError);
 }
 
-// Facades of the scenario's city, by its seed: a map's tags stay, the rest is drawn; the same in load_city()
-// of a city alone.
+// Facades of the scenario's city, by its seed: a map's tags are kept, the rest is sampled; the same in
+// load_city() of a city alone.
 TEST(LoadCity, FacadesKeepTheTagsOfAMap) {
   const test::TemporaryFolder folder;
   std::string nodes, ways;
@@ -268,7 +268,7 @@ TEST(LoadCity, FacadesKeepTheTagsOfAMap) {
   EXPECT_NE(alone.mesh.materials, canyon::test::loaded_city(config, 6).mesh.materials);
 }
 
-/// A tile of 100 m about a place, as a region of heights 0 to 99 m.
+/// A tile of 100 m around a position, as a region of heights 0 to 99 m.
 std::string region_tile(const std::string& uri, double latitude_deg, double longitude_deg) {
   const double south = geodesy::radians(latitude_deg), west = geodesy::radians(longitude_deg);
   return fmt::format(
@@ -284,7 +284,7 @@ TEST(LoadCity, TilesAboutTheTrajectoryAlone) {
              canyon::test::b3dm(canyon::test::box_glb(10, 10, 10),
                                 fmt::format(R"({{"BATCH_LENGTH":0,"RTC_CENTER":[{},{},{}]}})", centre.x(),
                                             centre.y(), centre.z())));
-  // The other tile does not exist, and is not missed.
+  // The other tile does not exist, and is not needed.
   write_file(folder / "tileset.json",
              canyon::test::tileset(
                  R"("boundingVolume":{"region":[0.2,0.84,0.202,0.85,0,99]},"geometricError":99,)"
@@ -301,22 +301,22 @@ TEST(LoadCity, TilesAboutTheTrajectoryAlone) {
   EXPECT_THAT(city.notes.warnings(), ::testing::IsEmpty());
   EXPECT_EQ(city.mesh.triangles.size(), 12U);
   EXPECT_NEAR(geodesy::degrees(city.frame.origin().latitude_rad), 48.2003, 1e-4);
-  // The same by a box.
+  // The same with a box.
   const Scenario elsewhere = scenario("latitude_deg: 48.3, longitude_deg: 11.5, height_m: 2");
   const CityConfig about_box = city_config(elsewhere, {11.5, 48.2, 11.5006, 48.2006});
   EXPECT_EQ(load_city(about_box).mesh.triangles.size(), 12U);
-  // A place that is known only when the city is read: all tiles, and so a gap.
+  // A position that is known only after reading the city: all tiles, and so a missing one.
   EXPECT_THAT(load_city(scenario("east_m: 0, north_m: 0, up_m: 2")).notes.warnings(),
               ::testing::Contains(HasSubstr("far.b3dm")));
   EXPECT_TRUE(is_file_of<tiles::TileOptions>(folder / "tileset.json"));
   EXPECT_TRUE(is_file_of<tiles::TileOptions>("https://example.org/x.json?key=1"));
-  // A scenario that is written back reads as the same.
+  // A scenario that is written and read again is the same.
   const Scenario once = scenario("latitude_deg: 48.2, longitude_deg: 11.5, height_m: 2");
   EXPECT_EQ(scenario_yaml(parse_scenario(scenario_yaml(once), folder / "t.yaml")), scenario_yaml(once));
 }
 
 // 290 x 290 blocks of 12 triangles, 20 m apart: more than a million triangles. Within 1 km of the middle,
-// west to east and south to north, stand 101 x 101.
+// west to east and south to north, there are 101 x 101.
 TEST(LoadCity, OfALargeCityWhatIsAboutTheTrajectory) {
   constexpr int kBlocks = 290;
   const test::TemporaryFolder folder;

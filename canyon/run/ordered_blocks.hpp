@@ -27,18 +27,18 @@ inline void check_threads(int threads) {
                    fmt::format("give 0 (as many as cores) to {}", kMostThreads));
 }
 
-/// `threads`, at most as many as cores; 0: as many as cores. Throws InputError where they are out of range.
+/// `threads`, at most as many as cores; 0: as many as cores. Throws InputError if out of range.
 [[nodiscard]] inline int threads_of(int threads) {
   check_threads(threads);
-  // More threads than cores bring nothing, and TBB complains about them on stderr.
+  // More threads than cores bring no gain, and TBB warns about them on stderr.
   const int cores = tbb::this_task_arena::max_concurrency();
   return threads == 0 ? cores : std::min(threads, cores);
 }
 
-/// make(i) for i in [0, count) on `threads` (0: as many as cores; at most that), take(i, item) in ascending
-/// order on the calling thread, while the next block is being made. At most two blocks of items exist at a
-/// time. Ends early, between items, once running() is false; what was made in order before that may be
-/// dropped. An exception of make(i) comes out after take() of all items before i; one of take() at once.
+/// Calls make(i) for i in [0, count) on `threads` (0: as many as cores; at most that), and take(i, item) in
+/// ascending order on the calling thread while the next block is made. At most two blocks of items exist at a
+/// time. Ends early, between items, once running() is false; items made before that may be dropped. An
+/// exception of make(i) is rethrown after take() of all items before i; one of take() at once.
 template <typename Item, typename Running, typename Make, typename Take>
 void for_each_in_order(std::size_t count, std::size_t block_size, int threads, const Running& running,
                        const Make& make, const Take& take) {
@@ -49,8 +49,8 @@ void for_each_in_order(std::size_t count, std::size_t block_size, int threads, c
   using Block = std::vector<Slot>;
   tbb::task_arena arena(threads_of(threads));
   tbb::task_group group;
-  std::atomic<std::size_t> failed{count};  // the first one: nothing behind it is begun
-  // The group's wait orders the threads already; this says so to ThreadSanitizer, which cannot see into TBB.
+  std::atomic<std::size_t> failed{count};  // the first one: no item after it is started
+  // The group's wait already orders the threads; ThreadSanitizer cannot see into TBB and needs this.
   std::atomic<std::size_t> made{0};
   const auto make_item = [&](std::size_t i, Slot& slot) {
     if (i > failed.load(std::memory_order_relaxed) || !running()) return;
@@ -75,7 +75,7 @@ void for_each_in_order(std::size_t count, std::size_t block_size, int threads, c
     return block;
   };
   const auto wait = [&] { arena.execute([&group] { group.wait(); }); };
-  /// Hands items over until one is missing, which is the end; rethrows where making it failed.
+  /// Passes items to take() until one is missing, which is the end; rethrows exceptions of making them.
   const auto take_block = [&](std::size_t first, Block& block) {
     for (Slot& slot : block) {
       if (slot.error) std::rethrow_exception(slot.error);
@@ -95,7 +95,7 @@ void for_each_in_order(std::size_t count, std::size_t block_size, int threads, c
       if (!take_block(first, *block)) break;
     }
   } catch (...) {
-    wait();  // the next block's tasks refer to what is here
+    wait();  // tasks of the next block refer to local variables
     throw;
   }
   wait();

@@ -1,4 +1,4 @@
-// A program's own weights and positions, and traces of many places, held against the engine's own.
+// Weights and positions of a calling program, and traces of many points, compared with the engine's own.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ receivers: [{name: car, )" + receiver + "}]\n",
   return collector.epochs;
 }
 
-// Weights that are all alike, whatever they are, give the fix of `weighting: equal`.
+// Equal weights of any value give the fix of `weighting: equal`.
 TEST(OwnModels, WeightsReplaceTheOptions) {
   const auto own = simulated([](std::uint64_t, const std::string&) {
     receiver::OwnModels models;
@@ -70,7 +70,7 @@ TEST(OwnModels, AWeightOfNothingIsRefused) {
   }
 }
 
-// One that asks solve_fix() gives what the receiver without it gives; it is made anew for each run.
+// A model that calls solve_fix() gives the result of the receiver without it; it is made again for each run.
 TEST(OwnModels, ASolverReplacesTheFix) {
   int made = 0, solved = 0;
   const receiver::ModelSource source = [&](std::uint64_t seed, const std::string&) {
@@ -87,12 +87,12 @@ TEST(OwnModels, ASolverReplacesTheFix) {
   const auto own = simulated(source), plain = simulated({});
   EXPECT_EQ(made, 1);
   EXPECT_EQ(solved, 4);
-  // Its own begins at the Earth's centre, the other where the fix before was.
+  // Its own starts at the Earth's centre, the other at the previous fix.
   for (std::size_t i = 0; i < own.size(); ++i)
     EXPECT_LT((own[i].error_enu_m - plain[i].error_enu_m).norm(), 1e-6);
 }
 
-// One that finds the engine's place states the engine's accuracy, with a filter behind it and without.
+// A model that finds the engine's position reports the engine's accuracy, with and without a filter after it.
 TEST(OwnModels, ASolversFixStatesItsAccuracyAndIsFiltered) {
   const receiver::ModelSource same = [](std::uint64_t, const std::string&) {
     receiver::OwnModels models;
@@ -117,7 +117,7 @@ TEST(OwnModels, ASolversFixStatesItsAccuracyAndIsFiltered) {
       EXPECT_EQ(a.excluded, b.excluded);
     }
     const double last_m = std::sqrt(own.back().observed.fix.covariance_enu.trace());
-    EXPECT_NE(last_m, sigma_m);  // the filter knows of the epochs before
+    EXPECT_NE(last_m, sigma_m);  // the filter uses the previous epochs
     sigma_m = last_m;
   }
 }
@@ -138,12 +138,12 @@ class TracePlaces : public ::testing::Test {
   std::vector<Eigen::Vector3d> places = [] {
     std::vector<Eigen::Vector3d> all;
     all.reserve(40);
-    for (int i = 0; i < 40; ++i) all.emplace_back(5.0 * i - 100, 3.0 * i - 60, 2);  // streets, and rooms
+    for (int i = 0; i < 40; ++i) all.emplace_back(5.0 * i - 100, 3.0 * i - 60, 2);  // streets, indoors
     return all;
   }();
 };
 
-// Place by place what Environment::arrival() says.
+// Point by point, the result of Environment::arrival().
 TEST_F(TracePlaces, AreArrivals) {
   std::vector<TracedSatellite> rows(places.size() * satellites.size());
   std::vector<TracedPath> paths;

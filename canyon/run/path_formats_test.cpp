@@ -1,5 +1,4 @@
-// Each way in which a recorded path reaches a run: format, times, heights, and with the key `format` or
-// without.
+// Every kind of recorded path for a run: format, times, heights, with and without the key `format`.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,7 +15,7 @@
 namespace canyon::simulation {
 namespace {
 
-/// A file of five points, 11.1 m and 1 s apart, from 48 N, 11 E, 547 m above the ellipsoid on.
+/// A file of five points, 11.1 m and 1 s apart, starting at 48 N, 11 E, 547 m above the ellipsoid.
 struct PathFormat {
   const char* name;
   const char* format;

@@ -76,8 +76,8 @@ buildings::MapData read_maps(const MapCity& config, const buildings::TerrainOpti
   if (map.features.empty()) {
     throw InputError(
         map.source + ": no building" + (box ? " in the box" : ""),
-        box ? "the box is city.bbox, else of tiles 1 km about the trajectory: check places, or give a "
-              "box west,south,east,north that holds some"
+        box ? "the box is city.bbox, else for tiles 1 km around the trajectory: check positions, or give a "
+              "box west,south,east,north with buildings"
             : "give a map with buildings");
   }
   return map;
@@ -87,7 +87,7 @@ buildings::MapData read_maps(const MapCity& config, const buildings::TerrainOpti
 
 buildings::BuiltCity read_map(const MapCity& config, const CityConfig& city,
                               const std::function<void(std::size_t, std::size_t)>& progress) {
-  // The rasters first: a wrong one is found before minutes of reading.
+  // The rasters first: an invalid one is found before minutes of reading.
   std::optional<buildings::Terrain> terrain;
   if (!config.terrain.empty()) terrain.emplace(config.terrain, city.sea_level);
   buildings::BuildOptions build = config.build;
@@ -105,9 +105,10 @@ buildings::BuiltCity read_map(const MapCity& config, const CityConfig& city,
     const bool elsewhere = static_cast<std::size_t>(beyond) == map.features.size();
     if (elsewhere) terrain.reset();
     if (beyond > 0) {
-      map.notes.say(ReadReport::Level::Loss,
-                    fmt::format("{}: {} of {} objects stand beyond its relief, {}", map.source, beyond,
-                                map.features.size(), elsewhere ? "which is left out" : "where no ground is"));
+      map.notes.say(
+          ReadReport::Level::Loss,
+          fmt::format("{}: {} of {} objects are outside the terrain, {}", map.source, beyond,
+                      map.features.size(), elsewhere ? "which is left out" : "where there is no ground"));
     }
   }
   map.relief = {};

@@ -7,16 +7,16 @@
 #include "canyon/city/buildings/city_builder.hpp"
 #include "canyon/run/scenario/fwd.hpp"
 
-// What read_city() needs GDAL and libosmium for. Part of canyon::io.
+// The parts of read_city() that need GDAL and libosmium. Part of canyon::io.
 namespace canyon::simulation {
 
 struct MapCity;
 
-/// A city of maps and city models. `progress` is called with features that are done and in all.
+/// A city of maps and city models. `progress` is called with the number of features done, and the total.
 [[nodiscard]] buildings::BuiltCity read_map(const MapCity& config, const CityConfig& city,
                                             const std::function<void(std::size_t, std::size_t)>& progress);
 
-/// Height of mean sea level above the ellipsoid [m] at a place, as buildings::geoid_undulation_m() has it.
+/// Height of mean sea level above the ellipsoid [m] at a position, as buildings::geoid_undulation_m().
 [[nodiscard]] double sea_level_m(buildings::GeoidModel model, const geodesy::Geodetic& place);
 
 }  // namespace canyon::simulation

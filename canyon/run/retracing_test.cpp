@@ -66,7 +66,7 @@ TEST(Retracing, RunsAndLiveReceiversHaveTheSameArrivals) {
     }
   }
   EXPECT_GT(others, 0U);  // far paths were kept
-  // The epochs that find paths first, the others in any order.
+  // Epochs that trace paths come first, the others in any order.
   RetracedAntenna run(propagators.front());
   std::vector<RetracedAntenna::Epoch> epochs;
   for (std::size_t k = 0; k < kCount; ++k) epochs.push_back(run.next(drive.at(k), Drive::place(k)));
@@ -79,7 +79,7 @@ TEST(Retracing, RunsAndLiveReceiversHaveTheSameArrivals) {
   for (std::size_t k = 0; k < kCount; ++k) expect_equal(expected[k], got[k]);
 }
 
-// An epoch alone in its interval, or far from the one before, is traced as such.
+// An epoch alone in its interval, or far from the previous one, is traced separately.
 TEST(Retracing, EpochsApartAreTracedAnew) {
   Drive drive;
   const propagation::Propagator propagator = drive.environment.make_propagator(drive.options);
@@ -97,7 +97,7 @@ TEST(Retracing, EpochsApartAreTracedAnew) {
                drive.environment.arrival(drive.at(100), Drive::place(21), propagator));
 }
 
-// Switched off, and what it does not apply to.
+// Switched off, and cases to which it does not apply.
 TEST(Retracing, IsAnOption) {
   Drive drive;
   for (int what = 0; what < 3; ++what) {

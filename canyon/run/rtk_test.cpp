@@ -1,4 +1,4 @@
-// RTK of simulated receivers: what base and rover make of each other.
+// RTK of simulated receivers: solutions from base and rover.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -69,7 +69,7 @@ TEST(Differential, StatesWhatCorrectionsLeave) {
                 "  - {name: single, profile: survey}\n" +
                     kBase,
                 180));
-  // 12 to 25 with the errors from space in it. The codes of the base count as 0.3 m, here they are better.
+  // 12 to 25 with the range errors included. The base's pseudoranges count as 0.3 m, here they are better.
   constexpr double kLargest = 6;
   for (std::size_t r = 0; r < 4; ++r) {
     double errors = 0, stated = 0;
@@ -84,7 +84,7 @@ TEST(Differential, StatesWhatCorrectionsLeave) {
       EXPECT_GT(over, 0.7) << r;
       EXPECT_LT(over, kLargest) << r;
     } else {
-      // Errors from space stay in a single fix.
+      // Range errors remain in a single fix.
       EXPECT_GT(std::sqrt(stated / static_cast<double>(epochs.at(r).size())), 0.7);
     }
   }
@@ -106,7 +106,7 @@ TEST(Rtk, FixesWithinCentimetres) {
   }
 }
 
-// Errors of codes last: five epochs in a second know as much as one.
+// Errors of pseudoranges are correlated: five epochs in a second are worth as much as one.
 TEST(Rtk, FixesAgainAfterABridgeAtAnyRate) {
   const std::string bridge =
       "faults: [{from_s: 20, until_s: 24, receivers: [rover], antenna: {elevation_from_deg: 0, "
@@ -133,7 +133,7 @@ TEST(Rtk, FixesAgainAfterABridgeAtAnyRate) {
   }
 }
 
-// Over 30 km the atmosphere keeps the rover float; a network moves the base to where the rover says it is.
+// Over 30 km the atmosphere keeps the rover float; a network moves the base to the rover's reported position.
 TEST(Rtk, AVirtualStationMakesLongBaselinesShort) {
   const std::string far =
       "  - {name: base, profile: ublox-f9p, fixed: {east_m: 30000, north_m: 0, up_m: 5}}\n";
@@ -141,7 +141,7 @@ TEST(Rtk, AVirtualStationMakesLongBaselinesShort) {
   EXPECT_LT(share(own, FixKind::Fixed), 0.2);
   const auto epochs = run(field(rover("from: base, virtual_station: true") + far)).at(0);
   EXPECT_GT(share(epochs, FixKind::Fixed), 0.9);
-  EXPECT_NE(epochs.front().observed.fix.kind(), FixKind::Fixed);  // nothing comes before it says where it is
+  EXPECT_NE(epochs.front().observed.fix.kind(), FixKind::Fixed);  // its position is not yet reported
   for (const Epoch& epoch : epochs) {
     const positioning::Fix& fix = epoch.observed.fix;
     if (fix.kind() != FixKind::Fixed) continue;
@@ -150,7 +150,7 @@ TEST(Rtk, AVirtualStationMakesLongBaselinesShort) {
   }
 }
 
-// A station that a rover leaves 5 km behind is moved, and the phases begin anew.
+// A station that a rover leaves 5 km behind is moved, and the phases restart.
 TEST(Rtk, AVirtualStationFollowsTheRover) {
   std::string text =
       field(rover("from: base, virtual_station: true") +
@@ -225,7 +225,7 @@ TEST(Rtk, HeadingOfTwoAntennas) {
   int fixed = 0;
   for (const Epoch& epoch : of.at(0)) {
     const positioning::Fix& fix = epoch.observed.fix;
-    EXPECT_EQ(fix.kind(), FixKind::Single);  // the vector says nothing of the place
+    EXPECT_EQ(fix.kind(), FixKind::Single);  // the baseline has no information on the position
     if (!fix.baseline || fix.baseline->kind != FixKind::Fixed) continue;
     EXPECT_TRUE(fix.baseline->moving_base);
     EXPECT_NEAR(fix.baseline->length_m(), 1, 0.02);
@@ -265,7 +265,7 @@ double over_stated(const Epoch& epoch) {
          std::sqrt(epoch.observed.fix.covariance_enu.topLeftCorner<2, 2>().trace());
 }
 
-// Between walls fixes are lost, and come back. The stated deviations are about those of the errors.
+// Between walls fixes are lost, and found again. The reported deviations are about those of the errors.
 TEST(Rtk, ACanyonTakesTheFix) {
   const std::vector<Epoch> epochs = between_walls(
       "{east_m: 700, north_m: 0, up_m: 1.5}, {east_m: -100, north_m: 0, up_m: 1.5}, "
@@ -283,8 +283,8 @@ TEST(Rtk, ACanyonTakesTheFix) {
   EXPECT_LT(normalised[normalised.size() / 2], 2);
 }
 
-// Codes by themselves and with phases are both wrong among echoes. Where they contradict each other the
-// accuracy says so. Echoes move all ambiguities at once, and the search knows that.
+// Pseudoranges alone and with phases are both wrong under multipath. If they contradict each other, the
+// accuracy shows it. Multipath moves all ambiguities at once, and the search takes this into account.
 TEST(Rtk, EchoesMakeItUnsureInsteadOfWrong) {
   int wrong = 0, real = 0, fixed = 0, wrongly_fixed = 0;
   for (const char* seed : {"seed: 3\n", "seed: 4\n", "seed: 6\n"}) {
@@ -312,7 +312,7 @@ TEST(Rtk, ABaseInsideABuildingGivesNothing) {
   Scenario scenario = parse_scenario(field(rover() + kBase, 20), "scenario.yaml");
   blocks.origin = *scenario.city.origin;
   const auto scene = std::make_shared<CityScene>(city::synthetic_city(blocks));
-  // The middle of some building: the first place on a grid that is inside one.
+  // The middle of a building: the first point on a grid that is inside one.
   std::optional<Eigen::Vector3d> inside;
   for (double east = -100; east < 100 && !inside; east += 5) {
     const Eigen::Vector3d place(east, 33, 2);
@@ -333,7 +333,7 @@ TEST(Rtk, RefusesWhatCannotBe) {
   EXPECT_THAT(
       fault("  - {name: rover, profile: ideal, own_draws: true, rtk: true, corrections: {from: base}}\n" +
             kBase),
-      HasSubstr("no carrier phases without strengths"));
+      HasSubstr("needs carrier phases, which need signal strengths"));
   EXPECT_THAT(fault(rover("from: base", "rtk: {ratio: 0.5}") + kBase), HasSubstr("ratio"));
   EXPECT_THAT(fault(rover("from: base", "rtk: perhaps") + kBase), HasSubstr("perhaps"));
   EXPECT_THAT(fault(rover("from: base, outages_s: [5, 2]") + kBase), HasSubstr("do not ascend"));

@@ -16,17 +16,17 @@ Run::Run(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
   if (!scene) throw InputError("a run needs a scene");
   for (ReceiverConfig& receiver : configs_)
     if (receiver.fixed) receiver.fixed->settle(scene->city.frame);
-  // Else its one receiver's base is in another run.
+  // Else the base of its one receiver is in another run.
   if (!config.bases_elsewhere || config.base() != nullptr) links_ = {configs_, seed_};
   order_.resize(configs_.size());
   std::iota(order_.begin(), order_.end(), std::size_t{0});
   order_ = links_.order(std::move(order_));
-  config.bases_elsewhere = true;  // for each alone
+  config.bases_elsewhere = true;  // for each LiveReceiver
   for (const ReceiverConfig& receiver : configs_) {
     config.receivers = {receiver};
     receivers_.emplace_back(config, scene, start, sky, way);
     sky = receivers_.back().shared_sky();
-    config.warnings.clear();  // they are said once
+    config.warnings.clear();  // they are reported once
   }
   last_.resize(configs_.size());
   begun_.resize(configs_.size());

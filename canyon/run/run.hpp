@@ -13,13 +13,13 @@
 
 namespace canyon::simulation {
 
-/// The receivers of one world with the corrections between them: told the next instants and poses, it makes
-/// their epochs. A trajectory (Simulation), poses that arrive (live::Session) and a host's steps
-/// (live::HostedReceiver) tell it.
+/// The receivers of one world with the corrections between them. Computes their epochs from given times and
+/// poses, which come from a trajectory (Simulation), arriving poses (live::Session) or a host's steps
+/// (live::HostedReceiver).
 class Run {
  public:
-  /// A receiver for each of `config.receivers`; the others as LiveReceiver(). Throws as that and as
-  /// check_corrections(), whose fixed places are FixedPlace::settle()d here.
+  /// A receiver for each of `config.receivers`; other parameters as LiveReceiver(). Throws as LiveReceiver()
+  /// and check_corrections(); resolves fixed positions by FixedPlace::settle().
   Run(LiveConfig config, std::shared_ptr<CityScene> scene, geodesy::GpsTime start,
       std::shared_ptr<const BuiltSky> sky = nullptr, std::shared_ptr<const disturbance::Road> way = nullptr);
 
@@ -31,7 +31,7 @@ class Run {
   [[nodiscard]] std::optional<std::size_t> base_of(std::size_t receiver) const {
     return links_.base_of(receiver);
   }
-  /// The pose of a receiver with a fixed place; empty for others.
+  /// The pose of a receiver with a fixed position; empty for others.
   [[nodiscard]] std::optional<Pose> fixed_pose(std::size_t receiver, geodesy::GpsTime time) const;
 
   /// One epoch of one receiver.
@@ -40,24 +40,24 @@ class Run {
     geodesy::GpsTime time;
     std::optional<Pose> antenna = {};  ///< at `time`; empty: there is no truth (LiveReceiver::lose())
     EpochInputs inputs = {};
-    /// That came from elsewhere, instead of those of a receiver of this run; null: none.
+    /// Corrections from outside, instead of those of a receiver of this run; null: none.
     std::shared_ptr<const relative::Corrections> corrections = nullptr;
   };
-  /// Makes the epochs, with Epoch::receiver and Epoch::arrival, in the order of `due`, each from the
-  /// corrections that have come for it. Epochs of a receiver must be in order of time, and behind those of
-  /// its base; a time that goes back begins the run anew.
-  /// @param parallel make epochs of receivers that need nothing of each other on several threads
+  /// Computes the epochs, with Epoch::receiver and Epoch::arrival, in the order of `due`, each from the
+  /// corrections that have arrived for it. Epochs of a receiver must be in order of time and after those of
+  /// its base; a time that goes back restarts the run.
+  /// @param parallel compute epochs of independent receivers on several threads
   [[nodiscard]] std::vector<LiveReceiver::Step> make(std::span<const Due> due, bool parallel);
 
-  /// As constructed.
+  /// Restarts as constructed.
   void restart();
 
-  /// LiveReceiver::add_fault() and end_fault() of all receivers, of which a fault may concern some.
+  /// LiveReceiver::add_fault() and end_fault() of all receivers; a fault may affect only some of them.
   std::string add_fault(const std::string& text, const std::string& source = "fault");
   void end_fault(const std::string& name);
 
  private:
-  /// Makes the link to a receiver that has begun anew, with its options of now.
+  /// Resets the link to a receiver that has restarted, with its current options.
   void renew_link(std::size_t receiver);
 
   std::vector<LiveReceiver> receivers_;
@@ -66,11 +66,11 @@ class Run {
   CorrectionLinks links_;
   std::vector<std::size_t> order_;
   std::vector<std::optional<geodesy::GpsTime>> last_;  // epoch of each
-  std::vector<int> begun_;                             // LiveReceiver::begun() of each, as links know it
+  std::vector<int> begun_;  // LiveReceiver::begun() of each, at the last renew_link()
 };
 
-/// Finishes sinks, but `broken` that has failed (its file stays absent); null: all. Rethrows the first
-/// exception, or `failure` of the run before.
+/// Finishes all sinks except `broken`, which has failed (its file stays absent); null: all. Rethrows the
+/// first exception, or the earlier `failure` of the run.
 void finish_sinks(std::span<EpochSink* const> sinks, const EpochSink* broken, std::exception_ptr failure);
 
 }  // namespace canyon::simulation

@@ -26,8 +26,8 @@ using geodesy::GpsTime;
 
 // A trajectory that is farther from the city has a wrong origin.
 constexpr double kFarFromCity_m = 10e3;
-// A recorded path that is never lower above the ground is one of an aircraft, or of another zero of heights:
-// undulations of the geoid begin to matter there.
+// A recorded path that is never lower above the ground is one of an aircraft, or has another height
+// reference: undulations of the geoid are significant from there on.
 constexpr double kNoVehicle_m = 20;
 
 // Horizontal distance [m] from a point to the city's bounds; 0 inside.
@@ -56,7 +56,7 @@ void check_streams(const Scenario& scenario) {
     if (!relative::is_stream(from)) continue;
     throw scenario_error(
         scenario,
-        fmt::format("receiver '{}' takes corrections from '{}', a stream", receiver.options.name, from),
+        fmt::format("receiver '{}' uses corrections from '{}', a stream", receiver.options.name, from),
         from.starts_with(relative::kTopicAddress)
             ? "run it as a node of ROS 2 (docs/ros2.md), or name a base of the scenario"
             : "run it by canyon live, or name a base of the scenario");
@@ -73,8 +73,8 @@ void check_all_sensors(const RunView& run, std::vector<std::string>& warnings) {
   }
   if (scenario.sensors.magnetometer && !geodesy::magnetic_model_is_valid(run.plan.begin)) {
     warnings.emplace_back(
-        "sensors.magnetometer: the World Magnetic Model 2025 is for 2025 to 2030; outside it is off by more: "
-        "0.1 uT in 2019, 0.3 uT in 2012");
+        "sensors.magnetometer: the World Magnetic Model 2025 is for 2025 to 2030; outside, its errors are "
+        "larger: 0.1 uT in 2019, 0.3 uT in 2012");
   }
   for (const ReceiverConfig& receiver : scenario.receivers) {
     try {
@@ -113,8 +113,8 @@ void check_near(const RunView& run, const city::Box& bounds, const Geodetic& pla
   if (distance > kFarFromCity_m) throw far_error(run, distance, place, t);
 }
 
-// A flight may lead far over an open field, but hardly passes it by from its begin to its end. Nothing but
-// the frame of local places depends on the field's origin.
+// A flight may lead far over an open field, but hardly stays far from it during the whole run. Only the frame
+// of local positions depends on the field's origin.
 void check_near_field(const RunView& run, std::size_t step, std::vector<std::string>& warnings) {
   if (!run.scenario.city.is<OpenField>() || !run.scenario.city.origin) return;
   const RunPlan& plan = run.plan;
@@ -152,14 +152,14 @@ void check_places(const RunView& run, std::vector<std::string>& warnings) {
   if (trajectory.file && !trajectory.height_above_terrain_m && !run.scenario.city.is<OpenField>() &&
       lowest_m > kNoVehicle_m) {
     warnings.push_back(fmt::format(
-        "the recorded path is nowhere lower than {:.0f} m above the city's ground: if the vehicle drives, "
-        "its heights and the city's have different zeros (a map without terrain has its ground at height 0); "
+        "the recorded path is never lower than {:.0f} m above the city's ground: if the vehicle drives, its "
+        "heights and the city's have different zeros (a map without terrain has its ground at height 0); "
         "trajectory.height_above_terrain_m: 1.5 puts it on the ground",
         lowest_m));
   }
 }
 
-// A fixed receiver may stand beyond the city, under an open sky.
+// A fixed receiver may be outside the city, under an open sky.
 void check_fixed(const RunView& run) {
   for (std::size_t r = 0; r < run.scenario.receivers.size(); ++r) {
     const ReceiverConfig& receiver = run.scenario.receivers[r];
@@ -168,13 +168,13 @@ void check_fixed(const RunView& run) {
     if (is_possible({run.plan.begin, receiver.fixed->place}, frame)) continue;
     const double far_m = frame.local_from_geodetic(receiver.fixed->place).norm();
     throw scenario_error(run.scenario,
-                         fmt::format("receivers[{}].fixed: '{}' stands {:.0f} km from the city", r,
+                         fmt::format("receivers[{}].fixed: '{}' is {:.0f} km from the city", r,
                                      receiver.options.name, far_m / 1e3),
                          "check its latitude and longitude");
   }
 }
 
-// A drive is not planned through a building; one place may be inside, to see what happens.
+// A drive through a building is not intended; a fixed position may be inside, for a test.
 void check_waypoints(const RunView& run) {
   const std::vector<Geodetic>& waypoints = run.scenario.trajectory.waypoints;
   const city::City& city = run.environment.city();
@@ -194,7 +194,7 @@ void check_waypoints(const RunView& run) {
     if (free == at) continue;
     const Geodetic place = city.frame.geodetic_from_local(free);
     throw scenario_error(run.scenario, fmt::format("waypoint {} is inside a building", i + 1),
-                         fmt::format("the nearest free place is {{latitude_deg: {:.6f}, longitude_deg: "
+                         fmt::format("the nearest free position is {{latitude_deg: {:.6f}, longitude_deg: "
                                      "{:.6f}}}, which is {{east_m: {:.1f}, north_m: {:.1f}}}",
                                      geodesy::degrees(place.latitude_rad),
                                      geodesy::degrees(place.longitude_rad), free.x(), free.y()));
@@ -205,7 +205,7 @@ void check_faults(const RunView& run, std::vector<std::string>& warnings) {
   for (const disturbance::Fault& fault : run.scenario.faults) {
     if (run.plan.at(run.plan.epochs() - 1) >= run.plan.begin + fault.from_s) continue;
     warnings.push_back(
-        fmt::format("fault '{}' begins after {} s, when the run has ended", fault.name, fault.from_s));
+        fmt::format("fault '{}' begins at {} s, after the end of the run", fault.name, fault.from_s));
   }
 }
 

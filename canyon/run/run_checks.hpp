@@ -22,17 +22,17 @@ struct RunView {
   const BuiltSky& sky;
   const Environment& environment;
 };
-/// Checks what a scenario's parts say of each other, and up to two thousand epochs of the trajectory. Returns
-/// warnings of probable mistakes. Throws InputError for what cannot be run: corrections that nobody sends,
-/// missing coefficients of the ionosphere, a trajectory far from the city or beside the terrain, sensors that
-/// a receiver needs.
+/// Checks that the parts of a scenario fit together, and up to two thousand epochs of the trajectory. Returns
+/// warnings of probable mistakes. Throws InputError if a run is impossible: corrections without a sender,
+/// missing coefficients of the ionosphere, a trajectory far from the city or next to the terrain, missing
+/// sensors of a receiver.
 [[nodiscard]] std::vector<std::string> check_run(const RunView& run);
 
-/// A warning where a vehicle moves along its up axis, as one does that stays level on a slope: a receiver
-/// with dead reckoning takes that for impossible. Call it when the motion is smooth.
+/// A warning if a vehicle moves along its up axis, as a vehicle does that stays level on a slope: a receiver
+/// with dead reckoning treats that as impossible. Call it if the motion is smooth.
 [[nodiscard]] std::vector<std::string> check_slopes(const RunView& run);
 
-/// Epochs of a receiver by raytrace::Placement.
+/// Number of epochs of a receiver by raytrace::Placement.
 using PlacementCounts = std::array<std::size_t, 3>;
 /// A warning for each receiver whose antenna was inside a building or under the terrain.
 /// @param counts of each receiver of the scenario

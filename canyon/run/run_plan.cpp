@@ -40,12 +40,12 @@ TrajectoryFile make_trajectory(const Scenario& scenario, double geoid_undulation
   }
   if (!config.file && config.waypoints.empty()) {
     throw scenario_error(scenario, "'trajectory' is missing",
-                         "add its file, waypoints or position; canyon live also takes --poses FROM");
+                         "add its file, waypoints or position; canyon live also accepts --poses FROM");
   }
   if (config.waypoints.size() == 1) {
     if (!scenario.duration_s) {
       throw scenario_error(scenario, "'duration_s' is missing",
-                           "give the time that the receiver stays at its position");
+                           "give the time for which the receiver is at its position");
     }
     return {Trajectory::fixed(*scenario.start, config.waypoints.front(), *scenario.duration_s), false,
             ReadReport()};
@@ -83,7 +83,7 @@ void put_on_terrain(Scenario& scenario, const CityScene& scene) {
           "use a mesh with terrain there (see city.terrain_names), or give height_m");
     }
     config.waypoints[i] = pose.position;
-    height_m.reset();  // it is part of the place now
+    height_m.reset();  // included in the position now
   }
 }
 
@@ -107,7 +107,7 @@ RunPlan make_plan(const Scenario& scenario, double geoid_undulation_m) {
   const GpsTime last = plan.trajectory.end();
   plan.begin = first;
   if (scenario.start) {
-    // A start before a trajectory without dates is the zero of its times.
+    // If the start is before a trajectory without dates, it is the zero of its times.
     if (*scenario.start > last || (*scenario.start < first && file.has_own_dates)) {
       throw scenario_error(scenario,
                            fmt::format("the start {} is outside the trajectory ({} to {}){}",
@@ -126,7 +126,7 @@ RunPlan make_plan(const Scenario& scenario, double geoid_undulation_m) {
   if (scenario.duration_s) {
     if (!(*scenario.duration_s >= 0)) {
       throw scenario_error(scenario, fmt::format("duration_s: {} s is out of range", *scenario.duration_s),
-                           "it is 0 or more");
+                           "give 0 or more");
     }
     if (*scenario.duration_s > duration_s + 1e-9) {
       plan.report.say(ReadReport::Level::Guess,
@@ -151,7 +151,7 @@ Pose vehicle_pose(const Scenario& scenario, const Trajectory& trajectory, const 
   if (height_m && !clamp_to_terrain(pose, environment.city(), environment.scene(), *height_m)) {
     throw scenario_error(
         scenario,
-        fmt::format("height_above_terrain_m: no terrain is at latitude {:.6f}, longitude {:.6f} ({})",
+        fmt::format("height_above_terrain_m: there is no terrain at latitude {:.6f}, longitude {:.6f} ({})",
                     geodesy::degrees(pose.position.latitude_rad),
                     geodesy::degrees(pose.position.longitude_rad), format_gpst(pose.time, 3)),
         "use a mesh with terrain there (see city.terrain_names), or leave the key out");
@@ -170,7 +170,7 @@ std::vector<std::string> smooth_motion(Scenario& scenario, RunPlan& plan, const 
   if (plan.trajectory.smooth() && !clamped) return {};
   const TrajectoryConfig& config = scenario.trajectory;
   if (!config.waypoints.empty() && !config.acceleration_mps2) {
-    throw scenario_error(scenario, "sensors: the trajectory changes its speed and direction at once",
+    throw scenario_error(scenario, "sensors: the trajectory changes its speed and direction instantly",
                          "give trajectory.acceleration_mps2, e.g. 2");
   }
   const Trajectory smooth = plan.trajectory.smoothed(vehicle);
@@ -185,7 +185,7 @@ std::vector<std::string> smooth_motion(Scenario& scenario, RunPlan& plan, const 
                                           : "";
   plan.trajectory = smooth;
   clamped.reset();
-  return {fmt::format("sensors: the trajectory is {}smoothed over about a second; it moves by up to {:.2f} m",
+  return {fmt::format("sensors: the trajectory is {}smoothed over about a second: shifted by up to {:.2f} m",
                       between, most_m)};
 }
 

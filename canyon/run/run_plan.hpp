@@ -32,16 +32,15 @@ namespace canyon::simulation {
 /// The positions in the file of a scenario's trajectory. Precondition: it has one.
 [[nodiscard]] RecordedPath read_path(const Scenario& scenario, const HeightReading& heights);
 
-/// A scenario's trajectory; its waypoints have places. `geoid_undulation_m` is the city's, 0 where it is not
-/// known. Throws InputError as readers of files do, and where start or duration_s is needed and absent.
+/// A scenario's trajectory; its waypoints have positions. `geoid_undulation_m` is the city's, 0 if unknown.
+/// Throws InputError as readers of files do, and if start or duration_s is needed and absent.
 [[nodiscard]] TrajectoryFile make_trajectory(const Scenario& scenario, double geoid_undulation_m);
 
-/// Where a scenario's time begins: its start, else its trajectory file's first instant, whose reading
-/// `report` then tells of; empty without either. Throws as make_trajectory().
+/// Start of a scenario's time: its start, else the first instant of its trajectory file, whose reader then
+/// adds to `report`; empty without either. Throws as make_trajectory().
 [[nodiscard]] std::optional<geodesy::GpsTime> first_instant(const Scenario& scenario, ReadReport& report);
 
-/// Gives waypoints that say how high above the terrain they lie their heights. Throws InputError where no
-/// terrain lies there.
+/// Sets the heights of waypoints that are given above the terrain. Throws InputError if there is no terrain.
 void put_on_terrain(Scenario& scenario, const CityScene& scene);
 
 /// The trajectory of a run and its instants.
@@ -58,25 +57,26 @@ struct RunPlan {
   }
 };
 
-/// Throws InputError where the scenario has no receiver, its start is outside the trajectory, or its epochs
-/// are too many. @param geoid_undulation_m see HeightReading
+/// Throws InputError if the scenario has no receiver, its start is outside the trajectory, or it has too many
+/// epochs.
+/// @param geoid_undulation_m see HeightReading
 [[nodiscard]] RunPlan make_plan(const Scenario& scenario, double geoid_undulation_m);
 
-// Where the vehicle and the antennas of a run are.
+// Positions of the vehicle and the antennas of a run.
 
-/// The vehicle's pose at an instant, over the terrain where the scenario gives a height above it. Throws
-/// InputError where no terrain is below.
+/// The vehicle's pose at an instant; over the terrain if the scenario has a height above it. Throws
+/// InputError if no terrain is below.
 [[nodiscard]] Pose vehicle_pose(const Scenario& scenario, const Trajectory& trajectory,
                                 const Environment& environment, geodesy::GpsTime t);
 
-/// Inertial sensors need a motion with a continuous acceleration: recorded positions and the height over a
-/// terrain become one, in `plan`, and the scenario's height above the terrain is used up. Returns warnings.
-/// Throws InputError for waypoints without an acceleration.
+/// Inertial sensors need a motion with a continuous acceleration. Replaces recorded positions and the height
+/// over a terrain by such a motion in `plan`; clears the scenario's height above the terrain. Returns
+/// warnings. Throws InputError for waypoints without an acceleration.
 [[nodiscard]] std::vector<std::string> smooth_motion(Scenario& scenario, RunPlan& plan,
                                                      const Environment& environment);
 
-/// The way of a run's whole trajectory over the ground, which does not depend on the epochs that are run.
-/// Null without a receiver in streets.
+/// The route of a run's whole trajectory over the ground, independent of the computed epochs. Null without a
+/// receiver in streets.
 [[nodiscard]] std::shared_ptr<const disturbance::Road> road_of(const Scenario& scenario,
                                                                const Trajectory& trajectory,
                                                                const geodesy::LocalFrame& city);

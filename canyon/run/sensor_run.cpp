@@ -35,7 +35,7 @@ SensorMotion::SensorMotion(const inertial::BodyState& sensor, inertial::ImuAxes 
 
 namespace {
 
-/// Steps of a sample's mean: even, and at most 2.5 ms each.
+/// Steps of a sample's mean: even in number, each at most 2.5 ms.
 std::int64_t steps_of(double rate_hz) {
   constexpr double kStep_s = 0.0025;
   return 2 * static_cast<std::int64_t>(std::ceil(1 / rate_hz / (2 * kStep_s) - 1e-9));
@@ -84,7 +84,7 @@ std::optional<WheelsAtWork> WheelRun::next(geodesy::GpsTime until) {
   WheelsAtWork result;
   result.time = begin() + interval->to_s;
   result.dt_s = interval->to_s - interval->from_s;
-  // The way by Simpson's rule, in an even number of steps of 25 ms at most.
+  // The distance by Simpson's rule, in an even number of steps of at most 25 ms.
   constexpr double kStep_s = 0.025;
   const int steps = 2 * std::max(1, static_cast<int>(std::ceil(result.dt_s / (2 * kStep_s) - 1e-9)));
   WheelPair sum = last_;
@@ -176,12 +176,12 @@ void check_sensors(const inertial::SensorOptions& sensors, const ReceiverConfig&
   const std::string& name = receiver.options.name;
   if (!sensors.imu) {
     throw InputError(
-        fmt::format("receiver '{}' has dead reckoning, and the vehicle has no inertial sensor", name),
+        fmt::format("receiver '{}' uses dead reckoning, but the vehicle has no inertial sensor", name),
         "add sensors: {imu: {profile: automotive}, wheels: {}}, or set dead_reckoning: {enabled: "
         "false}");
   }
   if (receiver.fixed) {
-    throw InputError(fmt::format("receiver '{}' has dead reckoning, and a fixed place", name),
+    throw InputError(fmt::format("receiver '{}' uses dead reckoning, but has a fixed position", name),
                      "leave fixed out, or set dead_reckoning: {enabled: false}");
   }
 }

@@ -19,10 +19,10 @@
 
 namespace canyon::simulation {
 
-/// The intervals of a sensor's samples, one after another, from the begin of a run.
+/// The intervals of a sensor's samples, one after another, from the start of a run.
 class SampleTimes {
  public:
-  /// Since the begin of the run [s], in whole nanoseconds, as all instants.
+  /// Since the start of the run [s], in whole nanoseconds, as all instants.
   struct Interval {
     double from_s = 0, to_s = 0;
   };
@@ -60,7 +60,7 @@ class SampleTimes {
   std::int64_t count_ = 0;
 };
 
-/// Place, velocity and attitude of a sensor as people state them.
+/// Position, velocity and attitude of a sensor in common units.
 struct SensorMotion {
   SensorMotion(const inertial::BodyState& sensor, inertial::ImuAxes axes);
 
@@ -69,13 +69,13 @@ struct SensorMotion {
   Eigen::Vector3d attitude_deg;  ///< roll (left side up), pitch (nose up), heading from north, clockwise
 };
 
-/// A sample of an inertial sensor, and what is true at its instant.
+/// A sample of an inertial sensor, and the truth at its instant.
 struct InertialSample {
   geodesy::GpsTime time;                      ///< end of the sample's interval
-  geodesy::GpsTime stated;                    ///< the same as the sensor states it, where it is not lost
-  inertial::ImuState truth;                   ///< place, motion and input of the sensor at `time`
+  geodesy::GpsTime stated;                    ///< the same by the sensor's clock, if it is not lost
+  inertial::ImuState truth;                   ///< position, motion and input of the sensor at `time`
   inertial::ImuInput mean;                    ///< true means over the interval
-  std::optional<inertial::ImuSample> sample;  ///< time_s counts from the run's begin; empty: lost
+  std::optional<inertial::ImuSample> sample;  ///< time_s counts from the run's start; empty: lost
 };
 
 /// The samples of a vehicle's inertial sensor, in order. The same seed gives the same errors.
@@ -90,13 +90,13 @@ class InertialRun : public SampleTimes {
   [[nodiscard]] std::optional<InertialSample> next(geodesy::GpsTime until);
 
  private:
-  std::int64_t steps_;  // of ideal_, for each sample
+  std::int64_t steps_;  // of ideal_ per sample
   inertial::IdealImu ideal_;
   inertial::Imu imu_;
 };
 
 /// A sensor on a vehicle whose pose is known at any instant of the run; the first sample ends one interval
-/// behind its begin. The same seed gives the same errors.
+/// after the start. The same seed gives the same errors.
 template <typename Sensor, typename Options>
 class PosedSensor : public SampleTimes {
  public:
@@ -113,7 +113,7 @@ class PosedSensor : public SampleTimes {
   Sensor sensor_;
 };
 
-/// A sample of a vehicle's wheels, and what is true of them.
+/// A sample of a vehicle's wheels, and the truth.
 struct WheelsAtWork {
   geodesy::GpsTime time;  ///< end of the sample's interval
   double dt_s = 0;        ///< its length
@@ -127,30 +127,30 @@ class WheelRun : public PosedSensor<inertial::Wheels, inertial::WheelOptions> {
   using PosedSensor::PosedSensor;
   /// The next sample, if its interval has ended at `until`.
   [[nodiscard]] std::optional<WheelsAtWork> next(geodesy::GpsTime until);
-  /// Leaves out the samples whose intervals end until `time`.
+  /// Skips the samples whose intervals end until `time`.
   void skip(geodesy::GpsTime time);
 
  private:
-  /// Forward speeds of the wheels' points at an instant.
+  /// Forward speeds of the wheels' reference points at an instant.
   [[nodiscard]] inertial::WheelPair speeds(geodesy::GpsTime t) const;
 
   inertial::WheelPair last_ = speeds(begin());  // at the end of the last sample
 };
 
-/// What the wheels of an axle tell of the vehicle, in its axes: forward, left, up.
+/// The vehicle's velocities by the wheels of an axle, in its axes: forward, left, up.
 struct WheelTwist {
   double forward_mps = 0, yaw_rate_radps = 0;
   /// Row by row, of linear velocities [m^2/s^2], then of angular ones [rad^2/s^2]. kUnknownVariance: not
   /// measured.
   std::array<double, 36> covariance{};
 };
-/// For values that are not known, where a message has no other word: large, but finite, since nodes that turn
-/// vectors into other frames would spread a NaN.
+/// For unknown values in messages without a code for them: large, but finite, since nodes that rotate vectors
+/// into other frames would spread a NaN.
 inline constexpr double kUnknownVariance = 1e6;
-/// The mean of both wheels, and their difference over the track width, where that is known. A wheel's
-/// variance is (scale^2 + slip^2) v^2 + t^2 / 6, t the speed of one tick a sample: the count at each end of
-/// the interval is off by a uniform error of one tick, of variance t^2 / 12. The axle slides by 0.05 m/s
-/// sideways and 0.1 m/s upwards (assumed); roll and pitch rates are not measured.
+/// The mean of both wheels, and their difference over the track width, if that is known. A wheel's variance
+/// is t^2 / 6 + (scale^2 + slip^2) v^2, where t is the speed of one tick per sample: the count at each end of
+/// the interval has a uniform error of one tick, of variance t^2 / 12. The axle slides by 0.05 m/s sideways
+/// and 0.1 m/s upwards (assumed); roll and pitch rates are not measured.
 [[nodiscard]] WheelTwist wheel_twist(const WheelsAtWork& wheels, const inertial::WheelOptions& options);
 
 struct BarometerSample {
@@ -175,7 +175,7 @@ class BarometerRun : public PosedSensor<inertial::Barometer, inertial::Barometer
 
 struct MagnetometerSample {
   geodesy::GpsTime time;
-  /// In the sensor's axes [T]; true: the Earth's field alone, at `time`.
+  /// In the sensor's axes [T]; true: only Earth's field, at `time`.
   Eigen::Vector3d measured_t = Eigen::Vector3d::Zero(), true_t = measured_t;
 };
 
@@ -187,8 +187,8 @@ class MagnetometerRun : public PosedSensor<inertial::Magnetometer, inertial::Mag
   [[nodiscard]] std::optional<MagnetometerSample> next(geodesy::GpsTime until);
 };
 
-/// Samples of a vehicle's sensors that ended since the epoch before, in order. EpochSinks that use sensors
-/// get them with each epoch, of runs and of live sessions.
+/// Samples of a vehicle's sensors that ended since the previous epoch, in order. EpochSinks that use sensors
+/// get them with each epoch, in runs and live sessions.
 struct SensorBatch {
   inertial::ImuAxes imu_axes = inertial::ImuAxes::Flu, magnetometer_axes = inertial::ImuAxes::Flu;
   std::vector<InertialSample> imu;
@@ -197,11 +197,11 @@ struct SensorBatch {
   std::vector<MagnetometerSample> magnetometer;
 };
 
-/// The sensors of a vehicle, from epoch to epoch.
+/// The sensors of a vehicle, epoch by epoch.
 class SensorRun {
  public:
-  /// @param body the vehicle's smooth motion, for sensors that feel it (InertialRun)
-  /// @param pose the vehicle's on the same path, over the terrain
+  /// @param body the vehicle's smooth motion, for sensors that measure it (InertialRun)
+  /// @param pose the vehicle's pose on the same path, over the terrain
   /// @param geoid_undulation_m mean sea level above the ellipsoid
   SensorRun(const inertial::SensorOptions& options, std::uint64_t seed, geodesy::GpsTime begin,
             const std::function<inertial::BodyState(geodesy::GpsTime)>& body,
@@ -227,7 +227,7 @@ class SensorRun {
     return batch_;
   }
 
-  /// Leaves out the samples until `time`, for which there is no motion.
+  /// Skips the samples until `time`, for which there is no motion.
   void skip(geodesy::GpsTime time) {
     if (imu_) imu_->skip(time);
     if (wheels_) wheels_->skip(time);
@@ -253,14 +253,14 @@ class SensorRun {
   SensorBatch batch_;
 };
 
-/// Those that a receiver's messages have: a fixed one's none, since it is not on the vehicle.
+/// Sensors in a receiver's messages: none for a fixed receiver, since it is not on the vehicle.
 [[nodiscard]] inertial::SensorOptions sensors_of(const Scenario& scenario, std::size_t receiver);
 
-/// Throws InputError where a receiver with dead reckoning has no inertial sensor, or does not move.
+/// Throws InputError if a receiver with dead reckoning has no inertial sensor, or does not move.
 void check_sensors(const inertial::SensorOptions& sensors, const ReceiverConfig& receiver);
 
-/// The sensors of a vehicle for a receiver with dead reckoning, without readings: it knows where they are and
-/// how large their errors are. Empty for other receivers.
+/// The sensors of a vehicle for a receiver with dead reckoning, without readings: their positions and error
+/// sizes. Empty for other receivers.
 [[nodiscard]] std::optional<receiver::VehicleSensors> vehicle_sensors(const inertial::SensorOptions& sensors,
                                                                       const ReceiverConfig& receiver);
 

@@ -25,17 +25,17 @@ namespace {
 
 using geodesy::GpsTime;
 
-// What arrives at one receiver at one instant.
+// The arrivals at one receiver at one instant.
 struct PureEpoch {
   Pose truth;
   propagation::Arrival arrival;
 };
 
-// The pure part of neighbouring instants, for all receivers.
+// Results of the pure part at successive instants, for all receivers.
 struct EpochBlock {
   std::size_t first = 0;                       // instant
   std::vector<std::vector<PureEpoch>> epochs;  // [instant - first][receiver]
-  std::exception_ptr failure;                  // why the instant behind them has none
+  std::exception_ptr failure;                  // of the first instant after them
 };
 
 // Calls `progress` at most ten times a second, and once at the end.
@@ -114,7 +114,7 @@ struct Simulation::Impl {
         [this](GpsTime t) { return plan.trajectory.ecef_pose(t); },
         [this](GpsTime t) { return vehicle_pose(t); }, environment.city().geoid_undulation_m);
   }
-  /// Where a sink or a receiver needs them.
+  /// If a sink or a receiver needs them.
   [[nodiscard]] std::optional<SensorRun> make_sensors(const std::vector<EpochSink*>& sinks) const {
     const bool written =
         std::any_of(sinks.begin(), sinks.end(), [](const EpochSink* sink) { return sink->uses_sensors(); });
@@ -130,7 +130,7 @@ struct Simulation::Impl {
     return mounted_antenna(vehicle_pose(t), config.lever_arm_m);
   }
 
-  // Blocks come in order, for the antennas remember their paths; within one many threads trace.
+  // Blocks are in order, because antennas keep their paths; within a block many threads trace.
   [[nodiscard]] EpochBlock trace_block(std::size_t first, std::size_t count,
                                        std::vector<RetracedAntenna>& antennas,
                                        const std::atomic<bool>* stop) const {
@@ -162,7 +162,7 @@ struct Simulation::Impl {
         groups.back().epochs.push_back(std::move(epoch));
       }
     }
-    // Tasks order the threads already; this says so to ThreadSanitizer, which cannot see into TBB.
+    // Tasks already order the threads; ThreadSanitizer cannot see into TBB and needs this.
     std::atomic<std::size_t> traced{0};
     traced.fetch_add(1, std::memory_order_release);
     tbb::parallel_for(std::size_t{0}, groups.size(), [&](std::size_t g) {
@@ -176,7 +176,7 @@ struct Simulation::Impl {
         if (!scenario.receivers[group.receiver].fixed) tilt_antenna(pure.arrival, pure.truth, frame);
         traced.fetch_add(1, std::memory_order_release);
       };
-      // The first one may find the paths of the others.
+      // The first epoch may trace the paths that the others use.
       trace(0);
       tbb::parallel_for(std::size_t{1}, group.epochs.size(), trace);
     });
@@ -250,7 +250,7 @@ Pose Simulation::antenna_pose(std::size_t receiver, GpsTime t) const {
   return impl_->antenna_pose(receiver, t);
 }
 
-// The epochs of one run, in the calling thread.
+// The epochs of one run, on the calling thread.
 class Simulation::Epochs {
  public:
   Epochs(const Impl& impl, const std::vector<EpochSink*>& sinks, const RunOptions& options)
@@ -262,7 +262,7 @@ class Simulation::Epochs {
         placements_(run_.size()),
         progress_(options.progress, impl.plan.epochs()) {}
 
-  /// Epochs of all receivers at the block's instants, until the run is stopped.
+  /// Epochs of all receivers at the block's instants, unless the run is stopped.
   void take(EpochBlock& block) {
     for (std::size_t i = 0; i < block.epochs.size(); ++i) {
       if (is_set(stop_)) return;
@@ -294,7 +294,7 @@ class Simulation::Epochs {
   void make_epochs(std::size_t instant, std::vector<PureEpoch>& from) {
     const SensorBatch* batch = sensors_ ? &sensors_->until(impl_.plan.at(instant)) : nullptr;
     std::vector<Run::Due> due;
-    std::vector<std::size_t> place(from.size());  // of each receiver in `due`
+    std::vector<std::size_t> place(from.size());  // index of each receiver in `due`
     for (const std::size_t r : run_.order()) {
       place[r] = due.size();
       due.push_back({r, from[r].truth.time, from[r].truth, {batch, true, &from[r].arrival}});
@@ -329,7 +329,7 @@ RunResult Simulation::run(const std::vector<EpochSink*>& sinks, const RunOptions
   std::vector<RetracedAntenna> antennas(impl.propagators.begin(), impl.propagators.end());
   std::exception_ptr failure;
   try {
-    // Memory is bounded by the epochs of two blocks.
+    // Memory is limited by the epochs of two blocks.
     const std::size_t epochs =
         options.block > 0 ? options.block : 16 * static_cast<std::size_t>(threads_of(options.threads));
     const std::size_t size = std::max<std::size_t>(8, epochs / receiver_count);

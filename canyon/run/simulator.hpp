@@ -17,12 +17,12 @@ namespace canyon::simulation {
 class SensorRun;
 
 struct RunOptions {
-  int threads = 0;                          ///< 0: as many as cores; never more than those
+  int threads = 0;                          ///< 0: as many as cores, which is the maximum
   const std::atomic<bool>* stop = nullptr;  ///< set to end after the epochs in flight
-  /// Epochs of all receivers that are computed together; a second block is computed ahead. At least 8
-  /// instants. 0: 16 for each thread, whose paths fit a cache.
+  /// Number of epochs of all receivers that are computed together; a second block is computed ahead. At least
+  /// 8 instants. 0: 16 per thread, whose paths fit a cache.
   std::size_t block = 0;
-  /// Called now and then from the calling thread: epochs done, epochs in all.
+  /// Called repeatedly on the calling thread: epochs done, epochs in all.
   std::function<void(std::size_t, std::size_t)> progress;
 };
 
@@ -36,18 +36,18 @@ struct RunResult {
   std::vector<std::string> warnings;
 };
 
-/// Replaces build_sky() where skies are shared.
+/// Replaces build_sky() for shared skies.
 using SkyBuilder =
     std::function<BuiltSky(const SkyConfig&, geodesy::GpsTime, geodesy::GpsTime, const geodesy::Geodetic&)>;
 
-/// A scenario made ready: city loaded, sky chosen, trajectory checked against both.
+/// A scenario ready to run: city loaded, sky chosen, trajectory checked against both.
 class Simulation {
  public:
-  /// Builds sky and trajectory from `scenario`; the city comes loaded (canyon::io reads files, see
-  /// simulation/load_city.hpp). Throws InputError where the trajectory is outside the ephemerides, or more
-  /// than 10 km from the city.
+  /// Builds sky and trajectory from `scenario`; the city is already loaded (canyon::io reads files, see
+  /// simulation/load_city.hpp). Throws InputError if the trajectory is outside the ephemerides, or more than
+  /// 10 km from the city.
   Simulation(Scenario scenario, city::City city);
-  /// The same over a scene that others share, and under a sky of theirs.
+  /// The same with a shared scene and a shared sky.
   Simulation(Scenario scenario, std::shared_ptr<CityScene> scene, const SkyBuilder& sky = build_sky);
   ~Simulation();
 
@@ -56,8 +56,8 @@ class Simulation {
   [[nodiscard]] const Trajectory& trajectory() const;
   /// Broadcast records of the sky, for the RINEX navigation output; empty for SP3 and frozen skies.
   [[nodiscard]] const gnss::NavigationData& navigation() const;
-  /// What the readers of city, sky and trajectory left out and guessed, and what of the scenario is probably
-  /// a mistake.
+  /// Reports of the readers of city, sky and trajectory (records left out, assumptions), and probable
+  /// mistakes of the scenario.
   [[nodiscard]] const ReadReport& report() const;
   /// The report's warnings, one line each.
   [[nodiscard]] std::vector<std::string> warnings() const { return report().warnings(); }
@@ -65,19 +65,19 @@ class Simulation {
   [[nodiscard]] double interval_s() const;
   [[nodiscard]] std::size_t epoch_count() const;
 
-  /// Place and motion of the vehicle and of a receiver's antenna at `t` (clamp and lever arm applied). Throws
-  /// InputError if the height above terrain is asked for and there is no terrain.
+  /// Position and motion of the vehicle and of a receiver's antenna at `t` (clamp and lever arm applied).
+  /// Throws InputError if the height above terrain is needed and there is no terrain.
   [[nodiscard]] Pose vehicle_pose(geodesy::GpsTime t) const;
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, geodesy::GpsTime t) const;
-  /// The scenario's sensors at the run's begin (simulation/sensors/sensor_run.hpp), as epochs have them. Must
+  /// The scenario's sensors at the start of the run (simulation/sensors/sensor_run.hpp), as in epochs. Must
   /// not outlive this.
   [[nodiscard]] SensorRun sensors() const;
 
-  /// The pure part runs on `threads`, receivers on the caller, each after the base whose corrections it takes
-  /// (sinks get them as they stand in the scenario): same seed, same bytes. Every call
-  /// begins anew. Where a sink or the pure part throws, epochs before it have been written, every other sink
-  /// is finished, and the exception goes on to the caller.
-  // Callers may use the sinks alone. NOLINTNEXTLINE(modernize-use-nodiscard)
+  /// The pure part runs on `threads`, receivers on the calling thread, each after its base (sinks get them in
+  /// the order of the scenario): the same seed gives the same bytes. Every call starts from the beginning. If
+  /// a sink or the pure part throws, epochs before it have been written, every other sink is finished, and
+  /// the exception is rethrown.
+  // Callers may need only the sinks. NOLINTNEXTLINE(modernize-use-nodiscard)
   RunResult run(const std::vector<EpochSink*>& sinks, const RunOptions& options = {}) const;
 
  private:

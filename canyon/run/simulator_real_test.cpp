@@ -29,7 +29,7 @@ class Collector final : public EpochSink {
 
 const char* const kExample = "examples/urbannav_tst.yaml";
 
-// The example as if it lay beside the data that it names.
+// The example as if it were next to the data that it names.
 Scenario example(const std::string& keys = {}) {
   const TextFile file(std::filesystem::path(canyon_source_dir) / kExample);
   return parse_scenario(std::string(file.text()) + keys, canyon::test::shared_data("urbannav_tst.yaml"));

@@ -136,7 +136,7 @@ TEST(Simulation, EpochTimesAreExact) {
   }
 }
 
-// Closed form: an open sky without noise gives the truth back.
+// Closed form: without noise under an open sky, the fix equals the truth.
 TEST(Simulation, OpenSkyWithoutNoiseFindsTheTruthWithinAMillimetre) {
   const Simulation simulation = simulation_of(
       kOpen +
@@ -233,7 +233,7 @@ TEST(Simulation, ASinkThatCannotFinishLeavesTheOthersWhole) {
   EXPECT_EQ(good.finished, 1);
 }
 
-// 3,601 epochs, of which every second is looked at beforehand: the hole in the terrain is met on the way.
+// 3,601 epochs, of which every second is checked beforehand: the hole in the terrain is found during the run.
 TEST(Simulation, AFailureOnTheWayKeepsWhatWasDone) {
   Scenario scenario = parse_scenario(
       kOpen +
@@ -242,7 +242,7 @@ TEST(Simulation, AFailureOnTheWayKeepsWhatWasDone) {
           "north_m: 0}, {east_m: 400, north_m: 0}], speed_mps: 1, height_above_terrain_m: 2}\n",
       "s.yaml");
   city::City city = open_field(*scenario.city.origin);
-  // Epoch 2501 is at 250.1 m, 250.0 and 250.2 m are looked at.
+  // Epoch 2501 is at 250.1 m; 250.0 and 250.2 m are checked.
   for (const auto& [west, east] : {std::pair(-10.0, 250.05), std::pair(250.15, 500.0)}) {
     city::append_object(city.mesh, "terrain", city::Surface::Terrain, city::Material::Ground,
                         {{west, -50, 0}, {east, -50, 0}, {east, 50, 0}, {west, 50, 0}},
@@ -355,7 +355,7 @@ TEST(Simulation, ClampWithoutTerrainIsAnError) {
   canyon::test::append_box(city.mesh, "house", city::Surface::Building, city::Material::Concrete, {20, 20, 0},
                            {30, 30, 9});
   EXPECT_THAT(error_of([&] { const Simulation simulation(std::move(scenario), std::move(city)); }).what(),
-              AllOf(HasSubstr("s.yaml: "), HasSubstr("no terrain is at latitude 22.300000")));
+              AllOf(HasSubstr("s.yaml: "), HasSubstr("there is no terrain at latitude 22.300000")));
 }
 
 TEST(Simulation, SaysHowManyEpochsWereInsideABuilding) {
@@ -375,7 +375,7 @@ TEST(Simulation, SaysHowManyEpochsWereInsideABuilding) {
   }
 }
 
-// A recorded car drives above the roofs where the map's ground is at another height.
+// A recorded car drives above the roofs if the map's ground is at another height.
 TEST(Simulation, SaysThatARecordedPathIsFarAboveTheGround) {
   const TemporaryFolder folder;
   const auto warnings = [&](const std::string& height_m, const std::string& keys = "") {
@@ -389,7 +389,7 @@ TEST(Simulation, SaysThatARecordedPathIsFarAboveTheGround) {
     city::City city = city_of(scenario);
     return Simulation(std::move(scenario), std::move(city)).warnings();
   };
-  const auto said = Contains(HasSubstr("nowhere lower than 152 m above the city's ground"));
+  const auto said = Contains(HasSubstr("never lower than 152 m above the city's ground"));
   EXPECT_THAT(warnings("152"), said);
   EXPECT_THAT(warnings("2"), testing::Not(said));
   EXPECT_THAT(warnings("152", ", height_above_terrain_m: 1.5"), testing::Not(said));
@@ -506,7 +506,7 @@ TEST(BuildSky, ATrajectoryOutsideTheEphemeridesNamesBothSpansAndTheCure) {
         (void)file.simulate("start: 2026-06-03T09:00:00Z\nduration_s: 10\nsky: {navigation: sky.nav}\n");
       }).what(),
       AllOf(HasSubstr(
-                "the time asked for (2026-06-03T09:00:18 GPST to 2026-06-03T09:00:28 GPST) is outside the "
+                "the requested time (2026-06-03T09:00:18 GPST to 2026-06-03T09:00:28 GPST) is outside the "
                 "ephemerides (2026-06-01T"),
             HasSubstr("allow_stale: true")));
 }
@@ -524,7 +524,7 @@ TEST(BuildSky, EphemeridesThatEndOnTheWayAreAWarning) {
   const NavigationFile file;
   const Simulation partial = file.simulate(
       "start: 2026-06-01T09:00:00Z\nduration_s: 36000\nrate_hz: 0.01\nsky: {navigation: sky.nav}\n");
-  EXPECT_THAT(partial.warnings(), Contains(HasSubstr("do not reach over the whole run")));
+  EXPECT_THAT(partial.warnings(), Contains(HasSubstr("do not cover the whole run")));
   const std::vector<Epoch> epochs = run(partial);
   EXPECT_TRUE(epochs.front().observed.fix.solved());
   EXPECT_FALSE(epochs.back().observed.fix.solved());
@@ -540,8 +540,7 @@ TEST(BuildSky, UnhealthySatellitesInTheSkyAreSaid) {
     const auto line = orbit::line_of_sight(sky, id, begin, geodesy::ecef_from_geodetic(place));
     above += line && line->elevation_rad > geodesy::radians(5) ? 1U : 0U;
   }
-  // All but G01 .. G03 ill: those of the rest that stand in the sky are named, the others are nobody's
-  // concern.
+  // All but G01 .. G03 unhealthy: those of the rest above the horizon are listed, the others are not.
   std::size_t healthy_above = 0;
   for (auto& e : data.kepler) {
     if (e.id.number > 3) e.health = 1;
@@ -562,7 +561,7 @@ TEST(BuildSky, UnhealthySatellitesInTheSkyAreSaid) {
                      HasSubstr("unhealthy"))));
 }
 
-// The middle of the day left out.
+// The middle of the day removed.
 TEST(Sky, AGapOfPreciseOrbitsIsCalledOne) {
   std::ifstream in(std::filesystem::path(canyon_source_dir) / "tests/data/cases/sp3-two-days/day1.sp3");
   const TemporaryFolder folder;
@@ -577,18 +576,17 @@ TEST(Sky, AGapOfPreciseOrbitsIsCalledOne) {
   SkyConfig config;
   config.sp3 = {folder / "day.sp3"};
   const GpsTime noon = geodesy::parse_time("2024-05-01T12:00:00 GPST");
-  EXPECT_THAT(
-      error_of([&] { (void)build_sky(config, noon, noon + 60.0, {}); }).what(),
-      HasSubstr("no satellite has precise orbits at 2024-05-01T12:00:00 GPST: a gap of what they span"));
+  EXPECT_THAT(error_of([&] { (void)build_sky(config, noon, noon + 60.0, {}); }).what(),
+              HasSubstr("no satellite has precise orbits at 2024-05-01T12:00:00 GPST: a gap in their span"));
 }
 
-// Each satellite with its own health, not all with the first one's.
+// Each satellite with its own health, not all with that of the first one.
 TEST(BuildSky, UnhealthySatellitesAreSaidByTheirHealth) {
   const GpsTime begin = geodesy::parse_time("2026-06-01T08:00:00Z");
   const Geodetic place = Geodetic::from_degrees(22.3, 114.17, 2);
   gnss::NavigationData data = orbit::nominal_constellation(begin, begin + 7200.0, {gnss::System::GPS});
   for (auto& e : data.kepler) e.health = e.id.number % 2 == 0 ? 63 : 28;
-  data.kepler.front().health = 0;  // one that is there at all
+  data.kepler.front().health = 0;  // one that exists
   const TemporaryFolder folder;
   rinex::write_rinex_navigation(folder / "sky.nav", data);
   SkyConfig config;
@@ -598,7 +596,7 @@ TEST(BuildSky, UnhealthySatellitesAreSaidByTheirHealth) {
                                                       HasSubstr(": unhealthy (health 63))"))));
 }
 
-// The ground of an open field lies level at its origin's height.
+// The ground of an open field is level at its origin's height.
 TEST(Simulation, AnOpenFieldHasGround) {
   const Simulation simulation = simulation_of(
       "city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17, height_m: 40}}\n"
@@ -676,7 +674,7 @@ TEST(Examples, TheSyntheticDriveIsHardButNotHopeless) {
   EXPECT_GT(nlos, 300U);
 }
 
-// Places with latitude and longitude exchanged, or with the wrong sign.
+// Positions with latitude and longitude exchanged, or with the wrong sign.
 const std::string kOneSecond =
     "start: 2026-06-01T08:00:00Z\nduration_s: 1\nsky: {nominal: true, systems: [GPS]}\n";
 const std::string kHere =
@@ -703,10 +701,10 @@ TEST(Simulation, AFixedReceiverBeyondTheCityIsRefused) {
   EXPECT_THAT(fault(kOpen + kOneSecond + kHere +
                     "receivers: [{name: r, profile: ideal}, {name: b, profile: survey, fixed: {latitude_deg: "
                     "-22.3, longitude_deg: -66, height_m: 0}}]\n"),
-              AllOf(HasSubstr("s.yaml"), HasSubstr("receivers[1].fixed: 'b' stands 12750 km from the city")));
+              AllOf(HasSubstr("s.yaml"), HasSubstr("receivers[1].fixed: 'b' is 12750 km from the city")));
 }
 
-// What no vehicle does is told with its number and first time; a wrong digit within the bounds is not.
+// Impossible motion is reported with its number and first time; a wrong digit within the bounds is not.
 TEST(Simulation, WaysThatAreNotPossibleAreTold) {
   const auto drive = [](double speed_mps, double height_m) {
     return simulation_of(

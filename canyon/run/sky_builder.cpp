@@ -36,7 +36,7 @@ std::string list_text(const std::vector<gnss::SatelliteId>& ids) {
   return text;
 }
 
-// Instants that stand for the run: both ends, and between them every ten minutes (an ephemeris is valid for
+// Instants that represent the run: both ends, and between them every ten minutes (an ephemeris is valid for
 // longer) but at most a thousand.
 std::vector<GpsTime> probes(GpsTime begin, GpsTime end) {
   const double span = end - begin;
@@ -53,7 +53,7 @@ std::size_t count_states(const orbit::Sky& sky, const std::vector<gnss::Satellit
       ids.begin(), ids.end(), [&](gnss::SatelliteId id) { return sky.state(id, t).has_value(); }));
 }
 
-// The answers as a whole: none at the start is an error, none later on a warning.
+// Checks all probes: no satellite at the start is an error, none later a warning.
 void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::string_view what,
                     const std::pair<GpsTime, GpsTime>& span, std::string_view cure, ReadReport& report) {
   const std::vector<gnss::SatelliteId> ids = sky.satellites();
@@ -64,15 +64,15 @@ void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::stri
     if (std::any_of(ids.begin(), ids.end(), unhealthy)) {
       throw InputError(fmt::format("no satellite can be used at {}: those with an ephemeris are unhealthy",
                                    format_gpst(begin, 0)),
-                       "give navigation files in which they are healthy");
+                       "give navigation files with healthy satellites");
     }
     if (span.first <= begin && begin <= span.second) {
-      throw InputError(fmt::format("no satellite has {} at {}: a gap of what they span ({})", what,
+      throw InputError(fmt::format("no satellite has {} at {}: a gap in their span ({})", what,
                                    format_gpst(begin, 0), span_text(span.first, span.second)),
                        cure);
     }
     throw InputError(
-        fmt::format("the time asked for ({}) is outside the {} ({}){}", span_text(begin, end), what,
+        fmt::format("the requested time ({}) is outside the {} ({}){}", span_text(begin, end), what,
                     span_text(span.first, span.second), geodesy::rollover_text(begin, span.second)),
         cure);
   }
@@ -80,13 +80,13 @@ void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::stri
   for (const GpsTime t : times) {
     if (count_states(sky, ids, t) > 0) continue;
     report.say(ReadReport::Level::Guess,
-               fmt::format("the {} ({}) do not reach over the whole run: none is valid at {}", what,
+               fmt::format("the {} ({}) do not cover the whole run: none is valid at {}", what,
                            span_text(span.first, span.second), format_gpst(t, 0)));
     break;
   }
 }
 
-// Warns of satellites where none can be: readers do not judge positions.
+// Warns of satellites at impossible distances, since readers do not check positions.
 void check_distances(const orbit::Sky& sky, GpsTime begin, GpsTime end, ReadReport& report) {
   constexpr double kNearest_m = 6.5e6, kFarthest_m = 60e6;  // from the Earth's centre
   std::vector<gnss::SatelliteId> wrong;
@@ -104,13 +104,13 @@ void check_distances(const orbit::Sky& sky, GpsTime begin, GpsTime end, ReadRepo
   }
   if (wrong.empty()) return;
   report.say(ReadReport::Level::Guess,
-             fmt::format("{} satellites are not 6,500 to 60,000 km from the Earth's centre ({}): {}; are the "
-                         "positions in another unit, or damaged?",
+             fmt::format("{} satellites are not 6,500 to 60,000 km from the Earth's centre ({}): {}; check "
+                         "the positions and their unit",
                          wrong.size(), list_text(wrong), first));
 }
 
-// Satellites that stand in the sky of `place` and cannot be used: unhealthy, or without an ephemeris that is
-// valid at any time of the run. Stale ephemerides are good enough for their directions.
+// Satellites above the horizon at `place` that cannot be used: unhealthy, or without a valid ephemeris during
+// the whole run. Stale ephemerides are accurate enough for their directions.
 void report_unusable(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTime begin, GpsTime end,
                      const geodesy::Geodetic& place, ReadReport& report) {
   constexpr double kWellAboveHorizon_rad = 0.0873;  // 5 deg
@@ -125,7 +125,7 @@ void report_unusable(const orbit::BroadcastSky& sky, const SkyConfig& config, Gp
     if (line && line->elevation_rad > kWellAboveHorizon_rad) silent.push_back(id);
   }
   if (silent.empty()) return;
-  // By the fault: "unhealthy (health 63)" of each, else an example.
+  // By the reason: "unhealthy (health 63)" of each, else an example.
   std::map<std::string, std::vector<gnss::SatelliteId>> by_reason;
   for (const gnss::SatelliteId id : silent) {
     const std::string source = sky.source(id, begin);
@@ -144,7 +144,7 @@ void report_unusable(const orbit::BroadcastSky& sky, const SkyConfig& config, Gp
 }
 
 void check_systems(const orbit::Sky& sky, const std::set<gnss::System>& wanted, ReadReport& report) {
-  if (wanted == SkyConfig().systems) return;  // not chosen one by one
+  if (wanted == SkyConfig().systems) return;  // the default selection
   const std::vector<gnss::SatelliteId> ids = sky.satellites();
   for (const gnss::System system : wanted) {
     if (std::any_of(ids.begin(), ids.end(), [system](gnss::SatelliteId id) { return id.system == system; }))
@@ -153,7 +153,7 @@ void check_systems(const orbit::Sky& sky, const std::set<gnss::System>& wanted, 
   }
 }
 
-// Warns of the ephemerides that a sky has only because of allow_stale.
+// Warns of ephemerides that are used only because of allow_stale.
 void report_stale(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTime begin, GpsTime end,
                   ReadReport& report) {
   const orbit::BroadcastSky strict(sky.data(), {config.systems, false});
@@ -179,7 +179,7 @@ BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end,
   BuiltSky built;
   built.navigation = rinex::read_rinex_navigation(config.navigation, config.systems);
   built.report = built.navigation.report;
-  // Most receivers do not range to SBAS: it has to be named.
+  // Most receivers do not measure ranges to SBAS: it is used only if listed.
   if (config.systems.count(gnss::System::SBAS) == 0) built.navigation.sbas.clear();
   auto sky = std::make_shared<orbit::BroadcastSky>(
       built.navigation, orbit::BroadcastOptions{config.systems, config.allow_stale});
@@ -187,7 +187,7 @@ BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end,
   check_coverage(*sky, begin, end, "ephemerides", sky->span(),
                  config.allow_stale
                      ? "give the navigation files of that day; all in these are unhealthy"
-                     : "give the navigation files of that day, or take old ones: sky.allow_stale: true in a "
+                     : "give the navigation files of that day, or use old ones: sky.allow_stale: true in a "
                        "scenario, --allow-stale in canyon rtk and canyon sky",
                  built.report);
   check_distances(*sky, begin, end, built.report);
@@ -218,7 +218,7 @@ BuiltSky build(const SkyConfig& config, GpsTime begin, GpsTime end, const geodes
         std::make_shared<orbit::FrozenSky>(place, config.frozen_azimuth_rad, config.frozen_elevation_rad);
     return built;
   }
-  // Signals leave their satellites before they arrive: the records begin a little earlier than the run.
+  // Signals leave their satellites before they arrive: the records begin slightly before the run.
   built.navigation = orbit::nominal_constellation(begin - 1.0, end + 1.0, config.systems);
   if (config.errors.solar_flux_sfu && config.has_errors(true))
     built.navigation.klobuchar[gnss::System::GPS] = orbit::standard_ionosphere(*config.errors.solar_flux_sfu);
@@ -228,7 +228,7 @@ BuiltSky build(const SkyConfig& config, GpsTime begin, GpsTime end, const geodes
   return built;
 }
 
-// Gives a sky whose files have no coefficients a standard ionosphere of the solar flux.
+// Adds a standard ionosphere for the solar flux to a sky whose files have no coefficients.
 void add_ionosphere(const SkyConfig& config, GpsTime begin, BuiltSky& sky) {
   auto& klobuchar = sky.navigation.klobuchar;
   const std::optional<double>& given_sfu = config.errors.solar_flux_sfu;
@@ -267,7 +267,7 @@ void require_satellites(const orbit::Sky& sky, std::span<const GpsTime> times) {
   for (std::size_t i = 0; i < times.size(); ++i) {
     if ((i > 0 && times[i] == times[i - 1]) || has_satellites(sky, times[i])) continue;
     throw InputError(fmt::format("no satellite has an ephemeris at {}", geodesy::format_utc(times[i], 0)),
-                     "give times near those that the sky's ephemerides are of, or ephemerides of that day");
+                     "give times near those of the sky's ephemerides, or ephemerides of that day");
   }
 }
 

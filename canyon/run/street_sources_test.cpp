@@ -74,7 +74,7 @@ TEST(Streets, TakeLevelFromSatellitesAndAreTheSameForEveryRun) {
   }
   EXPECT_GT(weaker, 5);
   EXPECT_GT(same, 5);
-  // The streets follow the seed.
+  // The streets depend on the seed.
   Scenario other = street(true);
   other.seed = 10;
   EXPECT_NE(levels(simulated(other)), with);
@@ -86,13 +86,13 @@ TEST(Streets, AreTheSameForAllReceiversOfARun) {
       "warm_start: true}}}, {name: b, own_draws: true, signal: {enabled: true, satellite_sigma_db: 0, "
       "shadowing: {enabled: false}, lock: {tracking_threshold_dbhz: 0, warm_start: true}}}]";
   const std::vector<Epoch> epochs = simulated(street(true, two));
-  // Draws of the receivers differ, satellites that are cut do not.
+  // Random numbers of the receivers differ, their blocked satellites do not.
   int cut = 0;
   for (std::size_t k = 0; k + 1 < epochs.size(); k += 2) {
     const auto &a = epochs[k].observed.satellites, &b = epochs[k + 1].observed.satellites;
     ASSERT_EQ(a.size(), b.size());
     for (std::size_t i = 0; i < a.size(); ++i) {
-      // Levels differ by receiver, and what is too weak for one of them is blocked.
+      // Levels differ by receiver, and a signal too weak for one of them is blocked.
       if (a[i].cn0_dbhz.value_or(0) < 3 || b[i].cn0_dbhz.value_or(0) < 3) continue;
       EXPECT_EQ(a[i].visibility, b[i].visibility);
       cut += a[i].visibility == propagation::Visibility::NLOS;
@@ -121,7 +121,7 @@ TEST(Streets, AreThoseOfASimulationInAHostOnAStraightRoad) {
     return epochs;
   };
   const std::vector<Epoch> online = drive();
-  // The first place alone does not give the road's direction.
+  // The first position alone does not give the road's direction.
   for (std::size_t k = 1; k < online.size(); ++k) {
     const auto &a = offline.epochs[k].observed.satellites, &b = online[k].observed.satellites;
     ASSERT_EQ(a.size(), b.size());
@@ -161,8 +161,8 @@ streets: {enabled: true}
 }
 
 }  // namespace
-// Two long walls of 30 m, 30 m apart, an antenna in their middle at 0 m: of an azimuth a from across the
-// street they hide what is below atan(30 cos(a) / 15).
+// Two long walls of 30 m, 30 m apart, an antenna in their middle at 0 m: at an azimuth a from across the
+// street they hide elevations below atan(30 cos(a) / 15).
 TEST(Surroundings, AreThoseOfTheCityAboutTheAntenna) {
   city::City city;
   for (const double west : {-25.0, 15.0}) {
@@ -194,7 +194,7 @@ TEST(Surroundings, AreThoseOfTheCityAboutTheAntenna) {
   const city::City field;
   EXPECT_EQ(made(raytrace::RayScene(field.mesh), field).environment, ShadowingEnvironment::Open);
 
-  // The share of obstacles is the seed's where nobody says it.
+  // The fraction of obstacles depends on the seed if it is not given.
   EXPECT_EQ(made(scene, city).skyline.share, std::nullopt);
   EXPECT_DOUBLE_EQ(*skyline_numbers(made(scene, city)).share, 0.5);
   double sum = 0;

@@ -19,7 +19,7 @@ namespace canyon::simulation {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-// Places of one step of work: small enough that threads end together, large enough that TBB costs nothing.
+// Points of one step of work: small enough for threads to end together, large enough for low cost of TBB.
 constexpr std::size_t kStep = 16, kBlock = 64;
 
 TracedSatellite traced(const propagation::SatellitePaths& paths, double azimuth_rad, double elevation_rad,
@@ -41,7 +41,7 @@ void keep(std::vector<TracedPath>& paths, std::size_t place, std::size_t satelli
     paths.push_back({static_cast<std::uint32_t>(place), static_cast<std::uint32_t>(satellite), path});
 }
 
-/// trace(place, paths) for all places; `paths` null where nobody asks for them.
+/// Calls trace(place, paths) for all points; `paths` is null if they are not requested.
 template <typename Trace>
 void for_each_place(std::size_t places, const TracePlacesOptions& options, const Trace& trace) {
   using Found = std::vector<TracedPath>;
@@ -64,10 +64,10 @@ void check(std::span<const Eigen::Vector3d> places, std::size_t satellites,
            std::span<TracedSatellite> result) {
   if (result.size() != places.size() * satellites) {
     throw InputError(
-        fmt::format("{} results for {} places and {} satellites", result.size(), places.size(), satellites));
+        fmt::format("{} results for {} points and {} satellites", result.size(), places.size(), satellites));
   }
   for (std::size_t i = 0; i < places.size(); ++i)
-    raytrace::check_place(places[i], fmt::format("place {}", i));
+    raytrace::check_place(places[i], fmt::format("point {}", i));
 }
 
 }  // namespace
@@ -78,11 +78,11 @@ void trace_places(const Environment& environment, const propagation::Propagator&
                   const TracePlacesOptions& options) {
   check(places_enu, satellites.size(), result);
   if (times.size() != 1 && times.size() != places_enu.size()) {
-    throw InputError(fmt::format("{} times for {} places", times.size(), places_enu.size()),
-                     "give one time, or one for each place");
+    throw InputError(fmt::format("{} times for {} points", times.size(), places_enu.size()),
+                     "give one time, or one for each point");
   }
   require_satellites(environment.sky(), times);
-  std::vector<std::pair<gnss::SatelliteId, std::size_t>> sorted;  // and its number in `satellites`
+  std::vector<std::pair<gnss::SatelliteId, std::size_t>> sorted;  // and its index in `satellites`
   for (std::size_t k = 0; k < satellites.size(); ++k) sorted.emplace_back(satellites[k], k);
   std::sort(sorted.begin(), sorted.end());
   std::vector<gnss::SatelliteId> ascending;

@@ -10,7 +10,7 @@
 #include "canyon/run/environment.hpp"
 #include "canyon/run/live_receiver.hpp"
 
-// The reference for the time of Python's calls: python/tests/overhead.py makes the same ones.
+// The reference for the time of Python's calls: python/tests/overhead.py makes the same calls.
 
 namespace canyon::simulation {
 namespace {
@@ -75,7 +75,7 @@ BENCHMARK(ObserveDowntown)
     ->Iterations(600)
     ->MeasureProcessCPUTime()
     ->UseRealTime();
-/// Steps are short here, so that what a call costs beside them stands out.
+/// Steps are short here, so that the overhead of a call is visible.
 void ObserveOpenField(benchmark::State& state) {
   city::City city;
   city.frame = downtown()->city.frame;

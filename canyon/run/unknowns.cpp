@@ -31,7 +31,7 @@ constexpr double kMostCoated = 0.7;  // of thermally_efficient buildings
 constexpr double kMapSigma_m = 3;
 constexpr double kMostOfPower_db = 20, kLeastOfPower_db = -10;  // of link.above_minimum_db
 
-/// A distribution: its text, and its value at a share of the draws [0, 1).
+/// A distribution: its text, and its quantile function of a fraction [0, 1).
 struct Distribution {
   std::string text;
   std::function<double(double)> at;
@@ -42,7 +42,7 @@ Distribution uniform(double low, double high, const char* unit) {
           [=](double share) { return low + share * (high - low); }};
 }
 
-/// The distribution of the level, about what the receiver's settings make it.
+/// The distribution of the level, around that of the receiver's settings.
 std::optional<Distribution> level_of(const ReceiverConfig& receiver) {
   const tracking::SignalOptions& signal = receiver.options.signal;
   if (!signal.enabled) return std::nullopt;
@@ -56,7 +56,7 @@ std::optional<Distribution> level_of(const ReceiverConfig& receiver) {
                       }};
 }
 
-/// The distribution of the share of azimuths with an obstacle.
+/// The distribution of the fraction of azimuths with an obstacle.
 std::optional<Distribution> skyline_of(const ReceiverConfig& receiver) {
   const tracking::SignalOptions& signal = receiver.options.signal;
   if (!signal.enabled || !signal.shadowing.active() || signal.shadowing.skyline.share) return std::nullopt;
@@ -64,7 +64,7 @@ std::optional<Distribution> skyline_of(const ReceiverConfig& receiver) {
   return uniform(low, high, "");
 }
 
-/// The distribution of the share of buildings with coated glass: from traditional to thermally_efficient
+/// The distribution of the fraction of buildings with coated glass: from traditional to thermally_efficient
 /// ones.
 std::optional<Distribution> facades_of(const Scenario& scenario) {
   if (!leaves_facades_open(scenario)) return std::nullopt;
@@ -73,7 +73,7 @@ std::optional<Distribution> facades_of(const Scenario& scenario) {
       [](double share) { return kMostCoated * share * share; }};
 }
 
-/// The standard deviation of the map's place, which a run draws from: one value.
+/// The standard deviation of the map's position, from which a run samples: one value.
 std::optional<Distribution> map_of(const Scenario& scenario) {
   const simulation::CityConfig& city = scenario.city;
   if (city.is<simulation::OpenField>() || city.is<city::SyntheticCityOptions>()) return std::nullopt;

@@ -15,7 +15,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// @param rest of the receiver, and other keys behind it
+/// @param rest of the receiver, and other keys after it
 simulation::Scenario scenario_of(const std::string& receiver, const std::string& rest = "",
                                  const std::string& city = "synthetic: {seed: 2}") {
   return simulation::parse_scenario("city: {" + city + R"(}
@@ -70,7 +70,7 @@ TEST(Unknowns, DrawsFillTheirDistributions) {
   EXPECT_EQ(shares.size(), kN);
 }
 
-// The standard deviation that a user states is kept, and the run draws from it.
+// A standard deviation given by the user is kept, and the run samples from it.
 TEST(Unknowns, StatedDeviationsAreUsed) {
   simulation::Scenario scenario =
       scenario_of("ublox-m8t, signal: {installation: roof, installation_sigma_db: 1.5}", "");

@@ -11,7 +11,7 @@ namespace {
 
 using geodesy::GpsTime;
 
-/// A satellite as it stands over a place; empty: below the horizon, or not known.
+/// A satellite in view from a position; empty: below the horizon, or not known.
 std::optional<propagation::SatelliteView> view_from(const Environment& environment, gnss::SatelliteId id,
                                                     GpsTime time, const Eigen::Vector3d& place) {
   const auto line = orbit::line_of_sight(environment.sky(), id, time, place);

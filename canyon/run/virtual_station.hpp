@@ -8,19 +8,19 @@
 
 namespace canyon::simulation {
 
-/// A network's virtual reference station: a base's measurements as they would be at the place that a rover
-/// reports. Codes and phases move by the difference of the terms of satellites and of space between both
-/// places (receiver::range_terms(), as the base's options switch them): a network that knows the atmosphere
-/// without an error. Noise and echoes stay the base's. The station keeps its place until the rover reports
-/// one more than kMove_m away; then the phases begin anew.
+/// A network's virtual reference station: a base's measurements as they would be at the position that a rover
+/// reports. Codes and phases are shifted by the difference of the satellite and atmosphere terms between both
+/// positions (receiver::range_terms(), as the base's options enable them): a network without atmosphere
+/// errors. Noise and multipath are the base's. The station does not move until the rover reports a position
+/// more than kMove_m away; then the phases restart.
 class VirtualStation {
  public:
   static constexpr double kMove_m = 5000;
 
   /// @param base with Epoch::environment and options
   /// @param reported_ecef the rover's last fix [m]
-  /// @return the base's epoch with measurements and true place of the virtual station. Its fix stays the
-  /// base's. Empty as long as nothing was reported, as a caster that has no GGA yet sends nothing
+  /// @return the base's epoch with measurements and true position of the virtual station. Its fix is the
+  /// base's. Empty until a position is reported, as a caster without a GGA sends nothing
   [[nodiscard]] std::optional<Epoch> move(const Epoch& base,
                                           const std::optional<Eigen::Vector3d>& reported_ecef);
 

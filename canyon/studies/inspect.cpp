@@ -98,7 +98,7 @@ FileReport inspect_city(const std::filesystem::path& path) {
   return report;
 }
 
-/// Whether a file is a raster by its ending, and begins as one where others share it.
+/// Whether a file is a raster by its ending, and, for ambiguous endings, by its first bytes.
 bool is_raster(const std::filesystem::path& path) {
   const std::string ending = lower_case(path.extension().string());
   constexpr std::string_view kEndings[] = {".tif", ".tiff", ".hgt", ".asc", ".vrt", ".dem",
@@ -113,11 +113,11 @@ bool is_raster(const std::filesystem::path& path) {
 
 FileReport inspect_raster(const std::filesystem::path& path) {
   buildings::TerrainOptions options;
-  options.geoid_undulation_m = 0;  // what is above the ellipsoid is a matter of the scenario
+  options.geoid_undulation_m = 0;  // the scenario sets the height reference
   const buildings::Raster raster(path, options);
   const buildings::RasterSummary summary = raster.summary();
   if (!summary.lowest_m)
-    throw InputError(path, 0, "has no height within -500 to 9,000 m", "is it a raster of heights?");
+    throw InputError(path, 0, "has no height within -500 to 9,000 m", "give a raster of heights");
   FileReport report{"height raster", {}, raster.notes(), {"city: {osm: MAP, terrain: FILE} in a scenario"}};
   report.contents.emplace_back(
       "posts", fmt::format("{} x {}, {:.3g} m apart", summary.columns, summary.rows, summary.spacing_m));
@@ -135,7 +135,7 @@ FileReport inspect_raster(const std::filesystem::path& path) {
   return report;
 }
 
-/// The results of a study; nothing where the file is something else.
+/// The results of a study; empty for other files.
 std::optional<FileReport> inspect_study(const std::filesystem::path& path) {
   const heatmap::NetcdfFile file = heatmap::NetcdfFile::open(path);
   std::optional<FileReport> report;
@@ -196,13 +196,13 @@ FileReport inspect_observations(const std::filesystem::path& path) {
   report.contents.emplace_back("signals", fmt::format("{}", fmt::join(parts, ", ")));
   if (judged > 0) {
     report.contents.emplace_back(
-        "multipath", fmt::format("seen by the receiver itself in {} of {} observations that it judged",
+        "multipath", fmt::format("detected by the receiver itself in {} of {} classified observations",
                                  multipath, judged));
   }
   if (!file.header.receiver.empty()) report.contents.emplace_back("receiver", file.header.receiver);
   if (file.header.approximate_position_ecef) {
     report.contents.emplace_back(
-        "place", place_text(geodesy::geodetic_from_ecef(*file.header.approximate_position_ecef)));
+        "position", place_text(geodesy::geodetic_from_ecef(*file.header.approximate_position_ecef)));
   }
   return report;
 }
@@ -240,8 +240,8 @@ FileReport inspect_navigation(const std::filesystem::path& path) {
   if (data.galileo_nequick) {
     report.notes.say(
         ReadReport::Level::Remark,
-        "coefficients of NeQuick-G are kept for writing alone: Galileo's signals have Klobuchar's "
-        "ionosphere with GPS's coefficients");
+        "coefficients of NeQuick-G are only kept for writing: Galileo's signals have Klobuchar's ionosphere "
+        "with GPS's coefficients");
   }
   return report;
 }
@@ -308,8 +308,8 @@ FileReport inspect_path(const std::filesystem::path& path, const std::string& fo
                     {fmt::format("trajectory: {{file: FILE, format: {}{}}} in a scenario", format,
                                  timed ? "" : ", speed_mps: 10")}};
   const auto say_places = [&](const geodesy::Geodetic& first, const geodesy::Geodetic& last) {
-    report.contents.emplace_back("first place", place_text(first));
-    report.contents.emplace_back("last place", place_text(last));
+    report.contents.emplace_back("first point", place_text(first));
+    report.contents.emplace_back("last point", place_text(last));
   };
   if (timed) {
     simulation::keep_rising(recorded);
@@ -381,7 +381,7 @@ FileReport inspect_file(const std::filesystem::path& path) {
     default:
       break;
   }
-  const InputError unknown(path, 0, "is not a kind of file that is known",
+  const InputError unknown(path, 0, "is not a known kind of file",
                            fmt::format("known are scenarios (.yaml), cities ({}), RINEX, SP3, RTCM 3, NMEA, "
                                        "GnssLogger, GPX, KML, CSV and heat maps (.nc)",
                                        simulation::city_file_endings()));

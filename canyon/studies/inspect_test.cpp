@@ -46,7 +46,7 @@ class Inspect : public ::testing::Test {
     }
     return "no error";
   }
-  /// The text of the line of a report that has this name.
+  /// The text of the line of a report with this name.
   static std::string value(const FileReport& report, const std::string& name) {
     const auto at = std::find_if(report.contents.begin(), report.contents.end(),
                                  [&](const auto& line) { return line.first == name; });
@@ -68,7 +68,7 @@ TEST_F(Inspect, Observations) {
   EXPECT_EQ(value(seen, "satellites"), "GPS 1, GLONASS 1");
   EXPECT_EQ(value(seen, "signals"), "GLONASS 1C, GPS 1C");
   EXPECT_EQ(value(seen, "receiver"), "M8T");
-  EXPECT_THAT(value(seen, "place"), HasSubstr("22.30"));
+  EXPECT_THAT(value(seen, "position"), HasSubstr("22.30"));
   EXPECT_THAT(seen.notes.lines(), Contains(HasSubstr("some.obs:26: '@12' is not a satellite; left out")));
   EXPECT_THAT(seen.uses, Contains(HasSubstr("--obs FILE")));
 }
@@ -87,8 +87,7 @@ TEST_F(Inspect, Navigation) {
   EXPECT_EQ(value(seen, "records"), "2");
   EXPECT_EQ(value(seen, "satellites"), "GPS 1, GLONASS 1");
   EXPECT_EQ(value(seen, "ionosphere"), "Klobuchar coefficients");
-  EXPECT_THAT(seen.notes.lines(),
-              Contains(HasSubstr("coefficients of NeQuick-G are kept for writing alone")));
+  EXPECT_THAT(seen.notes.lines(), Contains(HasSubstr("coefficients of NeQuick-G are only kept for writing")));
   EXPECT_THAT(value(seen, "ephemerides"), HasSubstr("2019-04-28"));
 }
 
@@ -115,7 +114,7 @@ TEST_F(Inspect, Corrections) {
 TEST_F(Inspect, RecordedPaths) {
   const FileReport gpx = inspect_file(test::case_file("gpx-pause/pause.gpx"));
   EXPECT_EQ(gpx.kind, "recorded path (gpx)");
-  EXPECT_THAT(gpx.notes.lines(), Contains(HasSubstr("pauses 1 time")));
+  EXPECT_THAT(gpx.notes.lines(), Contains(HasSubstr("has 1 pause")));
   EXPECT_THAT(gpx.uses, Contains(HasSubstr("format: gpx")));
   const FileReport nmea = inspect_file(test::case_file("nmea-gga-no-altitude/all2d.nmea"));
   EXPECT_EQ(nmea.kind, "recorded path (nmea)");
@@ -125,7 +124,7 @@ TEST_F(Inspect, RecordedPaths) {
   EXPECT_EQ(csv.kind, "recorded path (csv)");
   EXPECT_EQ(value(csv, "time"), "2 s, without a date");
   EXPECT_EQ(value(csv, "length"), "22 m");
-  EXPECT_EQ(value(csv, "first place"), "22.300000, 114.170000 deg, 5.0 m");
+  EXPECT_EQ(value(csv, "first point"), "22.300000, 114.170000 deg, 5.0 m");
   const FileReport urbannav = report("b.txt", "2051,46701.5,22.3,114.17,5\n2051,46702.5,22.3001,114.17,5\n");
   EXPECT_EQ(urbannav.kind, "recorded path (urbannav)");
 }
@@ -207,7 +206,7 @@ TEST_F(Inspect, HeatMapsAndStudies) {
 
 TEST_F(Inspect, RefusesWhatNoReaderTakes) {
   EXPECT_THAT(fault("a.ubx", "\xB5\x62\x01\x07"), HasSubstr("convbin -r ubx makes RINEX"));
-  EXPECT_THAT(fault("a", "what is this"), HasSubstr("a: is not a kind of file that is known; known are"));
+  EXPECT_THAT(fault("a", "what is this"), HasSubstr("a: is not a known kind of file; known are"));
   EXPECT_THAT(fault("a", "what, is this"), HasSubstr("no column 'latitude'"));
   EXPECT_THAT(fault("a", ""), HasSubstr("a: is empty"));
   EXPECT_THAT(fault("a.n", "version https://git-lfs.github.com/spec/v1\noid sha256:4d\n"),

@@ -60,7 +60,7 @@ class Samples(unittest.TestCase):
             ({"rate_hz": 1e3}, "must be at least"),
             ({"real": True}, "intermediate frequency"),
             ({"real": True, "intermediate_hz": 3e6}, "aliased"),
-            ({"bandwidth_hz": 4e6}, "to either side"),
+            ({"bandwidth_hz": 4e6}, "on either side"),
             ({"receiver": "bus"}, "no receiver 'bus'"),
             ({"duration_s": 0.5}, "one epoch"),
         ):

@@ -128,11 +128,11 @@ class Trace(unittest.TestCase):
 
         wrong("row 1 has a value that is not finite", [[0, 0, 1], [0, np.nan, 1]], self.sky, NOON)
         wrong("no satellite has an ephemeris at 2036-06-01", [[0, 0, 1]], self.sky, "2036-06-01T12:00:00Z")
-        wrong("place 1 (1e+300, 0, 1) is not finite, or more than 10000 km away", [[0, 0, 1], [1e300, 0, 1]], self.sky, NOON)
+        wrong("point 1 (1e+300, 0, 1) is not finite, or more than 10000 km away", [[0, 0, 1], [1e300, 0, 1]], self.sky, NOON)
         wrong("shape (2, 2)", np.zeros((2, 2)), self.sky, NOON)
         wrong("of type <U1", [["a", "b", "c"]], self.sky, NOON)
         wrong("of type complex128", np.zeros((1, 3), complex), self.sky, NOON)
-        wrong("3 times for 2 places", np.zeros((2, 3)), self.sky, [NOON] * 3)
+        wrong("3 times for 2 points", np.zeros((2, 3)), self.sky, [NOON] * 3)
         wrong("is not a unit vector", np.zeros((2, 3)), directions=[[0, 0, 2]])
         wrong("'X99' is not a satellite", np.zeros((2, 3)), self.sky, NOON, satellites=["X99"])
         wrong("is not a time", np.zeros((2, 3)), self.sky, {})

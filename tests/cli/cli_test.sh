@@ -148,14 +148,14 @@ odd)
   # Input that may be right and is mostly a mistake: a warning, and the run.
   sed 's/^start.*/start: 2026-03-01T10:00:00/; s/speed_mps.*/speed_mps: 2000/' small.yaml >odd.yaml
   runs 0 "$canyon" simulate odd.yaml --out res
-  says err "start: 2026-03-01T10:00:00 names no zone" "taken as UTC" "no vehicle moves at 2000 m/s"
+  says err "start: 2026-03-01T10:00:00 has no time zone" "taken as UTC" "no vehicle moves at 2000 m/s"
   sed 's/^start.*/start: 2026-03-01T11:00:00+01:00/; s/2000/6/' odd.yaml >plain.yaml
   runs 0 "$canyon" simulate plain.yaml --out res2; grep warning err && fail "an ordinary scenario is warned of"
-  runs 0 "$canyon" sky --at 22.3,114.17,10 --time 2026-03-01T10:00:00; says err "names no zone"
+  runs 0 "$canyon" sky --at 22.3,114.17,10 --time 2026-03-01T10:00:00; says err "has no time zone"
   runs 0 "$canyon" sky --at 22.3,114.17,10 --time '2026-03-01 10:00:00 GPST'; [ ! -s err ] || fail "GPST is a zone"
   sed '/waypoints/,/speed/d' small.yaml | sed 's/^trajectory:.*/trajectory: {file: t.csv}/' >file.yaml
   printf 'time,latitude,longitude,height\n2026-03-01T10:00:00,22.3,114.17,2\n2026-03-01T10:00:01,22.3,114.17,2\n' >t.csv
-  runs 0 "$canyon" simulate file.yaml --out res3; says err "t.csv:2: time without a zone (the first of 2); taken as UTC"
+  runs 0 "$canyon" simulate file.yaml --out res3; says err "t.csv:2: time without time zone (the first of 2); taken as UTC"
   # Times before GPS and beyond its week 9999.
   for start in 1975-06-01 1700-01-01T00:00:00Z 1980-01-05T23:59:59Z 2171-09-01T00:00:00Z 1650-01-01; do
     sed "s/^start.*/start: $start/" small.yaml >old.yaml
@@ -168,7 +168,7 @@ check)
   # Each kind of file that the cases have, by one command.
   cp -r "$root"/tests/data/cases/* .
   runs 0 "$canyon" check nmea-gnsslogger/log.nmea; says out 'recorded path (nmea)' '2024-05-01' 'good for'
-  runs 0 "$canyon" check gpx-pause/pause.gpx; says out 'recorded path (gpx)' 'pauses 1 time'
+  runs 0 "$canyon" check gpx-pause/pause.gpx; says out 'recorded path (gpx)' 'has 1 pause'
   runs 0 "$canyon" check text-bom/bom.csv text-bom/bom.n sp3-two-days/day1.sp3 osm-josm-delete/edited.osm
   says out 'recorded path (csv)' 'RINEX navigation' 'GPS 1' 'SP3 precise orbits' 'buildings     1'
   runs 0 "$canyon" check nmea-gga-no-altitude/all2d.nmea; says out 'it has no heights'
@@ -198,7 +198,7 @@ check)
   done
   cd ..
   runs 2 "$canyon" check containers/page.n text-bom/bom.n; says err 'is a web page'; says out 'RINEX navigation'
-  printf 'what is this' >unknown; runs 2 "$canyon" check unknown; one_line; says err 'is not a kind of file that is known'
+  printf 'what is this' >unknown; runs 2 "$canyon" check unknown; one_line; says err 'is not a known kind of file'
   runs 2 "$canyon" check containers/page.n text-bom/bom.csv --json
   python3 -c 'import json; a, b = json.load(open("out")); assert not a["usable"] and b["kind"] == "recorded path (csv)", (a, b)' ;;
 strangers)
@@ -223,7 +223,7 @@ strangers)
   [ "$(field 5 res/epochs.csv | cut -d. -f1 | sort -u)" = 99 ] || fail "ECEF: heights $(field 5 res/epochs.csv | sort -u)"
   sed -i '1i time,latitude,longitude,height' csv-ecef/as_advised.csv
   runs 0 "$canyon" simulate csv-ecef/advised.yaml --out res; says err "no vehicle is at a height of 3662785 m"
-  runs 0 "$canyon" simulate gpx-pause/s.yaml --out res --duration 3; says err "pauses 1 time, at most 3591 s"
+  runs 0 "$canyon" simulate gpx-pause/s.yaml --out res --duration 3; says err "has 1 pause, the longest of 3591 s"
   for file in text-bom/good.n text-bom/bom.n containers/good.n.Z containers/good.n.zip; do
     runs 0 "$canyon" sky --nav $file --at 40,-4,700 --time '2024-05-01T10:00:00 GPST' --all
     says out G05 329.7
@@ -289,7 +289,7 @@ many)
   runs 0 "$canyon" simulate two.yaml --out res --duration 2
   [ "$(ls res | tr '\n' ' ')" = "r1 r2 r3 r4 report.txt sky.nav " ] || fail "res holds $(ls res)"
   [ "$(ls res/r3 res/r4 | tr '\n' ' ')" = "res/r3: notes.txt  res/r4: epochs.csv " ] || fail "left are $(ls res/r3 res/r4)"
-  says err "files that the run before had left in res"
+  says err "files of an earlier run from res"
   # An end that is asked for comes soon: no picture is drawn any more.
   sed -i 's/speed_mps.*/speed_mps: 0.001/' small.yaml
   "$canyon" simulate small.yaml --out long >out 2>err &
@@ -444,36 +444,36 @@ new)
   says drive.yaml 'canyon profiles' 'canyon scenario keys' 'T12:00:00 GPST'; grep -q 'longitude_deg: 11.0002' drive.yaml && fail "through a building"
   runs 0 "$canyon" simulate drive.yaml --out res; says err '500 m, 63 epochs'; grep -q 'inside a building' err && fail "inside a building"
   # What stands there stays; nothing is left behind where the name cannot be.
-  cp drive.yaml kept.yaml; runs 2 "$canyon" new bare.osm -o drive.yaml; one_line; says err 'drive.yaml: is there already'; cmp drive.yaml kept.yaml || fail "replaced"
+  cp drive.yaml kept.yaml; runs 2 "$canyon" new bare.osm -o drive.yaml; one_line; says err 'drive.yaml: already exists'; cmp drive.yaml kept.yaml || fail "replaced"
   runs 2 "$canyon" new bare.osm -o bare.osm; one_line; runs 2 "$canyon" new bare.osm -o nowhere/drive.yaml; one_line
   runs 0 "$canyon" new bare.osm -o bare.yaml; says out 'straight on, outside buildings'; runs 0 "$canyon" simulate bare.yaml --out res --quiet
   # A path without times, one whose first place is off the map, and navigation of the day; the same without a file.
   echo '<gpx><trk><trkseg><trkpt lat="47.999" lon="11.00075"/><trkpt lat="48.001" lon="11.00075"/></trkseg></trk></gpx>' >track.gpx
-  runs 0 "$canyon" new 'my map.osm' track.gpx -o track.yaml; says out '2 of 2 places of track.gpx, 1.5 m above the ground, at 8 m/s, since it has no times'
+  runs 0 "$canyon" new 'my map.osm' track.gpx -o track.yaml; says out '2 of 2 positions of track.gpx, 1.5 m above the ground, at 8 m/s, since it has no times'
   runs 0 "$canyon" simulate track.yaml --out by_file --quiet; runs 0 "$canyon" simulate track.gpx 'my map.osm' --out without; says err 'assumed     trajectory'
   cmp by_file/epochs.csv without/epochs.csv || fail "another run without a file"; [ ! -e new.yaml ] || fail "a file that nobody asked for"
   { echo time,latitude,longitude,height; s=0; for latitude in 48.0041 48.0031 48.0021 48.0011 48.0001 47.9991; do echo "2026-03-01T10:00:0$((s++)).25Z,$latitude,11.00075,500"; done; } >timed.csv
-  runs 0 "$canyon" new 'my map.osm' timed.csv -o timed.yaml; says out 'for 2 s, where the path is on the map' '3 of 6 places'
+  runs 0 "$canyon" new 'my map.osm' timed.csv -o timed.yaml; says out 'for 2 s, where the path is on the map' '3 of 6 positions'
   runs 0 "$canyon" simulate timed.yaml --out res; says err '3 epochs every 1'
   runs 2 "$canyon" new 'my map.osm' track.gpx timed.csv -o two.yaml; one_line; says err 'timed.csv: is one file too many'
   runs 2 "$canyon" new track.gpx -o two.yaml; one_line; says err 'no file is a city'
   runs 2 "$canyon" new absent.osm -o two.yaml; one_line; says err 'canyon: absent.osm: no such file'; [ ! -e two.yaml ] || fail "written although refused"
   runs 2 "$canyon" new bare.osm -o nowhere/two.yaml; one_line; says err 'two.yaml: cannot be written: No such file or directory; choose a folder that exists'
   # Heights are those of the ground, so a path needs none; nor times; times of a day begin the run.
-  cut -d, -f1-3 timed.csv | sed 's/stamp/time/' >flat.csv; runs 0 "$canyon" new 'my map.osm' flat.csv -o flat.yaml; says out '3 of 6 places'
+  cut -d, -f1-3 timed.csv | sed 's/stamp/time/' >flat.csv; runs 0 "$canyon" new 'my map.osm' flat.csv -o flat.yaml; says out '3 of 6 positions'
   printf 'latitude,longitude\n47.999,11.00075\n48.001,11.00075\n' >bare.csv
   runs 0 "$canyon" new 'my map.osm' bare.csv -o timeless.yaml; says out 'since it has no times'; runs 0 "$canyon" simulate timeless.yaml --out timeless --quiet
   printf '$GPGGA,11300%d.00,4759.94,N,01100.045,E,1,8,1,500,M,0,M,,\n' 0 >gga.nmea; for s in 1 2 3; do printf '$GPGGA,11300%d.00,4759.9%d,N,01100.045,E,1,8,1,500,M,0,M,,\n' $s $((4 + s)); done >>gga.nmea
   runs 0 "$canyon" new 'my map.osm' gga.nmea -o gga.yaml; says out 'since the path has no dates'; runs 0 "$canyon" simulate gga.yaml --out gga; says err '4 epochs'
-  head -2 bare.csv >one.csv; runs 2 "$canyon" new 'my map.osm' one.csv -o two.yaml; one_line; says err 'one.csv: has one place'
-  printf 'latitude,longitude\n11,48\n11,48.001\n' >far.csv; runs 2 "$canyon" new 'my map.osm' far.csv -o two.yaml; one_line; says err 'it begins 5' 'km from there'
+  head -2 bare.csv >one.csv; runs 2 "$canyon" new 'my map.osm' one.csv -o two.yaml; one_line; says err 'one.csv: has one position'
+  printf 'latitude,longitude\n11,48\n11,48.001\n' >far.csv; runs 2 "$canyon" new 'my map.osm' far.csv -o two.yaml; one_line; says err 'it begins 5' 'km from it'
   # A name with a blank; the keys that the file names next.
   runs 0 "$canyon" new bare.osm -o 'my drive.yaml'; says out "canyon simulate 'my drive.yaml' --out 'out/my drive' --view"
   sed -i 's/^# \(outputs\|faults\):/\1:/' 'my drive.yaml'; runs 0 "$canyon" simulate 'my drive.yaml' --out res --quiet; [ -s res/receiver.obs ] || fail "no RINEX"
   echo 'o box' >box.obj; runs 2 "$canyon" new box.obj -o two.yaml; one_line; says err 'box.obj: is a mesh' '--origin'
   # A corner in a building is refused with the nearest free place, which is taken then.
   sed 's/waypoints.*/waypoints: [{east_m: -38, north_m: 0, up_m: 2}, {east_m: -20, north_m: 30, up_m: 2}]/' small.yaml >inside.yaml
-  runs 2 "$canyon" simulate inside.yaml --out in; one_line; says err 'waypoint 2 is inside a building' 'nearest free place is {latitude_deg'
+  runs 2 "$canyon" simulate inside.yaml --out in; one_line; says err 'waypoint 2 is inside a building' 'nearest free position is {latitude_deg'
   place=$(grep -o '{east_m[^}]*' err); sed -i "s/{east_m: -20, north_m: 30/$place/" inside.yaml; runs 0 "$canyon" simulate inside.yaml --out in --quiet ;;
 reference)
   for shell in bash zsh fish; do runs 0 "$canyon" completion $shell; cp out "$shell"; done
@@ -530,7 +530,7 @@ rtk)
   says out 'fixed     301  100.0' 'first fixed after 0.0 s' 'r.pos written'
   [ "$(grep -vc '^%' r.pos)" -eq 301 ] || fail "r.pos has not 301 solutions"
   runs 0 "$canyon" rtk "$pair/rover.obs" "$pair/base.obs" --nav "$pair/base.nav" --systems GPS --signals L1CA --quiet
-  says err "the base is at the place in its file's header"
+  says err "the base is at the position in its file's header"
   says out 'fixed' 'float'
   runs 2 "$canyon" rtk "$pair/rover.obs" "$data/urbannav-tst-20190428/COM3_190428_124409.obs" --nav "$pair/base.nav" --quiet
   says err 'have no common time'; one_line
@@ -557,7 +557,7 @@ rtk)
     says out 'fixed      51  100.0' 'first fixed after 0.0 s'
   done
   runs 2 "$canyon" rtk "$pair/rover.obs" "$pair/base.obs" --nav "$pair/base.nav" --base-position here
-  says err "--base-position 'here' is not a place"; one_line
+  says err "--base-position 'here' is not a position"; one_line
   ;;
 iq)
   runs 0 "$canyon" iq small.yaml --out d.iq --duration 1 --rate 2.5e6
@@ -594,7 +594,7 @@ P
   wait $pid; [ $? -eq 1 ] || fail "a reader that is gone: exit status"
   one_line; says err 'the reader is gone'
   runs 1 "$canyon" iq small.yaml --out "tcp-connect://127.0.0.1:$port" --rate 2.5e6 --quiet; one_line; says err 'cannot be reached'
-  runs 2 "$canyon" iq small.yaml --out "tcp://127.0.0.1:$port" --band L1 --band E1; one_line; says err 'takes one band'
+  runs 2 "$canyon" iq small.yaml --out "tcp://127.0.0.1:$port" --band L1 --band E1; one_line; says err 'can hold one band'
   runs 0 "$canyon" iq small.yaml --out two.iq --duration 1 --rate 2.5e6 --band L1 --band E1
   [ -s two.L1.iq ] || fail "no two.L1.iq"
   runs 0 "$canyon" iq small.yaml --out r.iq --duration 1 --rate 5e6 --real --if 1.25e6 --format 2bit
@@ -604,12 +604,12 @@ P
   runs 2 "$canyon" iq small.yaml --out f.iq --real; one_line; says err 'real samples need an intermediate frequency' '1000000 Hz'
   runs 2 "$canyon" iq small.yaml --out f.iq --real --intermediate-hz 3e6; one_line; says err 'is aliased' '1000000 Hz leaves the widest band'
   runs 2 "$canyon" iq small.yaml --out f.iq --real --intermediate-hz=2e5; one_line; says err 'too narrow for GPS L1CA' 'now 1000000 Hz'
-  runs 2 "$canyon" iq small.yaml --out f.iq --format 1bit --noise-level 0.5; one_line; says err 'has no level'
+  runs 2 "$canyon" iq small.yaml --out f.iq --format 1bit --noise-level 0.5; one_line; says err 'have no noise level'
   runs 0 "$canyon" iq small.yaml --out b.iq --duration 1 --rate 2.5e6 --bandwidth 2e6 --quiet
   runs 0 "$canyon" iq small.yaml --out c.iq --duration 1 --rate 2.5e6 --bandwidth 2e6 --quiet --threads 1
   cmp b.iq c.iq || fail "the filter's bytes depend on the threads"
   says b.sigmf-meta 'Filtered: 2 MHz'
-  runs 2 "$canyon" iq small.yaml --out f.iq --rate 2.5e6 --bandwidth 2.4e6; one_line; says err 'needs 1320000 Hz to either side, and 1250000 Hz are there'
+  runs 2 "$canyon" iq small.yaml --out f.iq --rate 2.5e6 --bandwidth 2.4e6; one_line; says err 'needs 1320000 Hz on either side, but only 1250000 Hz are available'
   runs 2 "$canyon" iq small.yaml --out f.iq --band L9; one_line; says err "'L9' is not a band"
   runs 2 "$canyon" iq small.yaml --out f.iq --band L6; one_line; says err 'carry no signal of the sky'
   runs 2 "$canyon" iq small.yaml --out f.iq --duration 0.5; one_line; says err 'one epoch'
@@ -640,7 +640,7 @@ sky_real)
 trace)
   runs 0 "$canyon" trace small.yaml --enu 0,0,2; says out azimuth visibility direct
   runs 0 "$canyon" trace small.yaml --json; says out '"paths"' '"excess_path_m"'
-  runs 2 "$canyon" trace small.yaml --at 48,11; one_line; says err "'48,11' is not a place" 'LATITUDE,LONGITUDE,HEIGHT'
+  runs 2 "$canyon" trace small.yaml --at 48,11; one_line; says err "'48,11' is not a position" 'LATITUDE,LONGITUDE,HEIGHT'
   { cat small.yaml; echo 'propagation: {reflection_order: 2}'; } >twice.yaml
   runs 0 "$canyon" trace twice.yaml --enu 0,0,2; says out 'reflected twice' 'before that'
   runs 0 "$canyon" trace twice.yaml --enu 0,0,2 --json; says out '"order": 2' '"far_point_enu_m"' '"far_incidence_deg"'
@@ -707,7 +707,7 @@ P
   python3 -c 'import json; f = json.load(open("out")); assert len(f["models"]) == 3 and 19 <= f["alignment"]["epochs"] <= 21, f' || fail "--json - is not what was asked for"
   [ ! -s err ] || fail "--quiet printed something"
   runs 0 "${judge[@]}" --align --align-heading --split 0.6 --ladder
-  says out "city moved by east" "turned by" "last 40 %" "+ ground reflection" "mirror (the paper's)"
+  says out "city moved by east" "rotated by" "last 40 %" "+ ground reflection" "mirror (the paper's)"
   # An antenna that stands: its place instead of a file, as an option or in the scenario.
   sed -e 's/waypoints.*/position: {east_m: 0, north_m: 0, up_m: 2}/' -e '/speed_mps/d' small.yaml >stands.yaml; echo 'duration_s: 40' >>stands.yaml
   runs 0 "$canyon" simulate stands.yaml --out still --quiet
@@ -746,7 +746,7 @@ P
   says out "GPS L2C" "Carrier phase" "GPS L1CA" "Between cycle slips"
   runs 0 "$canyon" validate two.yaml --obs unknown.obs "${judge[@]:5}"
   says err "1 codes of G not known: 9Z"
-  says out "Signals not judged" "Tracked by the simulated"
+  says out "Signals not compared" "Tracked by the simulated"
   runs 2 "${judge[@]}" --runs 3; one_line; says err --runs georeference
   # The part that figures are of.
   runs 0 "${judge[@]}" --part first --json - --quiet
@@ -918,7 +918,7 @@ assert abs(medians[0] - medians[1]) <= 4, medians
 P
   sed 's/east_m: 0, north_m: 8/east_m: 60, north_m: 68/' tst.yaml >off.yaml
   runs 0 "$canyon" validate off.yaml --obs "$drive/COM3_190428_124409.obs" --align --json figures.json
-  says err "does not determine the place of the city" --reach
+  says err "does not determine the city's offset" --reach
   # Both drives beside each other, where they stand as the scenarios say.
   [ -e "$data/berlin-potsdamer-platz/truth.csv" ] || { echo "without Berlin: it is not in ../shared/data"; exit $failed; }
   for folder in hongkong urbannav-tst-20190428 urbannav-tst-20210517 berlin-potsdamer-platz; do ln -s "$data/$folder" .; done
@@ -1037,7 +1037,7 @@ city)
   runs 2 "$canyon" city info bad.xyz; one_line; says err bad.xyz .obj
   local_tileset tileset.json
   runs 0 "$canyon" city info tileset.json; says out "3D Tiles 1.1: 1 tile of 1 tileset" "triangles     1"; says err "city.origin" "gap: " missing.glb
-  runs 2 "$canyon" city build tileset.json -o tiles.canyon; one_line; says err "no origin on the Earth"
+  runs 2 "$canyon" city build tileset.json -o tiles.canyon; one_line; says err "is not georeferenced"
   runs 0 "$canyon" city build tileset.json -o tiles.canyon --origin 48,11,500; says err missing.glb
   runs 0 "$canyon" city info tiles.canyon; says out missing.glb
   runs 2 "$canyon" city info tileset.json --bbox 1,2,3; one_line; says err --bbox
@@ -1276,7 +1276,7 @@ inputs)
   cmp kept.nc one/map.nc || fail "the map has changed"
   runs 0 "$canyon" heatmap small.yaml --out one --layers hdop --spacing 16 --format netcdf --quiet
   mkdir shown; echo 'seed: 2' >shown/demo.yaml
-  runs 2 "$canyon" demo --out shown; one_line; says err "shown/demo.yaml: is there already"
+  runs 2 "$canyon" demo --out shown; one_line; says err "shown/demo.yaml: already exists"
   # What a run had written and the next one reads is no left-over; the list follows no link out of the folder.
   mkdir users; echo mine >users/a; touch -d '-1 hour' users/a
   runs 0 "$canyon" simulate small.yaml --out res --duration 5 --quiet
@@ -1479,7 +1479,7 @@ F
   runs 2 "$canyon" study other.yaml --out whole; one_line; says err "another study" "give another folder"
   runs 0 "$canyon" study other.yaml --out d --shard 1/2 --quiet
   runs 2 "$canyon" study merge a d --out e; one_line; says err "a shard of another study"
-  runs 2 "$canyon" study merge . --out e; one_line; says err "holds no study"
+  runs 2 "$canyon" study merge . --out e; one_line; says err "contains no study"
   runs 2 "$canyon" study study.yaml; one_line; says err "--out is missing"
   runs 2 "$canyon" study study.yaml --out x --shard 3/2; one_line; says err "not a part of a study"
   runs 2 "$canyon" study study.yaml --print-run 6; one_line; says err "runs 0 to 5"
@@ -1490,7 +1490,7 @@ F
   runs 2 "$canyon" study bad.yaml --dry-run; one_line; says err "would write about" "max_output_gb"
   # Runs that all fail are no result.
   sed '/^start/d' small.yaml >startless.yaml; sed 's/small/startless/' study.yaml >fails.yaml
-  runs 2 "$canyon" study fails.yaml --out fails --quiet; one_line; says err "6 of 6 runs have no figures" "'start' is missing" "add start:"
+  runs 2 "$canyon" study fails.yaml --out fails --quiet; one_line; says err "6 of 6 runs have no metrics" "'start' is missing" "add start:"
   [ ! -e fails/study.nc ] || fail "results of nothing" ;;
 heatmap_query)
   runs 0 "$canyon" heatmap query --help; says out --at --path --format --speed --altitude --time --stretch --json
@@ -1499,11 +1499,11 @@ heatmap_query)
   runs 0 "$canyon" simulate small.yaml --out drive --quiet
   awk -F, 'NR > 1 {print $1 "," $2 "," $3 "," $4 "," $5}' drive/epochs.csv >truth.csv
   runs 0 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav
-  says out "along the way" horizontal_error_mean "worst stretch" "m of horizontal_error_mean in the mean" "a fix on" "120 m in 20 s" "receiver standing"
+  says out "along the route" horizontal_error_mean "worst segment" "m of horizontal_error_mean in the mean" "a fix on" "120 m in 20 s" "receiver standing"
   # Places alone, at a speed.
   { echo latitude,longitude; cut -d, -f3,4 truth.csv; } >places.csv; runs 0 "$canyon" heatmap query map/map.nc --path places.csv --speed 6; says out "120 m in 20 s"
   runs 2 "$canyon" heatmap query map/map.nc --path places.csv; one_line; says err 'has no times; give --speed'
-  runs 0 "$canyon" heatmap query map/map.nc --path drive/receiver.nmea; says out "along the way" "in 20 s"  # by its content
+  runs 0 "$canyon" heatmap query map/map.nc --path drive/receiver.nmea; says out "along the route" "in 20 s"  # by its content
   runs 0 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav --speed 2 --altitude 15 --stretch 20 --json
   python3 - <<'P' || fail "the route's JSON is not what was asked for"
 import json
@@ -1518,9 +1518,9 @@ assert abs(r["worst_stretch"]["to_m"] - r["worst_stretch"]["from_m"] - 20) < 1.1
 P
   runs 0 "$canyon" heatmap query map/map.nc --at 22.3,114.17; says out hdop 2026-03-01T10:00:00Z "2 m above the terrain" computed
   runs 0 "$canyon" heatmap query map/map.nc --at 22.3,114.17 --altitude 19; says out "15 m above the terrain"
-  says err warning: "no altitude of 19 m" "15 m above the terrain, answers"
+  says err warning: "no altitude of 19 m" "using the nearest, 15 m above the terrain"
   runs 0 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav --altitude 8
-  says err warning: "no altitude of 8 m" "2 m above the terrain, answers"
+  says err warning: "no altitude of 8 m" "using the nearest, 2 m above the terrain"
   runs 0 "$canyon" heatmap query map/map.nc --at 22.3,114.17 --altitude 15; [ ! -s err ] || fail "15 m is an altitude of the map"
   runs 2 "$canyon" heatmap query map/map.nc --at 22.3,114.17 --altitude 60; one_line; says err --altitude 60 "15 m above"
   runs 2 "$canyon" heatmap query map/map.nc; one_line; says err --at --path
@@ -1542,7 +1542,7 @@ heatmap_bad)
   bad --layers hdpo; says err --layers hdpo "mean 'hdop'"
   bad --format tiff; says err --format geotiff
   bad --bbox 114.2,22.3,114.1,22.4; says err --bbox reversed
-  bad --bbox 11,48,11.1,48.1; says err --bbox outside "the city reaches"
+  bad --bbox 11,48,11.1,48.1; says err --bbox outside "the city extends"
   bad --bbox 1,2,3; says err --bbox WEST
   bad --enu-box 0,0,-5,5; says err --enu-box reversed
   bad --enu-box 0,0,5; says err --enu-box WEST
@@ -1555,7 +1555,7 @@ heatmap_bad)
   bad --altitude high; says err --altitude high
   bad --altitude-kind sea; says err sea ellipsoid
   runs 0 "$canyon" heatmap small.yaml --out zone --enu-box=-9,-9,9,9 --times 2026-03-01T10:00:00,2026-03-01T10:05:00Z --format netcdf
-  says err "2026-03-01T10:00:00 names no zone"; [ "$(grep -c 'names no zone' err)" -eq 1 ] || fail "Z is a zone"
+  says err "2026-03-01T10:00:00 has no time zone"; [ "$(grep -c 'has no time zone' err)" -eq 1 ] || fail "Z is a zone"
   bad --times soon; says err soon
   bad --times 0/60; says err --times day/
   bad --times 60/0/10; says err --times before
@@ -1740,7 +1740,7 @@ assert [x["name"] for x in r] == ["rover", "passed"], r
 assert r[1]["summary"] == r[0]["summary"] or abs(r[1]["summary"]["horizontal_p95_m"] - r[0]["summary"]["horizontal_p95_m"]) < 0.01, r
 END
   runs 2 "$canyon" view one/drift --track passed --out seen2; says err "--track 'passed' has no name"; one_line
-  runs 2 "$canyon" view one --track passed=one/passed.csv --out seen2; says err 'one is no drive of a bench'
+  runs 2 "$canyon" view one --track passed=one/passed.csv --out seen2; says err 'one is not a drive of a bench'
   # The spoofer pulls the fix away by the 200 m that it is described with; edition 1 stays as it was.
   for edition in 1 2; do
     runs 0 "$canyon" bench make pulled --only spoofing --edition $edition --quiet
@@ -1758,7 +1758,7 @@ END
   says mapped/open-my/scenario.yaml 'start: 2026-06-01'; [ -d mapped/open-ublox-f9p/base ] || fail "no base"
   runs 0 "$canyon" bench make tracked --only open --map map.osm.pbf track/epochs.csv --quiet
   for folder in mapped/open-my tracked/open; do [ "$(wc -l <$folder/truth.csv)" -gt 50 ] || fail "no drive in $folder"; done
-  runs 2 "$canyon" bench make mapped --only outlier-100 --map map.osm.pbf --quiet; says err 'no drive can be made of this track'
+  runs 2 "$canyon" bench make mapped --only outlier-100 --map map.osm.pbf --quiet; says err 'no drive can be made from this track'
   # A bench has the drives of one call: what another one made is gone, the user's files are not.
   mkdir -p again && "$canyon" bench make again --only open walk --edition 1 --quiet 2>err || fail "edition 1"
   says again/open/card.yaml 'bench: 1'; echo mine >again/open/mine.csv; cp again/open/single.csv again/open/ekf.csv; cp again/open/single.csv again/open/robust.csv
@@ -1780,7 +1780,7 @@ END
   says err "there is no drive 'outlyer-100'; did you mean 'outlier-100'?"; one_line
   runs 2 "$canyon" bench score . ; says err 'has no drives; make them: canyon bench make'
   runs 2 "$canyon" bench run one; says err 'there is no program to run'
-  runs 2 "$canyon" bench run one -- true '{drive}'; says err 'the program does not get {estimate}'; one_line
+  runs 2 "$canyon" bench run one -- true '{drive}'; says err "the program's arguments lack {estimate}"; one_line
   runs 2 "$canyon" bench run one -- ./absent.py '{drive}' '{estimate}'; says err './absent.py: No such file'
   echo 'limits: [{drives: [open/], p95_m: 1}]' >other.yaml
   runs 2 "$canyon" bench score one --limits other.yaml; says err "other.yaml: there is no drive 'open/' in the bench"; one_line
@@ -1854,7 +1854,7 @@ view)
   runs 2 "$canyon" view v --map map/map.nc --out m5; one_line; says err "--city"
   runs 2 "$canyon" view map/map.nc --city block.osm --out m5; one_line; says err "coordinates are not those of the city"
   runs 2 "$canyon" view small.yaml --city small.yaml --out m5; one_line; says err "--city without a heat map"
-  runs 2 "$canyon" view map/map.nc --map map/map.nc --out m5; one_line; says err "--map beside a map"
+  runs 2 "$canyon" view map/map.nc --map map/map.nc --out m5; one_line; says err "--map with a map as input"
 
   # Films: what is missing is said before any work.
   runs 2 "$canyon" view v --record film.jpg; one_line; says err "'.jpg' is not the ending of a film"

@@ -560,7 +560,7 @@ TEST(HostSettings, WrongValuesNamePluginElementAndCure) {
       {"<seed>-3</seed>", "<seed>", "-3 is out of range", ""},
       {"<start>yesterday</start>", "<start>", "yesterday", ""},
       {"<start><tow>5</tow></start>", "<start>", "'week' is missing", "give week and tow"},
-      {"<sky><nominal>0</nominal></sky>", "<sky><nominal>", "false, and no other source", ""},
+      {"<sky><nominal>0</nominal></sky>", "<sky><nominal>", "is false, but there is no other source", ""},
       {"<sky><systems>GPS Galilei</systems></sky>", "<sky><systems>", "Galilei", ""},
       {"<sky><allow_stale>1</allow_stale></sky>", "<sky><allow_stale>", "has no effect with", "docs/sdf.md"},
       {"<satAzimuth>1 2</satAzimuth>", "<satAzimuth>", "frozen needs satAzimuth and satElevation", "radians"},

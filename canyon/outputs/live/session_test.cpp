@@ -356,7 +356,7 @@ TEST(Session, SendsStreamsAndTakesCommands) {
                 HasSubstr("clock.bias_s: 0.001"));
     EXPECT_EQ(answer(R"({"command": "set", "options": {"clock.bias_s": "x"}})")["ok"], false);
     EXPECT_THAT(answer(R"({"command": "set", "options": {"profile": "/etc/passwd"}})").dump(),
-                HasSubstr("'/etc/passwd' is not a file beside the scenario"));
+                HasSubstr("'/etc/passwd' is not in the scenario's folder"));
     // All receivers of a session share its schedule of epochs.
     EXPECT_THAT(answer(R"({"command": "set", "options": {"rate_hz": 5}})").dump(),
                 HasSubstr("rate_hz: cannot change while the session runs"));

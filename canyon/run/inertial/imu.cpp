@@ -18,7 +18,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// The rotation vector of a small turn.
+/// The rotation vector of a small rotation.
 Vector3d turn_of(const Matrix3d& rotation) {
   // Half of the antisymmetric part is the axis times the sine of the angle.
   const Vector3d sine = 0.5 * Vector3d(rotation(2, 1) - rotation(1, 2), rotation(0, 2) - rotation(2, 0),
@@ -56,7 +56,7 @@ Vector3d IdealImu::gravity(const Vector3d& place_m) {
   if (off.squaredNorm() > 1) {
     gravity_place_m_ = place_m;
     gravity_mps2_ = geodesy::normal_gravity(place_m);
-    // That of a point mass: within 1 %, 3e-8 m/s^2 over a metre of height and 1e-8 over one along the ground.
+    // The gradient of a point mass: within 1 %, 3e-8 m/s^2 over a metre of height and 1e-8 along the ground.
     const Vector3d up = place_m.normalized();
     const double per_m = gravity_mps2_.norm() / place_m.norm();
     gravity_gradient_ = per_m * (3 * up * up.transpose() - Matrix3d::Identity());
@@ -72,13 +72,13 @@ ImuState IdealImu::at(std::int64_t index) {
   const auto attitude = [this, index](std::int64_t off) -> const Matrix3d& {
     return this->body(index + off).ecef_from_body;
   };
-  // Turns from the attitude now, in the body's axes; those to the neighbours are along their own axes.
+  // Rotations from the current attitude, in the body's axes; those to neighbours are along their own axes.
   const auto far = [&](std::int64_t off) { return turn_of(body.ecef_from_body.transpose() * attitude(off)); };
   const Vector3d rate = (far(-2) + 8 * turn(index - 1) + 8 * turn(index) - far(2)) / (12 * step_s_);
 
   ImuState state;
   state.sensor.ecef_from_body = body.ecef_from_body * body_from_sensor_;
-  // The arm from the vehicle's point, and its derivatives.
+  // The lever arm from the vehicle's point, and its derivatives.
   const Vector3d arm = body.ecef_from_body * position_m_;
   state.sensor.position_m = body.position_m + arm;
   state.sensor.velocity_mps = body.velocity_mps + body.ecef_from_body * rate.cross(position_m_);
@@ -108,7 +108,7 @@ ImuInput IdealImu::mean(std::int64_t from, std::int64_t to) {
     sum.specific_force_mps2 += weight * state.input.specific_force_mps2;
     sum.angular_rate_radps += weight * (state.sensor.ecef_from_body.transpose() * earth);
   }
-  // Turns of the body, from attitude to attitude, less what a moving axis adds to them (coning).
+  // Rotations between attitudes of the body, minus the effect of a moving axis (coning).
   Vector3d turned = Vector3d::Zero(), before = turn(from - 1), now = turn(from);
   for (std::int64_t i = from; i < to; ++i) {
     const Vector3d after = turn(i + 1);
@@ -135,7 +135,7 @@ std::complex<double> complex_normal(RandomStream& random) {
 
 Vibrations::Vibrations(const std::vector<VibrationOptions>& lines, RandomStream& random) {
   for (const VibrationOptions& options : lines) {
-    // The spectrum of a correlation exp(-d t) has half its height d / (2 pi) from its middle.
+    // The spectrum of a correlation exp(-d t) has half its height at d / (2 pi) from its middle.
     Line& line = lines_.emplace_back(Line{options.frequency_hz,
                                           kPi * options.bandwidth_hz,
                                           {options.acceleration_mps2, geodesy::radians(options.rate_deg_s)},
@@ -183,7 +183,7 @@ FlickerNoise::FlickerNoise(double floor, RandomStream& random) : sigma_(floor / 
 Vector3d FlickerNoise::next(double dt_s, RandomStream& random) {
   Vector3d sum = Vector3d::Zero();
   if (!(sigma_ > 0)) return sum;
-  // Steps differ in their last digits.
+  // Steps may differ in their last digits.
   if (std::abs(dt_s - dt_s_) > 1e-9 * dt_s) {
     dt_s_ = dt_s;
     double time_constant_s = 1;

@@ -17,7 +17,7 @@
 namespace canyon::inertial {
 
 using BodyState = simulation::EcefPose;
-/// By seconds. Its acceleration is continuous; differences of a smoother attitude have smaller errors.
+/// A function of seconds with continuous acceleration. Differences of a smoother attitude are more exact.
 using BodyMotion = std::function<BodyState(double)>;
 
 /// The true input of an inertial sensor, in its axes.
@@ -26,26 +26,27 @@ struct ImuInput {
   Eigen::Vector3d angular_rate_radps = Eigen::Vector3d::Zero();  ///< against inertial space
 };
 
-/// The sensor's own place and attitude at an instant.
+/// Position and attitude of the sensor at an instant.
 struct ImuState {
   BodyState sensor;  ///< ecef_from_body: from the sensor's axes
   ImuInput input;
 };
 
-/// Sensors without errors on a moving vehicle, at instants in even steps: f = C (a + 2 w x v - g), with
-/// Earth's rotation w and normal gravity g (Groves, Principles of GNSS, Inertial, and Multisensor Integrated
-/// Navigation Systems, 2nd ed., 5.2); rates with Earth's rotation. Rates and the sensor's motion about the
-/// vehicle's point are derivatives of the attitude by differences of fourth order.
+/// Error-free sensors on a moving vehicle, at instants in even steps: f = C (a + 2 w x v - g), with Earth's
+/// rotation w and normal gravity g (Groves, Principles of GNSS, Inertial, and Multisensor Integrated
+/// Navigation Systems, 2nd ed., 5.2). Rates include Earth's rotation. Rates and the sensor's motion about the
+/// vehicle's reference point are derivatives of the attitude by differences of fourth order.
 class IdealImu {
  public:
-  /// Instants are rounded to nanoseconds. @param motion is asked from -2 step_s on @param step_s above 0
+  /// Instants are rounded to nanoseconds. @param motion is called from -2 step_s on @param step_s above 0
   IdealImu(const ImuOptions& options, BodyMotion motion, double step_s);
 
   /// The state at the time `index` step_s, `index` at least 0.
   [[nodiscard]] ImuState at(std::int64_t index);
-  /// Means over an interval, as sensors that integrate state them: of the specific force by Simpson's rule,
-  /// with an error of the fourth order of the step; of the rate by the turns between attitudes, so that these
-  /// add up to the attitude. @param to an even number of steps behind `from`
+  /// Means over an interval, as integrating sensors output them. Specific force: by Simpson's rule, with an
+  /// error of the fourth order of the step. Rate: by the rotations between attitudes, so that they add up to
+  /// the attitude.
+  /// @param to an even number of steps after `from`
   [[nodiscard]] ImuInput mean(std::int64_t from, std::int64_t to);
 
  private:
@@ -53,7 +54,7 @@ class IdealImu {
   /// The rotation vector from body(index) to body(index + 1), in the axes of either.
   [[nodiscard]] const Eigen::Vector3d& turn(std::int64_t index);
 
-  /// Normal gravity at a place on the way, by its gradient within a metre of the last one that was computed.
+  /// Normal gravity at a position on the path, by its gradient within a metre of the last computed position.
   [[nodiscard]] Eigen::Vector3d gravity(const Eigen::Vector3d& place_m);
 
   static constexpr std::int64_t kKept = 8;
@@ -63,19 +64,18 @@ class IdealImu {
   Eigen::Matrix3d body_from_sensor_;
   Eigen::Vector3d gravity_place_m_ = Eigen::Vector3d::Zero(), gravity_mps2_ = Eigen::Vector3d::Zero();
   Eigen::Matrix3d gravity_gradient_ = Eigen::Matrix3d::Zero();
-  // The last ones that were asked for, by index modulo kKept.
+  // Latest requested states, by index modulo kKept.
   std::array<std::optional<std::pair<std::int64_t, BodyState>>, kKept> bodies_;
   std::array<std::optional<std::pair<std::int64_t, ImuState>>, kKept> states_;
   std::array<std::optional<std::pair<std::int64_t, Eigen::Vector3d>>, kKept> turns_;
 };
 
-/// Vibrations of an inertial sensor. Samples are their means over an interval, so that a frequency f above
-/// half the rate of the samples stays in them, at the distance to the next multiple of the rate, with the
-/// amplitude |sin(pi f dt) / (pi f dt)| of its own.
+/// Vibrations of an inertial sensor. Samples are means over an interval. A frequency f above half the sample
+/// rate is aliased to its distance from the next multiple of the rate, times |sin(pi f dt) / (pi f dt)|.
 class Vibrations {
  public:
   Vibrations(const std::vector<VibrationOptions>& lines, RandomStream& random);
-  /// The mean over the `dt_s` that end at `time_s`: specific force and rate in the sensor's axes.
+  /// Mean over the `dt_s` until `time_s`: specific force and rate in the sensor's axes.
   [[nodiscard]] ImuInput mean(double time_s, double dt_s, RandomStream& random);
 
  private:
@@ -105,19 +105,18 @@ class FlickerNoise {
  private:
   static constexpr std::size_t kProcesses = 5;
   double sigma_;
-  double dt_s_ = 0;  // that keep_, drive_ and every_ belong to
+  double dt_s_ = 0;  // interval of keep_, drive_ and every_
   std::uint64_t samples_ = 0;
   std::array<std::uint64_t, kProcesses> every_{};  // samples from step to step
   std::array<double, kProcesses> keep_{}, drive_{};
   std::array<Eigen::Vector3d, kProcesses> values_;
 };
 
-/// Errors of three equal sensors: y = (I + M) x + biases + noise, rounded and cut off.
+/// Errors of three equal sensors: y = (I + M) x + biases + noise, rounded and limited.
 class Triad {
  public:
   Triad(const TriadNumbers& numbers, RandomStream& random);
-  /// @param mean of the true values over `dt_s`; @param force the mean specific force [m/s^2]; @param more a
-  /// bias beside those of the run
+  /// @param mean of the true values over `dt_s` @param force mean specific force [m/s^2] @param more a bias
   [[nodiscard]] Eigen::Vector3d measure(const Eigen::Vector3d& mean, const Eigen::Vector3d& force,
                                         double dt_s, RandomStream& random,
                                         const Eigen::Vector3d& more = Eigen::Vector3d::Zero());
@@ -131,7 +130,7 @@ class Triad {
 };
 
 struct ImuSample {
-  double time_s = 0;  ///< as stated
+  double time_s = 0;  ///< time stamp
   ImuInput measured;
   double temperature_k = 0;  ///< of the sensor
 };

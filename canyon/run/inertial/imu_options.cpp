@@ -17,14 +17,14 @@ constexpr double kMilliG = kStandardGravity / 1000, kPpm = 1e-6;
 
 constexpr const char* kScale = "standard deviation of the scale factor";
 constexpr const char* kMisalignment = "standard deviation of an axis towards each other one";
-constexpr const char* kPerKelvin = "standard deviation of the bias for each K of the sensor over 25 deg C";
+constexpr const char* kPerKelvin = "standard deviation of the bias per K of the sensor over 25 deg C";
 constexpr const char* kScalePerKelvin =
-    "standard deviation of the scale factor for each K of the sensor over 25 deg C";
+    "standard deviation of the scale factor per K of the sensor over 25 deg C";
 
-/// Visits the fields of a sensor's numbers, or takes their values: those of the options, where they are empty
-/// the profile's.
+/// Visits the fields of a sensor's numbers, or returns their values: those of the options, or if empty those
+/// of the profile.
 struct NumbersOf {
-  options::Visitor* fields;  ///< null: values are taken
+  options::Visitor* fields;  ///< null: values are returned
   ImuProfile profile;
 
   /// @param number in SI units, times / over of the key's @param by_profile in the key's unit
@@ -37,8 +37,8 @@ struct NumbersOf {
 };
 
 // Ideal; consumer: white noise, cross-axis sensitivity and change by temperature of TDK's ICM-42688-P, the
-// rest assumed; automotive: assumed; tactical: Sensonor's STIM300 with 10 g accelerometers. docs/imu.md has
-// them as a table.
+// rest assumed; automotive: assumed; tactical: Sensonor's STIM300 with 10 g accelerometers. docs/imu.md has a
+// table of them.
 TriadNumbers numbers_of(GyroscopeOptions& g, const NumbersOf& number) {
   TriadNumbers n;
   number("angle_random_walk_deg_sqrt_h", "deg/sqrt(h)", "white noise of the rate",
@@ -116,11 +116,12 @@ void visit_axes(options::Visitor& v, ImuAxes& axes) {
 
 void visit_orientation(options::Visitor& v, SensorOrientation& o) {
   v.section("orientation", [&] {
-    v.number(
-        {"roll_deg", "deg", "turn of the sensor about its forward axis, left side up; after pitch and yaw"},
-        o.roll_deg, {-180, 180});
-    v.number({"pitch_deg", "deg", "turn about its left axis, nose up; after yaw"}, o.pitch_deg, {-90, 90});
-    v.number({"yaw_deg", "deg", "turn about the vehicle's up axis, to the left"}, o.yaw_deg, {-180, 180});
+    v.number({"roll_deg", "deg",
+              "rotation of the sensor about its forward axis, left side up; after pitch and yaw"},
+             o.roll_deg, {-180, 180});
+    v.number({"pitch_deg", "deg", "rotation about its left axis, nose up; after yaw"}, o.pitch_deg,
+             {-90, 90});
+    v.number({"yaw_deg", "deg", "rotation about the vehicle's up axis, to the left"}, o.yaw_deg, {-180, 180});
   });
 }
 
@@ -128,9 +129,9 @@ void visit(options::Visitor& v, ImuOptions& o) {
   static constexpr std::string_view kProfileWords[]{"ideal", "consumer", "automotive", "tactical"};
   v.choice(
       {"profile", "",
-       "class of sensors, which gives the defaults of their numbers: ideal, consumer, automotive, tactical"},
+       "class of sensors, which sets the defaults of their numbers: ideal, consumer, automotive, tactical"},
       o.profile, kProfileWords);
-  v.number({"rate_hz", "Hz", "samples; each is the mean since the one before"}, o.rate_hz, {1, 10'000});
+  v.number({"rate_hz", "Hz", "samples; each is the mean since the previous one"}, o.rate_hz, {1, 10'000});
   visit_axes(v, o.axes);
   v.section("position", [&] {
     v.number({"forward_m", "m", "sensor ahead of the trajectory's point"}, o.position_m.x(), {-1000, 1000});
@@ -141,10 +142,10 @@ void visit(options::Visitor& v, ImuOptions& o) {
   v.section("gyroscope", [&] { (void)numbers_of(o.gyroscope, {&v, o.profile}); });
   v.section("accelerometer", [&] { (void)numbers_of(o.accelerometer, {&v, o.profile}); });
   v.section("temperature", [&] {
-    v.number({"air_c", "deg C", "of the air about the sensor"}, o.temperature.air_c, {-60, 85});
+    v.number({"air_c", "deg C", "temperature of the air around the sensor"}, o.temperature.air_c, {-60, 85});
     v.number({"warming_k", "K", "how much warmer than the air the sensor becomes"}, o.temperature.warming_k,
              {-100, 100});
-    v.number({"warming_time_s", "s", "time constant of that"}, o.temperature.warming_time_s, {1, 100000});
+    v.number({"warming_time_s", "s", "time constant of warming"}, o.temperature.warming_time_s, {1, 100000});
   });
   v.list("vibration", o.vibration, [&](VibrationOptions& each) {
     v.number({"frequency_hz", "Hz", "of rotors, an engine or a wheel; also above half the sensor's rate"},
@@ -154,17 +155,16 @@ void visit(options::Visitor& v, ImuOptions& o) {
     v.number({"acceleration_mps2", "m/s^2", "amplitude of each axis"}, each.acceleration_mps2, {0, 1000});
     v.number({"rate_deg_s", "deg/s", "amplitude about each axis"}, each.rate_deg_s, {0, 1000});
   });
-  v.number({"time_offset_s", "s", "stated times less the true ones"}, o.time_offset_s, {-10, 10});
-  v.number({"time_jitter_s", "s", "standard deviation of the stated times"}, o.time_jitter_s, {0, 1});
-  v.number({"lost", "", "share of samples that are lost"}, o.lost, {0, 1, false, true});
+  v.number({"time_offset_s", "s", "time stamps minus the true times"}, o.time_offset_s, {-10, 10});
+  v.number({"time_jitter_s", "s", "standard deviation of the time stamps"}, o.time_jitter_s, {0, 1});
+  v.number({"lost", "", "fraction of samples that are lost"}, o.lost, {0, 1, false, true});
   v.list("frozen", o.frozen, [&](SensorFault& each) { visit(v, each); });
 }
 
 void visit(options::Visitor& v, SensorFault& o) {
   constexpr options::Range kTimes{0, 1e8};
-  v.number({"from_s", "s", "begin of a time in which the sensor fails, since the run's begin"}, o.from_s,
-           kTimes);
-  v.number({"until_s", "s", "end of that time"}, o.until_s, kTimes);
+  v.number({"from_s", "s", "start of a failure of the sensor, since the start of the run"}, o.from_s, kTimes);
+  v.number({"until_s", "s", "end of the failure"}, o.until_s, kTimes);
 }
 
 }  // namespace canyon::inertial

@@ -11,22 +11,22 @@
 
 namespace canyon::inertial {
 
-/// Classes of sensors, which give the numbers that are not stated; docs/imu.md has their sources.
+/// Sensor classes. They set the numbers that are not given; docs/imu.md has their sources.
 enum class ImuProfile : std::uint8_t { Ideal, Consumer, Automotive, Tactical };
 /// Axes of the samples: forward, left, up (ROS) or forward, right, down (aviation).
 enum class ImuAxes : std::uint8_t { Flu, Frd };
 
-/// How a sensor is turned against the vehicle [deg]; yaw is turned first, then pitch, then roll.
+/// Rotation of a sensor relative to the vehicle [deg]; yaw is applied first, then pitch, then roll.
 struct SensorOrientation {
   double roll_deg = 0, pitch_deg = 0, yaw_deg = 0;
 };
-/// Turns vectors from a sensor's axes to the vehicle's: forward, left, up.
+/// Rotates vectors from a sensor's axes to the vehicle's: forward, left, up.
 [[nodiscard]] Eigen::Matrix3d body_from_sensor(const SensorOrientation& orientation, ImuAxes axes);
 void visit_axes(options::Visitor& v, ImuAxes& axes);
 void visit_orientation(options::Visitor& v, SensorOrientation& orientation);
 
-/// Errors of three gyroscopes; empty: by the profile. Standard deviations where a number differs from axis
-/// to axis.
+/// Errors of three gyroscopes; empty: from the profile. Numbers that differ between axes are given as
+/// standard deviations.
 struct GyroscopeOptions {
   std::optional<double> angle_random_walk_deg_sqrt_h;   ///< white noise of the rate
   std::optional<double> bias_instability_deg_h;         ///< lowest Allan deviation
@@ -57,8 +57,8 @@ struct ImuTemperatureOptions {
   double warming_time_s = 300;  ///< time constant of that, [1, 100000]
 };
 
-/// A vibration of the sensor, by rotors, an engine or a road: a narrow band on each axis with a phase of its
-/// own.
+/// A vibration of the sensor by rotors, an engine or a road: a narrow band on each axis, with independent
+/// phases.
 struct VibrationOptions {
   double frequency_hz = 100;     ///< (0, 100,000]
   double bandwidth_hz = 0;       ///< full width at half the power, [0, 1000]; 0: a sinusoid
@@ -66,14 +66,14 @@ struct VibrationOptions {
   double rate_deg_s = 0;         ///< likewise, [0, 1000]
 };
 
-/// A time in which a sensor fails, in seconds since the run's begin.
+/// An interval in which a sensor fails, in seconds since the start of the run.
 struct SensorFault {
   double from_s = 0, until_s = 0;  ///< [0, 1e8]
-  double factor = 1;               ///< of wheels: stated way over the true one, [0, 100]
+  double factor = 1;               ///< wheels: measured distance over the true one, [0, 100]
 
   [[nodiscard]] bool holds(double time_s) const { return time_s > from_s && time_s <= until_s; }
 };
-/// Visits its times.
+/// Visits the interval only.
 void visit(options::Visitor& v, SensorFault& o);
 
 /// An inertial measurement unit on the vehicle: gyroscopes and accelerometers at one point.
@@ -87,9 +87,9 @@ struct ImuOptions {
   AccelerometerOptions accelerometer;
   ImuTemperatureOptions temperature;
   std::vector<VibrationOptions> vibration;
-  double time_offset_s = 0, time_jitter_s = 0;  ///< of the stated times, [-10, 10], [0, 1]
-  double lost = 0;                              ///< share of samples, [0, 1)
-  std::vector<SensorFault> frozen;              ///< it repeats its last sample, with fresh times
+  double time_offset_s = 0, time_jitter_s = 0;  ///< of the time stamps, [-10, 10], [0, 1]
+  double lost = 0;                              ///< fraction of samples, [0, 1)
+  std::vector<SensorFault> frozen;              ///< the last sample is repeated, with new times
 };
 
 /// Errors of three equal sensors in SI units.
@@ -110,7 +110,7 @@ struct ImuNumbers {
   TriadNumbers gyroscope;      ///< rad/s
   TriadNumbers accelerometer;  ///< m/s^2
 };
-/// The numbers of the options, those of the profile where they are empty.
+/// The numbers of the options; empty ones from the profile.
 [[nodiscard]] ImuNumbers imu_numbers(const ImuOptions& options);
 
 /// Standard gravity [m/s^2], CGPM 1901: 1 g of data sheets.
@@ -118,16 +118,16 @@ inline constexpr double kStandardGravity = 9.80665;
 
 void visit(options::Visitor& v, ImuOptions& o);
 
-/// A vector of some axes in others.
+/// Converts a vector between axes.
 [[nodiscard]] inline Eigen::Vector3d in_axes(const Eigen::Vector3d& v, ImuAxes from, ImuAxes to) {
   return from == to ? v : Eigen::Vector3d(v.x(), -v.y(), -v.z());
 }
 
 inline constexpr double kZeroCelsius_k = 273.15;
-/// The temperature at which sensors are calibrated: errors by temperature are zero there.
+/// Calibration temperature of sensors: temperature-dependent errors are zero there.
 inline constexpr double kCalibrated_k = kZeroCelsius_k + 25;
 
-/// How much warmer than the air a sensor is at `t_s` since it was turned on: w (1 - exp(-t / T)).
+/// How much warmer than the air a sensor is `t_s` after it was turned on: w (1 - exp(-t / T)).
 /// @param final_k w; @param time_constant_s T, above 0
 [[nodiscard]] inline double warming_k(double final_k, double time_constant_s, double t_s) {
   return -final_k * std::expm1(-std::max(t_s, 0.0) / time_constant_s);

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(22.3, 114.17, 50);
 
-/// A turntable about the local vertical, whose point is at rest; level, forward to the east at 0 s.
+/// A turntable about the local vertical with its point at rest; level, forward to the east at 0 s.
 BodyMotion turntable(double rate_radps) {
   return [rate_radps](double t) {
     const Eigen::Matrix3d ecef_from_enu = geodesy::enu_from_ecef_rotation(kPlace).transpose();
@@ -28,7 +28,7 @@ BodyMotion turntable(double rate_radps) {
   };
 }
 
-// A sensor at rest feels gravity upwards, and the Earth's rotation towards the pole.
+// A sensor at rest measures gravity upwards, and Earth's rotation towards the pole.
 TEST(IdealImu, FeelsGravityAndTheEarthAtRest) {
   const ImuInput still = IdealImu({}, turntable(0), 0.0025).mean(0, 4);
   const double latitude = kPlace.latitude_rad, earth = geodesy::kEarthRotationRate;
@@ -40,7 +40,7 @@ TEST(IdealImu, FeelsGravityAndTheEarthAtRest) {
   EXPECT_NEAR(still.specific_force_mps2.head<2>().norm(), 0, 1e-6 * gravity);
 }
 
-// 2 m from the axis of a turntable: the centripetal acceleration, and on the way round Earth's rotation.
+// 2 m from the axis of a turntable: the centripetal acceleration, plus Earth's rotation.
 TEST(IdealImu, FeelsItsArm) {
   ImuOptions options;
   options.position_m = {2, 0, 0};
@@ -48,8 +48,8 @@ TEST(IdealImu, FeelsItsArm) {
   const ImuState state = IdealImu(options, turntable(rate), 0.002).at(0);
   const double earth_up = geodesy::kEarthRotationRate * std::sin(kPlace.latitude_rad);
   EXPECT_NEAR(state.input.angular_rate_radps.z(), rate + earth_up, 1e-11);
-  // Towards the axis, with Coriolis: 2 (w x v) of a velocity of 1 m/s to the north; and gravity, whose
-  // vertical is another one 2 m off.
+  // Towards the axis, with Coriolis: 2 (w x v) for a velocity of 1 m/s to the north; and gravity, whose
+  // vertical differs 2 m away.
   EXPECT_NEAR(state.input.specific_force_mps2.x(),
               -rate * rate * 2 - 2 * earth_up * rate * 2 + 9.79 * 2 / 6.378e6, 1e-8);
   EXPECT_NEAR(state.input.specific_force_mps2.y(), 0, 1e-6);
@@ -69,7 +69,7 @@ TEST(IdealImu, TurnsIntoTheSensorsAxes) {
   turned = IdealImu(options, turntable(0), 0.002).at(0).input;
   EXPECT_NEAR(turned.angular_rate_radps.x(), earth_north, 1e-12);
   EXPECT_LT(turned.specific_force_mps2.z(), -9.7);
-  // Nose up: gravity's reaction has a part along the nose.
+  // Nose up: gravity's reaction has a component along the nose.
   ImuOptions nose_up;
   nose_up.orientation.pitch_deg = 30;
   EXPECT_NEAR(IdealImu(nose_up, turntable(0), 0.002).at(0).input.specific_force_mps2.x(), 9.787 * 0.5, 0.01);
@@ -91,7 +91,7 @@ double allan(const std::vector<double>& samples, std::size_t m) {
   return std::sqrt(sum / (2 * static_cast<double>(means.size() - 1)));
 }
 
-/// Three axes of a sensor at rest, one behind the other: their differences stay apart by much.
+/// Three axes of a sensor at rest, concatenated: their differences remain far apart.
 std::vector<std::vector<double>> at_rest(const TriadNumbers& numbers, double rate_hz, std::size_t count,
                                          std::uint64_t seed = 1) {
   RandomStream random(seed, "allan");
@@ -111,8 +111,8 @@ double allan(const std::vector<std::vector<double>>& axes, std::size_t m) {
 
 class ProfileAllan : public ::testing::TestWithParam<ImuProfile> {};
 
-// White noise and bias instability of each profile come out of their samples within 10 %: a slope of -1/2 at
-// 1 s, and the lowest point of the curve.
+// White noise and bias instability of each profile are found in its samples within 10 %: a slope of -1/2 at 1
+// s, and the lowest point of the curve.
 TEST_P(ProfileAllan, IsThatOfItsNumbers) {
   ImuOptions options;
   options.profile = GetParam();
@@ -187,7 +187,7 @@ TEST(Triad, DrawsItsErrors) {
   EXPECT_NEAR(std::sqrt(by_force / kSensors), 0.003, 0.00015);
 }
 
-// The same seed gives the same sensor; stated times and losses are as asked.
+// The same seed gives the same sensor; time stamps and losses are as configured.
 TEST(Imu, StatesTimesAndLosesSamples) {
   ImuOptions options;
   options.profile = ImuProfile::Ideal;
@@ -227,8 +227,7 @@ std::vector<ImuSample> samples_of(const ImuOptions& options, int count, std::uin
   return samples;
 }
 
-// The bias follows the warming: 63.2 % of it after one time constant, nothing when the run begins at 25 deg
-// C.
+// The bias follows the warming: 63.2 % of it after one time constant, nothing at the start at 25 deg C.
 TEST(Imu, FreezesAndGoesOn) {
   ImuOptions options;
   options.profile = ImuProfile::Ideal;
@@ -260,7 +259,7 @@ TEST(Imu, BiasFollowsTheTemperature) {
               1e-6 * last.norm());
   EXPECT_LT(samples[0].measured.specific_force_mps2.norm(),
             0.011 * samples.back().measured.specific_force_mps2.norm());
-  // Over many sensors the deviations by K are those of the options; in the cold from the start.
+  // Over many sensors the deviations per K are those of the options; in the cold from the start.
   options.temperature = {-5, 0, 100};
   double rates = 0, forces = 0;
   constexpr int kSensors = 3000;
@@ -308,7 +307,7 @@ double line_at(const std::vector<ImuSample>& samples, double frequency_hz, doubl
   return 2 * std::abs(sum) / static_cast<double>(samples.size());
 }
 
-// Rotors at 230 Hz and a sensor at 100 Hz: the line stands at 30 Hz, weakened by the mean over a sample.
+// Rotors at 230 Hz and a sensor at 100 Hz: the line is aliased to 30 Hz, weakened by the mean over a sample.
 TEST(Imu, VibrationAliases) {
   ImuOptions options;
   options.profile = ImuProfile::Ideal;
@@ -340,7 +339,7 @@ TEST(Imu, VibrationHasABand) {
   EXPECT_NEAR(side / middle, 0.5, 0.08);
 }
 
-// The other errors of a sensor are the same with and without its surroundings.
+// The other errors of a sensor do not depend on its surroundings.
 TEST(Imu, SurroundingsDrawTheirOwnNumbers) {
   ImuOptions options;
   options.profile = ImuProfile::Consumer;

@@ -63,7 +63,7 @@ TEST(Magnetometer, HasTheErrorsOfItsNumbers) {
   EXPECT_NEAR(soft2 / kRuns / std::pow(0.05 * kField.norm(), 2), 1, 0.08);
 }
 
-// The field of steel changes with the way, not with time.
+// The field of steel changes with distance, not with time.
 TEST(Magnetometer, FeelsWhatStandsByTheWay) {
   MagnetometerOptions options = perfect_magnetometer();
   options.surroundings_ut = 5;

@@ -13,7 +13,7 @@ namespace canyon::inertial {
 namespace {
 
 // MS5611-01BA03 (TE Connectivity): noise at 4,096 samples of oversampling; accuracy of 150 Pa at 25 deg C,
-// taken as two deviations; 250 Pa from -20 to 85 deg C. BMP388 (Bosch, BST-BMP388-DS001): noise and step of
+// used as two deviations; 250 Pa from -20 to 85 deg C. BMP388 (Bosch, BST-BMP388-DS001): noise and step of
 // the setting for drones; typical accuracy; offset by temperature. The drifts are assumed.
 constexpr std::array<BarometerNumbers, 3> kBarometers{{
     {},
@@ -33,8 +33,8 @@ BarometerNumbers barometer_numbers(const BarometerOptions& o) {
 void visit(options::Visitor& v, BarometerOptions& o) {
   static constexpr std::string_view kProfileWords[]{"ideal", "ms5611", "bmp388"};
   static constexpr std::string_view kBy = "by profile";
-  v.choice({"profile", "", "part, which gives the defaults of its numbers: ideal, ms5611, bmp388"}, o.profile,
-           kProfileWords);
+  v.choice({"profile", "", "sensor model, which sets the defaults of its numbers: ideal, ms5611, bmp388"},
+           o.profile, kProfileWords);
   v.number({"rate_hz", "Hz", "samples"}, o.rate_hz, {0.1, 1000});
   v.section("position", [&] {
     v.number({"forward_m", "m", "barometer ahead of the trajectory's point"}, o.position_m.x(),
@@ -50,16 +50,15 @@ void visit(options::Visitor& v, BarometerOptions& o) {
   v.number({"pressure_change_pa_h", "Pa/h", "change of the day's pressure: weather"}, o.pressure_change_pa_h,
            {-2000, 2000});
   v.number({"noise_pa", "Pa", "standard deviation of each sample's noise", kBy}, o.noise_pa, {0, 1000});
-  v.number({"turn_on_pa", "Pa", "standard deviation of an error that stays for a run", kBy}, o.turn_on_pa,
-           {0, 5000});
+  v.number({"turn_on_pa", "Pa", "standard deviation of the error of a run", kBy}, o.turn_on_pa, {0, 5000});
   v.number({"drift_pa", "Pa", "standard deviation of an error that changes slowly", kBy}, o.drift_pa,
            {0, 5000});
-  v.number({"temperature_pa_k", "Pa/K",
-            "standard deviation of the error for each K of the sensor over 25 deg C", kBy},
-           o.temperature_pa_k, {0, 100});
+  v.number(
+      {"temperature_pa_k", "Pa/K", "standard deviation of the error per K of the sensor over 25 deg C", kBy},
+      o.temperature_pa_k, {0, 100});
   v.number({"airflow", "",
-            "share of the dynamic pressure of the vehicle's speed that is felt; -1 to 1 by the place of the "
-            "opening"},
+            "fraction of the dynamic pressure of the vehicle's speed in the reading; -1 to 1 by the position "
+            "of the opening"},
            o.airflow, {-2, 2});
   v.number({"resolution_pa", "Pa", "step of the reading; 0: none", kBy}, o.resolution_pa, {0, 1000});
 }
@@ -95,7 +94,7 @@ TriadNumbers magnetometer_numbers(const MagnetometerOptions& o) {
 void visit(options::Visitor& v, MagnetometerOptions& o) {
   static constexpr std::string_view kProfileWords[]{"ideal", "ist8310", "rm3100"};
   static constexpr std::string_view kBy = "by profile";
-  v.choice({"profile", "", "part, which gives the defaults of its numbers: ideal, ist8310, rm3100"},
+  v.choice({"profile", "", "sensor model, which sets the defaults of its numbers: ideal, ist8310, rm3100"},
            o.profile, kProfileWords);
   v.number({"rate_hz", "Hz", "samples"}, o.rate_hz, {0.1, 1000});
   visit_axes(v, o.axes);
@@ -103,21 +102,21 @@ void visit(options::Visitor& v, MagnetometerOptions& o) {
   v.number({"noise_ut", "uT", "standard deviation of each sample's noise", kBy}, o.noise_ut, {0, 100});
   v.number({"bias_instability_ut", "uT", "1/f noise: lowest Allan deviation", kBy}, o.bias_instability_ut,
            {0, 100});
-  v.number({"hard_iron_ut", "uT", "standard deviation of each axis' part of the vehicle's own field", kBy},
+  v.number({"hard_iron_ut", "uT", "standard deviation of each component of the vehicle's own field", kBy},
            o.hard_iron_ut, {0, 1000});
-  v.number({"soft_iron", "", "standard deviation of each element of the matrix that bends the field", kBy},
+  v.number({"soft_iron", "", "standard deviation of each element of the matrix that distorts the field", kBy},
            o.soft_iron, {0, 1});
   v.number({"resolution_ut", "uT", "step of the values; 0: not rounded", kBy}, o.resolution_ut, {0, 100});
   v.number({"range_ut", "uT", "largest value; none: no limit", kBy}, o.range_ut,
            options::or_none({0, 1e6, true}));
   v.number({"surroundings_ut", "uT",
-            "standard deviation of the field of steel by the way, in each axis; it changes with the way"},
+            "standard deviation of the field of steel along the road, in each axis; varies with distance"},
            o.surroundings_ut, {0, 1000});
 }
 
 namespace {
 
-/// A section that makes the sensor where it stands.
+/// A section that creates the sensor if it is present.
 template <typename Options>
 void visit_sensor(options::Visitor& v, const char* name, std::optional<Options>& sensor) {
   if (!v.wants(v.reads() ? v.has(name) : sensor.has_value())) return;
@@ -136,22 +135,22 @@ void visit(options::Visitor& v, SensorOptions& o) {
 }
 
 void visit(options::Visitor& v, WheelOptions& o) {
-  v.number({"rate_hz", "Hz", "samples; each has the ways since the one before"}, o.rate_hz, {1, 1000});
+  v.number({"rate_hz", "Hz", "samples; each has the distances since the previous one"}, o.rate_hz, {1, 1000});
   v.number({"track_m", "m",
             "distance of the two wheels; the middle of their axle is the trajectory's point, and they do not "
             "steer"},
            o.track_m, {0, 10});
-  v.number({"tick_m", "m", "way of one tick; 0: speeds are not rounded, and there are no ticks"}, o.tick_m,
+  v.number({"tick_m", "m", "distance of one tick; 0: speeds are not rounded, there are no ticks"}, o.tick_m,
            {0, 10});
   v.number({"scale", "", "standard deviation of each wheel's relative error, one for a run"}, o.scale,
            {0, 0.2});
   v.number({"slip", "", "standard deviation of each wheel's relative slip, which changes"}, o.slip, {0, 0.5});
   v.number({"slip_time_s", "s", "time constant of the slip"}, o.slip_time_s, {0.01, 1000});
-  v.boolean({"direction", "", "sensors tell forwards from backwards; false: speeds have no sign"},
+  v.boolean({"direction", "", "sensors distinguish forwards from backwards; false: speeds have no sign"},
             o.direction);
   v.list("slips", o.slips, [&](SensorFault& each) {
     visit(v, each);
-    v.number({"factor", "", "stated way over the true one: 3 spins, 0 blocks"}, each.factor, {0, 100});
+    v.number({"factor", "", "measured distance over the true one: 3 spins, 0 blocks"}, each.factor, {0, 100});
   });
 }
 

@@ -16,8 +16,8 @@ constexpr double kGasConstant = 287.05287;  ///< of dry air [J/(kg K)]
 constexpr double kEarthRadius_m = 6356766;  ///< of the geopotential height
 constexpr double kSeaLevel_pa = 101325, kSeaLevel_k = 288.15;
 
-/// Time constant of a barometer's slow error; its sensor's warming over the air in the end, and the time
-/// constant of that; the way after which the field of steel by the way is another. Assumed.
+/// Assumed: time constant of a barometer's slow error; final warming of its sensor over the air, and its time
+/// constant; correlation distance of the field of steel along the road.
 constexpr double kDriftTime_s = 600, kWarming_k = 10, kWarmingTime_s = 300, kSurroundings_m = 10;
 
 struct Layer {
@@ -27,7 +27,7 @@ struct Layer {
 constexpr std::array kLayers{Layer{0, -0.0065}, Layer{11000, 0}, Layer{20000, 0.001}, Layer{32000, 0.0028}};
 constexpr double kLowest_m = -1000, kHighest_m = 47000;
 
-/// Pressure at the upper end of a way through a layer, over that at its lower end.
+/// Pressure at the upper end of a vertical path through a layer, over that at its lower end.
 double ratio(double from_k, double gradient_kpm, double way_m) {
   if (gradient_kpm == 0) return std::exp(-kGravity_mps2 * way_m / (kGasConstant * from_k));
   return std::pow(1 + gradient_kpm * way_m / from_k, -kGravity_mps2 / (kGasConstant * gradient_kpm));

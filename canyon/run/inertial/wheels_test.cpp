@@ -22,7 +22,7 @@ TEST(Wheels, PerfectOnesStateTheWay) {
   EXPECT_FALSE(sample.ticks);
 }
 
-// Ticks lose nothing: what an interval leaves comes in a later one.
+// Ticks lose nothing: the remainder of an interval is counted in a later one.
 TEST(Wheels, CountTicks) {
   WheelOptions options = perfect();
   options.tick_m = 0.5;
@@ -45,7 +45,7 @@ TEST(Wheels, WithoutDirectionCountUp) {
   EXPECT_NEAR(wheels.measure({-1, -1}, 0.1).speed_mps[1], 10, 1e-9);
 }
 
-// Scale: one for a run and a wheel. Slip: of its deviation, forgotten over its time constant.
+// Scale: one per run and wheel. Slip: with its deviation, decorrelated over its time constant.
 TEST(Wheels, HaveTheErrorsOfTheirNumbers) {
   double scale2 = 0;
   WheelOptions options = perfect();

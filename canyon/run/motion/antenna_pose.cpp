@@ -20,7 +20,7 @@ bool clamp_to_terrain(Pose& pose, const city::City& city, const raytrace::RaySce
   const Eigen::Matrix3d city_from_enu = frame.ecef_from_local_rotation().transpose() *
                                         geodesy::enu_from_ecef_rotation(pose.position).transpose();
   Eigen::Vector3d velocity = city_from_enu * pose.velocity_enu_mps;
-  // The vehicle follows the slope: its climb is that of the terrain a twentieth of a second around.
+  // The vehicle follows the slope: its climb is that of the terrain a twentieth of a second before and after.
   constexpr double kAround_s = 0.05;
   const Eigen::Vector3d way = velocity * kAround_s;
   const double ahead = scene.terrain_height(at.x() + way.x(), at.y() + way.y()).value_or(*terrain);
@@ -36,7 +36,7 @@ Pose mounted_antenna(Pose pose, const Eigen::Vector3d& lever) {
   if (lever.isZero(0)) return pose;
   const double c = std::cos(pose.yaw_rad);
   const double s = std::sin(pose.yaw_rad);
-  // Roll, then pitch, then yaw. The level case keeps its bytes.
+  // Roll, then pitch, then yaw. The level case gives unchanged bytes.
   Eigen::Vector3d body = lever;
   if (pose.roll_rad != 0 || pose.pitch_rad != 0) {
     body = Eigen::AngleAxisd(-pose.pitch_rad, Eigen::Vector3d::UnitY()) *

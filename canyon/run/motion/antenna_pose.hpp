@@ -10,20 +10,20 @@
 
 namespace canyon::simulation {
 
-/// Puts a vehicle on the terrain: its reference point lies `height_m` above the highest sheet, and it climbs
-/// as the terrain does. Horizontal place and velocity stay (in the city's frame). In an open field the ground
-/// is level at the height of the city's origin. Returns false, and keeps the pose, where there is no terrain.
-/// @param scene the rays of `city`
+/// Puts a vehicle on the terrain: its reference point is `height_m` above the highest sheet, and it climbs
+/// with the terrain. Horizontal position and velocity do not change (in the city's frame). In an open field
+/// the ground is level at the height of the city's origin. Returns false, and keeps the pose, if there is no
+/// terrain. @param scene the rays of `city`
 [[nodiscard]] bool clamp_to_terrain(Pose& pose, const city::City& city, const raytrace::RayScene& scene,
                                     double height_m);
 
 /// The pose of an antenna that is mounted at `lever_arm_m` (forward, left, up) from the vehicle's reference
-/// point and turns with it. Its velocity has the yaw rate's part; roll and pitch count as slow.
+/// point and rotates with it. Its velocity includes the yaw rate's effect, not that of roll and pitch.
 [[nodiscard]] Pose mounted_antenna(Pose vehicle, const Eigen::Vector3d& lever_arm_m);
 
-/// Turns the antenna's pattern with a tilted vehicle: elevations at which paths come in (PathGeometry) are
-/// counted from the vehicle's own horizon. Paths that disturbances add afterwards (spoofers, bodies) meet a
-/// level antenna. A level pose changes nothing. @param frame the city's, in which arrivals are given
+/// Tilts the antenna's pattern with the vehicle: arrival elevations of paths (PathGeometry) are measured from
+/// the vehicle's horizon. For paths that disturbances add afterwards (spoofers, bodies) the antenna is level.
+/// A level pose changes nothing. @param frame the city's, in which arrivals are given
 void tilt_antenna(propagation::Arrival& arrival, const Pose& pose, const geodesy::LocalFrame& frame);
 
 }  // namespace canyon::simulation

@@ -46,7 +46,7 @@ enum Quantity : std::size_t {
 };
 struct Row {
   std::string_view name, other_names;
-  std::span<const Unit> units;  ///< the first is that of the bare name
+  std::span<const Unit> units;  ///< the first one applies to the bare name
   std::string_view help;        ///< of trajectory.columns
 };
 constexpr std::size_t kQuantities = 12;
@@ -55,8 +55,8 @@ const std::array<Row, kQuantities> kRows{
       "name of the CSV column of the time: ISO 8601, or with a unit, such as 'stamp [ms]', counted from "
       "start"},
      {"unix_time", "", kTimes, "of the time since 1970, with its unit: s, ms, us, ns"},
-     {"gps_week", "", {}, "of the full GPS week, beside gps_tow"},
-     {"gps_cycle", "", {}, "of the number of 1,024 weeks that gps_week lacks"},
+     {"gps_week", "", {}, "of the full GPS week, with gps_tow"},
+     {"gps_cycle", "", {}, "of the cycles of 1,024 weeks that gps_week lacks"},
      {"gps_tow", "", kTimes, "of the time of week, with its unit: s, ms"},
      {"latitude", "lat", kAngles,
       "of the latitude, with its unit: deg, rad, e7, as in 'lat [rad]' or lat_deg"},
@@ -72,7 +72,7 @@ struct Column {
   std::size_t index = 0;
   std::string name;
   double scale = 1;   ///< to degrees, metres or seconds
-  bool unit = false;  ///< whether a unit is stated
+  bool unit = false;  ///< the name has a unit
 };
 using Columns = std::array<std::optional<Column>, kQuantities>;
 
@@ -81,7 +81,7 @@ const Unit* find_unit(std::span<const Unit> units, std::string_view name) {
   return at == units.end() ? nullptr : &*at;
 }
 
-/// A name and its unit: "lat [rad]", "lat (rad)" and "lat_rad" have "rad".
+/// Splits a name and its unit: "lat [rad]", "lat (rad)" and "lat_rad" have "rad".
 std::pair<std::string, const Unit*> parted(std::string_view text, std::span<const Unit> units) {
   const std::string name = lower_case(trim(text));
   if (name.empty()) return {name, nullptr};
@@ -93,7 +93,7 @@ std::pair<std::string, const Unit*> parted(std::string_view text, std::span<cons
   return unit == nullptr ? std::pair(name, unit) : std::pair(std::string(trim(name.substr(0, at))), unit);
 }
 
-/// What other programs call the column of the time.
+/// Names of the time's column in other programs.
 constexpr std::string_view kTimeNames = "time timestamp stamp datetime date utc utctime gpstime t";
 
 bool has_word(std::string_view words, std::string_view word) {
@@ -101,14 +101,14 @@ bool has_word(std::string_view words, std::string_view word) {
   return std::find(all.begin(), all.end(), word) != all.end();
 }
 
-/// A name without what sets its words apart: GpsWeek is gps_week.
+/// A name in lower case with words joined by '_': GpsWeek is gps_week.
 std::string plain(std::string_view name) {
   std::string text = lower_case(name);
   std::erase_if(text, [](char c) { return c == '_' || c == ' '; });
   return text;
 }
 
-/// Fields of a line by RFC 4180, without blanks and quotes around them.
+/// Fields of a line by RFC 4180, without surrounding blanks and quotes.
 Fields csv_fields(std::string_view line, char separator) {
   if (separator == ' ') return split_blanks(line);
   Fields fields;
@@ -139,8 +139,8 @@ std::string_view without_mark(std::string_view line) {
   return is_skipped(line) ? line.substr(std::min(at, line.size())) : line;
 }
 
-/// Semicolons or tabs where there are any: commas may then be decimal points; blanks where there is nothing
-/// else.
+/// Semicolons or tabs if there are any: commas may then be decimal points; blanks if there is no other
+/// separator.
 char separator_of(std::string_view line) {
   for (const char separator : {';', '\t', ','})
     if (line.find(separator) != std::string_view::npos) return separator;
@@ -165,7 +165,7 @@ class CsvReader {
     if (numbers_) file_.unread_line();
     int first_record = 0;  // line of the first record
     while (const auto line = file_.next_line()) {
-      // No record: a comment, or another header.
+      // Not a record: a comment, or another header.
       const auto names = [&] { return !numbers_ && names_columns(*line); };
       bool other = is_skipped(*line) || (first_record == 0 && names());
       if (!other && separator_ == '\0') separator_ = separator_of(*line);
@@ -188,14 +188,14 @@ class CsvReader {
     path_.report.require_most(path_.points.size());
     note_doubts();
     if (path_.points.empty())
-      throw InputError(file_.path(), first_record, "no line has a time, a place and a height",
+      throw InputError(file_.path(), first_record, "no line has a time, a position and a height",
                        columns_cure());
     return std::move(path_);
   }
 
  private:
-  /// Whether a line names columns: all that are given, or else two of Canyon's own names, three with nothing
-  /// but blanks between, where a sentence may have two.
+  /// Whether a line names columns: all given ones, or else two of Canyon's own names; three if only blanks
+  /// separate them, since a sentence may contain two.
   [[nodiscard]] bool names_columns(std::string_view line) const {
     const char separator = separator_of(line);
     const Fields fields = csv_fields(line, separator);
@@ -211,7 +211,7 @@ class CsvReader {
   }
 
   /// Goes to the header: the first line that names columns, or a comment above the first record that does.
-  /// Else it is the first line, or the last comment above where that is a record of as many fields.
+  /// Else it is the first line, or the last comment above, if that has as many fields as the record.
   void find_header() {
     constexpr int kMostTexts = 100;
     TextFile ahead = TextFile::streamed(file_.path());
@@ -240,11 +240,11 @@ class CsvReader {
     while (file_.line() < header) header_ = file_.next_line();
   }
 
-  /// The columns of a line that names them.
+  /// Sets the columns from a header line.
   void take_header(std::string_view line) {
     const std::string_view text = without_mark(line);
     const Fields header = csv_fields(text, separator_of(text));
-    // Numbers below Matlab's comment may be separated otherwise.
+    // Numbers below Matlab's comment may have another separator.
     separator_ = is_skipped(line) ? '\0' : separator_of(text);
     count_ = header.size();
     columns_ = {};
@@ -258,17 +258,16 @@ class CsvReader {
     check(header);
   }
 
-  /// Takes the columns of a line below the header that names them, as files have that were joined; a comment
-  /// may be another one.
+  /// Sets the columns from another header further down, as in concatenated files; a comment may be one.
   void take_another_header(std::string_view line) {
     const std::string_view text = without_mark(line);
     if (numbers_ || !names_columns(text)) return;
     if (is_skipped(line) && csv_fields(text, separator_of(text)).size() != count_) return;
-    path_.report.guess(file_.line(), "another header", "its columns hold from there");
+    path_.report.guess(file_.line(), "another header", "its columns apply from there on");
     take_header(line);
   }
 
-  /// Where a column stands that trajectory.columns names; beyond the end: nowhere.
+  /// Index of a column of trajectory.columns; beyond the end: missing.
   static std::size_t index_of(const Fields& header, std::string_view given, bool numbers) {
     const std::string_view name = trim(given.substr(0, given.find_last_of('[')));
     if (numbers) return static_cast<std::size_t>(*parse_integer(name)) - 1;
@@ -277,7 +276,7 @@ class CsvReader {
     return static_cast<std::size_t>(at - header.begin());
   }
 
-  /// Refuses a file that begins with numbers. Says which columns they seem to be.
+  /// Rejects a file that begins with numbers, with a guess of its columns.
   void require_header(const Fields& first) const {
     std::vector<double> values;
     for (const std::string_view text : first) values.push_back(number_of(text).value_or(std::nan("")));
@@ -297,7 +296,7 @@ class CsvReader {
                    "\"3 [deg]\", height: \"4 [m]\"}"));
   }
 
-  /// The quantity that Canyon's own name of a column stands for, and its unit; kQuantities: none.
+  /// The quantity of one of Canyon's own column names, and its unit; kQuantities: none.
   static std::pair<std::size_t, const Unit*> known(std::string_view name) {
     for (std::size_t q = 0; q < kQuantities; ++q) {
       const auto [base, unit] = parted(name, kRows[q].units);
@@ -307,7 +306,7 @@ class CsvReader {
     return {kQuantities, nullptr};
   }
 
-  /// The columns of Canyon's own names. In its epochs.csv the path is the true one.
+  /// Finds the columns with Canyon's own names. In its epochs.csv the path is the true one.
   void find_known(const Fields& header) {
     const bool truth = std::any_of(header.begin(), header.end(), [](std::string_view name) {
       return lower_case(name) == "true_latitude_deg";
@@ -326,7 +325,7 @@ class CsvReader {
     }
   }
 
-  /// The column that trajectory.columns names for a quantity.
+  /// Finds the column that trajectory.columns names for a quantity.
   void find_named(const Fields& header, std::string_view quantity, const std::string& given, bool numbers) {
     const auto* const row =
         std::find_if(kRows.begin(), kRows.end(), [&](const Row& r) { return r.name == quantity; });
@@ -342,18 +341,18 @@ class CsvReader {
     if (unit == nullptr && q != Time && !row->units.empty()) {
       std::vector<std::string_view> units;
       for (const Unit& each : row->units) units.push_back(each.name);
-      throw fault(fmt::format("the unit of '{}' is not stated; write '{} [{}]', or {}", given, given,
+      throw fault(fmt::format("the unit of '{}' is missing; write '{} [{}]', or {}", given, given,
                               units.front(), fmt::join(units.begin() + 1, units.end(), ", ")));
     }
     columns_[q] = Column{index, given, unit ? unit->scale : 1, unit != nullptr};
     dates_ = dates_ || (q == Time && unit == nullptr);
   }
 
-  /// One time and one place.
+  /// One time and one position are required.
   void check(const Fields& header) {
     weeks_ = columns_[Week] && columns_[Tow];
     ecef_ = columns_[X] && columns_[Y] && columns_[Z];
-    // Angles without a unit yield to ECEF beside them, which the first record shows.
+    // If there are angles without a unit and ECEF columns, ECEF is used; the first record decides.
     doubtful_ = (doubtful_ || path_.points.empty()) && columns_[Latitude] && !columns_[Latitude]->unit;
     if (columns_[Latitude] && !doubtful_) ecef_ = false;
     const auto require = [&](bool has, const char* what) {
@@ -362,7 +361,7 @@ class CsvReader {
                         cure_of(header));
     };
     path_.timed = weeks_ || columns_[UnixTime] || columns_[Time];
-    // A file of places alone; one whose times have another name is none.
+    // A file of positions only, unless its times have another name.
     require(path_.timed || std::none_of(header.begin(), header.end(),
                                         [](auto name) {
                                           return has_word(kTimeNames, plain(parted(name, kTimes).first));
@@ -373,7 +372,7 @@ class CsvReader {
     require(ecef_ || columns_[Height] || columns_[HeightMsl] || !heights_.needed, "height");
   }
 
-  /// trajectory.columns of this file, by the names that other programs give to columns.
+  /// trajectory.columns for this file, from column names of other programs.
   [[nodiscard]] std::string cure_of(const Fields& header) {
     constexpr std::pair<Quantity, std::string_view> kOthers[] = {
         {Time, kTimeNames},
@@ -399,16 +398,16 @@ class CsvReader {
       }
     }
     if (parts.size() < std::size(kOthers)) return std::string(columns_cure());
-    return fmt::format("trajectory.columns: {{{}}}, with the units that they have", fmt::join(parts, ", "));
+    return fmt::format("trajectory.columns: {{{}}}, with their units", fmt::join(parts, ", "));
   }
 
-  /// A line of units below the header is no record that may be left out.
+  /// A line of units below the header must not be skipped as an invalid record.
   void require_numbers(const Fields& fields) const {
     const Column& column = *columns_[ecef_ ? X : Latitude];
     if (column.index >= fields.size() || is_missing(fields[column.index])) return;
     const std::string_view text = fields[column.index];
     if (std::none_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; })) {
-      throw file_.error(fmt::format("below the header '{}' is no number", text),
+      throw file_.error(fmt::format("'{}' below the header is not a number", text),
                         "write units into the header, such as latitude_rad, and numbers below it");
     }
   }
@@ -424,7 +423,7 @@ class CsvReader {
   void read_record(Fields& fields) {
     if (fields.size() == count_ + 1 && fields.back().empty()) fields.pop_back();
     if (fields.size() != count_)
-      throw file_.error(fmt::format("{} columns where the first line has {}", fields.size(), count_));
+      throw file_.error(fmt::format("{} columns, but the first line has {}", fields.size(), count_));
     if (doubtful_ && ecef_ && undecided_) {
       const auto metres = [&](Quantity q) {
         return number_of(field(fields, q)).value_or(0) * columns_[q]->scale;
@@ -458,11 +457,11 @@ class CsvReader {
     undecided_ = false;
   }
 
-  /// What the file leaves open.
+  /// Notes assumptions about the file.
   void note_doubts() {
     if (doubtful_ && !ecef_ && !path_.points.empty()) {
       path_.report.guess(path_.points.front().line, "latitude and longitude without a unit may be radians",
-                         "taken as degrees; name the columns by their unit, latitude_rad or latitude_deg");
+                         "taken as degrees; name the columns with their unit, latitude_rad or latitude_deg");
     }
   }
 
@@ -490,11 +489,11 @@ class CsvReader {
     const std::string_view text = field(fields, Time);
     const bool date = !columns_[Time]->unit && !number_of(text);
     if (relative_ && *relative_ == date)
-      throw file_.error(fmt::format("the time '{}' is written in another way than above", text));
+      throw file_.error(fmt::format("the time '{}' has another format than the times above", text));
     relative_ = !date;
     if (date) return time_of_text(at(), text);
     if (dates_) {
-      throw file_.error(fmt::format("the unit of the time '{}' is not stated", text),
+      throw file_.error(fmt::format("the unit of the time '{}' is missing", text),
                         "write it as in trajectory.columns: {time: \"stamp [ms]\"}: counted from start");
     }
     path_.has_own_dates = false;
@@ -509,7 +508,7 @@ class CsvReader {
     if (std::abs(seconds) > 1e7) {
       throw file_.error(
           fmt::format("the time {} is more than 1e7 s from the scenario's start", text),
-          "name the column by what it counts: time_ms, unix_time_s, unix_time_ms, gps_week and gps_tow");
+          "name the column by its content: time_ms, unix_time_s, unix_time_ms, gps_week and gps_tow");
     }
     return start_ + seconds;
   }
@@ -519,15 +518,15 @@ class CsvReader {
   HeightReading heights_;
   RecordedPath path_;
   const TrajectoryColumns* given_ = nullptr;
-  bool numbers_ = false;  ///< they are given by their numbers
+  bool numbers_ = false;  ///< columns are given by their numbers
   std::optional<std::string_view> header_;
   Columns columns_;
   char separator_ = ',';
   std::size_t count_ = 0;
   bool weeks_ = false, ecef_ = false;
-  bool undecided_ = true;  ///< no record has shown yet whether it is ecef_
-  bool doubtful_ = false;  ///< angles have no unit, and none was too large for radians
-  bool dates_ = false;     ///< trajectory.columns says that times are dates
+  bool undecided_ = true;  ///< no record has yet decided ecef_
+  bool doubtful_ = false;  ///< angles have no unit, and all were in the range of radians
+  bool dates_ = false;     ///< trajectory.columns: times are dates
   std::optional<bool> relative_;
   double height_m_ = 0;
 };
@@ -539,12 +538,12 @@ double degrees_of(const RecordAt& at, std::span<const std::string_view> parts) {
   if (!(m >= 0 && m < 60 && s >= 0 && s < 60)) {
     throw at.error(
         fmt::format("'{} {} {}' are not degrees, minutes and seconds", parts[0], parts[1], parts[2]),
-        "minutes and seconds run from 0 to 60");
+        "minutes and seconds are from 0 to 60");
   }
   return std::copysign(std::abs(d) + m / 60 + s / 3600, parts[0][0] == '-' ? -1 : 1);
 }
 
-/// The first line that is no comment.
+/// The first line that is not a comment.
 std::string first_line(const std::filesystem::path& path) {
   TextFile file = TextFile::streamed(path);
   auto line = file.next_line();
@@ -552,7 +551,7 @@ std::string first_line(const std::filesystem::path& path) {
   return std::string(line.value_or(std::string_view()));
 }
 
-/// Calls `read` for the lines that are no comments by these marks, and checks what it has made of them.
+/// Calls `read` for the lines that are not comments by these marks, and checks the result.
 template <typename Read>
 RecordedPath read_lines(TextFile& file, std::string_view marks, const Read& read) {
   RecordedPath path;
@@ -570,7 +569,7 @@ bool is_blank_separated(std::string_view line) {
   return line.find(',') == std::string_view::npos && split_blanks(line).size() >= 10;
 }
 
-/// The time system of a comment that names the columns of RTKLIB's solutions; empty for another.
+/// The time system in a comment that names the columns of RTKLIB's solutions; empty for other comments.
 std::string_view names_rtklib(std::string_view comment) {
   std::string text(without_mark(comment));
   std::replace_if(
@@ -592,7 +591,7 @@ class RtklibReader {
 
   void read(std::string_view line, const RecordAt& at, RecordedPoints& points) {
     if (trim(line).front() == '%') return read_comment(line, at);
-    if (zone_.empty()) throw at.error("no comment above names the columns", "keep the header of the file");
+    if (zone_.empty()) throw at.error("no column names in a comment above", "keep the header of the file");
     std::string text(line);
     std::replace(text.begin(), text.end(), ',', ' ');
     const Fields words = split_blanks(text);
@@ -617,7 +616,7 @@ class RtklibReader {
     if (zone.empty()) return;
     const auto has = [line](std::string_view word) { return line.find(word) != std::string_view::npos; };
     if (has("e-baseline(m)"))
-      throw at.error("is a baseline, which has no place on the Earth", "write latitude, longitude, height");
+      throw at.error("is a baseline, without a position on Earth", "write latitude, longitude, height");
     parted_ = has("latitude(d'\")");
     ecef_ = has("x-ecef(m)");
     zone_ = zone == "GPST" ? " GPST" : zone == "JST" ? "+09:00" : "Z";
@@ -683,7 +682,7 @@ RecordedPath read_urbannav(TextFile& file) {
         if (columns == 0) columns = fields.size();
         if (fields.size() < 5 || fields.size() != columns)
           throw at.error(
-              fmt::format("{} columns where {} are needed", fields.size(), std::max<std::size_t>(columns, 5)),
+              fmt::format("{} columns, but {} are needed", fields.size(), std::max<std::size_t>(columns, 5)),
               "columns are GPS week, time of week, latitude, longitude, height");
         const GpsTime time =
             time_of_week(at, to_number(at, fields[0], "GPS week"), to_number(at, fields[1], "time of week"));

@@ -27,18 +27,18 @@ constexpr std::string_view kDamaged = "damaged sentence (cut short, or with a wr
 /// A sentence of NMEA 0183.
 struct Sentence {
   std::vector<std::string_view> fields;  ///< the address first, such as GPGGA
-  bool checked = false;                  ///< has a checksum, and it holds
+  bool checked = false;                  ///< has a valid checksum
 
   [[nodiscard]] bool is(std::string_view type) const {
     return fields[0].size() == 5 && fields[0].substr(2) == type;
   }
-  /// Empty where there is none; field 0 is none.
+  /// Empty if there is none; field 0 always is.
   [[nodiscard]] std::string_view field(std::size_t i) const {
     return i > 0 && i < fields.size() ? trim(fields[i]) : std::string_view();
   }
 };
 
-/// The text of a sentence before its checksum, where one holds.
+/// The text of a sentence before its checksum, if that is valid.
 std::optional<std::string_view> checked_body(std::string_view text) {
   const auto digit = [](char c) {
     const char lower = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -54,7 +54,7 @@ std::optional<std::string_view> checked_body(std::string_view text) {
   return std::nullopt;
 }
 
-/// Bytes of other protocols between sentences are no text.
+/// Bytes of other protocols between sentences are not text.
 bool is_text(std::string_view bytes) {
   const auto printable = std::count_if(bytes.begin(), bytes.end(), [](unsigned char c) {
     return std::isprint(c) != 0 || c == '\r' || c == '\t';
@@ -62,8 +62,8 @@ bool is_text(std::string_view bytes) {
   return 4 * static_cast<std::size_t>(printable) > 3 * bytes.size();
 }
 
-/// Calls `each` for the sentences of a line: a logger may write its own text before and behind them, or join
-/// several. Returns how many are damaged: their checksum is wrong, or the next begins before their end.
+/// Calls `each` for the sentences of a line: a logger may write its own text before and after them, or join
+/// several. Returns the number of damaged ones: with a wrong checksum, or cut by the next sentence.
 std::size_t each_sentence(std::string_view line, const std::function<void(const Sentence&)>& each) {
   std::size_t damaged = 0;
   for (std::size_t at = line.find('$'); at != std::string_view::npos;) {
@@ -83,7 +83,7 @@ std::size_t each_sentence(std::string_view line, const std::function<void(const 
   return damaged;
 }
 
-/// A sentence that has a position, and where its fields are; 0: it has no such field.
+/// A sentence type with a position, and the indices of its fields; 0: it has no such field.
 struct PositionKind {
   std::string_view name;
   std::size_t fields, time, latitude, status, mode, altitude, separation;
@@ -94,13 +94,13 @@ constexpr std::array<PositionKind, kKinds> kPositionKinds{{{"GGA", 12, 1, 2, 0, 
                                                            {"RMC", 10, 1, 3, 2, 12, 0, 0},
                                                            {"GLL", 7, 5, 1, 6, 7, 0, 0}}};
 
-/// The sentence of a position, or of a date.
+/// A position, or a date.
 struct Report {
   int line = 0;
   bool checked = false;
   std::int64_t time_of_day_ns = 0;
-  std::optional<GpsTime> date;  ///< midnight before it: a date
-  std::size_t kind = 0;         ///< else of a position
+  std::optional<GpsTime> date;  ///< midnight before it; only for a date
+  std::size_t kind = 0;         ///< of a position
   Geodetic place;               ///< its height is not set
   std::optional<double> altitude_m, separation_m;
 };
@@ -109,7 +109,7 @@ double nmea_angle_deg(const RecordAt& at, std::string_view text, std::string_vie
                       std::string_view sides, double limit_deg, std::string_view what) {
   const double value = to_number(at, text, what);
   const double degrees = std::trunc(value / 100), minutes = value - 100 * degrees;
-  // One digit of degrees at least: 48.1 deg is not 0 deg 48.1'.
+  // At least one digit of degrees: 48.1 deg is not 0 deg 48.1'.
   const bool no_degrees = value != 0 && text.find('.') < 3;
   if (value < 0 || minutes >= 60 || degrees + minutes / 60 > limit_deg || no_degrees) {
     throw at.error(fmt::format("the {} '{}' is not ddmm.mmmm", what, text),
@@ -122,7 +122,7 @@ double nmea_angle_deg(const RecordAt& at, std::string_view text, std::string_vie
   return side[0] == sides[0] ? degrees + minutes / 60 : -(degrees + minutes / 60);
 }
 
-/// hhmmss.sss as nanoseconds of the UTC day (a leap second's 235960 comes out as 24 h).
+/// hhmmss.sss as nanoseconds of the UTC day (a leap second's 235960 gives 24 h).
 std::int64_t time_of_day_ns(const RecordAt& at, std::string_view text) {
   const auto hour = parse_integer(column(text, 0, 2));
   const auto minute = parse_integer(column(text, 2, 2));
@@ -149,7 +149,7 @@ bool has_fix(const RecordAt& at, const PositionKind& kind, const Sentence& sente
   return number.value_or(0) != 0;
 }
 
-/// Nothing without a fix.
+/// Empty without a fix.
 std::optional<Report> read_position(const RecordAt& at, std::size_t kind, const Sentence& sentence) {
   const PositionKind& of = kPositionKinds[kind];
   const std::string_view time = sentence.field(of.time), latitude = sentence.field(of.latitude);
@@ -185,8 +185,8 @@ GpsTime midnight_of(GpsTime t) {
   return midnight_of(date.year, date.month, date.day);
 }
 
-/// The date of a valid RMC, or of a ZDA. An RMC that is not valid has whatever its receiver believed before
-/// its first fix.
+/// The date of a valid RMC, or of a ZDA. An invalid RMC has the receiver's date before its first fix, which
+/// may be wrong.
 std::optional<Report> read_date(const RecordAt& at, const Sentence& sentence) {
   std::array<std::string_view, 3> text;  // day, month, year
   if (sentence.is("RMC")) {
@@ -207,7 +207,7 @@ std::optional<Report> read_date(const RecordAt& at, const Sentence& sentence) {
     value[k] = static_cast<int>(*number);
   }
   if (sentence.is("RMC")) value[2] += value[2] < 70 ? 2000 : 1900;
-  // The day of clocks that were never set, which has days before it and behind.
+  // The date of clocks that were never set, with one day of tolerance.
   if (value[2] < 1981) value = {1, 6, 1980};
   Report report;
   report.line = at.line;
@@ -233,12 +233,12 @@ class NmeaLog {
       if (line->find("\xB5\x62\x02\x15") != std::string_view::npos) {
         report.say(ReadReport::Level::Remark,
                    "UBX-RXM-RAWX between the sentences is not read: RTKLIB's convbin -r ubx makes RINEX "
-                   "observations of it");
+                   "observations");
       }
     }
     if (zda_) reports.push_back(*zda_);
     const auto is_checked = [](const Report& r) { return r.checked; };
-    // Where sentences have checksums, one without is cut short: its last number may be.
+    // If sentences have checksums, one without is cut short: its last number may be too.
     if (std::any_of(reports.begin(), reports.end(), is_checked)) {
       std::erase_if(reports, [&](const Report& r) {
         if (!r.checked) report.drop(r.line, kDamaged);
@@ -272,7 +272,7 @@ class NmeaLog {
     }
   }
 
-  /// The kind that has altitudes and more positions, else one without.
+  /// Chooses the kind with altitudes and more positions, else one without.
   void choose_kind() {
     std::array<std::size_t, kKinds> counts{};
     for (const Report& each : reports)
@@ -282,10 +282,10 @@ class NmeaLog {
     std::erase_if(reports, [&](const Report& r) { return !r.date && r.kind != kind; });
   }
 
-  std::optional<Report> zda_;  ///< before the next position; without a fix it says what a receiver believed
+  std::optional<Report> zda_;  ///< before the next position; may be wrong without a fix
 };
 
-/// The instant with this time of day that lies closest to `near`.
+/// The instant with this time of day nearest to `near`.
 GpsTime closest(std::int64_t time_of_day_ns, GpsTime near) {
   const GpsTime midnight = midnight_of(near);
   GpsTime best = midnight + std::chrono::nanoseconds(time_of_day_ns);
@@ -322,17 +322,17 @@ RecordedPath read_nmea(const std::filesystem::path& path, GpsTime start, const H
       throw at.error("no RMC or ZDA sentence has the date of a fix, and the scenario has no start",
                      "add 'start: 2026-01-01T12:00:00Z' to the scenario");
     }
-    // The first of a log without dates is of the start's day.
+    // The first position of a log without dates is on the start's day.
     last = last ? closest(report.time_of_day_ns, *last)
                 : midnight_of(start) + std::chrono::nanoseconds(report.time_of_day_ns);
     Geodetic place = report.place;
     if (!report.altitude_m) {
       ++flat;
       if (heights.needed) {
-        at.report.drop(at.line, "fix without an altitude", "left out; height_above_terrain_m does without");
+        at.report.drop(at.line, "fix without an altitude", "left out; optional with height_above_terrain_m");
         continue;
       }
-      at.report.guess(at.line, "fix without an altitude", "its position is taken");
+      at.report.guess(at.line, "fix without an altitude", "its position is used");
     } else if (report.separation_m) {
       height_m = *report.altitude_m + *report.separation_m;
     } else {
@@ -343,7 +343,7 @@ RecordedPath read_nmea(const std::filesystem::path& path, GpsTime start, const H
   }
   if (result.points.empty() && flat > 0) {
     throw InputError(path, 0, fmt::format("none of its {} fixes has an altitude", flat),
-                     "trajectory.height_above_terrain_m does without");
+                     "give trajectory.height_above_terrain_m");
   }
   log.report.require_most(result.points.size());
   if (result.points.empty()) {

@@ -63,7 +63,7 @@ RigidPose motion_between(const RigidPose& from, const RigidPose& to, double seco
   if (!(way.norm() <= kTeleport_mps * seconds)) return motion;
   motion.linear_velocity = way / seconds;
   Quaterniond turn = to.attitude * from.attitude.inverse();
-  if (turn.w() < 0) turn.coeffs() *= -1;  // the same turn, the shorter way
+  if (turn.w() < 0) turn.coeffs() *= -1;  // the same rotation, by the smaller angle
   const double sine = turn.vec().norm();
   if (sine > 0) motion.angular_velocity = turn.vec() * (2 * std::atan2(sine, turn.w()) / sine / seconds);
   return motion;
@@ -101,7 +101,7 @@ Pose pose_of(const RigidPose& body, const WorldFrame& world, geodesy::GpsTime ti
   pose.time = time;
   pose.position =
       world.enu.geodetic_from_local(world.origin_enu_m + city_from_world * (body.position_m + arm));
-  // East, north and up of the body's own place.
+  // East, north and up at the body's position.
   const Eigen::Matrix3d enu_from_world =
       geodesy::enu_from_ecef_rotation(pose.position) * world.enu.ecef_from_local_rotation() * city_from_world;
   const Eigen::Matrix3d turn = enu_from_world * body.attitude.toRotationMatrix();

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr std::size_t kMostPoses = 64;
-constexpr double kDrift = 200e-6;  // of a sender's clock: more than any crystal's
+constexpr double kDrift = 200e-6;  // of a sender's clock: more than that of any crystal
 
 double seconds(std::int64_t ns) {
   return static_cast<double>(ns) * 1e-9;
@@ -48,7 +48,7 @@ PoseTrack::Taken PoseTrack::add(const ReportedPose& sent, std::int64_t now_ns) {
   const double offset_s = seconds(now_ns) - sent.stamp_s;
   const double aged_s =
       samples_.empty() ? 0 : kDrift * std::max(0.0, seconds(now_ns - samples_.back().arrival_ns));
-  // The sender's clock was set: its offset is not known any more.
+  // The sender's clock was set: its offset is unknown again.
   const bool set = std::abs(offset_s - offset_s_) > options_.timeout_s;
   offset_s_ = samples_.empty() || set ? offset_s : std::min(offset_s_ + aged_s, offset_s);
   Sample sample = after_last(sent, *pose, now_ns);
@@ -95,9 +95,9 @@ std::optional<RigidPose> PoseTrack::at(std::int64_t now_ns, std::string& reason)
   if (later == samples_.end()) return moved_on(before.motion, std::min(ahead_s, options_.timeout_s));
   constexpr double kRounding_s = 1e-6;  // of stamps that are dates
   if (until_s > kRounding_s && ahead_s + until_s > 2 * options_.timeout_s + kRounding_s) {
-    // A pause: as if the later one had not come.
+    // In a pause, the later pose is not used.
     if (ahead_s <= options_.timeout_s + kRounding_s) return moved_on(before.motion, ahead_s);
-    reason = fmt::format("the pose before on {} is {:.1f} s old", source_, ahead_s);
+    reason = fmt::format("the previous pose on {} is {:.1f} s old", source_, ahead_s);
     return std::nullopt;
   }
   const double share = ahead_s / (time_s(*later) - time_s(before));
@@ -118,9 +118,9 @@ PoseTrack::Sample PoseTrack::after_last(const ReportedPose& sent, const RigidPos
   const auto from_poses = [&]() -> RigidPose {
     if (samples_.empty()) return sample.motion;
     const std::int64_t arrival_step_ns = arrival_ns - samples_.back().arrival_ns;
-    // Poses on both sides of a pause, or of a jump back, give no velocity.
+    // Poses on both sides of a pause, or of a jump back, are not differenced.
     if (arrival_step_ns < 0 || arrival_step_ns > timeout_ns_) return sample.motion;
-    // The sender's clock, if it runs; several messages may come within one step of simulated time.
+    // By the sender's clock, if it advances; several messages may arrive within one step of simulated time.
     const auto since = [&](const Sample& earlier) {
       return clock_runs_ ? sent.stamp_s - earlier.stamp_s : seconds(arrival_ns - earlier.arrival_ns);
     };
@@ -149,8 +149,7 @@ std::string PoseInbox::take(const RigidPose& pose, double stamp_s) {
   if (track_.add({pose, stamp_s, {}, {}}, now_ns_) != PoseTrack::Taken::NoPose || complained_.exchange(true))
     return {};
   return fmt::format(
-      "poses on {} are dropped where they are not finite or their quaternion is zero; this is "
-      "the first",
+      "poses on {} are dropped if they are not finite or their quaternion is zero; this is the first",
       source_);
 }
 
@@ -161,7 +160,7 @@ std::optional<RigidPose> PoseInbox::at(std::int64_t now_ns, std::string& reason)
 
 void PoseInbox::reset() {
   track_.reset();
-  now_ns_ = 0;  // poses that come before the host goes on belong to its new time
+  now_ns_ = 0;  // poses that arrive before the host's next step belong to its new time
 }
 
 std::optional<RigidPose> EngineMotion::at(std::int64_t now_ns, const RigidPose& engine) {
@@ -177,7 +176,7 @@ std::optional<RigidPose> EngineMotion::at(std::int64_t now_ns, const RigidPose& 
     if (seconds > 0)
       sample.motion = motion_between(last_->motion, *pose, seconds);
     else if (same_pose(*pose, last_->motion))
-      sample.motion = last_->motion;  // asked twice at one time
+      sample.motion = last_->motion;  // called twice for one time
   }
   last_ = sample;
   return sample.motion;

@@ -15,47 +15,46 @@ namespace canyon::simulation {
 /// A pose as received.
 struct ReportedPose {
   RigidPose pose;
-  double stamp_s = 0;  ///< by the sender's clock; a clock that does not run is ignored
+  double stamp_s = 0;  ///< by the sender's clock; ignored if that clock does not advance
   std::optional<Eigen::Vector3d> linear_velocity;   ///< [m/s]; empty: from poses
   std::optional<Eigen::Vector3d> angular_velocity;  ///< [rad/s], in the frame of the pose; empty: from poses
 };
 
 struct PoseTrackOptions {
-  /// Age of the last pose [s of the host's time] up to which the body is assumed to move on.
+  /// Age of the last pose [s of the host's time] up to which the body is extrapolated.
   double timeout_s = 0.5;
-  /// Shortest time over which poses are differenced for a velocity [s]: it averages the noise of measured
-  /// poses.
+  /// Shortest time over which poses are differenced for a velocity [s]; averages the noise of measured poses.
   double smoothing_s = 0;
-  /// True: a pose holds at its stamp, with the sender's clock estimated from the quickest messages, so that a
-  /// late message is not taken for a later pose. False: it holds when it arrives.
+  /// True: a pose is valid at its stamp; the sender's clock is estimated from the messages with the least
+  /// delay, so that a late message is not taken for a later pose. False: a pose is valid at its arrival.
   bool by_stamp = false;
 };
 
-/// The motion of a body whose poses arrive one by one: late, twice, out of order or not at all. Any thread
-/// may add poses.
+/// The motion of a body whose poses arrive one by one, possibly late, repeated, out of order or not at all.
+/// Any thread may add poses.
 class PoseTrack {
  public:
-  /// @param source for messages: "no pose has come on SOURCE yet"
+  /// @param source name for messages: "no pose has come on SOURCE yet"
   PoseTrack(std::string source, const PoseTrackOptions& options);
 
   enum class Taken {
     Yes,
     NoPose,  ///< not finite, or its quaternion has no direction (proper_pose())
-    Old      ///< came before, or is older than the last
+    Old      ///< duplicate, or older than the last
   };
-  /// Adds a pose that arrives at `now_ns` of the host's time, unless it is refused. A stamp that goes back by
-  /// more than the time-out belongs to another run of the sender: the track begins anew.
+  /// Adds a pose that arrives at `now_ns` of the host's time, unless it is rejected. A stamp that goes back
+  /// by more than the time-out belongs to another run of the sender: the track restarts.
   Taken add(const ReportedPose& sent, std::int64_t now_ns);
-  /// The motion at `now_ns`: between poses by the straight line, behind the last one as moved_on().
-  /// Velocities are the sender's where it sends them, else differences of poses, by the sender's stamps where
-  /// these go on, else by the host's time. Empty, with `reason`, where no pose has come, the last is too old,
-  /// or the instant lies in a pause of more than two time-outs, behind the first of them. When time goes
-  /// back, the poses received until then are dropped; by stamps they stay, since an instant may be asked for
+  /// The motion at `now_ns`: linear between poses, extrapolated after the last one as moved_on(). Velocities
+  /// are the sender's if given, else differences of poses: by the sender's stamps if these advance, else by
+  /// the host's time. Empty, with `reason`, if no pose has come, the last is too old, or the instant is in a
+  /// pause of more than two time-outs and more than one time-out after its start. If time goes back, the
+  /// poses received until then are dropped; with by_stamp they are kept, since an instant may be requested
   /// after its poses have come.
   [[nodiscard]] std::optional<RigidPose> at(std::int64_t now_ns, std::string& reason);
-  /// Whether a pose of `now_ns` or later is there.
+  /// Whether a pose at `now_ns` or later has arrived.
   [[nodiscard]] bool reaches(std::int64_t now_ns) const;
-  /// When the last pose came; empty: none has.
+  /// Arrival time of the last pose; empty: none has arrived.
   [[nodiscard]] std::optional<std::int64_t> last_arrival_ns() const;
   void reset();
 
@@ -75,19 +74,20 @@ class PoseTrack {
   const std::int64_t timeout_ns_;  // whole, so that an age of exactly the time-out is not too old
   mutable std::mutex mutex_;
   std::deque<Sample> samples_;
-  bool clock_runs_ = false;  // the sender's
-  double offset_s_ = 0;      // host's time minus the sender's, by the quickest message
+  bool clock_runs_ = false;  // the sender's clock advances
+  double offset_s_ = 0;      // host's time minus the sender's, by the message with the least delay
 };
 
-/// Poses of one body that come in any thread, each at the time of the host's latest step.
+/// Poses of one body that arrive on any thread, each with the time of the host's latest step.
 class PoseInbox {
  public:
   /// @param source for messages @param timeout_s as PoseTrackOptions
   PoseInbox(const std::string& source, double timeout_s) : source_(source), track_(source, {timeout_s}) {}
 
-  /// Any thread. Returns what there is to say where the pose is none; only the first time, else nothing.
+  /// Any thread. Returns a message if the pose is not valid, the first time only; else an empty text.
   [[nodiscard]] std::string take(const RigidPose& pose, double stamp_s);
-  /// The host's time, in every step: a pose's age counts by it, since its stamp may be of another clock.
+  /// Sets the host's time, in every step. A pose's age is measured by it, since its stamp may be of another
+  /// clock.
   void step(std::int64_t now_ns) { now_ns_ = now_ns; }
   /// As PoseTrack::at().
   [[nodiscard]] std::optional<RigidPose> at(std::int64_t now_ns, std::string& reason);
@@ -100,12 +100,12 @@ class PoseInbox {
   std::atomic<bool> complained_{false};
 };
 
-/// The motion of a body that a physics engine knows. If something else moves a body that the engine has at
-/// rest, velocities are differences of its poses.
+/// The motion of a body that a physics engine simulates. If something else moves a body that is at rest in
+/// the engine, velocities are differences of its poses.
 class EngineMotion {
  public:
-  /// `engine`: pose and velocities as the engine has them at `now_ns`; times in order, or begun anew. Empty
-  /// where one is not finite.
+  /// `engine`: pose and velocities of the engine at `now_ns`; times in order, or restarted. Empty if a value
+  /// is not finite.
   [[nodiscard]] std::optional<RigidPose> at(std::int64_t now_ns, const RigidPose& engine);
   void reset() { last_.reset(); }
 

@@ -37,7 +37,7 @@ TEST(MotionBetween, IsTheStraightWayAndTheShorterTurn) {
   RigidPose flipped = to;
   flipped.attitude.coeffs() *= -1;
   expect_near(motion_between(from, flipped, 0.25).angular_velocity, axis * (0.7 / 0.25), 1e-12);
-  // More than half a turn is less than half a turn the other way.
+  // More than half a turn is less than half a turn in the other direction.
   const RigidPose far{from.position_m, Quaterniond(AngleAxisd(4, axis)) * start};
   expect_near(motion_between(from, far, 1).angular_velocity, axis * (4 - 2 * M_PI), 1e-12);
   expect_near(motion_between(from, from, 0.1).angular_velocity, Vector3d::Zero(), 1e-12);
@@ -65,7 +65,7 @@ TEST(ProperPose, NormalizesAndRefuses) {
   }
 }
 
-// Hosts' own tests have the rest of PoseTrack, with messages that come in other threads.
+// Hosts' own tests cover the rest of PoseTrack, with messages on other threads.
 TEST(PoseTrack, TakesTheSendersClockWhereItRuns) {
   PoseTrack track("/mocap/car", {0.3});
   std::string reason;
@@ -98,7 +98,7 @@ TEST(PoseTrack, GoesOnForABoundedTimeAndThenKnowsNoTruth) {
   track.add(at_x(1, 7.1), 100 * kMs);
   const auto ahead = track.at(350 * kMs, reason);
   ASSERT_TRUE(ahead);
-  // 0.25 s on at (10, 20, -10) m/s, turning by 1 rad/s.
+  // 0.25 s later at (10, 20, -10) m/s, rotating by 1 rad/s.
   expect_near(ahead->position_m, {3.5, 7, -3.5}, 1e-9);
   EXPECT_NEAR(ahead->attitude.angularDistance(Quaterniond(AngleAxisd(0.35, Vector3d::UnitZ()))), 0, 1e-9);
   EXPECT_TRUE(track.at(400 * kMs, reason));
@@ -112,10 +112,10 @@ TEST(PoseTrack, DropsWhatCameBeforeAndWhatIsOlder) {
   EXPECT_EQ(track.add(at_x(1, 7.1), 100 * kMs), PoseTrack::Taken::Yes);
   EXPECT_EQ(track.add(at_x(1, 7.1), 110 * kMs), PoseTrack::Taken::Old);     // twice
   EXPECT_EQ(track.add(at_x(0.5, 7.05), 120 * kMs), PoseTrack::Taken::Old);  // overtaken
-  // A dropped pose does not keep the track alive.
+  // A dropped pose does not extend the track.
   EXPECT_TRUE(track.at(600 * kMs, reason));
   EXPECT_FALSE(track.at(601 * kMs, reason));
-  // A sender that begins anew.
+  // A sender that restarts.
   EXPECT_EQ(track.add(at_x(5, 0.1), 700 * kMs), PoseTrack::Taken::Yes);
   EXPECT_EQ(track.at(700 * kMs, reason)->linear_velocity, Vector3d::Zero());
 }
@@ -123,10 +123,10 @@ TEST(PoseTrack, DropsWhatCameBeforeAndWhatIsOlder) {
 TEST(PoseTrack, TakesLatePosesForWhatTheyWere) {
   PoseTrack track("udp", {0.5, 0, true});
   std::string reason;
-  // 10 m/s; each message 5 ms on its way, the last one 45.
+  // 10 m/s; each message is delayed by 5 ms, the last one by 45.
   for (int i = 0; i <= 20; ++i) track.add(at_x(0.1 * i, 50 + 0.01 * i), (5 + 10 * i) * kMs);
   track.add(at_x(2.1, 50.21), (45 + 210) * kMs);
-  // The quickest message is the clock: that of stamp 50.2 counts as of 205 ms.
+  // The message with the least delay defines the clock: that of stamp 50.2 counts as of 205 ms.
   EXPECT_NEAR(track.at(205 * kMs, reason)->position_m.x(), 2, 1e-3);
   EXPECT_NEAR(track.at(255 * kMs, reason)->position_m.x(), 2.5, 1e-3);
   EXPECT_NEAR(track.at(203 * kMs, reason)->position_m.x(), 1.98, 1e-3);  // between two poses
@@ -134,7 +134,7 @@ TEST(PoseTrack, TakesLatePosesForWhatTheyWere) {
   EXPECT_FALSE(track.reaches(216 * kMs));
 }
 
-// A log, or poses by whose stamps the time counts, have what comes behind a pause before it is over.
+// A log, or poses that define the run's time, contain poses after a pause before it is over.
 TEST(PoseTrack, KeepsPosesBehindAPauseUntilTheirTime) {
   PoseTrack track("log", {0.5, 0, true});
   std::string reason;
@@ -142,10 +142,10 @@ TEST(PoseTrack, KeepsPosesBehindAPauseUntilTheirTime) {
   EXPECT_NEAR(track.at(150 * kMs, reason)->position_m.x(), 1.5, 1e-9);
   EXPECT_NEAR(track.at(700 * kMs, reason)->position_m.x(), 7, 1e-9);  // moved on
   for (const int ms : {701, 5'000, 19'400, 19'999}) EXPECT_FALSE(track.at(ms * kMs, reason)) << ms;
-  EXPECT_EQ(reason, "the pose before on log is 19.8 s old");
+  EXPECT_EQ(reason, "the previous pose on log is 19.8 s old");
   EXPECT_NEAR(track.at(20'050 * kMs, reason)->position_m.x(), 200.5, 1e-9);
   EXPECT_TRUE(track.at(0, reason)) << "of another receiver on the vehicle";
-  // Poses as far apart as two time-outs are no pause.
+  // Poses two time-outs apart are not a pause.
   track.add(at_x(210.1, 21.1), 21'100 * kMs);
   EXPECT_NEAR(track.at(20'300 * kMs, reason)->position_m.x(), 201 + 9.1 * 0.2, 1e-9);
 }
@@ -153,7 +153,7 @@ TEST(PoseTrack, KeepsPosesBehindAPauseUntilTheirTime) {
 TEST(PoseTrack, AveragesTheNoiseOfMeasuredPoses) {
   const auto speed = [](double smoothing_s) {
     PoseTrack track("mocap", {0.5, smoothing_s, true});
-    // 10 m/s, and an error of 1 cm in the last pose, 10 ms after the one before.
+    // 10 m/s, and an error of 1 cm in the last pose, 10 ms after the previous one.
     for (int i = 0; i <= 20; ++i) {
       track.add(sent({{0.1 * i + (i == 20 ? 0.01 : 0), 0, 0}, Quaterniond::Identity()}, 0.01 * i),
                 std::int64_t{10} * i * kMs);
@@ -178,7 +178,7 @@ TEST(PoseTrack, TakesTheSendersVelocities) {
 
 TEST(PoseOf, TurnsArmAndMotionIntoTheCity) {
   RigidPose body{{10, 20, 30}, Quaterniond(AngleAxisd(M_PI / 2, Vector3d::UnitZ())), {1, 2, 3}, {0, 0, 0.5}};
-  // Forward of the body is y of its frame; the frame lies a quarter turn and an offset into the city.
+  // Forward of the body is y of its frame; the frame is rotated by 90 deg and shifted in the city.
   const geodesy::LocalFrame city({0.4, 2, 10});
   const Pose antenna = pose_of(body, {city, M_PI / 2, {1000, 2000, 3000}}, {}, {0.4, 0.1, 0.2});
   const Vector3d arm(-0.1, 0.4, 0.2);
@@ -188,7 +188,7 @@ TEST(PoseOf, TurnsArmAndMotionIntoTheCity) {
   const Eigen::Matrix3d city_from_own = city.ecef_from_local_rotation().transpose() *
                                         geodesy::enu_from_ecef_rotation(antenna.position).transpose();
   expect_near(city_from_own * antenna.velocity_enu_mps, {-velocity.y(), velocity.x(), velocity.z()}, 1e-9);
-  // It looks west of the city, whose meridian is another one than its own.
+  // It faces west in the city, whose meridian differs from its own.
   expect_near(city_from_own * antenna.forward_enu(), {-1, 0, 0}, 1e-9);
   expect_near(city_from_own * antenna.up_enu(), {0, 0, 1}, 1e-9);
   EXPECT_NEAR(antenna.yaw_rate_radps, 0.5, 1e-6);

@@ -33,10 +33,10 @@ void note_pauses(const Trajectory& trajectory, ReadReport& report) {
     return a.second - a.first < b.second - b.first;
   });
   report.guess(0,
-               fmt::format("the recording pauses {} {}, at most {:.0f} s from {}", pauses.size(),
-                           pauses.size() == 1 ? "time" : "times", longest.second - longest.first,
+               fmt::format("the recording has {} {}, the longest of {:.0f} s from {}", pauses.size(),
+                           pauses.size() == 1 ? "pause" : "pauses", longest.second - longest.first,
                            geodesy::format_gpst(longest.first, 0)),
-               "such a gap is driven straight; start and duration_s choose a part without it");
+               "such a gap is driven straight; set start and duration_s to a part without it");
 }
 
 }  // namespace
@@ -49,8 +49,8 @@ void keep_rising(RecordedPath& path) {
   for (const RecordedPoint& point : points) times.push_back(point.time);
   const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
   std::nth_element(times.begin(), middle, times.end());
-  // The longest run that rises, found from behind: latest[n] begins the one of n + 1 points that begins
-  // latest, behind[i] follows point i.
+  // The longest increasing subsequence, searched from the end: latest[n] begins the one of n + 1 points with
+  // the latest begin; behind[i] follows point i.
   std::vector<std::size_t> latest, behind(points.size(), points.size());
   for (std::size_t i = points.size(); i-- > 0;) {
     if (std::abs(points[i].time - *middle) > kYear_s) continue;
@@ -71,13 +71,13 @@ void keep_rising(RecordedPath& path) {
       kept.push_back(point);
       next = behind[i];
     } else if (!kept.empty() && point.time == kept.back().time) {
-      // Times cut to seconds would lose most of a log.
+      // Times truncated to seconds would drop most of a log.
       const Eigen::Vector3d step =
           geodesy::ecef_from_geodetic(point.place) - geodesy::ecef_from_geodetic(kept.back().place);
       if (step.norm() > 1)
-        path.report.loss(point.line, "point with the time of the one before, at another place");
+        path.report.loss(point.line, "point with the time of the previous one, at another position");
       else
-        path.report.remark(point.line, "point that repeats the time of the one before", "left out");
+        path.report.remark(point.line, "point that repeats the time of the previous one", "left out");
     } else {
       if (wrong++ == 0) first_wrong = point.line;
       path.report.loss(point.line, "point whose time is out of order");
@@ -102,7 +102,7 @@ TrajectoryFile recorded_trajectory(RecordedPath path) {
 }
 
 std::string_view columns_cure() {
-  return "name the columns time, latitude, longitude, height, or say which they are and their units, such as "
+  return "name the columns time, latitude, longitude, height, or give them with their units, such as "
          "trajectory.columns: {time: stamp, latitude: \"lat [rad]\", longitude: \"lon [rad]\", height: "
          "alt_m}";
 }
@@ -110,7 +110,7 @@ std::string_view columns_cure() {
 bool is_missing(std::string_view text) {
   text = trim(text);
   if (text.empty()) return true;
-  // Numbers that databases, rasters and integers without a value have.
+  // No-data numbers of databases, rasters and integers.
   constexpr std::array kNumbers{-9999.0,  -99999.0,      -999999.0,   -32767.0,
                                 -32768.0, -2147483648.0, 2147483647.0};
   constexpr std::array<std::string_view, 6> kWords{"nan", "-nan", "null", "none", "n/a", "-"};
@@ -128,7 +128,7 @@ std::optional<double> number_of(std::string_view text) {
 
 double to_number(const RecordAt& at, std::string_view text, std::string_view what) {
   if (is_missing(text) && !trim(text).empty())
-    throw NoValue(at.report.path(), at.line, fmt::format("the {} '{}' stands for none", what, trim(text)));
+    throw NoValue(at.report.path(), at.line, fmt::format("the {} '{}' is a no-data value", what, trim(text)));
   const std::optional<double> value = number_of(text);
   if (!value) throw at.error(fmt::format("the {} '{}' is not a number", what, trim(text)));
   return *value;
@@ -138,7 +138,7 @@ Geodetic place_of(const RecordAt& at, double latitude_deg, double longitude_deg)
   const auto check = [&at](const char* what, double value_deg, double limit_deg) {
     if (std::abs(value_deg) <= limit_deg) return;
     throw at.error(fmt::format("the {} {} deg is out of range", what, value_deg),
-                   fmt::format("it runs from -{0} to {0} deg", limit_deg));
+                   fmt::format("give a value from -{0} to {0} deg", limit_deg));
   };
   check("latitude", latitude_deg, 90);
   check("longitude", longitude_deg, 180);
@@ -151,7 +151,7 @@ Geodetic place_of(const RecordAt& at, const Eigen::Vector3d& ecef) {
   if (ecef.isZero()) throw NoValue(at.report.path(), at.line, "x, y, z of 0, as before a fix");
   if (!is_radius(ecef.norm())) {
     throw at.error(fmt::format("x, y, z are {:.6g} m from the Earth's centre", ecef.norm()),
-                   "they are ECEF, and have a unit: x_km, or trajectory.columns: {x: \"x [km]\"}");
+                   "give ECEF with its unit: x_km, or trajectory.columns: {x: \"x [km]\"}");
   }
   return geodesy::geodetic_from_ecef(ecef);
 }
@@ -165,7 +165,7 @@ GpsTime time_of_week(const RecordAt& at, double week, double tow_s) {
   if (week != std::floor(week) || !(week >= 0 && week < 10'000))
     throw at.error(fmt::format("the GPS week '{}' is not a whole number of weeks since 1980", week));
   if (!(tow_s >= 0 && tow_s < static_cast<double>(GpsTime::kSecondsPerWeek)))
-    throw at.error(fmt::format("the time of week {} s is out of range", tow_s), "it runs from 0 to 604800 s");
+    throw at.error(fmt::format("the time of week {} s is out of range", tow_s), "give 0 to 604800 s");
   return set_time(at, GpsTime::from_week(static_cast<int>(week), tow_s));
 }
 
@@ -174,7 +174,7 @@ GpsTime time_of_text(const RecordAt& at, std::string_view text) {
   if (year && *year < 1981) return set_time(at, {});
   try {
     const GpsTime time = geodesy::parse_simulated_time(text);
-    if (!geodesy::names_time_scale(text)) at.report.guess(at.line, "time without a zone", "taken as UTC");
+    if (!geodesy::names_time_scale(text)) at.report.guess(at.line, "time without time zone", "taken as UTC");
     return time;
   } catch (const InputError& e) {
     throw at.error(e.problem(), e.cure());
@@ -188,8 +188,8 @@ double from_sea_level(const RecordAt& at, double height_m, std::string_view of,
         at.line, of,
         heights.geoid_undulation_m != 0
             ? fmt::format("the city's geoid undulation, {:.1f} m, is added", heights.geoid_undulation_m)
-            : "taken as ellipsoidal; city.geoid_undulation_m corrects it, height_above_terrain_m does "
-              "without it");
+            : "taken as ellipsoidal; city.geoid_undulation_m corrects it, height_above_terrain_m makes it "
+              "unnecessary");
   }
   return height_m + heights.geoid_undulation_m;
 }

@@ -19,7 +19,7 @@ constexpr double kShareOfLeg = 0.45;
 constexpr double kTurnBack_rad = 170.0 / 180 * geodesy::kPi;
 constexpr std::size_t kMostPoints = 10'000'000;
 constexpr double kLevel = 1e-3;         // directions with a smaller horizontal part have no heading
-constexpr double kOnTheSpot_radps = 1;  // while the vehicle turns at rest
+constexpr double kOnTheSpot_radps = 1;  // rotation rate at rest
 constexpr double kEarthRadius_m = 6.371e6;
 
 /// East, north and height above the ellipsoid, so that level legs stay level however long they are.
@@ -50,23 +50,23 @@ struct Stop {
   double hold_s;
 };
 
-/// How a drive passes a stop: it rests there, or passes on an arc that touches both legs.
+/// How a drive passes a stop: it rests there, or continues on an arc that touches both legs.
 struct Corner {
   bool rest = false;
   double speed_mps = 0;            // constant on the arc; an upper bound until set_speeds() has run
-  double cut_m = 0, radius_m = 0;  // of the legs; 0: it goes straight on
+  double cut_m = 0, radius_m = 0;  // on each leg, of the arc; 0: straight on
   double turn_rad = 0;
-  Vector3d inward = Vector3d::Zero();  // towards the arc's middle, unit
+  Vector3d inward = Vector3d::Zero();  // towards the arc's centre, unit
 };
 
 /// A line at a changing speed, or an arc at a constant one.
 struct Piece {
-  Vector3d from, direction;            // direction: of travel at its beginning, unit
-  Vector3d inward = Vector3d::Zero();  // towards the arc's middle, unit
+  Vector3d from, direction;            // direction of travel at its start, unit
+  Vector3d inward = Vector3d::Zero();  // towards the arc's centre, unit
   double radius_m = 0, length_m = 0;
-  // Speeding up to `top_mps`, holding it, slowing down.
+  // Accelerates to `top_mps`, holds it, brakes.
   double begin_mps = 0, top_mps = 0, end_mps = 0, acceleration = 1;
-  double begin_s = 0;  // of its ride
+  double begin_s = 0;  // since the start of its ride
   double begin_yaw_rad = 0;
 
   [[nodiscard]] double up_s() const { return (top_mps - begin_mps) / acceleration; }
@@ -76,7 +76,7 @@ struct Piece {
     return std::max(0.0, length_m - up_m - down_m) / top_mps;
   }
   [[nodiscard]] double duration_s() const { return up_s() + cruise_s() + down_s(); }
-  /// Travelled after `t` seconds [m].
+  /// Distance travelled after `t` seconds [m].
   [[nodiscard]] double way_m(double t) const {
     if (t < up_s()) return (begin_mps + acceleration * t / 2) * t;
     const double up_m = (begin_mps + top_mps) / 2 * up_s(), cruising = t - up_s();
@@ -93,7 +93,7 @@ struct Piece {
     const double angle = radius_m > 0 ? s / radius_m : 0;
     return heading(std::cos(angle) * direction + std::sin(angle) * inward, begin_yaw_rad);
   }
-  /// The heading of a direction, within half a turn of `near`; `near` itself where it has none.
+  /// The heading of a direction, within half a turn of `near`; `near` itself if it has none.
   [[nodiscard]] static double heading(const Vector3d& direction, double near) {
     if (direction.head<2>().norm() < kLevel) return near;
     return near + std::remainder(std::atan2(direction.y(), direction.x()) - near, 2 * geodesy::kPi);
@@ -103,8 +103,8 @@ struct Piece {
 /// Pieces between two rests.
 struct Ride {
   std::vector<Piece> pieces;
-  double begin_yaw_rad = 0;  // it turns at rest first
-  double hold_s = 0;         // behind it
+  double begin_yaw_rad = 0;  // it first rotates at rest
+  double hold_s = 0;         // rest after it
 
   [[nodiscard]] double duration_s() const { return pieces.back().begin_s + pieces.back().duration_s(); }
   [[nodiscard]] MotionKnot at(double t) const {
@@ -143,7 +143,7 @@ std::vector<Corner> make_corners(const std::vector<Stop>& stops, double accelera
   return corners;
 }
 
-/// Length of the line to a stop, without what the arcs at both ends cut [m].
+/// Length of the line to a stop, without the parts replaced by arcs at both ends [m].
 double line_m(const std::vector<Stop>& stops, const std::vector<Corner>& corners, std::size_t to) {
   return (stops[to].at - stops[to - 1].at).norm() - corners[to - 1].cut_m - corners[to].cut_m;
 }
@@ -219,7 +219,7 @@ std::vector<Stop> join(const std::vector<Waypoint>& waypoints, const FlatFrame& 
 SmoothDrive smooth_drive(const std::vector<Waypoint>& waypoints, double acceleration_mps2) {
   if (!(acceleration_mps2 > 0) || !(acceleration_mps2 <= 100)) {
     throw InputError(fmt::format("acceleration_mps2: {} m/s^2 is out of range", acceleration_mps2),
-                     "it is above 0 and at most 100 m/s^2");
+                     "give a value above 0, at most 100 m/s^2");
   }
   const FlatFrame frame(waypoints.front().place);
   const std::vector<Stop> stops = join(waypoints, frame);
@@ -230,7 +230,7 @@ SmoothDrive smooth_drive(const std::vector<Waypoint>& waypoints, double accelera
     constexpr double kMost_s = static_cast<double>(kMostPoints) * SmoothMotion::kStep_s;
     if (!(duration_s < kMost_s - static_cast<double>(drive.motion.points()) * SmoothMotion::kStep_s)) {
       throw InputError(fmt::format("the drive is too long: it moves for more than {:.0f} s", kMost_s),
-                       "leave acceleration_mps2 out, or cut the drive");
+                       "leave acceleration_mps2 out, or shorten the drive");
     }
     drive.motion.add(drive.duration_s, duration_s, [&](double t) {
       MotionKnot knot = ride.at(t);

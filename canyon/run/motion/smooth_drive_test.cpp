@@ -29,7 +29,7 @@ double east(const Pose& pose) {
   return kFrame.local_from_geodetic(pose.position).x();
 }
 
-/// The means of a stretch reach so far beyond its way, at its begin and at its end.
+/// The means of a segment extend this far beyond its `way`, at its begin and at its end.
 constexpr double kReach = SmoothMotion::kReach_s;
 
 // 100 m at 10 m/s and 2 m/s^2: 5 s and 25 m to speed up, as much to stop, 50 m between; 15 s.
@@ -53,7 +53,7 @@ TEST(SmoothDrive, SpeedsUpAndStops) {
   EXPECT_NEAR(hop.end() - hop.begin(), 4 + 2 * kReach, 1e-4);
 }
 
-// A right angle between legs of 100 m at 10 m/s and 2 m/s^2 wants a radius of 50 m, whose arc would begin 50
+// A right angle between legs of 100 m at 10 m/s and 2 m/s^2 needs a radius of 50 m, whose arc would begin 50
 // m before the corner; 45 % of the leg allow 45 m, driven at sqrt(2 * 45).
 Trajectory corner() {
   return Trajectory::from_waypoints(kStart,
@@ -63,7 +63,7 @@ Trajectory corner() {
 TEST(SmoothDrive, TurnsWithinTheAcceleration) {
   const Trajectory drive = corner();
   const double v = std::sqrt(90.0), arc_s = geodesy::kPi / 2 * 45 / v;
-  // Each straight part of 55 m: up to the top speed and down to v (or the other way round).
+  // Each straight part of 55 m: up to the top speed and down to v (or the reverse).
   const double top = std::min(10.0, std::sqrt(2 * 55 + v * v / 2));
   const double cruise_m = 55 - top * top / 4 - (top * top - v * v) / 4;
   const double straight_s = top / 2 + (top - v) / 2 + cruise_m / top;
@@ -110,8 +110,8 @@ Extremes extremes_of(const Trajectory& drive) {
   return most;
 }
 
-// Sharp and blunt corners, a short leg, a hold, a way back, climbs and other speeds: no limit is exceeded,
-// and velocity, acceleration and yaw rate are derivatives of one motion.
+// Sharp and blunt corners, a short leg, a hold, a return, climbs and other speeds: no limit is exceeded, and
+// velocity, acceleration and yaw rate are derivatives of one motion.
 TEST(SmoothDrive, KeepsItsLimits) {
   const Trajectory drive = Trajectory::from_waypoints(
       kStart,
@@ -131,7 +131,7 @@ TEST(SmoothDrive, KeepsItsLimits) {
   EXPECT_LT(most.yaw_rate_error, 2e-4);
 }
 
-// A hold is met, at rest; a turn back stops as well, and the vehicle turns around.
+// The vehicle rests during a hold; it also stops at a return, and rotates there.
 TEST(SmoothDrive, HoldsAreReached) {
   const Trajectory drive = Trajectory::from_waypoints(
       kStart, {Waypoint{at(0, 0)}, Waypoint{at(100, 0), 10, 20}, Waypoint{at(100, 100), 5}}, 2);
@@ -158,8 +158,8 @@ TEST(SmoothDrive, LongHoldsAreCheap) {
   EXPECT_NEAR(east(drive.at(drive.end() + (-7.5 - kReach))), 50, 1e-5);
 }
 
-// Samples of a circle at 1 Hz with a corner in it: the smooth path stays as near as it promises, and its
-// derivatives belong together.
+// Samples of a circle at 1 Hz with a corner in it: the smooth path is as close as documented, and its
+// derivatives are consistent.
 TEST(SmoothMotion, SmoothsARecordedPath) {
   std::vector<std::pair<GpsTime, Geodetic>> samples;
   for (int k = 0; k <= 60; ++k)
@@ -184,7 +184,7 @@ TEST(SmoothMotion, SmoothsARecordedPath) {
   EXPECT_LT(most.yaw_rate_error, 1e-4);
 }
 
-// A level way of 20 km stays level over the ellipsoid, though its chord lies 8 m below.
+// A level route of 20 km stays level over the ellipsoid, although its chord is 8 m below.
 TEST(SmoothDrive, LongLegsStayLevel) {
   const Geodetic from = Geodetic::from_degrees(55.8, 37.6, 100),
                  to = Geodetic::from_degrees(55.98, 37.6, 100);
@@ -205,21 +205,21 @@ TEST(Attitude, BanksInTurns) {
     const Pose pose = drive.with_attitude(attitude).at(turning);
     EXPECT_NEAR(pose.roll_rad, -bank, 0.01);
     EXPECT_NEAR(pose.pitch_rad, 0, 0.01);
-    // The top leans into the turn, to the left of north-east.
+    // The top leans into the bend, to the left of north-east.
     EXPECT_NEAR(pose.up_enu().dot(Eigen::Vector3d(-1, 1, 0).normalized()), std::sin(bank), 0.01);
   }
   EXPECT_EQ(drive.at(turning).roll_rad, 0);
-  // A multirotor that speeds up eastwards leans there: nose down.
+  // A multirotor that accelerates eastwards leans there: nose down.
   const Pose start = drive.with_attitude(Attitude::Multirotor).at(kStart + (2.0 + kReach));
   EXPECT_NEAR(start.pitch_rad, -bank, 0.01);
   EXPECT_NEAR(start.up_enu().x(), std::sin(bank), 0.01);
-  // An aircraft's nose points where it climbs: 45 deg.
+  // An aircraft's nose points along its climb: 45 deg.
   const Trajectory climb =
       Trajectory::from_waypoints(kStart, {Waypoint{at(0, 0)}, Waypoint{at(100, 0, 100)}}, 2);
   EXPECT_NEAR(climb.with_attitude(Attitude::Aircraft).at(kStart + 8.0).pitch_rad, geodesy::kPi / 4, 1e-3);
 }
 
-// The lever arm turns with the vehicle; the pattern counts elevations from its tilted horizon.
+// The lever arm rotates with the vehicle; the pattern counts elevations from its tilted horizon.
 TEST(Attitude, TurnsTheAntenna) {
   Pose pose;
   pose.position = at(0, 0);

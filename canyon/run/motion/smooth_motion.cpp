@@ -15,7 +15,7 @@ namespace {
 constexpr int kDegree = 5;
 using Weights = std::array<double, kDegree + 1>;
 
-/// Weights of degree `degree` from those of one degree less, `u` of a step behind a knot.
+/// Weights of degree `degree` from those of one degree less; `u` is the fraction of a step after a knot.
 Weights raised(const Weights& lower, int degree, double u) {
   Weights weights{};
   for (int j = 0; j <= degree; ++j) {
@@ -42,7 +42,7 @@ UniformSpline::Point UniformSpline::at(double t_s) const {
   for (int d = 1; d <= kDegree; ++d)
     weights[static_cast<std::size_t>(d)] = raised(weights[static_cast<std::size_t>(d - 1)], d, u);
 
-  // Differences are taken before the means, so that small derivatives of large values keep their digits.
+  // Differences first, then means, so that small derivatives of large values keep their digits.
   std::array<Value, kDegree + 1> c;
   const auto most = static_cast<std::ptrdiff_t>(points_.size()) - 1;
   for (int j = 0; j <= kDegree; ++j) {
@@ -63,7 +63,7 @@ UniformSpline::Point UniformSpline::at(double t_s) const {
     }
   };
   Point point;
-  // About one of the points: the weights' sum is 1 to the last digit alone.
+  // Relative to one of the points: the weights' sum is 1 only up to rounding.
   const Value about = c[2];
   for (Value& value : c) value -= about;
   point.value = about + mean(kDegree);
@@ -91,7 +91,7 @@ std::vector<UniformSpline::Value> box_means(const std::vector<UniformSpline::Val
 }  // namespace
 
 void SmoothMotion::add(double begin_s, double duration_s, const std::function<MotionKnot(double)>& way) {
-  // Knots of the curve stand at -kReach_s + k kStep_s of the way's time; the means need kBox - 1 more on
+  // Knots of the curve are at -kReach_s + k kStep_s of the time of `way`; the means need kBox - 1 more on
   // either side.
   const auto count = static_cast<std::size_t>(std::ceil((duration_s + 2 * kReach_s) / kStep_s)) + 1;
   constexpr int kMore = kBox - 1;
@@ -124,7 +124,7 @@ Eigen::Matrix3d enu_from_ecef_at(const Vector3d& ecef_m) {
   constexpr double kA = geodesy::kSemiMajorAxis, kB = kA * (1 - kFlattening);
   constexpr double kE2 = kFlattening * (2 - kFlattening), kSecondE2 = kE2 / (1 - kE2);
   const double from_axis = std::hypot(ecef_m.x(), ecef_m.y());
-  // The parametric latitude of the point as if it was on the ellipsoid.
+  // The parametric latitude of the point as if it were on the ellipsoid.
   const Vector3d parametric = Vector3d(kB * from_axis, kA * ecef_m.z(), 0).normalized();
   const double c = parametric.x(), s = parametric.y();
   const Vector3d latitude =

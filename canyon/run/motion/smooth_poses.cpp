@@ -14,7 +14,7 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr std::int64_t kMargin_ns = 10'000'000;  // that sensors look ahead
+constexpr std::int64_t kMargin_ns = 10'000'000;  // look-ahead of sensors
 constexpr double kKept_s = 12;                   // more than the delay of any sensor
 
 }  // namespace
@@ -72,7 +72,7 @@ void SmoothPoses::add(const RigidPose& body) {
   RigidPose pose = body;
   if (pose.attitude.dot(points_.back().attitude) < 0) pose.attitude.coeffs() *= -1;
   if ((pose.position_m - points_.back().position_m).norm() > kTeleport_mps * step_s_) {
-    // It was put elsewhere.
+    // A jump.
     const std::int64_t here = next();
     forget();
     first_ = here;
@@ -106,7 +106,7 @@ bool SmoothPoses::holds(std::int64_t at_ns) const {
 
 SmoothPoses::Derivatives SmoothPoses::derivatives_at(double t_s) const {
   if (points_.empty()) return {{}, Vector3d::Zero()};
-  // The six points about the instant.
+  // The six points around the instant.
   constexpr std::int64_t kBefore = 2, kPoints = 6;
   const auto from = static_cast<std::int64_t>(std::floor(t_s / step_s_)) - kBefore;
   std::vector<UniformSpline::Value> places, attitudes;

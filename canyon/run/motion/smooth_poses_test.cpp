@@ -41,7 +41,7 @@ class SmoothPosesTest : public ::testing::Test {
   SmoothPoses poses_{frame_, kStep_s};
 };
 
-// A mean over a variance of step^2 / 2 lies a step^2 / 4 inside the bend.
+// A mean over a variance of step^2 / 2 is a step^2 / 4 inside the bend.
 TEST_F(SmoothPosesTest, FollowTheBend) {
   drive(0, 6);
   ASSERT_TRUE(poses_.holds(5'000'000'000));
@@ -66,7 +66,7 @@ TEST_F(SmoothPosesTest, FollowTheBend) {
   }
 }
 
-// At 10 ms before a point three further ones are needed.
+// 10 ms before a point, three further ones are needed.
 TEST_F(SmoothPosesTest, AreLateByThreeSteps) {
   EXPECT_EQ(poses_.needs_ns(1'000'000'000), 1'120'000'000);
   EXPECT_EQ(poses_.needs_ns(1'035'000'000), 1'160'000'000);
@@ -75,7 +75,7 @@ TEST_F(SmoothPosesTest, AreLateByThreeSteps) {
   EXPECT_TRUE(poses_.holds(940'000'000));
   drive(1.12, 1.12);
   EXPECT_TRUE(poses_.holds(1'000'000'000));
-  // Further poses change nothing of it.
+  // Further poses do not change it.
   const Vector3d place = poses_.at(1).position_m;
   drive(1.14, 2);
   EXPECT_EQ(place, poses_.at(1).position_m);
@@ -91,7 +91,7 @@ TEST_F(SmoothPosesTest, BeginWithTheSpeedOfTheFirstPoses) {
   EXPECT_LT(poses_.ecef_at(0).acceleration_mps2.norm(), 5);
 }
 
-// Where no pose comes the motion goes on as the track says, and ends with it.
+// Without poses the motion continues as the track extrapolates, and ends with it.
 TEST_F(SmoothPosesTest, EndInAPauseAndBeginAnew) {
   drive(0, 2);
   poses_.reach(track_, 2'200'000'000);

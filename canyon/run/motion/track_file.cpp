@@ -24,19 +24,19 @@ namespace {
 using geodesy::Geodetic;
 using geodesy::GpsTime;
 
-/// A point as a file has it.
+/// A point as read from a file.
 struct TrackPoint {
   int line = 0;
   Geodetic place;                  ///< its height is not set
-  std::optional<double> height_m;  ///< of the file
-  std::optional<double> geoid_m;   ///< the geoid above the ellipsoid there
+  std::optional<double> height_m;  ///< height_m from the file
+  std::optional<double> geoid_m;   ///< of the geoid above the ellipsoid there
   std::optional<GpsTime> time;
-  std::size_t segment = 0;       ///< which of the file's segments it belongs to
-  bool bad = false;              ///< it has a value that cannot be, or none
+  std::size_t segment = 0;       ///< index of the file's segment
+  bool bad = false;              ///< it has an invalid value, or none
   std::string_view height_mode;  ///< KML's altitudeMode
 };
 
-/// "11.0,48.0,500 ..." of "11.0, 48.0, 500 ...", which some programs write.
+/// "11.0,48.0,500 ..." from "11.0, 48.0, 500 ...", which some programs write.
 std::string without_blanks_behind_commas(std::string_view text) {
   std::string result;
   for (const char c : text) {
@@ -67,8 +67,8 @@ class TrackReader {
     if (ends_early(file_.text(), format)) {
       report_.loss(static_cast<int>(std::count(file_.text().begin(), file_.text().end(), '\n')) + 1,
                    fmt::format("the file ends without </{}>", format),
-                   "read up to there; it is cut short: copy it again");
-      // Half a number may read as another one.
+                   "read up to there; the file is cut short: copy it again");
+      // A truncated number may read as another one.
       if (!gpx) points_.pop_back();
     }
     std::erase_if(points_, [](const TrackPoint& p) { return p.bad; });
@@ -89,7 +89,7 @@ class TrackReader {
  private:
   RecordAt at(const XmlTags& tags) { return {report_, tags.line()}; }
 
-  /// Calls `read` for a value of a point; the point is bad where it throws InputError.
+  /// Calls `read` for a value of a point; the point is bad if it throws InputError.
   template <typename Read>
   void guard(TrackPoint& point, const Read& read) {
     guard_record(report_, [&] {
@@ -108,7 +108,7 @@ class TrackReader {
   void read_gpx(std::string_view name) {
     bool inside = false, extension = false;
     for (XmlTags tags(file_); tags.next();) {
-      // Extensions that a program adds to a point may have names of GPX's own.
+      // Extensions that a program adds to a point may use GPX's own names.
       if (tags.name == "extensions") extension = !trim(tags.attributes).ends_with('/');
       if (tags.name == "/extensions" || tags.name == name) extension = false;
       if (tags.name == "trkseg" || tags.name == "rte") ++segments_;
@@ -142,11 +142,11 @@ class TrackReader {
     }
   }
 
-  /// "longitude,latitude,height" or with blanks between; a height may be absent.
+  /// "longitude,latitude,height", or separated by blanks; the height may be absent.
   void read_kml_place(const XmlTags& tags, std::string_view text, char separator, TrackPoint& point) {
     const std::vector<std::string_view> fields = separator == ',' ? split(text, ',') : split_blanks(text);
     if (fields.size() < 2 || fields.size() > 3)
-      throw tags.error(fmt::format("'{}' is not a place", text), "write longitude,latitude,height");
+      throw tags.error(fmt::format("'{}' is not a position", text), "write longitude,latitude,height");
     point.place = place_of(at(tags), to_number(at(tags), fields[1], "latitude"),
                            to_number(at(tags), fields[0], "longitude"));
     if (fields.size() > 2 && !is_missing(fields[2]))
@@ -157,8 +157,8 @@ class TrackReader {
     std::string_view mode;
     const auto end = [&](const XmlTags& tags) {
       if (times != places) {
-        // Which time belongs to which place is not known.
-        report_.loss(tags.error(fmt::format("gx:Track has {} times for {} places", times, places)),
+        // The times cannot be assigned to the positions.
+        report_.loss(tags.error(fmt::format("gx:Track has {} times for {} positions", times, places)),
                      points_.size() - begin);
         for (std::size_t i = begin; i < points_.size(); ++i) points_[i].bad = true;
       }
@@ -210,8 +210,8 @@ class TrackReader {
     }
     return points;
   }
-  /// Placemarks with a time and a Point, as trackers write each fix, in any order. A path along a gx:Track,
-  /// and one such Point where there is a LineString, remain.
+  /// Placemarks with a time and a Point, as trackers write each fix, in any order. Points next to a gx:Track,
+  /// and a single one next to a LineString, are not the path.
   void read_kml_points() {
     std::vector<TrackPoint> timed, untimed, of_placemark;
     TrackPoint stamp;
@@ -223,7 +223,7 @@ class TrackReader {
       const std::string_view name = tags.name.substr(ends ? 1 : 0);
       if (name == "Placemark") {
         if (ends && stamp.time && is_span && !of_placemark.empty())
-          report_.guess(tags.line(), "TimeSpan of a Point", "its begin is taken");
+          report_.guess(tags.line(), "TimeSpan of a Point", "its begin is used");
         if (ends && of_placemark.empty() && stamp.time && first_time == 0) first_time = tags.line();
         for (TrackPoint& each : of_placemark) {
           each.time = stamp.time;
@@ -260,7 +260,7 @@ class TrackReader {
     if (!points_.empty()) return drop(timed, "Point with a time", "gx:Track");
     if (lines > 0 && timed.size() < 2) {
       drop(timed, "Point with a time", "the LineString");
-      if (first_time > 0) report_.drop(first_time, "time of a LineString", "not read: it is of no point");
+      if (first_time > 0) report_.drop(first_time, "time of a LineString", "not read: it has no point");
       return;
     }
     if (timed.empty()) return;
@@ -280,7 +280,7 @@ class TrackReader {
       if (!line || tags.name != "coordinates") continue;
       const std::vector<TrackPoint> more = kml_points(tags, mode);
       if (more.empty()) continue;
-      // Trails come in pieces, each of which begins where the one before ends.
+      // Trails are split into pieces, each of which begins at the end of the previous one.
       const auto same = [](const TrackPoint& a, const TrackPoint& b) {
         return !a.bad && !b.bad && a.place.latitude_rad == b.place.latitude_rad &&
                a.place.longitude_rad == b.place.longitude_rad;
@@ -293,8 +293,8 @@ class TrackReader {
     }
   }
 
-  /// Leaves the points with a time, segments in order of the time in their middle; all points where none has
-  /// one. Returns whether there are times.
+  /// Keeps only the points with a time, segments sorted by their middle time; all points if none has one.
+  /// Returns whether there are times.
   bool keep_timed() {
     const std::size_t count = points_.size();
     const auto timed = static_cast<std::size_t>(std::count_if(
@@ -302,7 +302,7 @@ class TrackReader {
     if (timed == 0) return false;
     if (2 * timed <= count) {
       throw InputError(file_.path(), 0, fmt::format("{} of {} points have no time", count - timed, count),
-                       "give each a time, or none");
+                       "give all points a time, or none");
     }
     std::erase_if(points_, [&](const TrackPoint& point) {
       if (!point.time) report_.loss(point.line, "point without a time");
@@ -320,7 +320,7 @@ class TrackReader {
     return true;
   }
 
-  /// The height above the ellipsoid of a point that has one.
+  /// The height above the ellipsoid of a point that has a height.
   double height_of(const TrackPoint& point, const HeightReading& heights) {
     const RecordAt at{report_, point.line};
     if (point.geoid_m) return *point.height_m + *point.geoid_m;
@@ -328,7 +328,7 @@ class TrackReader {
       return from_sea_level(at, *point.height_m, "height above sea level by the format", heights);
     if (heights.needed) {
       at.report.guess(at.line, fmt::format("height by the altitudeMode {}", point.height_mode),
-                      "taken as ellipsoidal; height_above_terrain_m does without it");
+                      "taken as ellipsoidal; not needed with height_above_terrain_m");
     }
     return *point.height_m;
   }
@@ -340,7 +340,7 @@ class TrackReader {
       if (point.height_m) last_m = height_of(point, heights);
       if (!point.height_m && heights.needed) {
         report_.guess(point.line, "point without a height",
-                      last_m ? "that of the point before is taken" : "that of the next point is taken, or 0");
+                      last_m ? "that of the previous point is used" : "that of the next point is used, or 0");
       }
       if (!last_m) last_m = known == points_.end() ? 0 : height_of(*known, heights);
       point.place.height_m = *last_m;
@@ -368,7 +368,7 @@ constexpr std::string_view kFixColumns =
     "Provider LatitudeDegrees|Latitude LongitudeDegrees|Longitude AltitudeMeters|Altitude "
     "UnixTimeMillis|(UTC)TimeInMs|utcTimeMillis";
 
-/// Best first, with the names that versions of the app have.
+/// Best first, with their names in versions of the app.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kProviders{
     {{"GPS", " gps "}, {"fused", " flp fused "}, {"network", " nlp network "}}};
 
@@ -379,7 +379,7 @@ std::optional<std::size_t> provider_of(std::string_view text) {
   return std::nullopt;
 }
 
-/// @param height_m where it has none
+/// @param height_m used if it has none
 RecordedPoint point_of(const RecordAt& at, const rinex::AndroidLog& log, std::optional<double> height_m) {
   const auto number = [&](FixColumn column) {
     if (log.text(column).empty())
@@ -408,7 +408,7 @@ RecordedPath read_android_fixes(const std::filesystem::path& path, const HeightR
   while (log.next()) {
     const auto provider = provider_of(log.text(FixProvider));
     if (!provider) {
-      report.drop(log.file().line(), "fix of a provider that is not known");
+      report.drop(log.file().line(), "fix of an unknown provider");
       continue;
     }
     RecordedPoints& of = points[*provider];
@@ -422,11 +422,11 @@ RecordedPath read_android_fixes(const std::filesystem::path& path, const HeightR
   if (best == points.end()) {
     throw InputError(
         path, 0, fmt::format("has no usable line of 'Fix' (it has {})", rinex::android_log_kinds_text(path)),
-        "switch fixes (locations) on in the app");
+        "enable fixes (locations) in the app");
   }
   if (best != points.begin()) {
     report.guess(0, "it has no fix of GPS",
-                 fmt::format("those of {} are taken", kProviders[best - points.begin()].first));
+                 fmt::format("those of {} are used", kProviders[best - points.begin()].first));
   }
   if (const auto& cut = log.file().cut_warning()) report.loss(*cut, 1, cut->cure());
   result.points = *best;

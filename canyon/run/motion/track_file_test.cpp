@@ -16,7 +16,7 @@ using test::TemporaryFolder;
 using ::testing::HasSubstr;
 using namespace std::string_literals;
 
-// A track as the GPX 1.1 schema has it (topografix.com/GPX/1/1), with what must be passed over around it.
+// A track as in the GPX 1.1 schema (topografix.com/GPX/1/1), with surrounding content to be skipped.
 constexpr const char* kGpx = R"(<?xml version="1.0"?>
 <gpx version="1.1" creator="x > y" xmlns="http://www.topografix.com/GPX/1/1">
   <!-- <trkpt lat="1" lon="1"/> -->
@@ -49,7 +49,7 @@ TEST(TrackFile, ReadsGpxTracks) {
   const TrajectoryFile drive = read_trajectory_file(folder.path() / "a.gpx", "gpx", {});
   EXPECT_DOUBLE_EQ(drive.trajectory.end() - drive.trajectory.begin(), 10.5);
   EXPECT_THAT(drive.report.lines(),
-              ::testing::Contains(HasSubstr("point that repeats the time of the one before")));
+              ::testing::Contains(HasSubstr("point that repeats the time of the previous one")));
 }
 
 TEST(TrackFile, ReadsKml) {
@@ -83,7 +83,7 @@ TEST(TrackFile, RefusesWhatIsNone) {
                       "gpx"),
               HasSubstr("1 of 2 points have no time"));
   EXPECT_THAT(refused("<gx:Track><gx:coord>1 2</gx:coord></gx:Track>", "kml"),
-              HasSubstr("0 times for 1 places"));
+              HasSubstr("0 times for 1 positions"));
   const auto line = folder.write("b.kml", kKmlLine);
   EXPECT_THAT(error_of([&] { (void)read_trajectory_file(line, "kml", {}); }).what(), HasSubstr("no times"));
 }
@@ -141,7 +141,7 @@ TEST(TrackFile, OneWrongValueCostsOnePoint) {
                 ::testing::Contains(::testing::AllOf(HasSubstr("a:3: "), HasSubstr("; left out"))))
         << wrong;
   }
-  EXPECT_THAT(error_of([&] { (void)read(when, "kml"); }).what(), HasSubstr("6 times for 5 places"));
+  EXPECT_THAT(error_of([&] { (void)read(when, "kml"); }).what(), HasSubstr("6 times for 5 positions"));
 }
 
 TEST(TrackFile, KmlTracksAndModesOfHeight) {
@@ -196,7 +196,7 @@ TEST(TrackFile, KmlPointsWithTimesAreATrack) {
     return read_track_file(folder.write("a.kml", "<kml><Document>" + text + "</Document></kml>"), "kml");
   };
   for (const std::string& prefix : {std::string(), std::string("kml:")}) {
-    // The newest first, as feeds have them.
+    // Newest first, as in feeds.
     const RecordedPath path =
         read(kml_fix(kml_time(30, prefix), "48.3", prefix) + kml_fix(kml_time(20, prefix), "48.2", prefix) +
              kTrail + kml_fix(kml_time(10, prefix), "48.1", prefix));

@@ -37,7 +37,7 @@ Samples straight_samples(GpsTime start, const std::vector<Waypoint>& waypoints) 
       }
       t = t + duration_s;
     }
-    // Two waypoints at one place count as one; their holds add up.
+    // Two waypoints at one position count as one; their holds add up.
     if (samples.empty() || t > samples.back().first) samples.emplace_back(t, waypoint.place);
     t = t + waypoint.hold_s;
     if (t > samples.back().first) samples.emplace_back(t, waypoint.place);
@@ -46,12 +46,12 @@ Samples straight_samples(GpsTime start, const std::vector<Waypoint>& waypoints) 
   return samples;
 }
 
-/// How much a vehicle's attitude is that at rest [m/s]: below 1e-6 from 4 m/s on. Smooth.
+/// Weight of a vehicle's attitude at rest, by speed [m/s]: below 1e-6 from 4 m/s on. Smooth.
 double share_of_rest(const Eigen::Vector3d& velocity_mps) {
   return 2 * std::exp(-velocity_mps.head<2>().squaredNorm());
 }
 
-// Sets roll and pitch by the acceleration; the yaw is set before.
+// Sets roll and pitch from the acceleration; the yaw is already set.
 void set_attitude(Pose& pose, Attitude attitude) {
   const Eigen::Vector3d& v = pose.velocity_enu_mps;
   if (attitude == Attitude::Aircraft) {
@@ -70,8 +70,8 @@ void set_attitude(Pose& pose, Attitude attitude) {
   }
 }
 
-/// The heading of a smooth motion: of travel, and towards rest more and more the one that it turns through
-/// there. Twice continuously differentiable.
+/// The heading of a smooth motion: of travel; towards rest it approaches the motion's own yaw. Twice
+/// continuously differentiable.
 void set_smooth_yaw(Pose& pose, double yaw_rad, double yaw_rate_radps) {
   const Eigen::Vector2d v = pose.velocity_enu_mps.head<2>(), a = pose.acceleration_enu_mps2.head<2>();
   const Eigen::Vector2d held(std::cos(yaw_rad), std::sin(yaw_rad));
@@ -88,10 +88,10 @@ void set_smooth_yaw(Pose& pose, double yaw_rad, double yaw_rate_radps) {
 struct Trajectory::Track {
   std::vector<GpsTime> times;
   std::vector<Geodetic> places;
-  geodesy::LocalFrame frame;                // about the first place
+  geodesy::LocalFrame frame;                // about the first position
   std::vector<Eigen::Vector3d> positions;   // in `frame`
   std::vector<Eigen::Vector3d> velocities;  // in `frame`, at the samples; cubic segments only
-  std::vector<double> held_yaw;             // per sample: yaw while standing from there on
+  std::vector<double> held_yaw;             // per sample: yaw while stationary from there on
   double sample_interval_s = 1;
   bool all_straight = false;
   std::optional<SmoothMotion> motion;  // in `frame`, seconds from `motion_begin`, instead of the samples
@@ -147,7 +147,7 @@ struct Trajectory::Track {
         const double h1 = spacing(i);
         velocities[i] = (h1 * chord_velocity(i - 1) + h0 * chord_velocity(i)) / (h0 + h1);
       } else if (before) {
-        // The parabola through the last three samples, where there are three.
+        // The parabola through the last three samples, if there are three.
         velocities[i] = chord_velocity(i - 1);
         if (i >= 2 && !is_straight(i - 2)) {
           const double h0 = spacing(i - 2);
@@ -184,7 +184,7 @@ struct Trajectory::Track {
       }
       held_yaw[i] = yaw;
     }
-    // Before its first movement a vehicle looks where it will go.
+    // Before its first movement a vehicle has the heading of that movement.
     if (first_moving < n) std::fill_n(held_yaw.begin(), first_moving, held_yaw[first_moving]);
   }
 
@@ -233,7 +233,7 @@ struct Trajectory::Track {
       pose.position = places[i + 1];
     } else {
       pose.position = frame.geodetic_from_local(position);
-      // A chord of many kilometres would dip below the ellipsoid's curve.
+      // A chord of many kilometres would run below the ellipsoid's surface.
       if (straight)
         pose.position.height_m = places[i].height_m + s * (places[i + 1].height_m - places[i].height_m);
     }
@@ -309,10 +309,10 @@ Trajectory Trajectory::from_waypoints(GpsTime start, const std::vector<Waypoint>
     geodesy::check_geodetic(w.place, fmt::format("waypoint {}", i + 1).c_str());
     if (!(w.speed_mps > 0) || !(w.speed_mps <= 1e5)) {
       throw InputError(fmt::format("speed_mps: {} m/s is out of range", w.speed_mps),
-                       "it is above 0 and at most 100000 m/s");
+                       "give a value above 0, at most 100000 m/s");
     }
     if (!(w.hold_s >= 0) || !(w.hold_s <= 1e8))
-      throw InputError(fmt::format("hold_s: {} s is out of range", w.hold_s), "it runs from 0 to 1e8 s");
+      throw InputError(fmt::format("hold_s: {} s is out of range", w.hold_s), "give 0 to 1e8 s");
   }
   Trajectory trajectory(Samples{{start, waypoints.front().place}});
   if (acceleration_mps2 && waypoints.size() > 1) {
@@ -369,7 +369,7 @@ Trajectory Trajectory::smoothed(const std::function<Pose(GpsTime)>& pose) const 
 
 Trajectory Trajectory::fixed(GpsTime start, const Geodetic& place, double duration_s) {
   if (!(duration_s >= 0) || !(duration_s <= 1e9))
-    throw InputError(fmt::format("duration_s: {} s is out of range", duration_s), "it runs from 0 to 1e9 s");
+    throw InputError(fmt::format("duration_s: {} s is out of range", duration_s), "give 0 to 1e9 s");
   std::vector<std::pair<GpsTime, Geodetic>> samples{{start, place}};
   if (start + duration_s > start) samples.emplace_back(start + duration_s, place);
   Trajectory trajectory(std::vector<std::pair<GpsTime, Geodetic>>{samples.front()});

@@ -62,7 +62,7 @@ TEST(TrajectoryCsv, ReadsDatesOfAnyZone) {
   EXPECT_EQ(pose.position.height_m, 6);
   EXPECT_THAT(file.report.lines(), ElementsAre());
   EXPECT_THAT(read(std::string(kHeader) + "2019-04-28T12:58:03,22.3,114.17,5\n", "csv").report.warnings(),
-              ElementsAre(HasSubstr("track.txt:2: time without a zone; taken as UTC")));
+              ElementsAre(HasSubstr("track.txt:2: time without time zone; taken as UTC")));
 }
 
 // 33.5 S, 151.25 E, 100 m in each unit that a name may have.
@@ -89,7 +89,7 @@ TEST(TrajectoryCsv, NamesOfColumnsHaveUnits) {
               ElementsAre(HasSubstr("height above sea level by its column; taken as ellipsoidal")));
 }
 
-// Canyon's own table: the path is the true one, also where there was no fix.
+// Canyon's own table: the path is the true one, also at epochs without a fix.
 TEST(TrajectoryCsv, ReadsEpochsOfARun) {
   const TrajectoryFile file = read(
       "gps_week,gps_tow,fix_latitude_deg,fix_longitude_deg,fix_height_m,status,true_latitude_deg,"
@@ -124,18 +124,18 @@ TEST(TrajectoryCsv, ColumnsOfOtherNamesAreNamed) {
   TrajectoryColumns wrong = columns;
   wrong["latitude"] = "N";
   EXPECT_THAT(refused(wrong, odd),
-              testing::AllOf(HasSubstr("trajectory.columns.latitude: the unit of 'N' is not stated"),
+              testing::AllOf(HasSubstr("trajectory.columns.latitude: the unit of 'N' is missing"),
                              HasSubstr("'N [deg]', or rad, e7")));
   wrong["latitude"] = "lat [rad]";
   EXPECT_THAT(refused(wrong, odd), HasSubstr("no column 'lat [rad]'; there are 'stamp', 'N', 'E', 'alt_mm'"));
   wrong = columns;
   wrong["time"] = "stamp";
-  EXPECT_THAT(refused(wrong, odd), HasSubstr("the unit of the time '250' is not stated"));
+  EXPECT_THAT(refused(wrong, odd), HasSubstr("the unit of the time '250' is missing"));
   wrong.erase("longitude");
   EXPECT_THAT(refused(wrong, odd), HasSubstr("no column 'longitude'"));
 }
 
-// As simulators write them: texts above the header, weeks in cycles of 1,024, radians beside ECEF.
+// As written by simulators: texts above the header, weeks in cycles of 1,024, radians next to ECEF.
 TEST(TrajectoryCsv, ReadsTablesOfSimulators) {
   const std::string ecef = "-481819.3135,5507219.9538,3170373.7354", rad = "0.523598775598,1.658062789395,0";
   for (const std::string& text : std::initializer_list<std::string>{
@@ -178,14 +178,14 @@ TEST(TrajectoryCsv, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(fault("time,latitude,lat_rad,longitude,height\n", "csv"),
               HasSubstr("the columns 'latitude' and 'lat_rad' are both the latitude"));
   EXPECT_THAT(fault("time,latitude,longitude,height\ns,rad,rad,m\n0,0.8,0.2,5\n1,0.8,0.2,5\n", "csv"),
-              testing::AllOf(HasSubstr("track.txt:2: below the header 'rad' is no number"),
+              testing::AllOf(HasSubstr("track.txt:2: 'rad' below the header is not a number"),
                              HasSubstr("latitude_rad")));
   EXPECT_THAT(fault(header + "1975-06-01T00:00:00Z,22.3,114.17,1\n", "csv"), HasSubstr("no line has a time"));
-  EXPECT_THAT(fault(header + "0,22.3,114.17\n", "csv"), HasSubstr("3 columns where the first line has 4"));
+  EXPECT_THAT(fault(header + "0,22.3,114.17\n", "csv"), HasSubstr("3 columns, but the first line has 4"));
   EXPECT_THAT(fault(header + "3,22.3,114.17,1\n2,22.3,114.17,1\n1,22.3,114.17,1\n", "csv"),
               HasSubstr("the times of 2 of 3 points are out of order; sort the points by time"));
   EXPECT_THAT(fault(header + "0,22.3,114.17,1\n2019-04-28T12:58:05Z,22.3,114.17,1\n", "csv"),
-              HasSubstr("another way"));
+              HasSubstr("another format"));
   EXPECT_THAT(fault(header + "yesterday,22.3,114.17,1\n", "csv"), HasSubstr("'yesterday' is not a time"));
   EXPECT_THAT(fault(header + "0,22.3,114.17,1\n", "csv", GpsTime{}), HasSubstr("no start"));
   EXPECT_THAT(fault(header + "15564562,22.3,114.17,1\n", "csv"), HasSubstr("unix_time_ms"));
@@ -195,13 +195,13 @@ TEST(TrajectoryCsv, SaysWhatIsWrongAndWhere) {
               HasSubstr("GPS week '2312.5'"));
   EXPECT_THAT(fault("time,x,y,z\n0,10,20,3\n", "csv"), HasSubstr("from the Earth's centre"));
   EXPECT_THAT(fault("\n", "csv"), HasSubstr("no position"));
-  EXPECT_THAT(fault(header, "csv"), HasSubstr("no line has a time, a place and a height"));
+  EXPECT_THAT(fault(header, "csv"), HasSubstr("no line has a time, a position and a height"));
   EXPECT_THAT(fault(header + "0,22.3,114.17,1\n", "igc"), HasSubstr("'igc' is unknown"));
   EXPECT_THAT(error_of([] { (void)read_trajectory_file("/nowhere/track.csv", "csv", kStart); }).what(),
               HasSubstr("/nowhere/track.csv"));
 }
 
-// A record without values is passed over, a damaged one costs itself and is told.
+// A record without values is skipped; a damaged one is lost and reported.
 TEST(TrajectoryCsv, OneWrongRecordCostsOneRecord) {
   for (const auto& [wrong, told] :
        std::initializer_list<std::pair<const char*, bool>>{{"7,,,", true},
@@ -340,7 +340,7 @@ TEST(TrajectoryNmea, ReadsPositionAndEllipsoidalHeight) {
   EXPECT_NEAR(pose.position.height_m, 545.4 + 46.9, 1e-9);
 }
 
-// The same places as the trajectory's, and no others.
+// Only the positions of the trajectory.
 TEST(TrajectoryNmea, FixesAreThoseOfTheLines) {
   const TemporaryFolder folder;
   const RecordedPath own =
@@ -455,7 +455,7 @@ TEST(TrajectoryCases, NmeaOfLoggersTalkersAndTwoDimensions) {
   const TrajectoryFile two = read_case("nmea-two-talkers/two.nmea", "nmea");
   expect_path(two, kCases, 5, 48.00025, 547);
   EXPECT_THAT(two.report.lines(),
-              ElementsAre(HasSubstr("point that repeats the time of the one before (the first of 6)")));
+              ElementsAre(HasSubstr("point that repeats the time of the previous one (the first of 6)")));
   const TrajectoryFile one = read_case("nmea-gga-no-altitude/one.nmea", "nmea");
   expect_path(one, kCases, 5, 48.00025, 547);
   EXPECT_THAT(one.report.warnings(), ElementsAre(HasSubstr("fix without an altitude; left out")));
@@ -470,7 +470,7 @@ TEST(TrajectoryCases, TextOfOfficeProgramsIsRead) {
     expect_path(read_case(std::string("text-bom/") + name + ".csv", "csv"), kCases, 2, 48.00002, 547);
 }
 
-// Motion files of gps-sdr-sim have no header that says what their numbers are.
+// Motion files of gps-sdr-sim have no header that defines their columns.
 TEST(TrajectoryCases, EcefWithoutAHeaderIsRefused) {
   EXPECT_THAT(error_of([] { (void)read_case("csv-ecef/motion.csv", "csv", {}, kCases); }).what(),
               testing::AllOf(HasSubstr("motion.csv:1: has no header"), HasSubstr("trajectory.columns")));
@@ -478,7 +478,7 @@ TEST(TrajectoryCases, EcefWithoutAHeaderIsRefused) {
 
 TEST(TrajectoryCases, PausesAreSaidAndNotCovered) {
   const TrajectoryFile file = read_case("gpx-pause/pause.gpx", "gpx");
-  EXPECT_THAT(file.report.warnings(), testing::Contains(HasSubstr("pauses 1 time, at most 3591 s")));
+  EXPECT_THAT(file.report.warnings(), testing::Contains(HasSubstr("has 1 pause, the longest of 3591 s")));
   EXPECT_TRUE(file.trajectory.covers(kCases + 9));
   EXPECT_FALSE(file.trajectory.covers(kCases + 9.5));
   EXPECT_FALSE(file.trajectory.covers(kCases + 3599.9));
@@ -494,7 +494,7 @@ TEST(TrajectoryCases, GpxHeightsTakeTheGeoid) {
   EXPECT_THAT(plain.report.warnings(), testing::Contains(HasSubstr("geoid undulation, 47.0 m, is added")));
 }
 
-// A straight way north, one point a second: what each kind of file says of it.
+// A straight path north, one point a second: the report of each kind of file.
 constexpr int kStraight = 10;
 std::string straight_line(int i, const char* pattern) {
   return fmt::format(fmt::runtime(pattern), fmt::arg("i", i), fmt::arg("lat", 48 + 1e-4 * i),
@@ -563,7 +563,7 @@ const Format kFormats[] = {
 struct Sample {
   double latitude_deg, longitude_deg;
   const char* height = "547";
-  std::string time = {};  ///< ISO 8601; empty: that of its number
+  std::string time = {};  ///< ISO 8601; empty: from its number
 };
 std::string written(const Format& format, int i, const Sample& of) {
   const std::string time = of.time.empty() ? fmt::format("2024-05-01T10:00:1{}Z", i) : of.time;
@@ -589,7 +589,7 @@ TEST(TrajectoryFile, ValuesThatStandForNoneCostThemselvesAlone) {
       {{48, 11, "547", "1980-01-06T00:00:07Z"}, "time before 1981"},
       {{48, 11, "-9999"}, ""},
       {{48, 11, "-32768.0"}, ""},
-      // A clock that is wrong once, at the head, in the middle or at the end.
+      // A clock that is wrong once, at the start, in the middle or at the end.
       {{48, 11, "547", "2031-05-01T10:00:00Z"}, "time is out of order"},
       {{48, 11, "547", "1999-08-22T00:00:00Z"}, "time is out of order"}};
   for (const Format& format : kFormats) {
@@ -609,7 +609,7 @@ TEST(TrajectoryFile, ValuesThatStandForNoneCostThemselvesAlone) {
         EXPECT_THAT(file.report.warnings(), Contains(HasSubstr(told)));
       }
     }
-    // Most of a log may be of the time before the first fix.
+    // Most of a log may be from the time before the first fix.
     std::string text = format.head;
     for (int i = 0; i < 15; ++i) text += written(format, i % 10, {0, 0});
     for (int i = 0; i < kStraight; ++i) text += written(format, i, {48 + 1e-4 * i, 11});
@@ -630,7 +630,7 @@ TEST(TrajectoryCsv, AnotherHeaderHoldsFromThere) {
   const TrajectoryFile file = read(text, "");
   expect_straight(file, 547);
   EXPECT_THAT(file.report.lines(),
-              ElementsAre(HasSubstr("track.txt:5: another header (the first of 2); its columns hold from")));
+              ElementsAre(HasSubstr("track.txt:5: another header (the first of 2); its columns apply from")));
 }
 
 // As Matlab, numpy.savetxt and rostopic echo -p write tables.
@@ -668,7 +668,7 @@ TEST(TrajectoryNmea, ALeapSecondIsAnInstant) {
     text += fmt::format("$GPGGA,{},4800.0000,N,01100.0000,E,1,10,0.9,500.0,M,47.0,M,,\n", time);
   const TrajectoryFile file = read(text, "nmea");
   EXPECT_THAT(file.report.lines(), ElementsAre());
-  // 17 leap seconds before that one, 18 behind it.
+  // 17 leap seconds before that one, 18 after it.
   EXPECT_EQ(file.trajectory.begin(), parse_time("2017-01-01T00:00:14 GPST"));
   EXPECT_EQ(file.trajectory.end(), parse_time("2017-01-01T00:00:19 GPST"));
 }

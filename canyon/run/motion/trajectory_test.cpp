@@ -57,7 +57,7 @@ TEST(Trajectory, PassesThroughItsSamplesExactly) {
   }
 }
 
-// Closed form: third derivative of a circle is v^3/r^2; bounds as the header states them.
+// Closed form: third derivative of a circle is v^3/r^2; bounds as documented in the header.
 TEST(Trajectory, FollowsACircleWithinTheStatedBound) {
   const Circle circle;
   for (const double h : {0.5, 1.0, 2.0}) {
@@ -121,7 +121,7 @@ TEST(Trajectory, UnevenSamplesOfAStraightDriveGiveItsSpeed) {
 
 TEST(Trajectory, BridgesLongGapsStraight) {
   const geodesy::LocalFrame frame(kPlace);
-  // Northwards at 10 m/s, a gap of 10 s over which 100 m east are covered, then northwards again.
+  // Northwards at 10 m/s, a gap of 10 s during which it moves 100 m east, then northwards again.
   std::vector<std::pair<GpsTime, Geodetic>> samples;
   for (int i = 0; i < 4; ++i) samples.emplace_back(kStart + i, frame.geodetic_from_local({0, 10.0 * i, 0}));
   for (int i = 0; i < 4; ++i)
@@ -139,7 +139,7 @@ TEST(Trajectory, BridgesLongGapsStraight) {
 
 TEST(Trajectory, HoldsItsYawAtStandstill) {
   const geodesy::LocalFrame frame(kPlace);
-  // Stands 5 s, drives to the south-west 5 s, stands 5 s with a millimetre of jitter.
+  // Stationary for 5 s, drives to the south-west for 5 s, stationary for 5 s with a millimetre of jitter.
   std::vector<std::pair<GpsTime, Geodetic>> samples;
   const double step = 10 / std::sqrt(2.0);
   for (int i = 0; i <= 15; ++i) {
@@ -185,7 +185,7 @@ TEST(Trajectory, WaypointsGiveStraightLegsAtConstantSpeed) {
 }
 
 TEST(Trajectory, LongLegsStayAboveTheEllipsoid) {
-  // 1 degree of longitude at the equator: a chord of 111 km dips 240 m in the middle.
+  // 1 degree of longitude at the equator: a chord of 111 km is 240 m lower in the middle.
   const Trajectory trajectory = Trajectory::from_waypoints(
       kStart,
       {Waypoint{Geodetic::from_degrees(0, 10, 100), 100}, Waypoint{Geodetic::from_degrees(0, 11, 300), 100}},

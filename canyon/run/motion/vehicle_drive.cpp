@@ -20,15 +20,15 @@ void check_waypoints(const std::vector<Vector3d>& waypoints, const VehicleDrive:
   for (std::size_t i = 0; i < waypoints.size(); ++i) {
     if (!(waypoints[i].norm() <= 1e7)) {
       throw InputError(fmt::format("waypoint {} is not finite, or more than 10000 km away", i + 1),
-                       "waypoints are metres in the world's frame");
+                       "give waypoints in metres in the world's frame");
     }
   }
   if (!(options.speed_mps > 0) || !(options.speed_mps <= 1e5)) {
     throw InputError(fmt::format("speed_mps: {} m/s is out of range", options.speed_mps),
-                     "it is above 0 and at most 100000 m/s");
+                     "give a value above 0, at most 100000 m/s");
   }
   if (!(options.hold_s >= 0) || !(options.hold_s <= 1e8))
-    throw InputError(fmt::format("hold_s: {} s is out of range", options.hold_s), "it runs from 0 to 1e8 s");
+    throw InputError(fmt::format("hold_s: {} s is out of range", options.hold_s), "give 0 to 1e8 s");
 }
 
 }  // namespace
@@ -54,7 +54,7 @@ VehicleDrive VehicleDrive::along_waypoints(const std::vector<Vector3d>& waypoint
   if (options.loop) arrive(waypoints_m.front());
   drive.end_s_ = time_s;
 
-  // Each leg's yaw; legs without one hold the last, or look where the first one that has will go.
+  // Each leg's yaw; legs without one hold the last, or have that of the first leg with one.
   std::optional<double> yaw;
   std::size_t looking_ahead = 0;
   for (std::size_t i = 0; i < drive.stops_.size(); ++i) {
@@ -77,7 +77,7 @@ VehicleDrive VehicleDrive::along_trajectory(const Trajectory& trajectory, geodes
   drive.end_s_ = trajectory.end() - start;
   if (drive.end_s_ < 0) {
     throw InputError(fmt::format("the drive ended {:.3f} s before the world's time 0", -drive.end_s_),
-                     "check <start>, or leave it out: then the drive begins at the world's time 0");
+                     "check <start>, or leave it out to begin the drive at the world's time 0");
   }
   const double distance_m = world.local_from_geodetic(trajectory.at(trajectory.begin()).position).norm();
   if (distance_m > kMaxDistanceFromWorld_m) {

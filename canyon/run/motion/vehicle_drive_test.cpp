@@ -31,7 +31,7 @@ TEST(VehicleDrive, FollowsWaypointsAtOneSpeed) {
   };
   const double first = std::atan2(4, 3);
   const Vector3d zero = Vector3d::Zero();
-  expect(-3, kPath[0], zero, first);  // looks where it will go
+  expect(-3, kPath[0], zero, first);  // has the heading of its first leg
   expect(0.5, kPath[0], zero, first);
   expect(2, {1 + 1.2, 2 + 1.6, 0.5}, {1.2, 1.6, 0}, first);
   expect(4, kPath[1], zero, first);

@@ -8,7 +8,7 @@
 #include "canyon/run/motion/track_file.hpp"
 #include "tests/support/simulation_support.hpp"
 
-// Tracks of recorders that lose power, and what GPX and KML say beside places.
+// Tracks of recorders that lose power, and content of GPX and KML other than positions.
 namespace canyon::simulation::xml_tags_test {
 namespace {
 
@@ -73,7 +73,7 @@ TEST_F(TrackFiles, ReadsACutFileToItsLastWholePoint) {
 
 TEST_F(TrackFiles, TimesWithoutAZoneAndBlanksBehindCommas) {
   EXPECT_THAT(read(gpx(point(0, "", "") + point(1, "", ""))).report.warnings(),
-              Contains(HasSubstr("time without a zone (the first of 2); taken as UTC")));
+              Contains(HasSubstr("time without time zone (the first of 2); taken as UTC")));
   const RecordedPath line =
       read("<kml><LineString><coordinates>11.0, 48.0, 500\n 11.0, 48.1, 501</coordinates></LineString></kml>",
            "kml");

@@ -1,4 +1,4 @@
-// Samples of antennas that are side by side: phase differences give the directions that signals come from.
+// Samples of adjacent antennas: phase differences give the directions of arrival of signals.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,8 +20,8 @@ constexpr double kTurn = 2 * geodesy::kPi;
 constexpr double kWavelength_m = geodesy::kSpeedOfLight / gnss::kL1_hz;
 constexpr double kApart_m = 0.1, kWall_m = 30;
 
-/// Leaves direct paths, of one satellite or all; where there is a wall, of it what a wall 30 m west of the
-/// origin reflects.
+/// Keeps the direct paths of one satellite or of all; with a wall, its reflections by a wall 30 m west of the
+/// origin.
 class Around final : public disturbance::Disturbance {
  public:
   Around(int only, int reflected) : only_(only), reflected_(reflected) {}
@@ -38,7 +38,7 @@ class Around final : public disturbance::Disturbance {
   int only_, reflected_;
 };
 
-/// Three antennas of half a second: at the origin, 0.1 m ahead of it and 0.1 m to the left.
+/// Half a second of three antennas: at the origin, 0.1 m ahead of it and 0.1 m to the left.
 simulation::Simulation simulate(int only, int reflected) {
   std::string text =
       "city: {open: true, origin: {latitude_deg: 48, longitude_deg: 11, height_m: 500}}\n"
@@ -92,7 +92,7 @@ struct Direction {
   std::array<double, 2> found{}, expected{}, sigma{};  ///< along both baselines [1]
 };
 
-/// Directions of all satellites above 5 degrees, or of one. @param reflected the satellite whose echo arrives
+/// Directions of all satellites above 5 degrees, or of one. @param reflected the satellite with a reflection
 std::vector<Direction> directions(int reflected) {
   const simulation::Simulation simulation = simulate(0, reflected);
   Recorder a(simulation, 0, true), b(simulation, 1, true), c(simulation, 2, true);
@@ -109,7 +109,7 @@ std::vector<Direction> directions(int reflected) {
                                            {gnss::System::GPS, static_cast<std::uint8_t>(number)},
                                            simulation.begin() + 0.25, a.last.truth_ecef);
     if (!line || line->elevation_rad < geodesy::radians(5.0)) continue;
-    // The first antenna's samples of this satellite alone are the replica.
+    // The first antenna's samples with only this satellite are the replica.
     const simulation::Simulation alone = simulate(number, reflected);
     Recorder replica(alone, 0, false);
     (void)alone.run({&replica});
@@ -165,7 +165,7 @@ TEST(Antennas, AReflectionThatStandsAloneHasItsOwnDirection) {
   const std::vector<Direction> all = directions(9);
   ASSERT_EQ(all.size(), 1U);
   const Direction& each = all.front();
-  EXPECT_LT(each.expected[0], -0.3);  // from the west, where the wall is
+  EXPECT_LT(each.expected[0], -0.3);  // from the west, the side of the wall
   for (std::size_t i = 0; i < 2; ++i) {
     EXPECT_LT(each.sigma[i], 0.02);
     EXPECT_NEAR(each.found[i], each.expected[i], 4 * each.sigma[i] + 0.002) << i;

@@ -3,11 +3,11 @@
 #include <cstdint>
 
 /// Parameters of each satellite's spreading codes from the interface documents. Octal and hexadecimal numbers
-/// stand as in the documents. For spreading_codes.cpp alone.
+/// are written as in the documents. Only for spreading_codes.cpp.
 namespace canyon::samples {
 
-/// Shift between the two copies of a Legendre sequence, and where the code begins (BeiDou) or where seven
-/// chips are inserted (L1C), counted from 1.
+/// Shift between the two copies of a Legendre sequence, and the first chip of the code (BeiDou) or of seven
+/// inserted chips (L1C), counted from 1.
 struct WeilCode {
   std::uint16_t shift, point;
 };

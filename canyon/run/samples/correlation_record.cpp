@@ -46,7 +46,7 @@ CorrelationRecord::CorrelationRecord(const simulation::Simulation& simulation, O
   const auto satellites = simulation.environment().sky().satellites();
   if (std::find(satellites.begin(), satellites.end(), options_.satellite) == satellites.end()) {
     throw InputError(fmt::format("the sky has no satellite {}", gnss::to_string(options_.satellite)),
-                     "satellites.csv of canyon simulate lists those that it has");
+                     "satellites.csv of canyon simulate lists its satellites");
   }
   series_.satellite = options_.satellite;
   series_.signal = signal_->name;
@@ -61,7 +61,7 @@ CorrelationRecord::CorrelationRecord(const simulation::Simulation& simulation, O
                                          std::greater_equal<>()) == series_.delays_m.end();
   const bool finite = std::all_of(series_.delays_m.begin(), series_.delays_m.end(),
                                   [](double delay) { return std::abs(delay) <= 1e6; });
-  if (!ascend || !finite) throw InputError("the delays do not ascend, or are beyond 1000 km", "give metres");
+  if (!ascend || !finite) throw InputError("the delays are not ascending or exceed 1000 km", "give metres");
 }
 
 void CorrelationRecord::write(const simulation::Epoch& epoch) {

@@ -26,8 +26,8 @@ constexpr std::size_t kBlocksAtOnce = 64;
 /// Paths of less than this C/N0 [Hz] are left out.
 constexpr double kLeastCn0_hz = 1;
 
-/// Complex noise of power 1, flat within a band of this width about 0 Hz, the same at the same time:
-/// independent values 1 / width apart through low_pass(), in its kPhases phases.
+/// Complex noise of power 1, flat within a band of this width about 0 Hz, a function of time: independent
+/// values 1 / width apart, interpolated by low_pass() in its kPhases phases.
 class BandNoise {
  public:
   BandNoise(std::uint64_t key, double begin_s, double end_s, double width_hz)
@@ -45,7 +45,7 @@ class BandNoise {
     static const std::vector<float> taps = low_pass(kPhases, 0.45, 0.55);
     const std::int64_t middle = static_cast<std::int64_t>(taps.size() / 2);
     const auto at = std::llround((seconds * width_hz_ - static_cast<double>(first_)) * kPhases) + middle;
-    // The values that lie within the filter's length.
+    // The values within the filter's length.
     std::int64_t tap = at % kPhases;
     Complex sum;
     for (std::int64_t k = at / kPhases; tap < static_cast<std::int64_t>(taps.size()); --k, tap += kPhases)
@@ -56,7 +56,7 @@ class BandNoise {
 
  private:
   static constexpr int kPhases = 64;
-  static constexpr std::int64_t kReach = 20;  // steps of half of the filter, and one
+  static constexpr std::int64_t kReach = 20;  // half the filter's length in steps, plus one
 
   double width_hz_;
   std::int64_t first_;
@@ -131,7 +131,7 @@ struct Generator::State {
       }
       if (paths.empty()) continue;
       const double base = std::floor(lowest);
-      // Beyond the end for the last samples that are made together.
+      // Extends beyond the end, for the last batch of samples.
       const auto length =
           static_cast<std::size_t>(highest - base) + 2 + static_cast<std::size_t>(kMostSlots) * kLanes;
       signal.waveform->send(static_cast<std::int64_t>(base), length, slots);
@@ -169,8 +169,8 @@ struct Generator::State {
             add_tone(centre_hz * begin_s, centre_hz / made.rate_hz, amplitude, out);
           break;
         case propagation::Spectrum::Shape::Chirp: {
-          // An oscillator that runs free begins each sweep at another phase: with one phase the sweeps would
-          // have lines, which most satellites' code lines miss.
+          // A free-running oscillator starts each sweep at another phase: with a constant phase the sweeps
+          // would have spectral lines, which most satellites' code lines miss.
           double sweep = std::numeric_limits<double>::quiet_NaN(), start_cycles = 0;
           add([&](double t) {
             const double index = std::floor(t / spectrum.period_s);
@@ -204,12 +204,12 @@ struct Generator::State {
           break;
         }
         case propagation::Spectrum::Shape::Code:
-          break;  // a copy: its satellite's view has its path
+          break;  // a copy: the path is in its satellite's view
       }
     }
   }
 
-  /// @param first of the block @param at where its samples begin behind the history
+  /// @param first of the block @param at index of its samples after the history
   void filter(std::size_t first, std::size_t samples, std::size_t at, SampleBlock& block) const {
     assert(at + per_sample * (samples - 1) + taps.size() <= unfiltered_re.size());
     block.clear(samples);
@@ -228,7 +228,7 @@ struct Generator::State {
       const auto samples_of = [&](std::size_t i) { return std::min(size, end - sample - i * size); };
       const std::size_t all = std::min(end - sample, count * size);
       if (!taps.empty()) {
-        // The last sums reach over the taps that are zeros.
+        // The last sums include the taps that are zero.
         unfiltered_re.resize(history + all * per_sample + kLanes);
         unfiltered_im.resize(history + all * per_sample + kLanes);
       }
@@ -259,25 +259,25 @@ struct Generator::State {
     }
   }
 
-  /// Time of a sample that is made.
+  /// Time of a computed sample.
   [[nodiscard]] double made_s(std::size_t number) const {
     return *first_s + static_cast<double>(number) / made.rate_hz + lead_s;
   }
 
   FrontEnd front_end;
-  FrontEnd made;               // what is made: without a filter front_end, else what comes to the filter
-  std::size_t per_sample = 1;  // of them
-  std::vector<float> taps;     // of the filter, from both ends alike but for zeros; empty: none
-  std::size_t history = 0;     // samples before one that the filter takes
-  double lead_s = 0;           // by which they are made ahead of the filter's delay
+  FrontEnd made;               // the computed samples: without a filter front_end, else the filter's input
+  std::size_t per_sample = 1;  // computed samples per output sample
+  std::vector<float> taps;     // of the filter, symmetric except for zeros; empty: none
+  std::size_t history = 0;     // samples before one that the filter needs
+  double lead_s = 0;           // by which samples are computed ahead, for the filter's delay
   std::unique_ptr<PathInterpolator> interpolator;
   tbb::task_arena arena;
   std::size_t block_samples = 0;
 
   std::optional<double> first_s;  // reading of the first sample
-  std::size_t sample = 0;         // that comes next
+  std::size_t sample = 0;         // number of the next one
   std::vector<SampleBlock> blocks{kBlocksAtOnce};
-  std::vector<float> unfiltered_re, unfiltered_im;  // history, then those of the blocks
+  std::vector<float> unfiltered_re, unfiltered_im;  // history, then the blocks
 };
 
 Generator::Generator(const receiver::ReceiverOptions& options, std::uint64_t seed,

@@ -1,4 +1,4 @@
-// Time that samples take: satellites of six paths each under an open sky, 4 Msps.
+// Time to compute samples: satellites of six paths each under an open sky, 4 Msps.
 #include "canyon/run/samples/generator.hpp"
 
 #include <benchmark/benchmark.h>
@@ -14,7 +14,7 @@
 namespace canyon::samples {
 namespace {
 
-/// Five echoes beside each direct path.
+/// Five reflections in addition to each direct path.
 class Echoes final : public disturbance::Disturbance {
  public:
   void apply(const propagation::Antenna& /*antenna*/, propagation::Arrival& arrival) override {
@@ -49,7 +49,7 @@ class Samples final : public simulation::EpochSink {
   std::size_t made = 0;
 };
 
-/// range(0): 1 with Galileo beside GPS; range(1): threads.
+/// range(0): 1 with Galileo in addition to GPS; range(1): threads.
 void four_seconds(benchmark::State& state) {
   simulation::Scenario scenario = simulation::parse_scenario(
       std::string("city: {open: true, origin: {latitude_deg: 48, longitude_deg: 11, height_m: 500}}\n"
@@ -87,7 +87,7 @@ BENCHMARK(four_seconds)
     ->UseRealTime()
     ->MeasureProcessCPUTime();
 
-/// A path alone: range(0): 1 where its slots are complex.
+/// A single path: range(0): 1 if its slots are complex.
 void path_of_a_millisecond(benchmark::State& state) {
   Slots slots{std::vector<float>(1300, 1), {}};
   if (state.range(0) != 0) slots.im = slots.re;

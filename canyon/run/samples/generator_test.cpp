@@ -1,4 +1,4 @@
-// Samples against what Canyon's own receiver measures of the same arrivals.
+// Samples compared with the measurements of Canyon's own receiver of the same arrivals.
 #include "canyon/run/samples/generator.hpp"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ using geodesy::kSpeedOfLight;
 using propagation::PathKind;
 constexpr double kTurn = 2 * geodesy::kPi;
 
-/// Leaves one satellite, with its direct path or with the one over a wall 30 m west of the origin.
+/// Keeps one satellite, with its direct path or with the one over a wall 30 m west of the origin.
 class OneWay final : public disturbance::Disturbance {
  public:
   OneWay(gnss::SatelliteId id, bool wall) : id_(id), wall_(wall) {}
@@ -101,9 +101,8 @@ simulation::Simulation simulate(const Setting& setting) {
 }
 constexpr gnss::SatelliteId kHigh{gnss::System::GPS, 15}, kEast{gnss::System::GPS, 9};
 
-/// The result of a correlator about a measurement: amplitude with the measurement's phase taken off, and how
-/// far off the code is [m], by the samples that have the sign of another chip. Early and late are half a chip
-/// off.
+/// The result of a correlator near a measurement: amplitude with the measurement's phase removed, and the
+/// code error [m], by the samples that have the sign of another chip. Early and late are half a chip away.
 struct Found {
   std::complex<double> prompt, early, late;
   double delay_m = 0;
@@ -181,7 +180,8 @@ void expect_as_measured(const Setting& setting, double truth_rate_hz, FrontEnd f
     EXPECT_NEAR(std::arg(found.prompt) / kTurn, 0, 2e-3) << into_s;
     const double cn0_dbhz = *satellites[0].cn0_dbhz;
     if (front_end.bandwidth_hz > 0) {
-      // The density of the noise is 2 over the filter's noise bandwidth; of the code a share is left.
+      // The density of the noise is 2 over the filter's noise bandwidth; a fraction of the code's power is
+      // left.
       const double rate_hz = kOversampling * front_end.rate_hz, half_hz = front_end.bandwidth_hz / 2;
       const std::vector<float> taps =
           low_pass(rate_hz, half_hz, std::min(2 * kStop * half_hz, front_end.room_hz()));
@@ -287,9 +287,9 @@ TEST(Generator, NoiseIsOfDeviationOneAndTheBytesDoNotDependOnThreads) {
 struct Wave {
   propagation::Spectrum spectrum;
   double power_dbw = -120;
-  bool alone = true;  ///< no satellites beside it
+  bool alone = true;  ///< no satellites
 };
-/// Adds a wave to what arrives.
+/// Adds a wave to the arrivals.
 class Jammer final : public disturbance::Disturbance {
  public:
   explicit Jammer(Wave wave) : wave_(std::move(wave)) {}
@@ -304,7 +304,7 @@ class Jammer final : public disturbance::Disturbance {
   Wave wave_;
 };
 
-/// Samples of a run of `made` beside the jammer.
+/// Samples of a run of `made`, with the jammer.
 std::vector<std::complex<float>> jammed(simulation::Scenario made, const Wave& wave,
                                         const FrontEnd& front_end, int threads = 0) {
   made.receivers[0].disturbances.push_back(
@@ -315,7 +315,7 @@ std::vector<std::complex<float>> jammed(simulation::Scenario made, const Wave& w
   return recorded.values;
 }
 
-/// Mean power of the samples from `first` on, of their real parts alone where `real`.
+/// Mean power of the samples from `first` on, only of their real parts if `real`.
 double power_of(const std::vector<std::complex<float>>& values, std::size_t first = 0, bool real = false) {
   double sum = 0;
   for (std::size_t n = first; n < values.size(); ++n) {
@@ -374,8 +374,8 @@ TEST(Generator, JammersHaveTheirPowerWithinTheBand) {
     EXPECT_NEAR(power / (over_noise_hz * 2 / front_end.rate_hz), each.share, 0.04)
         << static_cast<int>(each.shape) << ' ' << each.offset_hz << ' ' << each.width_hz;
     if (each.shape == Shape::Tone || each.share < 1) continue;
-    // A flat spectrum has the autocorrelation sin(x) / x, x = pi width times the lag; sweeps have nothing in
-    // common.
+    // A flat spectrum has the autocorrelation sin(x) / x, x = pi width times the lag; sweeps are
+    // uncorrelated.
     const bool flat = each.shape == Shape::Band;
     const std::size_t lag = flat ? 2 : 40;
     std::complex<double> later;
@@ -388,7 +388,7 @@ TEST(Generator, JammersHaveTheirPowerWithinTheBand) {
   }
 }
 
-/// Samples of a tone so far from the band's centre, and nothing else.
+/// Samples of only a tone at this distance from the band's centre.
 std::vector<std::complex<float>> tone(double offset_hz, const FrontEnd& front_end, int threads = 0) {
   propagation::Spectrum spectrum;
   spectrum.shape = propagation::Spectrum::Shape::Tone;
@@ -412,12 +412,12 @@ TEST(Generator, WhatIsBeyondTheFiltersBandDoesNotFoldBack) {
     for (const double hz : {-1.25e6, 1.25e6}) {
       EXPECT_NEAR(10 * std::log10(power_of(tone(hz, front_end), kFilled, real) / within), 0, 0.05) << hz;
     }
-    // At the rate's multiples, where samples without a filter do not tell it from the band's centre, beyond
-    // the frequencies that are made, and beside the band.
+    // At the rate's multiples, where samples without a filter cannot distinguish it from the band's centre,
+    // beyond the computed frequencies, and next to the band.
     for (const double hz : {-1.9e6, 1.9e6, 3.7e6, 4e6, -4e6, 7.5e6, 8e6, 12e6, 16.3e6}) {
       EXPECT_LT(power_of(tone(hz, front_end), kFilled, real), 1e-6 * within) << hz;
     }
-    // One tone from block to block, of whatever threads.
+    // One tone from block to block, on any threads.
     const std::vector<std::complex<float>> one = tone(0.3e6, front_end, 1), two = tone(0.3e6, front_end, 2);
     EXPECT_TRUE(one == two);
     if (real) continue;
@@ -481,7 +481,7 @@ TEST(Generator, RefusesWhatItCannotSample) {
     front_end.intermediate_hz = hz;
     EXPECT_THROW(front_end.validate(), InputError) << hz;
   }
-  // A filter's edges need room.
+  // A filter's edges need space.
   front_end = {};
   for (const auto& [hz, bandwidth_hz, fits] : {std::tuple{0.0, 3.6e6, true},
                                                {0.0, 3.7e6, false},

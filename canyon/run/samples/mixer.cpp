@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kRadians = 2 * geodesy::kPi;
 
-/// kLanes samples of a carrier, and what turns them into the next ones.
+/// kLanes samples of a carrier, and the factor that rotates them to the next ones.
 struct Carrier {
   alignas(64) std::array<float, kLanes> re, im;
   float turn_re, turn_im;
@@ -118,7 +118,7 @@ std::array<float, kNoiseSteps> noise_table() {
   std::array<double, kNoiseSteps> values{};
   double power = 0;
   for (std::size_t i = 0; i < kNoiseSteps / 2; ++i) {
-    // Where the upper tail is (i + 1/2) / steps, by bisection.
+    // The value with an upper tail of (i + 1/2) / steps, by bisection.
     const double tail = (static_cast<double>(i) + 0.5) / kNoiseSteps;
     double low = 0, high = 8;
     for (int k = 0; k < 50; ++k) {
@@ -257,7 +257,7 @@ void FrontEnd::validate() const {
   }
   if (bandwidth_hz == 0) return;
   if (!(bandwidth_hz >= rate_hz / 50 && kStopLeast * bandwidth_hz <= room_hz())) {
-    throw InputError(fmt::format("a filter of {} Hz needs {} Hz to either side, and {} Hz are there",
+    throw InputError(fmt::format("a filter of {} Hz needs {} Hz on either side, but only {} Hz are available",
                                  bandwidth_hz, kStopLeast * bandwidth_hz, room_hz()),
                      fmt::format("give {} to {} Hz{}", rate_hz / 50, room_hz() / kStopLeast,
                                  room_hz() < rate_hz / (real ? 4 : 2)
@@ -285,7 +285,7 @@ std::vector<float> low_pass(double rate_hz, double pass_hz, double stop_hz) {
   const double beta = 0.1102 * (kStopped_db - 8.7);
   const double transition = 2 * geodesy::kPi * (stop_hz - pass_hz) / rate_hz;
   const int half = static_cast<int>(std::ceil((kStopped_db - 7.95) / (2.285 * transition) / 2));
-  const double edge = (pass_hz + stop_hz) / rate_hz;  // half of the amplitude, cycles per sample, twice
+  const double edge = (pass_hz + stop_hz) / rate_hz;  // twice the half-amplitude frequency [cycles/sample]
   std::vector<double> exact;
   double energy = 0;
   for (int k = -half; k <= half; ++k) {

@@ -7,11 +7,11 @@
 #include "canyon/base/random.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
-// The loops over samples. A block is split in real and imaginary parts, padded to a multiple of kLanes.
+// The loops over samples. A block has separate real and imaginary parts, padded to a multiple of kLanes.
 
 namespace canyon::samples {
 
-/// Samples that are made together.
+/// Samples that are computed together.
 inline constexpr std::size_t kLanes = 16;
 /// Largest step of a code [slots per sample].
 inline constexpr double kMostSlots = 15;
@@ -23,7 +23,7 @@ struct SampleBlock {
   void clear(std::size_t samples);
 };
 
-/// A satellite's signal during a block, one value a slot (a part of a chip). `im` is empty where it is real.
+/// A satellite's signal during a block, one value per slot (a part of a chip). `im` is empty if it is real.
 struct Slots {
   std::vector<float> re, im;
 };
@@ -35,9 +35,9 @@ struct PathBlock {
   double amplitude = 0;
 };
 
-/// Adds a path. The code's oscillator counts 2^-32 slots (its rate is off by up to 2^-33 slots a sample), the
-/// carrier's is a complex product every kLanes samples in single precision: 1e-5 rad after 4,000 samples.
-/// `slots` must reach kLanes samples beyond the block.
+/// Adds a path. The code's oscillator counts 2^-32 slots (its rate error is up to 2^-33 slots a sample); the
+/// carrier's is a complex product every kLanes samples in single precision: 1e-5 rad error after 4,000
+/// samples. `slots` must extend kLanes samples beyond the block.
 void add_path(const Slots& slots, const PathBlock& path, SampleBlock& block);
 
 /// Adds a complex exponential.
@@ -50,60 +50,61 @@ void turn(double cycles, double cycles_per_sample, SampleBlock& block);
 void decimate(const float* in, const std::vector<float>& taps, std::size_t step, std::size_t samples,
               float* out);
 
-/// A stream of a key; neighbours have nothing in common.
+/// The random stream of a key; neighbouring keys have independent streams.
 [[nodiscard]] RandomStream keyed_stream(std::uint64_t key);
 
-/// Adds white noise of standard deviation 1 in each part: the sum of two table values of 12 bits each, up to
-/// 4.9, kurtosis 3 within 0.01. @param key alike: the same noise
+/// Adds white noise of standard deviation 1 in each part: the sum of two table values of 12 bits each, up
+/// to 4.9, kurtosis 3 within 0.01. @param key equal keys give equal noise
 void add_noise(std::uint64_t key, SampleBlock& block);
 
-/// Interleaved samples times `gain`: to the nearest integer, at most +-the largest one; floats as they are.
+/// Interleaved samples times `gain`: to the nearest integer, limited to +-the largest one; floats are not
+/// rounded.
 /// @param out std::int8_t, std::int16_t or float
 template <typename Value>
 void quantise(const SampleBlock& block, std::size_t samples, float gain, Value* out);
-/// The same of one part.
+/// The same for one part.
 template <typename Value>
 void quantise(const float* part, std::size_t samples, float gain, Value* out);
 
-/// The receiver of samples up to its converter.
+/// The front end of a receiver, up to its converter.
 struct FrontEnd {
-  double centre_hz = gnss::kL1_hz;  ///< of the band; comes out at intermediate_hz
+  double centre_hz = gnss::kL1_hz;  ///< of the band; output at intermediate_hz
   double intermediate_hz = 0;       ///< within the frequencies of the samples
   double rate_hz = 4e6;             ///< samples per second, [1e6, 200e6]
   bool real = false;  ///< samples of one part (SampleBlock::re), of the frequencies (0, rate_hz / 2)
-  /// Two-sided, of a filter in front of the converter [Hz], within [rate_hz / 50, rate_hz / 1.1] and so that
-  /// kStopLeast of it fits to either side of the intermediate frequency; 0: none, and what is beyond the
-  /// band folds back.
+  /// Two-sided bandwidth of a filter before the converter [Hz], within [rate_hz / 50, rate_hz / 1.1];
+  /// kStopLeast of it must fit on either side of the intermediate frequency. 0: none; outside the band is
+  /// aliased.
   double bandwidth_hz = 0;
   bool noise = true;  ///< its thermal noise
 
-  /// The frequency that comes out at 0 Hz.
+  /// The frequency that is converted to 0 Hz.
   [[nodiscard]] double zero_hz() const { return centre_hz - intermediate_hz; }
-  /// The band that samples can tell apart: rate_hz about zero_hz(), of real ones rate_hz / 2 above it.
+  /// The unambiguous band of the samples: rate_hz about zero_hz(); for real samples rate_hz / 2 above it.
   [[nodiscard]] double lowest_hz() const { return zero_hz() - (real ? 0 : rate_hz / 2); }
   [[nodiscard]] double highest_hz() const { return zero_hz() + rate_hz / 2; }
-  /// From the intermediate frequency to the nearer end of the samples' frequencies.
+  /// Distance of the intermediate frequency from the nearer end of the samples' frequencies.
   [[nodiscard]] double room_hz() const { return std::min(centre_hz - lowest_hz(), highest_hz() - centre_hz); }
   /// Throws InputError for a rate out of range, a centre that is not in [1e9, 2e9], an intermediate frequency
-  /// at which the centre does not come out, since it is aliased, and a bandwidth that does not fit.
+  /// to which the centre cannot be converted because of aliasing, and a bandwidth that does not fit.
   void validate() const;
 };
 
-/// Whether the samples carry a signal on this carrier: at least kLeastShare of its power lies as near to it
+/// Whether the samples contain a signal on this carrier: at least kLeastShare of its power is as near to it
 /// as the nearer edge of the band, and of the filter's.
 inline constexpr double kLeastShare = 0.7;
 [[nodiscard]] bool carries(const FrontEnd& front_end, const gnss::Signal& signal, double carrier_hz);
 
-/// Samples are made so many times as fast where a filter stands in front of the converter.
+/// Oversampling factor if there is a filter before the converter.
 inline constexpr int kOversampling = 4;
-/// Frequencies that the filter passes reach to half of the bandwidth, those that it stops begin at this part
-/// of it, or sooner where the band of the samples ends there, but not below kStopLeast of it.
+/// The filter passes frequencies up to half of the bandwidth. Its stop band begins at kStop times the
+/// bandwidth, or sooner if the band of the samples ends there, but not below kStopLeast times the bandwidth.
 inline constexpr double kStop = 0.75, kStopLeast = 0.55;
 
 /// Taps of a linear-phase low-pass filter: the ideal one's response within a window (J. F. Kaiser, IEEE ISCAS
-/// 1974), odd in number, alike from both ends, of energy 1, so that white noise keeps its power. To
-/// `pass_hz` it is flat within 0.02 dB, from `stop_hz` on 60 dB down (tests).
-/// Precondition: 0 < pass_hz < stop_hz < rate_hz / 2
+/// 1974), odd in number, symmetric, of energy 1, so that white noise keeps its power. It is flat within 0.02
+/// dB up to `pass_hz`, and 60 dB down from `stop_hz` on (tests). Precondition: 0 < pass_hz < stop_hz <
+/// rate_hz / 2
 [[nodiscard]] std::vector<float> low_pass(double rate_hz, double pass_hz, double stop_hz);
 
 }  // namespace canyon::samples

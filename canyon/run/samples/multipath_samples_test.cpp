@@ -1,4 +1,4 @@
-// A correlator on samples of a direct path and one echo, beside the code loop's model of the same two paths.
+// A correlator on samples of a direct path and one reflection, compared with the code loop's model of both.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -19,7 +19,7 @@ namespace {
 
 using geodesy::kSpeedOfLight;
 constexpr double kTurn = 2 * geodesy::kPi;
-constexpr double kEcho = 0.5;  // amplitude over the direct path's
+constexpr double kEcho = 0.5;  // amplitude relative to the direct path's
 
 /// One satellite, its direct path, and the same later and weaker.
 class Echo final : public disturbance::Disturbance {
@@ -57,7 +57,7 @@ class Keeper final : public simulation::EpochSink {
   std::vector<std::complex<float>> values;
 };
 
-/// The delay at which early and late power are equal [m behind the direct path], over the run's middle 16 ms.
+/// The delay at which early and late power are equal [m after the direct path], over the run's middle 16 ms.
 class Correlator {
  public:
   Correlator(const simulation::Simulation& simulation, const Keeper& kept, const FrontEnd& front_end)
@@ -76,7 +76,7 @@ class Correlator {
     base_ = static_cast<std::int64_t>(-0.11 * slot_rate_hz_);
     waveform.send(base_, static_cast<std::size_t>(0.3 * slot_rate_hz_), slots_);
   }
-  /// Power of a replica that is so much behind the direct path.
+  /// Power of a replica with this delay relative to the direct path.
   [[nodiscard]] double power(double behind_m) const {
     std::complex<double> sum;
     const auto half = static_cast<std::size_t>(0.008 * rate_hz_);
@@ -102,7 +102,7 @@ class Correlator {
   }
 
  private:
-  /// Linear within a tenth of a second: 0.2 m/s^2 make 0.2 mm.
+  /// Linear within a tenth of a second: 0.2 m/s^2 give 0.2 mm.
   [[nodiscard]] double direct_s(double t) const {
     const auto delay = [](const orbit::LineOfSight& line) {
       return line.range_m / kSpeedOfLight - line.state.clock_bias_s;
@@ -137,7 +137,7 @@ TEST(MultipathSamples, CodeErrorsAreThoseOfTheCodeLoopsModel) {
       city.frame = geodesy::LocalFrame(*scenario.city.origin);
       const simulation::Simulation simulation(scenario, std::move(city));
       FrontEnd front_end;
-      front_end.rate_hz = 20.0113e6;  // samples at many places of the chips
+      front_end.rate_hz = 20.0113e6;  // samples at many positions in the chips
       front_end.noise = false;
       Keeper kept(simulation, front_end);
       (void)simulation.run({&kept});
@@ -149,7 +149,7 @@ TEST(MultipathSamples, CodeErrorsAreThoseOfTheCodeLoopsModel) {
         const std::array<tracking::SignalPath, 2> paths{tracking::SignalPath{0, 1, 0},
                                                         {excess_m, std::polar(kEcho, -kTurn * turn), 0}};
         const double expected_m = model.lock(paths, 0.0)->delay_m;
-        // The model's codes have no sidelobes; this one's are 6 % of the peak, beside a chip.
+        // The model's codes have no sidelobes; this one's are 6 % of the peak, one chip away.
         const bool beside = excess_m + spacing_chips / 2 * chip_m > chip_m;
         EXPECT_NEAR(correlator.rests_at(spacing_chips * chip_m), expected_m, beside ? 2.5 : 0.8)
             << excess_m << " m, turned by " << turn << ", spacing " << spacing_chips;

@@ -23,12 +23,12 @@ using propagation::PathKind;
 using Complex = std::complex<double>;
 
 constexpr double kTurn = 2 * geodesy::kPi;
-/// A path that is farther than this from where its rates put it is another path [m].
+/// A path farther than this from its prediction by rates is another path [m].
 constexpr double kJump_m = 20;
 /// Diffuse paths are merged within this [chips].
 constexpr double kMerged_chips = 0.1;
 
-/// A satellite's signal as long as the run.
+/// A satellite's signal during the run.
 struct Source {
   std::string name;  ///< "G05 L1CA"
   Waveform waveform;
@@ -44,14 +44,14 @@ struct Source {
   bool without_message = false;
 };
 
-/// A path at an epoch. Lengths are whole pseudoranges [m] without atmosphere, rates per second of the
+/// A path at an epoch. Lengths are whole pseudoranges [m] without atmosphere; rates are per second of the
 /// receiver's clock.
 struct PathAtEpoch {
   PathKind kind = PathKind::Direct;
   std::uint64_t reflector = 0;
   std::uint32_t signals = 0;
   receiver::CodeAndCarrier range, rate;
-  Complex amplitude;                     ///< over the noise; the phase of carrier_m is not in it
+  Complex amplitude;                     ///< relative to the noise; without the phase of carrier_m
   double decay_per_s = 0, shift_hz = 0;  ///< Diffuse: of its fading
 
   [[nodiscard]] bool is(const PathAtEpoch& other) const {
@@ -63,11 +63,11 @@ struct PathAtEpoch {
 struct SignalAtEpoch {
   Source* source = nullptr;
   double carrier_hz = 0;
-  receiver::CodeAndCarrier air;  ///< delays in space
+  receiver::CodeAndCarrier air;  ///< atmosphere delays
   std::vector<PathAtEpoch> paths;
 };
 
-/// Everything that arrives at an epoch.
+/// All signals that arrive at an epoch.
 struct EpochSignals {
   double reading_s = 0;  ///< of the receiver's clock since the whole second
   std::map<std::pair<gnss::SatelliteId, std::size_t>, SignalAtEpoch> signals;
@@ -79,7 +79,7 @@ Cubic hermite(double from, double from_slope, double to, double to_slope) {
   return {from, from_slope, 3 * rise - 2 * from_slope - to_slope, from_slope + to_slope - 2 * rise};
 }
 
-/// Between the same path at two epochs, or, where one is null, to or from nothing.
+/// Between the same path at two epochs; if one is null, the path appears or disappears.
 InterpolatedPath interpolate(const PathAtEpoch* from, const PathAtEpoch* to,
                              const std::array<receiver::CodeAndCarrier, 2>& air, double length_s) {
   InterpolatedPath path;
@@ -121,7 +121,7 @@ class Interpolator final : public PathInterpolator {
     options.validate();
     if (options.signal.enabled) return;
     throw InputError(
-        fmt::format("receiver '{}': its signals have no strength, and samples need one", options.name),
+        fmt::format("receiver '{}': its signals have no strength, but samples need it", options.name),
         "give it signal: {enabled: true}, or another profile");
   }
 
@@ -131,7 +131,7 @@ class Interpolator final : public PathInterpolator {
     if (last) {
       segment = segment_to(now);
       if (!(segment->length_s > 0))
-        throw InputError("samples: time runs backwards", "give epochs in order of time");
+        throw InputError("samples: time goes backwards", "give epochs in order of time");
       if (epoch.navigation != nullptr) read_symbols(*epoch.navigation, now);
     }
     last = std::move(now);
@@ -163,7 +163,7 @@ class Interpolator final : public PathInterpolator {
     return now;
   }
 
-  /// Null where the satellite sends no known code.
+  /// Null if no code of the satellite's is known.
   [[nodiscard]] Source* source_of(const propagation::SatelliteView& view, const gnss::Signal& signal,
                                   geodesy::GpsTime time) {
     const gnss::SatelliteId id = view.line.id;
@@ -184,7 +184,7 @@ class Interpolator final : public PathInterpolator {
     return found->second.get();
   }
 
-  /// Adds a satellite's signal with its paths where it is carried and arrives.
+  /// Adds a satellite's signal with its paths if it is carried and arrives.
   void add_signal(const simulation::Epoch& epoch, const propagation::SatelliteView& view,
                   const gnss::Signal& signal, EpochSignals& now) {
     const orbit::LineOfSight& line = view.line;
@@ -213,7 +213,7 @@ class Interpolator final : public PathInterpolator {
                                 epoch.observed.clock_drift - epoch.observed.events.clock_drift}};
     state.bias_m = receiver::fixed_bias_m(options.biases, line.id, signal, carrier_hz, epoch.truth.time);
     state.motion = &motion;
-    // The delays in space are interpolated apart from the paths.
+    // The atmosphere delays are interpolated separately from the paths.
     sent.air = receiver::range_of(receiver::RangeTermOf::Space, state);
     const auto path_of = [&](const Path& path, double excess_m, double code_ahead_m) {
       state.code_excess_m = excess_m + code_ahead_m;
@@ -233,7 +233,7 @@ class Interpolator final : public PathInterpolator {
     const double wavelength = kSpeedOfLight / carrier_hz;
     const double cn0_hz =
         std::pow(10, model.clear_cn0_dbhz(signal, line.elevation_rad, source->offset_db) / 10);
-    // With the noise's variance 2 over the rate the density is 2 / rate.
+    // The noise has the variance 2 at this rate, so its density is 2 / rate.
     const double unit = std::sqrt(cn0_hz * 2 / made_hz * source->waveform.power_over_tracked()) *
                         model.gain_beside(now.waves, signal::band_of(carrier_hz));
     signal::path_amplitudes(view, carrier_hz, options.signal.antenna, options.signal.strength, amplitudes);
@@ -337,7 +337,7 @@ class Interpolator final : public PathInterpolator {
     return segment;
   }
 
-  /// Draws the fading of a diffuse path over a segment.
+  /// Samples the fading of a diffuse path over a segment.
   void fade(Source& source, const PathAtEpoch& path, const PathAtEpoch* before, double length_s,
             InterpolatedPath& interpolated) {
     auto found = source.bundles.find(path.reflector);
@@ -363,7 +363,7 @@ class Interpolator final : public PathInterpolator {
   }
 
   void read_symbols(const gnss::NavigationData& navigation, const EpochSignals& now) {
-    // Signals travel no longer than this.
+    // Upper bound of the signals' travel time.
     constexpr double kTravel_s = 0.3;
     for (const auto& [key, source] : sources) {
       if (!source || last->signals.count(key) + now.signals.count(key) == 0) continue;
@@ -379,7 +379,7 @@ class Interpolator final : public PathInterpolator {
   tracking::ChannelModel model;
   std::uint64_t run_key;  // of random streams
 
-  std::optional<geodesy::GpsTime> whole_second;  // that readings count from
+  std::optional<geodesy::GpsTime> whole_second;  // readings count from it
   std::map<std::pair<gnss::SatelliteId, std::size_t>, std::unique_ptr<Source>> sources;  // null: no code
   std::optional<EpochSignals> last;
   std::vector<Complex> amplitudes;

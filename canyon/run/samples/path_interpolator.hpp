@@ -16,7 +16,7 @@
 
 namespace canyon::samples {
 
-/// Paths keep their amplitude, phase and rates for so long.
+/// Interval over which a path keeps its amplitude, phase and rates.
 inline constexpr double kBlock_s = 1e-3;
 
 /// a + b s + c s^2 + d s^3 over [0, 1].
@@ -25,13 +25,13 @@ struct Cubic {
   [[nodiscard]] double at(double s) const { return a + s * (b + s * (c + s * d)); }
 };
 
-/// A path from epoch to epoch.
+/// A path from one epoch to the next.
 struct InterpolatedPath {
   Cubic code_m, carrier_m;
   std::complex<double> from, to;            ///< amplitudes over the noise
-  std::vector<std::complex<float>> fading;  ///< of each kBlock_s; empty: none
+  std::vector<std::complex<float>> fading;  ///< one per kBlock_s; empty: none
 };
-/// The signals that arrive from epoch to epoch.
+/// The signals that arrive from one epoch to the next.
 struct SignalSegment {
   double begin_s = 0, length_s = 0;  ///< by the receiver's clock, since the whole second
   struct Signal {
@@ -43,14 +43,14 @@ struct SignalSegment {
   std::vector<tracking::ReceivedWave> waves;  ///< jammers, by power over the noise
 };
 
-/// Interpolates the paths of all signals that a front end carries between epochs.
+/// Interpolates the paths of all signals in a front end's band between epochs.
 class PathInterpolator {
  public:
   virtual ~PathInterpolator() = default;
-  /// From the epoch before to this one; empty at the first one. Waveforms have the symbols of the whole
-  /// segment, and stay where they are.
+  /// From the previous epoch to this one; empty at the first one. Waveforms have the symbols of the whole
+  /// segment, and are not moved in memory.
   [[nodiscard]] virtual std::optional<SignalSegment> next(const simulation::Epoch& epoch) = 0;
-  /// The receiver's clock at the last epoch, since zero().
+  /// The receiver's clock at the last epoch, relative to zero().
   [[nodiscard]] virtual double reading_s() const = 0;
   /// The whole second that readings count from. Precondition: next() was called.
   [[nodiscard]] virtual geodesy::GpsTime zero() const = 0;
@@ -58,8 +58,8 @@ class PathInterpolator {
   /// Key of the samples' random streams.
   [[nodiscard]] virtual std::uint64_t noise_key() const = 0;
 };
-/// @param made_hz rate of the samples that are made: amplitudes are over their noise
-/// Throws InputError where the options are out of range, and where signals have no strength.
+/// @param made_hz rate of the computed samples: amplitudes are relative to their noise. Throws InputError if
+/// the options are out of range, and if signals have no strength.
 [[nodiscard]] std::unique_ptr<PathInterpolator> make_path_interpolator(
     const receiver::ReceiverOptions& options, std::uint64_t seed,
     const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const FrontEnd& front_end, double made_hz);

@@ -17,7 +17,7 @@
 namespace canyon::samples {
 namespace {
 
-/// GLONASS sends on these channels (ICD L1, L2 5.1, table 3.1).
+/// GLONASS uses these channels (ICD L1, L2 5.1, table 3.1).
 constexpr int kLowestChannel = -7, kHighestChannel = 6;
 
 }  // namespace
@@ -64,12 +64,11 @@ Generator make_generator(const simulation::Simulation& simulation, std::size_t r
 BandPlan plan_run(const simulation::Simulation& simulation, const FrontEnd& front_end) {
   front_end.validate();
   if (simulation.epoch_count() < 2) {
-    throw InputError("the run has one epoch, and samples are between epochs",
-                     "make it longer, or raise rate_hz");
+    throw InputError("the run has one epoch, but samples need two", "make it longer, or increase rate_hz");
   }
   if (simulation.navigation().empty()) {
-    throw InputError("the sky has no broadcast messages, which signals carry",
-                     "take a sky of navigation files, or a nominal one");
+    throw InputError("the sky has no broadcast messages for its signals",
+                     "use a sky of navigation files, or a nominal one");
   }
   BandPlan plan = plan_band(front_end, simulation.environment().sky().satellites());
   if (plan.carried.empty()) {
@@ -101,7 +100,8 @@ SampleFile::SampleFile(const simulation::Simulation& simulation, SampleFileOptio
       plan_(plan_run(simulation, front_end_)),
       generator_(make_generator(simulation, options_.receiver, front_end_, options_.threads)),
       encoder_(options_.samples.format, front_end_.real) {
-  // The threshold of 2 bits, 2 of 3, is best at one deviation (0.996 of it: J. Max, IRE Trans. IT-6, 1960).
+  // The threshold for 2 bits, 2 of 3, is optimal at one deviation (0.996 of it: J. Max, IRE Trans. IT-6,
+  // 1960).
   const double level =
       options_.samples.noise_level.value_or(options_.samples.format == Format::TwoBit ? 2.0 / 3 : 0.25);
   gain_ = static_cast<float>(level * largest(options_.samples.format));
@@ -111,17 +111,17 @@ SampleFile::SampleFile(const simulation::Simulation& simulation, SampleFileOptio
   if (to_output || std::filesystem::is_fifo(options_.path, error)) {
     pipe_ = to_output ? ::fdopen(::dup(STDOUT_FILENO), "wb") : std::fopen(options_.path.c_str(), "wb");
     if (pipe_ == nullptr)
-      throw OutputError(options_.path.string(), 0, "cannot be opened", "check its rights");
+      throw OutputError(options_.path.string(), 0, "cannot be opened", "check its permissions");
   } else {
     InputFiles::current().refuse(meta_path());
     file_.emplace(options_.path);
     const auto space = std::filesystem::space(std::filesystem::absolute(options_.path).parent_path(), error);
     if (!error && space.available < expected_bytes()) {
       throw OutputError(options_.path.string(), 0,
-                        fmt::format("the samples need {:.2f} GB, and {:.2f} GB are free",
+                        fmt::format("the samples need {:.2f} GB, but {:.2f} GB are free",
                                     static_cast<double>(expected_bytes()) * 1e-9,
                                     static_cast<double>(space.available) * 1e-9),
-                        "free some, shorten the run, or lower the rate");
+                        "free disk space, shorten the run, or reduce the rate");
     }
   }
 }
@@ -181,7 +181,7 @@ std::string SampleFile::metadata() const {
   if (front_end_.bandwidth_hz > 0)
     description += fmt::format(". Filtered: {} MHz", front_end_.bandwidth_hz * 1e-6);
   if (packed(options_.samples.format)) {
-    // A reader that does not know these fields takes bytes for samples: the extension is not optional.
+    // A reader without these fields would read bytes as samples: the extension is not optional.
     Json extension = Json::object();
     extension["name"] = "canyon";
     extension["version"] = "1.0.0";
@@ -199,7 +199,7 @@ std::string SampleFile::metadata() const {
   global["core:description"] = std::move(description);
   global["core:recorder"] = "Canyon";
   global["core:hw"] = "none";
-  // SigMF's own name needs no mention.
+  // SigMF's standard name need not be given.
   if (options_.path.extension() != ".sigmf-data") global["core:dataset"] = options_.path.filename().string();
   Json capture = Json::object();
   capture["core:sample_start"] = 0;
@@ -245,14 +245,13 @@ std::vector<std::string> SampleFile::warnings() const {
                                    front_end_.rate_hz * 1e-6, fmt::join(plan_.left_out, ", ")));
   }
   if (const auto contents = generator_.contents(); !contents.without_message.empty()) {
-    warnings.push_back(fmt::format("{}: without symbols, since no message of theirs is known: {}",
+    warnings.push_back(fmt::format("{}: without symbols, since their messages are unknown: {}",
                                    options_.path.string(), fmt::join(contents.without_message, ", ")));
   }
   constexpr double kMuch = 0.01;
   if (most_clipped_ > kMuch) {
-    warnings.push_back(
-        fmt::format("{}: up to {:.0f} % of the samples are beyond the largest value: lower noise_level",
-                    options_.path.string(), 100 * most_clipped_));
+    warnings.push_back(fmt::format("{}: up to {:.0f} % of the samples are clipped: reduce noise_level",
+                                   options_.path.string(), 100 * most_clipped_));
   }
   return warnings;
 }
@@ -264,8 +263,9 @@ std::vector<std::unique_ptr<SampleFile>> make_sample_files(const simulation::Sim
   SampleFileOptions options{path, receiver, {}, simulation.scenario().samples, threads, to};
   const std::vector<std::string>& bands = options.samples.bands;
   if (bands.size() > 1 && (path == "-" || to)) {
-    throw InputError(fmt::format("'{}' takes one band, and the samples have {}", path.string(), bands.size()),
-                     "give a file, or one band");
+    throw InputError(
+        fmt::format("'{}' can hold one band, but the samples have {}", path.string(), bands.size()),
+        "give a file, or one band");
   }
   std::vector<std::unique_ptr<SampleFile>> files;
   for (const std::string& band : bands) {

@@ -31,7 +31,7 @@ TEST(SampleFormat, TwoBitsFillBytesFromTheLowestOn) {
   SampleEncoder complex(Format::TwoBit, false);
   complex.encode(block, 3, 1, bytes);
   EXPECT_EQ(numbers(bytes), (std::vector<unsigned>{0b01'00'11'10}));
-  complex.encode(block, 1, 1, bytes);  // the last sample of before, and this one's
+  complex.encode(block, 1, 1, bytes);  // the last sample of the previous call, and this one's
   EXPECT_EQ(numbers(bytes), (std::vector<unsigned>{0b11'10'10'00}));
   complex.finish(bytes);
   EXPECT_EQ(bytes, "");
@@ -74,7 +74,7 @@ TEST(SampleFormat, SigMfHasTheTypeOfPackedBytes) {
   EXPECT_EQ(sigmf_type(Format::TwoBit, false), "ru8");
 }
 
-/// The values that a reader of the file gets.
+/// The values that a reader gets from the file.
 std::vector<float> decoded(Format format, const std::string& bytes) {
   std::vector<float> values;
   const auto size = static_cast<unsigned>(bits(format));

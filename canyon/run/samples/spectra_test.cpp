@@ -21,7 +21,7 @@ using geodesy::kPi;
 using gnss::System;
 using Complex = std::complex<double>;
 
-/// Leaves the direct paths of one signal, of all of its satellites or of one.
+/// Keeps the direct paths of one signal, of all of its satellites or of one.
 class OneSignal final : public disturbance::Disturbance {
  public:
   OneSignal(const gnss::Signal& signal, int number) : signal_(&signal), number_(number) {}
@@ -100,7 +100,7 @@ double bpsk(double f) {
 double boc(double f, int cycles) {
   f = std::max(std::abs(f), 1e-9);
   const double half_slot = kPi * f / (2 * cycles);
-  // At the zeros of the cosine the quotient with the sine of the chip has a limit: beside them.
+  // At the zeros of the cosine the quotient with the sine of the chip has a limit: evaluated next to them.
   if (std::abs(std::cos(half_slot)) < 1e-6) return boc(f * (1 + 1e-5), cycles);
   return std::pow(std::sin(half_slot) * std::sin(kPi * f) / (kPi * f * std::cos(half_slot)), 2);
 }
@@ -142,7 +142,7 @@ constexpr Sent kSent[]{
     {System::BeiDou, "B2a", bpsk},  {System::BeiDou, "B3I", bpsk}};
 
 TEST(Spectra, AreThoseOfTheSignalsDefinitions) {
-  constexpr double kRate_hz = 41.01e6;              // pieces begin everywhere in the codes
+  constexpr double kRate_hz = 41.01e6;              // pieces begin at all positions in the codes
   constexpr std::size_t kLength = 2048, kBand = 8;  // bins of 20 kHz, compared in bands of 160 kHz
   for (const Sent& sent : kSent) {
     const gnss::Signal& signal = signal_of(sent.system, sent.signal);
@@ -170,7 +170,7 @@ TEST(Spectra, AreThoseOfTheSignalsDefinitions) {
       for (std::size_t k = band; k < band + kBand; ++k) {
         double hz = static_cast<double>(k) * kRate_hz / kLength;
         if (k >= kLength / 2) hz -= kRate_hz;
-        // Nothing filters: what is beyond the rate folds back.
+        // There is no filter: frequencies beyond the rate are aliased.
         for (int fold = -200; fold <= 200; ++fold) {
           expected += sent.density((hz + fold * kRate_hz) / chip_hz) / chip_hz * kRate_hz / kLength;
         }
@@ -186,7 +186,7 @@ TEST(Spectra, AreThoseOfTheSignalsDefinitions) {
           << sent.signal << " band " << &expected - &bands[0].first;
     }
     EXPECT_NEAR(whole, 1, 0.005) << sent.signal;
-    // All that is above a hundredth of the peak together.
+    // All values above a hundredth of the peak together.
     double error = 0, count = 0;
     for (const auto& [expected, there] : bands) {
       if (expected < 0.01 * peak) continue;
@@ -197,7 +197,7 @@ TEST(Spectra, AreThoseOfTheSignalsDefinitions) {
   }
 }
 
-/// A satellite of the signal that is there.
+/// A satellite of the signal in the sky.
 int satellite_of(const gnss::Signal& signal) {
   for (int number = 1; number <= 63; ++number) {
     if (samples_of(signal, std::max(6e6, 2.5 * signal.chip_rate_hz), number).satellites == 1) return number;
@@ -227,7 +227,7 @@ TEST(Spectra, CorrelationFunctionsAreThoseOfTheSignalsDefinitions) {
     };
     const double power = at(0).real();
     const auto chip = static_cast<std::size_t>(rate_hz / signal.chip_rate_hz);
-    // Doppler turns it; the first lag says how far, where the function is positive.
+    // Doppler rotates it; the first lag gives the angle, where the function is positive.
     const double turn = std::arg(at(1));
     for (std::size_t lag = 1; lag <= chip; ++lag) {
       const double delay = static_cast<double>(lag) / rate_hz * signal.chip_rate_hz;
@@ -237,7 +237,7 @@ TEST(Spectra, CorrelationFunctionsAreThoseOfTheSignalsDefinitions) {
       EXPECT_NEAR(found.real(), expected, 0.02) << sent.signal << ' ' << delay;
       EXPECT_NEAR(found.imag(), 0, 0.02) << sent.signal << ' ' << delay;
     }
-    // Sidelobes. Data symbols are other ones from period to period.
+    // Sidelobes. Data symbols differ from period to period.
     for (std::size_t lag = 2 * chip; lag < 12 * chip; lag += chip / 2) {
       EXPECT_LT(std::abs(at(lag)) / power, sent.signal == "L1CA" ? 65.0 / 1023 + 0.01 : 0.06)
           << sent.signal << ' ' << lag;
@@ -245,7 +245,7 @@ TEST(Spectra, CorrelationFunctionsAreThoseOfTheSignalsDefinitions) {
   }
 }
 
-// IS-GPS-200, 3.3.2.3: codes of other satellites are 23.9 dB down where their Doppler shifts are alike.
+// IS-GPS-200, 3.3.2.3: codes of other satellites are 23.9 dB down if their Doppler shifts are equal.
 TEST(Spectra, OtherSatellitesCodesAreFarDownInTheSamples) {
   constexpr double kRate_hz = 4.092e6;
   const gnss::Signal& signal = signal_of(System::GPS, "L1CA");

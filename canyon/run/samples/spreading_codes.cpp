@@ -35,7 +35,7 @@ unsigned parity(std::uint32_t bits) {
   return sum;
 }
 
-/// Bits of a number of `count` bits in the other order.
+/// The lowest `count` bits of a number in reverse order.
 std::uint32_t reversed(std::uint32_t bits, int count) {
   std::uint32_t result = 0;
   for (int i = 0; i < count; ++i) result |= ((bits >> i) & 1U) << (count - 1 - i);
@@ -47,7 +47,7 @@ struct Register {
   int stages;
   std::uint32_t polynomial;  ///< bit i is the coefficient of x^i
   std::uint32_t start;       ///< contents before the first chip
-  std::uint32_t output = 0;  ///< stages that are added to make a chip; 0: the last one
+  std::uint32_t output = 0;  ///< stages added to form a chip; 0: the last one
   /// Chips after which the register starts again; 0: never
   std::size_t restart = 0;
 
@@ -93,7 +93,7 @@ Chips from_hex(std::string_view digits, std::size_t count) {
   return result;
 }
 
-/// Chip k of the Weil code of a prime length is L(k) + L(k + shift), L the Legendre sequence: 1 where k is a
+/// Chip k of the Weil code of a prime length is L(k) + L(k + shift), L the Legendre sequence: 1 if k is a
 /// square modulo the length, and L(0) = 0.
 Chips weil(std::size_t length, std::size_t shift) {
   Chips legendre(length, 1);
@@ -128,8 +128,8 @@ Chips overlay(const GpsCodes& codes) {
   return sum(s1, Register{11, powers({9, 11}), codes.second_start}.chips(kLength));
 }
 
-/// IS-GPS-200, 3.2.1.4 and 3.3.2.4: `own` chips of CM (the even ones of the signal) or CL, with zeros where
-/// the other is sent. Each one that leaves the register is added to the stages of the polynomial.
+/// IS-GPS-200, 3.2.1.4 and 3.3.2.4: `own` chips of CM (the even ones of the signal) or CL, with zeros at the
+/// chips of the other. Each output of the register is added to the stages of the polynomial.
 Chips l2c(std::uint32_t start, std::size_t own, bool cl) {
   Chips result(2 * own, 0);
   std::uint32_t state = start;
@@ -161,7 +161,7 @@ Chips b1i(const std::uint8_t (&stages)[3]) {
              Register{11, powers({1, 2, 3, 4, 5, 8, 9, 11}), kStart, output}.chips(2046));
 }
 
-/// B2a, B2b, B3I: two registers of 13 stages, the first of which starts again after 8190 chips.
+/// B2a, B2b, B3I: two registers of 13 stages; the first one restarts after 8190 chips.
 Chips b2b3(std::uint32_t polynomial1, std::uint32_t polynomial2, std::uint32_t start2) {
   return sum(Register{13, polynomial1, 0x1FFF, 0, 8190}.chips(10230),
              Register{13, polynomial2, reversed(start2, 13)}.chips(10230));
@@ -173,7 +173,7 @@ constexpr std::string_view kNeumanHofman20 = "00000100110101001110";
 Component data_alone(Chips chips, double chip_rate_hz, Chips secondary = {1}) {
   return {std::move(chips), chip_rate_hz, std::move(secondary), Modulation::BPSK, 1, 0, true};
 }
-/// Two components of BPSK and half of the power.
+/// Two BPSK components, each with half of the power.
 std::vector<Component> pilot_and_data(double chip_rate_hz, Chips pilot, Chips pilot_secondary, Chips data,
                                       Chips data_secondary, double data_phase_rad) {
   return {{std::move(pilot), chip_rate_hz, std::move(pilot_secondary), Modulation::BPSK, 0.5, 0, false},
@@ -285,7 +285,7 @@ std::vector<Component> components(gnss::SatelliteId id, const gnss::Signal& sign
       return {data_alone(ca(kSbasDelays[place]), 1.023e6)};
     }
     case System::GLONASS:
-      // ICD GLONASS L1, L2 (5.1, 2008) 3.3.2.1: stage 7 is sent.
+      // ICD GLONASS L1, L2 (5.1, 2008) 3.3.2.1: the output is stage 7.
       return {data_alone(Register{9, powers({5, 9}), 0x1FF, 1U << 6U}.chips(511), 0.511e6)};
     case System::Galileo:
       return galileo_components(id.number, signal.name);

@@ -18,7 +18,7 @@ using tracking::subcarrier;
 /// (GLONASS: from each second), where all codes begin, so that a code's phase is that time times the rate of
 /// its chips.
 struct Component {
-  /// One period of the primary code: +1 (logical 0), -1, or 0 where the other component has its chip (L2C).
+  /// One period of the primary code: +1 (logical 0), -1, or 0 if the chip is the other component's (L2C).
   std::vector<std::int8_t> chips;
   double chip_rate_hz = 0;             ///< of `chips`
   std::vector<std::int8_t> secondary;  ///< one for each period of the primary code, repeated; {1}: none
@@ -28,12 +28,12 @@ struct Component {
   bool data = false;       ///< multiplied by navigation symbols (broadcast::symbol_frame())
 };
 
-/// The components of a signal of a satellite; the first is that which Signal::code names, the pilot where
-/// there is one. Empty where the satellite has no code of it, and for encrypted signals: GPS has codes of PRN
-/// 1 to 63, GLONASS the same one in each slot, Galileo 1 to 50, BeiDou 1 to 63, QZSS PRN 193 to 202, SBAS PRN
-/// 120 to 158.
+/// The components of a signal of a satellite; the first is the one that Signal::code names, the pilot if
+/// there is one. Empty if the satellite has no code for the signal, and for encrypted signals: GPS has codes
+/// of PRN 1 to 63, GLONASS the same code in each slot, Galileo 1 to 50, BeiDou 1 to 63, QZSS PRN 193 to 202,
+/// SBAS PRN 120 to 158.
 ///
-///   signal    components: share of power, degrees ahead of the first       chips   secondary code
+///   signal    components: fraction of power, degrees ahead of the first    chips   secondary code
 ///   L1CA      data                                                         1023
 ///   L1C       pilot TMBOC 3/4; data BOC(1,1) 1/4, 0                        10230   pilot 1800
 ///   L2C       CL in odd chips 1/2; CM in even chips, data 1/2, 0           75 x 20460, 20460
@@ -53,8 +53,8 @@ struct Component {
 /// products of its subcarriers (15 % of the power).
 [[nodiscard]] std::vector<Component> components(gnss::SatelliteId id, const gnss::Signal& signal);
 
-/// Factor of a component's chips that are not 0: its mean power is then its share. For L2C it is sqrt(2)
-/// times the root of the share, since each component sends half of the time.
+/// Factor of a component's chips that are not 0, so that its mean power is power_share. For L2C it is sqrt(2)
+/// times the root of power_share, since each component is sent half of the time.
 [[nodiscard]] double amplitude(const Component& component);
 
 }  // namespace canyon::samples

@@ -36,7 +36,7 @@ std::string octal(const std::vector<std::int8_t>& chips, std::size_t from, std::
   return text;
 }
 
-/// Sum of the products of a code and another one that is `lag` chips later, both repeated.
+/// Sum of the products of a code and another one `lag` chips later, both repeated.
 int correlation(const std::vector<std::int8_t>& a, const std::vector<std::int8_t>& b, std::size_t lag) {
   int sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -86,7 +86,7 @@ TEST(SpreadingCodes, EverySignalHasItsPeriodsRatesAndShares) {
   EXPECT_EQ(std::size(all), signals);
   for (const Expected& e : all) {
     int satellites = 0;
-    // The chips of CL take longest: some satellites of many.
+    // The chips of CL take longest: only some of the satellites.
     for (int number = 1; number <= 99; number += e.signal == "L2C" ? 7 : 1) {
       const std::vector<Component> found = sent(e.system, number, e.signal);
       if (found.empty()) continue;
@@ -174,7 +174,7 @@ TEST(SpreadingCodes, FirstChipsAreThoseOfTheDocuments) {
 }
 
 TEST(SpreadingCodes, L5BeginsWithTheListedStateOfXb) {
-  // IS-GPS-705, 3.2.1.1. XA begins with 13 ones, so that 0 is sent where XB's stages 13 to 1 hold 1.
+  // IS-GPS-705, 3.2.1.1. XA begins with 13 ones, so that 0 is sent where XB's stages 13 to 1 contain 1.
   const auto state = [](int prn, std::size_t component) {
     const std::vector<std::int8_t> chips = sent(System::GPS, prn, "L5")[component].chips;
     std::string text;
@@ -185,7 +185,7 @@ TEST(SpreadingCodes, L5BeginsWithTheListedStateOfXb) {
   EXPECT_EQ(state(2, 1), "1100000110101");
   EXPECT_EQ(state(1, 0), "1001011001100");
   EXPECT_EQ(state(2, 0), "0100011110110");
-  // XB runs on through its 8191 states: the sum with XA repeats where both registers have been started anew.
+  // XB continues through its 8191 states: the sum with XA repeats after both registers were restarted.
   const std::vector<std::int8_t> i5 = sent(System::GPS, 1, "L5")[1].chips;
   const std::vector<std::int8_t> q5 = sent(System::GPS, 1, "L5")[0].chips;
   // The sum of both is that of two phases of XB, which has a period of 8191.
@@ -195,7 +195,7 @@ TEST(SpreadingCodes, L5BeginsWithTheListedStateOfXb) {
 }
 
 TEST(SpreadingCodes, L2cEndsWithTheListedState) {
-  // IS-GPS-200 tables 3-IIa: contents of the register when the last chip is sent. From there backwards.
+  // IS-GPS-200 tables 3-IIa: contents of the register at the last chip. Run backwards from there.
   const auto backwards = [](std::uint32_t state, const std::vector<std::int8_t>& chips, std::size_t offset) {
     for (std::size_t i = chips.size() - 2 + offset; i < chips.size(); i -= 2) {
       if (chips[i] != ((state & 1U) != 0 ? -1 : 1)) return i;
@@ -254,7 +254,7 @@ TEST(SpreadingCodes, MemoryAndWeilCodesAreBalanced) {
   }
 }
 
-/// Greatest value beside the peak of the autocorrelation, and of the cross-correlation with another code, in
+/// Largest value outside the peak of the autocorrelation, and of the cross-correlation with another code, in
 /// dB of the peak. All shifts of the short codes, every 11th of the long ones.
 double worst_db(const std::vector<std::int8_t>& a, const std::vector<std::int8_t>& b, std::size_t from) {
   int worst = 0;
@@ -271,7 +271,7 @@ TEST(SpreadingCodes, CodesOfOtherSatellitesAreFarBelowThePeak) {
     double db;
   };
   // Values of the documents' authors: -23.9 dB for Gold codes of 1023 chips, about -25 dB for E1 and B1I, -27
-  // dB for 10230 chips; here the greatest of the shifts that are computed.
+  // dB for 10230 chips; here the largest of the computed shifts.
   for (const Bound& bound : {Bound{System::GPS, "L1CA", -23.9}, Bound{System::Galileo, "E1", -25.0},
                              Bound{System::BeiDou, "B1I", -23.0}, Bound{System::GPS, "L1C", -27.0},
                              Bound{System::BeiDou, "B1C", -27.0}, Bound{System::GPS, "L5", -26.0},
@@ -325,7 +325,7 @@ TEST(SpreadingCodes, SubcarriersHaveTheirCorrelation) {
     std::size_t component;
     double tolerance;
   };
-  // The next chip is neither like nor unlike this one on average in E1's codes, nearly so in the others.
+  // The next chip is uncorrelated with this one on average in E1's codes, nearly so in the others.
   for (const Case& c : {Case{System::GPS, "L1CA", 0, 2e-3}, Case{System::GPS, "L1C", 0, 0.015},
                         Case{System::GPS, "L1C", 1, 0.015}, Case{System::BeiDou, "B1C", 0, 0.015},
                         Case{System::BeiDou, "B1C", 1, 0.015}, Case{System::Galileo, "E1", 0, 1e-12},
@@ -350,7 +350,7 @@ TEST(SpreadingCodes, SubcarriersHaveTheirCorrelation) {
           << c.signal << " " << c.component << " lag " << lag;
     }
   }
-  // Values of Galileo OS SIS ICD figure 8: both subcarriers have the same sign in a chip's beginning, E1-B's
+  // Values of Galileo OS SIS ICD figure 8: both subcarriers have the same sign at the start of a chip, E1-B's
   // add.
   EXPECT_NEAR(subcarrier(Modulation::CBOCData, 0, 0), std::sqrt(10.0 / 11) + std::sqrt(1.0 / 11), 1e-15);
   EXPECT_NEAR(subcarrier(Modulation::CBOCPilot, 0, 0), std::sqrt(10.0 / 11) - std::sqrt(1.0 / 11), 1e-15);

@@ -21,7 +21,7 @@ Waveform::Waveform(gnss::SatelliteId id, const gnss::Signal& signal, geodesy::Gp
   constexpr std::int64_t kWeek = geodesy::GpsTime::kSecondsPerWeek;
   second_ = zero.nanosecond_of_week() / geodesy::GpsTime::kNanosecondsPerSecond;
   if (id.system == gnss::System::BeiDou) second_ += kWeek - geodesy::kBdtSecondsOffset;
-  // All components of an 'X' are tracked, else the pilot where there is one.
+  // All components of an 'X' are tracked, else the pilot if there is one.
   const bool all = signal.code.back() == 'X' ||
                    std::all_of(sent.begin(), sent.end(), [](const Component& c) { return c.data; });
   double tracked = 0;
@@ -57,7 +57,7 @@ bool Waveform::read_symbols(const gnss::NavigationData& navigation, double from_
   double next_s = symbols_.empty() ? from_s : symbols_.back().end_s();
   bool complete = true;
   while (next_s <= to_s) {
-    // Frames follow each other; in the first millisecond no symbol ends.
+    // Frames follow each other; no symbol ends in the first millisecond.
     const auto frame = broadcast::symbol_frame(navigation, id_, *signal_, zero_ + (next_s + 5e-4));
     if (!frame || frame->symbols.empty()) {
       complete = false;
@@ -86,7 +86,7 @@ void Waveform::send(const Part& part, std::int64_t first, std::size_t count, flo
   const auto chip_rate = static_cast<std::int64_t>(std::llround(c.chip_rate_hz));
   const auto length = static_cast<std::int64_t>(c.chips.size());
   const auto n = static_cast<std::int64_t>(count);
-  // Chips from the begin of the week, and the part of them within [first, first + count).
+  // Chips since the begin of the week, and the part of them within [first, first + count).
   const std::int64_t before = second_ * chip_rate;
   const std::int64_t first_chip = floor_div(first, slots_per_chip_);
   const std::int64_t end_chip = floor_div(first + n - 1, slots_per_chip_) + 1;

@@ -10,25 +10,26 @@
 
 namespace canyon::samples {
 
-/// One signal of a satellite as it is sent: spreading codes, secondary codes, subcarriers and symbols of all
-/// components. Slots are equal parts of a chip within which nothing changes, counted from a whole second
+/// The transmitted signal of a satellite: spreading codes, secondary codes, subcarriers and symbols of all
+/// components. Slots are equal parts of a chip with a constant signal, counted from `zero`, a whole second
 /// of the satellite's clock.
 class Waveform {
  public:
   /// @param zero a whole second of GPST
   Waveform(gnss::SatelliteId id, const gnss::Signal& signal, geodesy::GpsTime zero);
 
-  /// Whether the satellite sends no known code.
+  /// Whether no code of the satellite is known.
   [[nodiscard]] bool empty() const { return parts_.empty(); }
   [[nodiscard]] double slot_rate_hz() const { return slot_rate_hz_; }
-  /// Power of all components over that of those that Signal::code names, what link budgets are for [1], >= 1.
+  /// Power of all components over that of those in Signal::code, to which link budgets refer [1], >= 1.
   [[nodiscard]] double power_over_tracked() const { return power_over_tracked_; }
 
-  /// Makes the symbols of [from_s, to_s] after `zero`, and forgets earlier ones. Those that no message has
-  /// are +1. @return whether all are messages' that have data
+  /// Computes the symbols of [from_s, to_s] after `zero`, and discards earlier ones. Symbols without a
+  /// message are +1.
+  /// @return whether all data symbols are from messages
   bool read_symbols(const gnss::NavigationData& navigation, double from_s, double to_s);
-  /// Slots [first, first + count), of amplitude 1 where the components' powers add to 1. read_symbols() was
-  /// called for them. @param slots replaced; it keeps its memory
+  /// Slots [first, first + count), of amplitude 1 if the components' powers add to 1. Precondition:
+  /// read_symbols() was called for them. @param slots replaced; its memory is reused
   void send(std::int64_t first, std::size_t count, Slots& slots) const;
 
  private:

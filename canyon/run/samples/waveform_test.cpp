@@ -20,7 +20,7 @@ gnss::SatelliteId satellite_of(gnss::System system) {
 }
 
 TEST(Waveform, HasPowerOneAndKnowsWhatIsTracked) {
-  // IS-GPS-200, -705 and -800, OS SIS ICD, BDS-SIS-ICD-B1C, -B2a: shares of the pilots; 1 where all is
+  // IS-GPS-200, -705 and -800, OS SIS ICD, BDS-SIS-ICD-B1C, -B2a: fractions of the pilots; 1 if all is
   // tracked.
   const std::map<std::string, double> over_tracked{
       {"L1C", 4.0 / 3}, {"L2C", 2}, {"L5", 2}, {"B1C", 4.0 / 3}, {"B2a", 2}};
@@ -88,7 +88,7 @@ TEST(Waveform, BeginsWithTheSecond) {
 }
 
 // Frames of L1C begin with each 18 s of the GPS week, those of B1C, B2a and B2b with each 18 s, 3 s and
-// second of the BDT week, which is 14 s behind: the first symbols of a frame, and the secondary code within
+// second of the BDT week, which is 14 s late: the first symbols of a frame, and the secondary code within
 // them.
 TEST(Waveform, BeginsFramesWithTheWeekOfTheSystem) {
   struct Case {

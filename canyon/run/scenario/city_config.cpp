@@ -63,7 +63,7 @@ CityConfig city_config(const std::filesystem::path& file, const std::optional<ge
                     "a city");
   }
   if (origin && std::holds_alternative<CityFile>(*source))
-    throw InputError(file, 0, "has its own origin", "remove the other one");
+    throw InputError(file, 0, "has its own origin", "remove the given one");
   CityConfig config;
   config.source = *std::move(source);
   config.origin = origin;
@@ -88,7 +88,7 @@ void visit_origin(Visitor& v, std::optional<Geodetic>& origin) {
   v.require("latitude_deg");
   v.require("longitude_deg");
   v.number({"latitude_deg", "deg",
-            "origin of the mesh, the map or the tileset (left out: the middle of these two): geodetic "
+            "origin of the mesh, the map or the tileset (default for these two: their middle): geodetic "
             "latitude (WGS 84)"},
            latitude, kLatitude_deg);
   v.number({"longitude_deg", "deg", "longitude, east positive"}, longitude, kLongitude_deg);
@@ -105,7 +105,7 @@ void visit_fields(Visitor& v, MapCity& map) {
   std::vector<double> box;
   if (map.bbox_deg) box.assign(map.bbox_deg->begin(), map.bbox_deg->end());
   v.numbers(
-      {"bbox", "deg", "[west, south, east, north]: only what touches this box of a map", "the whole map"},
+      {"bbox", "deg", "[west, south, east, north]: only map objects that touch this box", "the whole map"},
       box, kLongitude_deg);
   if (v.reads() && !box.empty()) {
     // West above east: across the antimeridian.
@@ -128,14 +128,14 @@ void visit_fields(Visitor& v, MeshCity& mesh) {
 void visit_fields(Visitor& v, tiles::TileOptions& tileset) {
   v.part("tiles", tileset);
   if (v.reads() && !tileset.file && tileset.url.empty())
-    throw v.fault("tiles", "names no tileset", "give file: tileset.json, or url: its http(s) address");
+    throw v.fault("tiles", "does not name a tileset", "give file: tileset.json, or url: its http(s) address");
 }
 
 void visit_fields(Visitor& v, city::SyntheticCityOptions& synthetic) {
   v.part("synthetic", synthetic);
 }
 
-/// The fields of one kind of source, where the city is of this kind or all kinds are described.
+/// Visits the fields of one kind of source, if the city is of this kind or all kinds are described.
 template <typename Source>
 void visit_source(Visitor& v, CityConfig& city) {
   Source none;
@@ -145,10 +145,10 @@ void visit_source(Visitor& v, CityConfig& city) {
 CitySource source_of(Visitor& v, const std::filesystem::path& path, std::string_view key) {
   if (std::optional<CitySource> source = source_of_file(path)) return *std::move(source);
   if (key == "mesh") return MeshCity{path, {}};
-  throw v.fault(key, fmt::format("'{}' has no ending of a city", path.string()), city_file_endings());
+  throw v.fault(key, fmt::format("'{}' is not a known city file", path.string()), city_file_endings());
 }
 
-/// The keys that say which kind of source it is.
+/// The keys that select the kind of source.
 void visit_kind(Visitor& v, CityConfig& city) {
   std::vector<std::filesystem::path> osm;
   std::optional<std::filesystem::path> file, mesh;
@@ -185,11 +185,11 @@ void visit_open(Visitor& v, const CityConfig& city) {
 
 void visit(Visitor& v, Georeference& o) {
   v.number({"sigma_m", "m",
-            "standard deviation of the city's position in east and in north: one draw per run moves the "
+            "standard deviation of the city's position in east and in north: one sample per run moves the "
             "whole city"},
            o.sigma_m, {0, 1000});
   v.angle({"heading_sigma_deg", "deg",
-           "standard deviation of the city's heading about the middle of its bounds: one draw per run"},
+           "standard deviation of the city's heading about the middle of its bounds: one sample per run"},
           o.heading_sigma_rad, {0, 45});
 }
 
@@ -213,8 +213,8 @@ void visit(Visitor& v, CityConfig& city) {
   visit_source<city::SyntheticCityOptions>(v, city);
   v.part("facades", city.facades);
   v.number({"roofs_m", "m",
-            "mean height by which buildings are higher than the map has them, drawn for each by the seed: "
-            "for maps of outlines and antennas near the ground"},
+            "mean height by which buildings are higher than in the map, sampled for each by the seed: for "
+            "maps of outlines and antennas near the ground"},
            city.roofs_m, {0, 100});
   v.part("georeference", city.georeference);
 }

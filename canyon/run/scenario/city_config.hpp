@@ -23,7 +23,7 @@ namespace canyon::simulation {
 /// No buildings: open sky about the origin.
 struct OpenField {};
 
-/// Canyon's own file (.canyon), a Gazebo world (.world, .sdf), or a Gazebo model's folder. It has its own
+/// Canyon's file format (.canyon), a Gazebo world (.world, .sdf), or a Gazebo model's folder. It has its own
 /// origin.
 struct CityFile {
   std::filesystem::path path;
@@ -35,7 +35,7 @@ struct MeshCity {
   city::MeshImportOptions import;  ///< CityConfig::origin replaces its origin
 };
 
-/// Map files, and how buildings are made of them.
+/// Map files, and options for the buildings made from them.
 struct MapCity {
   std::vector<std::filesystem::path> files;  ///< OpenStreetMap and city models (CityGML, CityJSON)
   buildings::ModelOptions model;             ///< of city models
@@ -48,7 +48,7 @@ struct MapCity {
 using CitySource = std::variant<OpenField, CityFile, MeshCity, MapCity, tiles::TileOptions,  // 3D Tiles
                                 city::SyntheticCityOptions>;
 
-/// How well the place of a city is known. A run draws its own offset and heading by its seed (load_city()).
+/// Uncertainty of a city's position. Each run samples its offset and heading by its seed (load_city()).
 struct Georeference {
   double sigma_m = 0;            ///< standard deviation, eastwards and northwards each [m]; [0, 1000]
   double heading_sigma_rad = 0;  ///< standard deviation [rad], about the middle of the bounds; [0, pi/4]
@@ -56,16 +56,16 @@ struct Georeference {
 
 struct CityConfig {
   CitySource source;
-  /// Place of the zero of the city's frame. Empty: a CityFile's own, a SyntheticCity's default, the middle of
-  /// what a map or a tileset holds; a scenario's reader requires it of a mesh and an open field.
+  /// Position of the zero of the city's frame. Empty: a CityFile's own, a SyntheticCity's default, the middle
+  /// of a map's or tileset's contents; a scenario's reader requires it for a mesh and an open field.
   std::optional<geodesy::Geodetic> origin;
-  /// Where mean sea level is, of any city; by default as the city's file says.
+  /// Height of mean sea level, for any city; by default from the city's file.
   buildings::TerrainOptions sea_level;
   city::FacadeOptions facades;
   double roofs_m = 0;  ///< city::raise_roofs() by this mean [m], [0, 100]
   Georeference georeference;
 
-  /// The source where it is of this kind, else null.
+  /// The source if it is of this kind, else null.
   template <typename Source>
   [[nodiscard]] const Source* as() const {
     return std::get_if<Source>(&source);
@@ -84,9 +84,8 @@ void visit(options::Visitor& v, CityConfig& o);
 /// Its fields.
 void visit(options::Visitor& v, Georeference& o);
 
-/// The source that a file is, told by its name; city models (CityGML, CityJSON, archives and folders of them)
-/// and tilesets also by their content. Web addresses are 3D Tiles. Empty for a name with another ending and
-/// other content.
+/// The kind of source of a file, by its name; for city models (CityGML, CityJSON, archives and folders of
+/// them) and tilesets also by its content. Web addresses are 3D Tiles. Empty for other names and contents.
 [[nodiscard]] std::optional<CitySource> source_of_file(const std::filesystem::path& path);
 /// Whether source_of_file() is of this kind.
 template <typename Source>
@@ -94,12 +93,12 @@ template <typename Source>
   const std::optional<CitySource> source = source_of_file(path);
   return source && std::holds_alternative<Source>(*source);
 }
-/// The endings that source_of_file() knows, for messages.
+/// The endings that source_of_file() recognises, for messages.
 [[nodiscard]] const char* city_file_endings();
 
-/// The configuration that loads a city file of any kind, or a Gazebo model's folder. Throws InputError where
-/// source_of_file() does not know the file, and for an origin beside a file that says its own.
-/// @param origin where a mesh's zero lies, or a map's or tileset's shall
+/// The configuration that loads a city file of any kind, or a Gazebo model's folder. Throws InputError if
+/// source_of_file() does not recognise the file, and if `origin` is given for a file that has its own. @param
+/// origin position of a mesh's zero, or the origin to use for a map or tileset
 [[nodiscard]] CityConfig city_config(const std::filesystem::path& file,
                                      const std::optional<geodesy::Geodetic>& origin = {});
 

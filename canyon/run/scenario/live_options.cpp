@@ -16,13 +16,13 @@
 namespace canyon::simulation {
 
 void visit(options::Visitor& v, StreamOptions& o) {
-  v.number({"rate_hz", "Hz", "rate of the epochs that are sent", "every epoch"}, o.rate_hz, {0, 1000, true});
+  v.number({"rate_hz", "Hz", "rate of the sent epochs", "every epoch"}, o.rate_hz, {0, 1000, true});
   v.number({"latency_s", "s", "delay from epoch to bytes, in real time; receivers have 0.05 to 0.2"},
            o.latency_s, {0, 10});
   v.number({"jitter_s", "s", "standard deviation of the latency"}, o.jitter_s, {0, 1});
   v.number(
       {"link_baud", "baud",
-       "speed of a slow link on the way, ten bits a byte: an epoch's messages arrive one after the other",
+       "speed of a slow link in the path, ten bits a byte: an epoch's messages arrive one after the other",
        "at once"},
       o.link_baud, {300, 1e9});
   v.boolean(
@@ -30,10 +30,11 @@ void visit(options::Visitor& v, StreamOptions& o) {
        "rtcm and gps_rtcm_data: with the satellites' ephemerides (messages 1019, 1020, 1042, 1044 to 1046); "
        "false: for radio links, where the rover reads them from the satellites"},
       o.ephemerides);
-  v.boolean({"virtual_station", "",
-             "rtcm: a network's virtual reference station: each client gets corrections for the place of its "
-             "own GGA sentences, and nothing before the first one"},
-            o.virtual_station);
+  v.boolean(
+      {"virtual_station", "",
+       "rtcm: a network's virtual reference station: each client gets corrections for the position in its "
+       "own GGA sentences, and nothing before the first one"},
+      o.virtual_station);
   visit_generation(v, o.generation);
 }
 
@@ -58,8 +59,8 @@ void visit(options::Visitor& v, PoseSourceOptions& o) {
   v.choice({"format", "", "format of poses: json (a line each), binary or mavlink"}, o.format, kFormats);
   v.text({"id", "", "id of the vehicle if several send to this address (mavlink: number of the system)"},
          o.id);
-  v.texts({"receivers", "", "receivers on this vehicle", "all that no other source names"}, o.receivers);
-  v.texts({"messages", "", "MAVLink messages to take",
+  v.texts({"receivers", "", "receivers on this vehicle", "all that no other source lists"}, o.receivers);
+  v.texts({"messages", "", "MAVLink messages to use",
            "SIM_STATE, HIL_STATE_QUATERNION, ATT_POS_MOCAP, VISION_POSITION_ESTIMATE, ODOMETRY"},
           o.messages);
   v.choice({"axes", "", "axes of positions and velocities: enu or ned (mavlink: given by the message)"},
@@ -68,7 +69,7 @@ void visit(options::Visitor& v, PoseSourceOptions& o) {
   v.number({"east_m", "m", "origin of the poses in the city, east"}, o.origin_enu_m.x(), {-1e6, 1e6});
   v.number({"north_m", "m", "origin of the poses in the city, north"}, o.origin_enu_m.y(), {-1e6, 1e6});
   v.number({"up_m", "m", "origin of the poses in the city, up"}, o.origin_enu_m.z(), {-1e5, 1e5});
-  v.angle({"heading_deg", "deg", "direction of their first axis in ENU, from east counter-clockwise"},
+  v.angle({"heading_deg", "deg", "direction of the poses' first axis in ENU, from east counter-clockwise"},
           o.heading_rad, {-360, 360});
   v.number({"scale", "", "metres in the city for one unit of the poses"}, o.scale, {1e-3, 1e4});
   v.number({"timeout_s", "s",
@@ -77,7 +78,7 @@ void visit(options::Visitor& v, PoseSourceOptions& o) {
            o.track.timeout_s, {0.01, 60});
   v.number({"smoothing_s", "s",
             "if poses have no velocities: time over which positions are differenced; steps, of at least 0.04 "
-            "s, of the motion that sensors feel"},
+            "s, of the sensors' motion"},
            o.track.smoothing_s, {0, 1});
 }
 
@@ -85,9 +86,9 @@ void visit(options::Visitor& v, LiveOptions& o) {
   static constexpr std::string_view kClocks[]{"wall", "stamps"};
   v.list("poses", o.poses, [&](PoseSourceOptions& source) { visit(v, source); });
   v.list("streams", o.streams, [&](StreamRequest& stream) { visit(v, stream); });
-  v.choice({"clock", "", "clock of the run: wall (real time) or stamps (those of the poses)"}, o.clock,
+  v.choice({"clock", "", "clock of the run: wall (real time) or stamps (time stamps of the poses)"}, o.clock,
            kClocks);
-  v.number({"speed", "", "speed of the trajectory and of logs: their seconds in a second of real time"},
+  v.number({"speed", "", "speed of the trajectory and of logs: their seconds per second of real time"},
            o.speed, {0.01, 1000});
   v.number({"wait_s", "s",
             "time for which an epoch waits for a pose of its instant; then the last pose is extrapolated"},
@@ -97,7 +98,7 @@ void visit(options::Visitor& v, LiveOptions& o) {
              "take the run's time from the poses' stamps, so that a restarted program continues at the "
              "vehicle's time"},
             o.resume);
-  v.text({"control", "", "address that takes commands, such as tcp://127.0.0.1:7878"}, o.control);
+  v.text({"control", "", "address for commands, such as tcp://127.0.0.1:7878"}, o.control);
   v.boolean({"changes", "", "commands may change the simulation"}, o.changes);
 }
 
@@ -136,22 +137,21 @@ void visit(options::Visitor& v, RunningConfig& config) {
   warn_of_idle_noise(v, config.live);
 }
 
-/// A base's own keys; all others are a profile's.
+/// The base's own keys; all others are from a profile.
 void visit_base(options::Visitor& v, LiveConfig& config) {
   if (!v.wants(v.reads() ? v.has("base") : config.base() != nullptr)) return;
   ReceiverConfig base = config.base() != nullptr ? *config.base() : ReceiverConfig{};
-  // East and north count from the host's origin, which LiveReceiver knows.
+  // East and north are relative to the host's origin, which LiveReceiver has.
   const CityConfig of_host;
   v.section("base", [&] {
     std::optional<std::string> name;
     if (!v.reads()) name = base.options.name;
-    v.text(
-        {"name", "", "of a base station in the host's world, whose epochs come with the receiver's", "base"},
-        name);
+    v.text({"name", "", "name of a base station in the host's world, computed with the receiver", "base"},
+           name);
     if (v.reads() && name) options::check_folder_name(v, "name", *name);
     visit_profile(v, base);
     if (v.reads()) base.options.name = name.value_or("base");
-    if (v.reads()) v.require("fixed", "give its place: fixed: {east_m: ..., north_m: ..., up_m: ...}");
+    if (v.reads()) v.require("fixed", "give its position: fixed: {east_m: ..., north_m: ..., up_m: ...}");
     visit_fixed(v, base.fixed, of_host);
     if (!v.reads()) return;
     base.options.own_draws = true;
@@ -169,7 +169,7 @@ void check_base(options::Visitor& v, const LiveConfig& config) {
   v.section("corrections", [&] {
     if (relative::is_stream(from))
       throw v.fault("from", fmt::format("'{}' is a stream, which hosts do not read", from),
-                    "run it by canyon live, or give a base: {fixed: ...} and name that");
+                    "run it by canyon live, or give a base: {fixed: ...} and use its name");
     if (config.bases_elsewhere && config.base() == nullptr) return;
     try {
       check_corrections(config.receivers, 0);
@@ -194,14 +194,14 @@ void visit(options::Visitor& v, LiveConfig& config) {
       config.city.sea_level.geoid_undulation_m, {-150, 150});
   ReceiverConfig& receiver = config.receiver();
   visit_name_and_profile(v, receiver, false);
-  // A host's receivers may be on several vehicles, whose errors are not alike.
+  // A host's receivers may be on several vehicles with different errors.
   if (v.reads() || v.describes()) receiver.options.own_draws = true;
   if (v.describes()) receiver.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Auto;
   disturbance::visit_environment(v, "surroundings", receiver.options.signal.shadowing.environment);
   visit(v, receiver);
   v.part("streets", receiver.streets);
   visit_base(v, config);
-  // Settings for all receivers of a world name their base, which takes no corrections itself.
+  // Settings for all receivers of a world name their base; the base itself uses no corrections.
   std::string& from = receiver.options.corrections.from;
   if (v.reads() && config.bases_elsewhere && from == receiver.options.name) from.clear();
   if (v.reads() && has_base(config.receiver().options)) config.sky.errors.enabled.set_default(true);
@@ -221,7 +221,7 @@ LiveConfig live_config(const Scenario& scenario, geodesy::GpsTime start, double 
 
 namespace {
 
-/// With the list of mappings that settings of SDF and ROS cannot hold.
+/// With the list of mappings, which settings of SDF and ROS cannot contain.
 struct LiveConfigWithFaults : LiveConfig {};
 
 void visit(options::Visitor& v, LiveConfigWithFaults& config) {
@@ -259,17 +259,17 @@ LiveConfig changed_live_config(const LiveConfig& config, const std::string& text
     const options::Node::Entry* entry = root.find(fixed);
     if (entry == nullptr) continue;
     throw InputError(name, entry->line, fmt::format("{}: cannot change while the receiver runs", fixed),
-                     "write it in the receiver's configuration, and restart");
+                     "set it in the receiver's configuration, and restart");
   }
-  // A request may name profiles of Canyon, and files beside the scenario: not whatever this program may read.
+  // A request may name profiles of Canyon, and files in the scenario's folder, but no other files.
   const options::Node::Entry* profile = root.find("profile");
   if (profile != nullptr && !name.empty() && is_profile_path(profile->value.text)) {
     const std::filesystem::path file = std::filesystem::path(profile->value.text).lexically_normal();
     if (!name.has_parent_path() || file.has_parent_path() ||
         !std::filesystem::is_regular_file(std::filesystem::symlink_status(name.parent_path() / file))) {
       throw InputError(name, profile->line,
-                       fmt::format("profile: '{}' is not a file beside the scenario", profile->value.text),
-                       "name one of 'canyon profiles', or the file alone: my.yaml");
+                       fmt::format("profile: '{}' is not in the scenario's folder", profile->value.text),
+                       "name one of 'canyon profiles', or a file without its folder: my.yaml");
     }
   }
   LiveConfig changed = config;
@@ -278,11 +278,11 @@ LiveConfig changed_live_config(const LiveConfig& config, const std::string& text
   options::read(root, document, running);
   std::string& from = changed.receiver().options.corrections.from;
   const std::string& before = config.receiver().options.corrections.from;
-  if (from == hide_passwords(before)) from = before;  // as running_options() shows it
+  if (from == hide_passwords(before)) from = before;  // as in running_options()
   if (from != before) {
     throw InputError(name, root.find("corrections")->line,
                      "corrections.from: cannot change while the receiver runs",
-                     "write it in the receiver's configuration, and restart");
+                     "set it in the receiver's configuration, and restart");
   }
   return changed;
 }

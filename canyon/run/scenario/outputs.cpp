@@ -16,7 +16,7 @@ constexpr Output kAll[]{
 };
 
 constexpr std::string_view kWithGeneration = "ubx";
-constexpr std::string_view kLayouts = "write sensors_npz: examples/layouts.py makes this file of it";
+constexpr std::string_view kLayouts = "write sensors_npz: examples/layouts.py converts it to this file";
 constexpr FormerOutput kFormer[]{
     {"ubx_m8", "write ubx: {generation: m8}, of a stream ubx=ADDRESS?generation=m8"},
     {"ubx_m10", "write ubx: {generation: m10}, of a stream ubx=ADDRESS?generation=m10"},
@@ -43,7 +43,7 @@ std::span<const FormerOutput> former_outputs() {
 void visit_generation(options::Visitor& v, UbxGeneration& generation) {
   static constexpr std::string_view kNames[]{"m8", "f9", "m10", "x20"};
   v.choice({"generation", "",
-            "ubx: as a u-blox M8 (SPG 3.01), F9 (HPG 1.32), M10 (SPG 5.30) or X20 (HPG 2.10) sends it"},
+            "ubx: as sent by a u-blox M8 (SPG 3.01), F9 (HPG 1.32), M10 (SPG 5.30) or X20 (HPG 2.10)"},
            generation, kNames);
 }
 
@@ -81,7 +81,7 @@ void visit_outputs(options::Visitor& v, OutputConfig& config) {
     std::vector<std::string_view> known;
     for (const Output& output : outputs()) known.push_back(output.name);
     v.words(
-        {"outputs", "", "list of names: only these; or a mapping: which to add and to leave out", "as below"},
+        {"outputs", "", "list of names: only these; or a mapping: names to add and to leave out", "as below"},
         listed, known);
     if (!listed.empty()) config.names = {listed.begin(), listed.end()};
     if (v.reads()) return;

@@ -17,16 +17,16 @@ struct Output {
   bool wanted;            ///< whether a scenario writes it by default
   std::string_view help;  ///< one line
 };
-/// All that `outputs:` of a scenario may name.
+/// All outputs that `outputs:` of a scenario may name.
 [[nodiscard]] std::span<const Output> outputs();
 
-/// Which receivers of u-blox the output `ubx` emulates: firmware SPG 3.01 of the M8 (protocol 18.00),
+/// u-blox receivers that the output `ubx` emulates: firmware SPG 3.01 of the M8 (protocol 18.00),
 /// HPG 1.32 of the F9 (27.31), SPG 5.30 of the M10 (34.30), HPG 2.10 of the X20 (50.11).
 enum class UbxGeneration : std::uint8_t { M8, F9, M10, X20 };
 /// Its name in a scenario and in the options of a stream: "generation".
 void visit_generation(options::Visitor& v, UbxGeneration& generation);
 
-/// A name of earlier versions, and what to write instead.
+/// A name from earlier versions, and its replacement.
 struct FormerOutput {
   std::string_view name, cure;
 };

@@ -49,7 +49,7 @@ const BuiltInProfile& built_in_profile(std::string_view name) {
     names.emplace_back(profile.name);
   }
   throw InputError(fmt::format("'{}' is unknown", name),
-                   known_names(name, names) + ", or a file of your own: ./my.yaml");
+                   known_names(name, names) + ", or your own file: ./my.yaml");
 }
 
 bool is_profile_path(std::string_view text) {
@@ -68,12 +68,12 @@ Profile read_profile(const std::filesystem::path& path) {
   return parse_profile(std::string(file.text()), path);
 }
 
-// The fields of receivers: names, profiles and what a scenario's own sections change of them.
+// Fields of receivers: names, profiles and the overrides of a scenario's own sections.
 using options::Visitor;
 
 namespace {
 
-/// Trees and vehicles of the world hide satellites from every antenna: no profile says where it is.
+/// Trees and vehicles hide satellites from every antenna: they depend on its position, not on its profile.
 ReceiverConfig among_obstacles(ReceiverConfig config) {
   config.options.signal.shadowing.enabled = true;
   config.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Auto;
@@ -95,7 +95,7 @@ ReceiverConfig profile_of(Visitor& v, const std::string& name) {
   }
 }
 
-/// A scenario's own sections, which are of all its receivers.
+/// A scenario's own sections, which apply to all its receivers.
 void visit_sections_of_all(Visitor& v, ReceiverConfig& config) {
   v.part("propagation", config.propagation);
   v.part("noise", config.options.noise);
@@ -127,7 +127,7 @@ void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers, const C
     v.validate(config.options);
   });
   if (v.reads()) {
-    // When all are read: a base may stand below its receiver.
+    // After all are read: a base may be below its receiver in the list.
     v.list("receivers", receivers, [&](ReceiverConfig& config) {
       v.section("corrections", [&] {
         try {
@@ -147,7 +147,7 @@ void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers, const C
 void visit_profile(Visitor& v, ReceiverConfig& config) {
   v.replaced("preset", "did you mean 'profile'?");
   std::optional<std::string> profile;
-  // Every key is written out below it; this one sets no list and no table that keys could only add to.
+  // The keys below have all values: the profile must not set a list or a table to which keys only add.
   if (!v.reads()) profile = kDefaultProfile;  // which sets no options::Switch
   v.text({"profile", "", "one of 'canyon profiles', or a profile file; the keys below override it",
           kDefaultProfile},
@@ -163,8 +163,8 @@ bool has_idle_noise(const SkyConfig& sky, const ReceiverConfig& receiver) {
 
 std::string idle_noise_warning(const std::vector<std::string>& names) {
   return fmt::format(
-      "noise{}{} has no effect, because errors from space replace it; set noise.enabled: true for both, or "
-      "sky.errors.enabled: false",
+      "noise{}{} has no effect, because range errors (sky.errors) replace it; set noise.enabled: true for "
+      "both, or sky.errors.enabled: false",
       names.empty() ? "" : " of ", fmt::join(names, ", "));
 }
 
@@ -184,7 +184,7 @@ void visit(Visitor& v, ReceiverConfig& config) {
   visit(v, config.options);
   v.section("lever_arm", [&] {
     Eigen::Vector3d& arm = config.lever_arm_m;
-    v.number({"forward_m", "m", "antenna ahead of the trajectory's point, turned by its yaw"}, arm.x(),
+    v.number({"forward_m", "m", "antenna ahead of the trajectory's point, rotated by its yaw"}, arm.x(),
              {-1000, 1000});
     v.number({"left_m", "m", "antenna to the left of that point"}, arm.y(), {-1000, 1000});
     v.number({"up_m", "m", "antenna above that point"}, arm.z(), {-1000, 1000});

@@ -69,7 +69,7 @@ TEST(Profile, StandsForTheScenariosOwn) {
                                       profile)
         .receivers.front();
   };
-  // Keys below the receiver still hold, and its name does.
+  // Keys of the receiver still apply, and so does its name.
   const ReceiverConfig m8t =
       read("receivers: [{name: car, profile: paper, elevation_mask_deg: 12}]\n", "ublox-m8t");
   EXPECT_EQ(m8t.options.name, "car");
@@ -83,7 +83,7 @@ TEST(Profile, StandsForTheScenariosOwn) {
               AllOf(HasSubstr("s.yaml"), HasSubstr("ublox-m8t")));
 }
 
-// The F9R is the F9P with the vehicle's sensors, and nothing else.
+// The F9R is the F9P with the vehicle's sensors, without other differences.
 TEST(Profile, TheF9rIsTheF9pWithDeadReckoning) {
   const auto keys_of = [](const char* name) {
     YAML::Node tree = YAML::Load(std::string(built_in_profile(name).text));
@@ -96,7 +96,7 @@ TEST(Profile, TheF9rIsTheF9pWithDeadReckoning) {
   EXPECT_TRUE(keys_of("ublox-f9r").second);
 }
 
-// Each number of a receiver that exists has its source beside it.
+// Each number of an existing receiver has its source next to it.
 TEST(Profile, EveryNumberOfARealReceiverHasAComment) {
   for (const char* name : {"ublox-m10", "ublox-m8t", "ublox-f9p", "phone", "survey", "septentrio-mosaic"}) {
     std::istringstream text{std::string(built_in_profile(name).text)};
@@ -118,7 +118,7 @@ TEST(Profile, EveryNumberOfARealReceiverHasAComment) {
 
 TEST(Profile, ReceiversWithoutOneAreACommonModule) {
   ReceiverConfig common = built_in(kDefaultProfile).receiver;
-  common.options.signal.shadowing.enabled = true;  // of the world
+  common.options.signal.shadowing.enabled = true;  // of the surroundings
   common.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Auto;
   const std::string module = options::exact_text(common);
   const auto named = [](ReceiverConfig config) {
@@ -137,7 +137,8 @@ TEST(Profile, ReceiversWithoutOneAreACommonModule) {
             module);
 }
 
-// Obstacles are the world's: what a scenario says is of every receiver, and no profile has any.
+// Obstacles belong to the surroundings: a scenario's settings apply to every receiver, and no profile has
+// any.
 TEST(Profile, ObstaclesAreOfTheScenario) {
   for (const BuiltInProfile& profile : built_in_profiles()) {
     const std::string receivers = fmt::format("receivers: [{{profile: {}}}]\n", profile.name);
@@ -162,7 +163,7 @@ TEST(Profile, ObstaclesAreOfTheScenario) {
   }
 }
 
-// Systems that the hardware receives at once (docs/profiles.md).
+// Systems that the hardware receives concurrently (docs/profiles.md).
 TEST(Profile, TracksWhatTheHardwareReceivesAtOnce) {
   const receiver::ReceiverOptions m10 = built_in("ublox-m10").receiver.options;
   receiver::ReceiverOptions chosen = m10;
@@ -192,8 +193,7 @@ TEST(Profile, TracksWhatTheHardwareReceivesAtOnce) {
   }
 }
 
-// Real receivers give out the fixes of their navigation engines; the ideal and the paper's receiver have
-// none.
+// Real receivers output the fixes of their navigation engines; the ideal and the paper's receiver have none.
 TEST(Profile, RealReceiversFilterTheirFixes) {
   for (const BuiltInProfile& each : built_in_profiles()) {
     const bool real = each.name != "ideal" && each.name != "paper";
@@ -245,8 +245,8 @@ TEST(Profile, ThresholdsAreWithinTheDataSheets) {
 }
 
 // docs/propagation.md: in the recorded drive the GPS C/N0 of the M8T reaches 42 to 44 dB-Hz at the 90th
-// percentile and 48 at most; what phones receive is some 10 dB below what survey antennas do (Pesyna et al.
-// 2014: 5 to 15 dB).
+// percentile and 48 at most; phones receive some 10 dB less than survey antennas (Pesyna et al. 2014: 5 to 15
+// dB).
 TEST(Profile, LinkBudgetsGiveTheC_N0OfTheirKind) {
   const auto cn0 = [](std::string_view name, double elevation_deg, gnss::System system) {
     const tracking::SignalOptions s = built_in(name).receiver.options.signal;
@@ -270,7 +270,7 @@ TEST(Profile, MissingUnknownAndMisplacedKeysNameTheLine) {
             "p.yaml:1: 'description' is missing; describe the receiver in one line");
   EXPECT_THAT(fault("description: d\nelevation_mask: 5\n"),
               HasSubstr("p.yaml:2: unknown key 'elevation_mask'; did you mean 'elevation_mask_deg'?"));
-  // Names, profiles of profiles, and a scenario's own keys have no place there.
+  // Names, profiles of profiles, and a scenario's own keys are not allowed there.
   for (const char* key : {"name: a", "profile: paper", "seed: 1", "city: {}"}) {
     EXPECT_THAT(fault(std::string("description: d\n") + key + "\n"), HasSubstr("p.yaml:2: unknown key"));
   }

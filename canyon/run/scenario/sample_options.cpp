@@ -39,7 +39,7 @@ void SampleOptions::validate() const {
   if (bands.empty()) throw InputError("the samples have no band", "give bands: [L1]");
   for (const std::string& band : bands) (void)band_centre_hz(band);
   if (format == SampleFormat::OneBit && noise_level)
-    throw InputError("1 bit is the sign alone and has no level", "leave the noise level out");
+    throw InputError("samples of 1 bit are signs and have no noise level", "leave the noise level out");
   if (real && intermediate_hz == 0) {
     throw InputError("real samples need an intermediate frequency",
                      fmt::format("give a quarter of the rate: {} Hz", rate_hz / 4));
@@ -49,13 +49,13 @@ void SampleOptions::validate() const {
 void visit(options::Visitor& v, SampleOptions& o) {
   v.texts({"bands", "", "bands of the samples, one file each: L1, L2, L5, E5 or names of signals"}, o.bands);
   v.number({"rate_hz", "Hz", "samples per second"}, o.rate_hz, {1e6, 200e6});
-  v.number({"intermediate_hz", "Hz", "intermediate frequency: the band's centre is moved here"},
+  v.number({"intermediate_hz", "Hz", "intermediate frequency: the band's centre is shifted to it"},
            o.intermediate_hz, {-100e6, 100e6});
   v.number({"bandwidth_hz", "Hz", "two-sided bandwidth of a filter before the converter; 0: none"},
            o.bandwidth_hz, {0, 200e6});
   v.boolean({"real", "", "real samples, at an intermediate frequency"}, o.real);
   v.boolean({"noise", "", "noise of the front end"}, o.noise);
-  v.choice({"format", "", "how real and imaginary parts are written"}, o.format, kFormats);
+  v.choice({"format", "", "encoding of real and imaginary parts"}, o.format, kFormats);
   v.number(
       {"noise_level", "", "standard deviation of the noise, divided by the largest value", "0.25; 2bit 0.67"},
       o.noise_level, {0, 1, true});

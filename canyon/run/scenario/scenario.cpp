@@ -24,9 +24,9 @@ constexpr std::string_view kMotions[]{"auto", "standing", "driving", "flying"};
 void visit(options::Visitor& v, MapOptions& o) {
   v.choice(
       {"motion", "",
-       "receiver of a heat map: standing, driving (along the longest way through a cell), flying (in all "
-       "directions); auto: one with a position filter and without a fixed place drives below 5 m above "
-       "the terrain and flies above, others stand"},
+       "receiver of a heat map: standing, driving (along the longest line through a cell), flying (in all "
+       "directions); auto: one with a position filter and without a fixed position drives below 5 m above "
+       "the terrain and flies above, others are stationary"},
       o.motion, kMotions);
   v.number({"pace_mps", "m/s", "speed of a receiver of a heat map that drives or flies"}, o.pace_mps,
            {0.1, 300});
@@ -83,7 +83,7 @@ Scenario read_scenario_with_profile(const std::filesystem::path& path, const std
   const auto change = [&profile](options::Node& root) {
     try {
       options::set_at(root, "receivers[0].profile", options::scalar_node(profile));
-    } catch (const InputError&) {  // the reader names what is not a list or a section
+    } catch (const InputError&) {  // the reader reports values that are not a list or a section
     }
   };
   options::read_yaml(std::string(file.text()), document_of(path), kNeeds, scenario, change);
@@ -122,37 +122,37 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
   const std::string& from = options.corrections.from;
   if (options.rtk.enabled && !options.signal.enabled) {
     throw InputError(
-        fmt::format("receiver '{}': rtk has no carrier phases without strengths of signals", options.name),
+        fmt::format("receiver '{}': rtk needs carrier phases, which need signal strengths", options.name),
         "give signal: {enabled: true}, or a profile that has it");
   }
   if (from.empty() || relative::is_stream(from)) return;
   const auto refuse = [&](std::string_view problem, std::string_view cure) {
-    throw InputError(
-        fmt::format("receiver '{}' takes corrections from '{}', {}", options.name, from, problem), cure);
+    throw InputError(fmt::format("receiver '{}' uses corrections from '{}', {}", options.name, from, problem),
+                     cure);
   };
   const std::optional<std::size_t> base = index_of_base(receivers, receivers[index]);
   if (!base) {
     refuse("which is not a receiver of the scenario",
            fmt::format("receivers: {}", fmt::join(receiver_names(receivers), ", ")));
   }
-  if (*base == index) refuse("itself", "name a receiver with a fixed place");
+  if (*base == index) refuse("itself", "name a receiver with a fixed position");
   std::optional<std::size_t> next = base;
   for (std::size_t steps = 0; next && steps < receivers.size(); ++steps) {
     next = index_of_base(receivers, receivers[*next]);
-    if (next == index) refuse("which itself depends on this receiver", "leave one of them out");
+    if (next == index) refuse("which itself depends on this receiver", "remove one of them");
   }
   if (options.corrections.virtual_station && !receivers[*base].fixed) {
     refuse("which moves: a virtual station needs a fixed base",
-           "leave virtual_station out, or give that receiver a fixed place");
+           "leave virtual_station out, or give that receiver a fixed position");
   }
   if (!receivers[*base].fixed && !options.rtk.enabled) {
-    refuse("whose place is not known",
+    refuse("whose position is not known",
            "give that receiver fixed: {latitude_deg: ..., longitude_deg: ...}, or this one rtk: true for the "
            "heading of two antennas");
   }
   if (!options.own_draws && !receivers[*base].options.own_draws) {
-    refuse("and both draw the same noise, which would vanish in the difference",
-           "leave own_draws: false out of one of them");
+    refuse("and both have the same noise, which would vanish in the difference",
+           "remove own_draws: false from one of them");
   }
 }
 

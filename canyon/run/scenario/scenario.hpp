@@ -29,7 +29,7 @@
 
 namespace canyon::simulation {
 
-/// How a receiver moves through the cells of a heat map.
+/// Motion of a receiver in the cells of a heat map.
 enum class Motion : std::uint8_t { Auto, Standing, Driving, Flying };
 
 /// `map:` of a scenario.
@@ -46,7 +46,7 @@ void visit(options::Visitor& v, MapOptions& o);
 /// "standing", "driving at 8 m/s".
 [[nodiscard]] std::string describe(const MapOptions& options);
 
-// Programs know them by this namespace, too.
+// Programs may also name them in this namespace.
 using samples::band_centre_hz;
 using samples::name;
 using samples::SampleFormat;
@@ -63,8 +63,8 @@ struct SkyConfig {
   bool allow_stale = false;
   errors::SpaceErrorOptions errors;
 
-  /// Whether signals have the errors of space: as `errors` says, else where the satellites' ephemerides are
-  /// broadcast ones.
+  /// Whether signals have range errors (satellite and atmosphere): by `errors`, else if the satellites'
+  /// ephemerides are broadcast ones.
   [[nodiscard]] bool has_errors(bool broadcast) const {
     return errors.enabled || (broadcast && !errors.enabled.is_set());
   }
@@ -73,14 +73,13 @@ struct SkyConfig {
 
 struct TrajectoryConfig {
   std::optional<std::filesystem::path> file;
-  std::string format;                        ///< of trajectory_formats(); empty: told by the file's content
-  TrajectoryColumns columns;                 ///< of a CSV file
+  std::string format;         ///< of trajectory_formats(); empty: detected from the file's content
+  TrajectoryColumns columns;  ///< of a CSV file
   std::vector<geodesy::Geodetic> waypoints;  ///< instead of a file
-  /// Waypoints that were given by east, north, up [m] from the city's origin, with their numbers in
-  /// `waypoints`. Where that origin is not known before the city's file is read they stand there as {}:
-  /// Simulation puts all of these in place.
+  /// Waypoints given by east, north, up [m] from the city's origin, with their indices in `waypoints`. If the
+  /// origin is not known before the city's file is read, they are {} there until Simulation sets them.
   std::vector<std::pair<std::size_t, Eigen::Vector3d>> local_waypoints;
-  /// A waypoint's own values, in place of those of the trajectory.
+  /// A waypoint's own values, which replace those of the trajectory.
   struct Leg {
     std::optional<double> height_above_terrain_m;  ///< at the waypoint; between two the height is linear
     std::optional<double> speed_mps, hold_s;
@@ -90,15 +89,16 @@ struct TrajectoryConfig {
   std::vector<Leg> legs;  ///< one for each waypoint; empty: no waypoint has its own values
   double speed_mps = 10;
   double hold_s = 0;
-  std::optional<double> acceleration_mps2;  ///< rounds corners and speeds; empty: both change at once
+  std::optional<double> acceleration_mps2;  ///< for corners and speed changes; empty: both are immediate
   Attitude attitude = Attitude::Level;
-  std::optional<double> height_above_terrain_m;  ///< clamps; empty: heights as given
+  std::optional<double> height_above_terrain_m;  ///< clamps to the terrain; empty: heights as given
 };
 
-/// The place of an antenna that does not move.
+/// The position of an antenna that does not move.
 struct FixedPlace {
   geodesy::Geodetic place;
-  /// East, north, up [m] from the city's origin, if the place was given so; settle() turns it into `place`.
+  /// East, north, up [m] from the city's origin, if the position was given so; settle() converts it to
+  /// `place`.
   std::optional<Eigen::Vector3d> local_m;
 
   void settle(const geodesy::LocalFrame& city) {
@@ -108,24 +108,25 @@ struct FixedPlace {
 
 struct ReceiverConfig {
   receiver::ReceiverOptions options;
-  /// The place of a base station's antenna, which neither trajectory nor lever arm move.
+  /// The position of a base station's antenna, independent of trajectory and lever arm.
   std::optional<FixedPlace> fixed;
   propagation::PropagationOptions propagation;            ///< profile, then scenario, then receiver
   Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();  ///< forward, left, up from the reference point
   disturbance::StreetOptions streets;                     ///< one for all receivers of a scenario
-  /// A program's own disturbances, applied in this order to what arrives; scenario files cannot name them.
+  /// Disturbances of the calling program, applied in this order to the arrivals; scenario files cannot set
+  /// them.
   std::vector<disturbance::DisturbanceSource> disturbances;
-  receiver::ModelSource models;  ///< a program's own, in place of the receiver's weights and position
+  receiver::ModelSource models;  ///< of the calling program, in place of the receiver's weights and position
 };
 
-/// A whole scenario, checked. Paths are absolute or relative to the working folder (already resolved against
-/// the scenario's own).
+/// A whole scenario, checked. Paths are absolute or relative to the working folder (already resolved relative
+/// to the scenario's folder).
 struct Scenario {
   std::filesystem::path file;
   CityConfig city;
   SkyConfig sky;
   TrajectoryConfig trajectory;
-  std::optional<geodesy::GpsTime> start;  ///< where empty: the trajectory file's first time
+  std::optional<geodesy::GpsTime> start;  ///< empty: the trajectory file's first time
   std::optional<double> duration_s;       ///< empty: the whole trajectory
   std::optional<double> rate_hz;          ///< empty: the trajectory file's own rate (1 Hz for waypoints)
   std::vector<ReceiverConfig> receivers;  ///< at least one
@@ -135,8 +136,8 @@ struct Scenario {
   OutputConfig outputs;
   MapOptions map;                   ///< for `canyon heatmap`
   samples::SampleOptions samples;   ///< for the output `samples` and for `canyon iq`
-  std::optional<LiveOptions> live;  ///< used by `canyon live` alone
-  /// Statements of the file that may be mistakes, one line each.
+  std::optional<LiveOptions> live;  ///< only used by `canyon live`
+  /// Values of the file that may be mistakes, one line each.
   std::vector<std::string> warnings;
 };
 
@@ -144,8 +145,8 @@ struct Scenario {
 [[nodiscard]] std::size_t find_receiver(const Scenario& scenario, const std::string& name);
 
 struct ScenarioReadOptions {
-  /// `trajectory` must be there. False: where it is absent, Scenario::trajectory has neither file nor
-  /// waypoints (the caller brings a truth of its own).
+  /// `trajectory` is required. False: if it is absent, Scenario::trajectory has neither file nor waypoints
+  /// (the caller supplies the truth).
   bool trajectory_needed = true;
 };
 
@@ -156,23 +157,22 @@ struct ScenarioReadOptions {
 [[nodiscard]] Scenario parse_scenario(const std::string& text, const std::filesystem::path& name,
                                       const ScenarioReadOptions& options = {});
 
-/// The effective scenario as YAML: profiles resolved, every default written out, files by their whole paths.
-/// Read back it gives the same run, to the byte.
+/// The effective scenario as YAML: profiles resolved, every default written out, files with absolute paths.
+/// Reading it gives the same run, to the byte.
 [[nodiscard]] std::string scenario_yaml(const Scenario& scenario);
 
 using ScenarioKey = options::Key;
-/// Every key: for help text, documentation and schema.
+/// All keys: for help text, documentation and schema.
 [[nodiscard]] const options::Description& scenario_description();
 [[nodiscard]] const std::vector<ScenarioKey>& scenario_keys();
 
-/// Fields as users write them. Readers check fields that depend on each other.
+/// Fields as in the user's file. Readers check fields that depend on each other.
 void visit(options::Visitor& v, SkyConfig& o);
 /// All fields but name and profile.
 void visit(options::Visitor& v, ReceiverConfig& o);
 void visit(options::Visitor& v, OutputConfig& o);
 void visit(options::Visitor& v, Scenario& o);
-/// The fields of a scenario that say which run is made of it: duration_s, rate_hz or interval_s, seed.
-/// Command lines change them.
+/// The fields of a scenario that command lines change: duration_s, rate_hz or interval_s, seed.
 void visit_run(options::Visitor& v, Scenario& scenario);
 /// A scenario whose trajectory may be absent (ScenarioReadOptions::trajectory_needed).
 struct ScenarioOfAnyTrajectory {
@@ -188,9 +188,8 @@ void visit(options::Visitor& v, ScenarioOfAnyTrajectory& o);
   return names;
 }
 
-/// Throws InputError where receivers[index] cannot take the corrections that it names: of no receiver of the
-/// run, of itself, of one without a fixed place, of one that itself depends on it, or of one that draws the
-/// same noise.
+/// Throws InputError if receivers[index] cannot use the corrections that it names: no receiver of the run,
+/// itself, a receiver without a fixed position, one that depends on it, or one with the same noise.
 void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t index);
 
 /// Whether a receiver uses the measurements of a base.
@@ -198,7 +197,7 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
   return options.rtk.enabled || !options.corrections.from.empty();
 }
 
-/// The base of a receiver in the same run; empty: it takes no corrections, or those of a stream.
+/// The base of a receiver in the same run; empty: it uses no corrections, or those of a stream.
 [[nodiscard]] std::optional<ReceiverConfig> base_of(const std::vector<ReceiverConfig>& receivers,
                                                     const ReceiverConfig& receiver);
 
@@ -206,15 +205,15 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
 [[nodiscard]] std::optional<std::size_t> index_of_base(const std::vector<ReceiverConfig>& receivers,
                                                        const ReceiverConfig& receiver);
 
-/// A scenario of a host that brings city and motion itself, of one receiver and, behind it, the base in the
-/// host's world, if any; of runs and sessions with all their receivers.
+/// A scenario of a host that supplies city and motion. A host's has one receiver, then the base in the host's
+/// world, if any; a run's or session's has all receivers.
 struct LiveConfig : Scenario {
   LiveConfig() { receivers.resize(1); }
   explicit LiveConfig(Scenario scenario) : Scenario(std::move(scenario)) {}
 
   /// `corrections.from` may name another receiver of the host's world.
   bool bases_elsewhere = false;
-  /// The host gives the samples of Scenario::sensors with each step (LiveReceiver::observe()).
+  /// The host supplies the samples of Scenario::sensors in each step (LiveReceiver::observe()).
   bool with_sensors = false;
 
   [[nodiscard]] ReceiverConfig& receiver() { return receivers.front(); }
@@ -222,30 +221,29 @@ struct LiveConfig : Scenario {
   /// Null: none.
   [[nodiscard]] const ReceiverConfig* base() const { return receivers.size() > 1 ? &receivers[1] : nullptr; }
 };
-/// The scenario's keys `sky`, `start`, `rate_hz`, `seed` and `geoid_undulation_m`, and beside them those of
-/// the receiver without brackets, and `base` with `name`, `profile` and `fixed`.
+/// The scenario's keys `sky`, `start`, `rate_hz`, `seed` and `geoid_undulation_m`, those of the receiver
+/// without brackets, and `base` with `name`, `profile` and `fixed`.
 void visit(options::Visitor& v, LiveConfig& o);
-/// A scenario as a Run takes it, with this `start` and interval; what warnings it has were said.
+/// A scenario as Run uses it, with this `start` and interval; its warnings were already reported.
 [[nodiscard]] LiveConfig live_config(const Scenario& scenario, geodesy::GpsTime start, double interval_s);
 
 /// Reads YAML with the fields of a LiveConfig and `faults`, whose times count from the host's time 0. `name`
-/// stands in messages; Scenario::warnings has what may be a mistake. Relative paths belong to the folder of
-/// `name`. Throws InputError as parse_scenario() does.
+/// appears in messages; Scenario::warnings has possible mistakes. Relative paths are relative to the folder
+/// of `name`. Throws InputError as parse_scenario() does.
 [[nodiscard]] LiveConfig parse_live_config(const std::string& text, const std::filesystem::path& name);
 
-/// `config` with what a YAML or JSON text changes of it while the receiver runs: any key of
-/// parse_live_config() but `sky`, `start`, `name`, `base`, `corrections.from` and `faults`, nested ("clock:
-/// {bias_s: 1}") or with dots ("clock.bias_s: 1"). Keys that are absent stay as they are; `profile` sets all
-/// those of a receiver but name, own_draws, corrections.from, lever_arm and streets, and what conflicts with
-/// it overrides it. `name` of the text as for parse_live_config(); where it is not empty the text is a
-/// request of others, and `profile` names one of Canyon's, or a file in the folder of `name`. Throws
-/// InputError as parse_live_config().
+/// `config` with the changes of a YAML or JSON text to a running receiver: any key of parse_live_config() but
+/// `sky`, `start`, `name`, `base`, `corrections.from` and `faults`, nested ("clock: {bias_s: 1}") or with
+/// dots ("clock.bias_s: 1"). Absent keys do not change. `profile` sets all keys of a receiver but name,
+/// own_draws, corrections.from, lever_arm and streets; other keys of the text override it. `name` of the text
+/// as for parse_live_config(); if it is not empty, the text is a request from a client, and `profile` names
+/// one of Canyon's, or a file in the folder of `name`. Throws InputError as parse_live_config().
 [[nodiscard]] LiveConfig changed_live_config(const LiveConfig& config, const std::string& text,
                                              const std::filesystem::path& name);
-/// The keys that changed_live_config() knows.
+/// The keys that changed_live_config() accepts.
 [[nodiscard]] const options::Description& running_description();
-/// Their values, a line "clock.bias_s: 1" each, which changed_live_config() takes, without passwords. They do
-/// not include `profile`.
+/// Their values, one line "clock.bias_s: 1" each, as changed_live_config() accepts them, without passwords
+/// and without `profile`.
 [[nodiscard]] std::string running_options(const LiveConfig& config);
 
 }  // namespace canyon::simulation

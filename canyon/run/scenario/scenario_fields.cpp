@@ -40,17 +40,17 @@ void visit_frozen(Visitor& v, SkyConfig& sky) {
   int count = static_cast<int>(sky.frozen_azimuth_rad.size());
   std::vector<double>& azimuths = sky.frozen_azimuth_rad;
   std::vector<double>& elevations = sky.frozen_elevation_rad;
-  v.integer({"satNum", "satellites", "the paper's virtual satellites that never move", "the lists' length"},
+  v.integer({"satNum", "satellites", "the paper's number of fixed virtual satellites", "the lists' length"},
             count, 1, 63);
   v.numbers({"satAzimuth", "rad", "their azimuths from north, clockwise"}, azimuths, {});
   v.numbers({"satElevation", "rad", "their elevations"}, elevations, {});
   if (!v.reads()) return;
   const auto in_radians = [&v](const char* key, const std::vector<double>& values, double low, double high) {
     for (const double value : values) {
-      // 1.5708 means the zenith.
+      // 1.5708 is accepted as the zenith.
       if (value >= low - 1e-5 && value <= high + 1e-5) continue;
       throw v.fault(key, fmt::format("{} is out of range", value),
-                    fmt::format("it is in radians, from {:.6g} to {:.6g}; {} deg is {:.6f}", low, high, value,
+                    fmt::format("give radians from {:.6g} to {:.6g}; {} deg is {:.6f}", low, high, value,
                                 geodesy::radians(value)));
     }
   };
@@ -87,7 +87,7 @@ void visit_systems(Visitor& v, std::set<gnss::System>& systems) {
     }
   }
   if (systems.empty())
-    throw v.fault("systems", "names no system", "write GPS, GLONASS, Galileo, BeiDou, QZSS, SBAS");
+    throw v.fault("systems", "contains no system", "write GPS, GLONASS, Galileo, BeiDou, QZSS, SBAS");
 }
 
 }  // namespace
@@ -106,7 +106,7 @@ void visit(Visitor& v, SkyConfig& sky) {
   }
   if (v.reads()) {
     if (v.has("nominal") && !sky.nominal) {
-      throw v.fault("nominal", "false, and no other source",
+      throw v.fault("nominal", "is false, but there is no other source",
                     "give one of navigation, sp3 and frozen, or true");
     }
     sky.nominal = sky.navigation.empty() && sky.sp3.empty() && !v.has("frozen");
@@ -121,7 +121,7 @@ void visit(Visitor& v, SkyConfig& sky) {
   if (v.wants(!frozen)) v.part("errors", sky.errors);
 }
 
-// --- places and ways: trajectory, waypoints, fixed antennas
+// --- positions and routes: trajectory, waypoints, fixed antennas
 
 namespace {
 
@@ -143,14 +143,14 @@ PlaceKeys keys_of(const TrajectoryConfig& config, std::size_t index) {
   return keys;
 }
 
-// The city's frame, or nothing where only its file knows.
+// The city's frame; empty if only its file has it.
 std::optional<geodesy::LocalFrame> known_frame(Visitor& v, const CityConfig& city) {
   std::optional<geodesy::LocalFrame> frame;
   if (v.reads() && city.origin) frame.emplace(*city.origin);
   return frame;
 }
 
-// A place by its keys. @param height_cure for a missing height; empty: it may be left out
+// A position by its keys. @param height_cure for a missing height; empty: the height may be absent
 FixedPlace place_of(Visitor& v, const PlaceKeys& keys, const std::optional<geodesy::LocalFrame>& frame,
                     std::string_view height_cure) {
   const auto height = [&](std::string_view key, const std::optional<double>& value) {
@@ -160,7 +160,7 @@ FixedPlace place_of(Visitor& v, const PlaceKeys& keys, const std::optional<geode
   FixedPlace place;
   if (keys.east_m || keys.north_m || keys.up_m) {
     constexpr std::string_view kCure =
-        "east_m, north_m and up_m are one place, latitude_deg, longitude_deg and height_m another";
+        "use either east_m, north_m and up_m or latitude_deg, longitude_deg and height_m";
     v.require("east_m", kCure);
     v.require("north_m", kCure);
     place.local_m = Eigen::Vector3d(*keys.east_m, *keys.north_m, height("up_m", keys.up_m));
@@ -174,7 +174,7 @@ FixedPlace place_of(Visitor& v, const PlaceKeys& keys, const std::optional<geode
   return place;
 }
 
-// A place becomes the next waypoint.
+// A position becomes the next waypoint.
 void add_place(Visitor& v, const PlaceKeys& keys, const std::optional<geodesy::LocalFrame>& frame,
                TrajectoryConfig& config, bool on_terrain = false) {
   const FixedPlace place = place_of(
@@ -184,7 +184,7 @@ void add_place(Visitor& v, const PlaceKeys& keys, const std::optional<geodesy::L
   config.waypoints.push_back(place.place);
 }
 
-// `height_note`: behind the help of heights.
+// `height_note`: after the help of heights.
 void visit_place(Visitor& v, PlaceKeys& keys, const std::string& what, const std::string& height_note) {
   const bool local = keys.east_m || v.has("east_m") || v.has("north_m") || v.has("up_m");
   const std::string latitude = what + ": geodetic latitude (WGS 84)";
@@ -248,10 +248,9 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
     v.word(
         {"format", "",
          "csv: columns by their names; urbannav: GPS week, time of week, latitude, longitude, height; "
-         "rtklib: "
-         "a .pos file; nmea: GGA with RMC or ZDA; gnsslogger: the fixes in a log of Android's app; csv, gpx, "
-         "kml: with times, or driven as waypoints are",
-         "told by the file's content"},
+         "rtklib: a .pos file; nmea: GGA with RMC or ZDA; gnsslogger: the fixes in a log of Android's app; "
+         "csv, gpx, kml: with times, or driven like waypoints",
+         "detected from the file's content"},
         config.format, formats);
     visit_columns(v, config);
     if (v.reads() && config.file && config.format.empty())
@@ -260,7 +259,7 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
   static constexpr std::array<std::string_view, 4> kAttitudes{"level", "aircraft", "multirotor", "car"};
   v.choice({"attitude", "",
             "attitude of the vehicle and its antenna: level; aircraft (nose along the path, banked in "
-            "turns); multirotor (tilted by its acceleration); car (nose along the way, level across)"},
+            "turns); multirotor (tilted by its acceleration); car (nose along the path, level across)"},
            config.attitude, kAttitudes);
   std::vector<WaypointKeys> places;
   for (std::size_t i = 0; i < config.waypoints.size() && !v.reads(); ++i)
@@ -270,9 +269,9 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
     visit_leg(v, keys.leg);
     if (!v.reads()) return;
     if (keys.leg.height_above_terrain_m && config.height_above_terrain_m)
-      throw v.fault(
-          "height_above_terrain_m", "is given at the waypoint and at the trajectory",
-          "keep one: the trajectory's follows the terrain, waypoints' are joined by straight lines");
+      throw v.fault("height_above_terrain_m", "is given both at the waypoint and at the trajectory",
+                    "keep one: the trajectory's value follows the terrain, waypoints' values are joined by "
+                    "straight lines");
     add_place(v, keys.place, frame, config, keys.leg.height_above_terrain_m.has_value());
     config.legs.push_back(keys.leg);
   });
@@ -288,10 +287,10 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
     v.number(
         {"acceleration_mps2", "m/s^2",
          "smooth drive: largest acceleration, along and across; the vehicle rests at holds and at both ends",
-         "speeds and directions change at once"},
+         "speeds and directions change instantly"},
         config.acceleration_mps2, {0, 100, true});
   }
-  if (!v.wants(v.reads())) return;  // one place is written as a list of one
+  if (!v.wants(v.reads())) return;  // one position is written as a list of one
   v.section("position", [&] {
     PlaceKeys keys;
     visit_place(v, keys, "fixed position for duration_s", kHeightNote);
@@ -311,7 +310,7 @@ void visit_fixed(Visitor& v, std::optional<FixedPlace>& fixed, const CityConfig&
       keys.height_m = fixed->place.height_m;
     }
     visit_place(v, keys, "fixed antenna of a base station, independent of trajectory and lever_arm", "");
-    if (v.reads()) fixed = place_of(v, keys, known_frame(v, city), "a base station's place needs a height");
+    if (v.reads()) fixed = place_of(v, keys, known_frame(v, city), "give the height of the base station");
   });
 }
 
@@ -329,8 +328,8 @@ void visit_start(Visitor& v, std::optional<GpsTime>& start, std::vector<std::str
            text);
     if (v.reads() && text) {
       if (warnings != nullptr && !geodesy::names_time_scale(*text)) {
-        warnings->push_back(fmt::format(
-            "start: {} names no zone and is taken as UTC; write Z or an offset behind it", *text));
+        warnings->push_back(
+            fmt::format("start: {} has no time zone and is taken as UTC; append Z or an offset", *text));
       }
       try {
         start = geodesy::parse_simulated_time(*text);
@@ -361,11 +360,11 @@ void visit_rate(Visitor& v, std::optional<double>& rate_hz) {
   std::optional<double> interval_s;
   v.number({"interval_s", "s", "seconds between epochs instead of rate_hz, in whole nanoseconds"}, interval_s,
            {1e-3, 1e6});
-  if (interval_s) rate_hz = 1 / *interval_s;  // its inverse again is right to 1e-15
+  if (interval_s) rate_hz = 1 / *interval_s;  // inverted again it is exact to 1e-15
 }
 
 void visit_seed(Visitor& v, std::uint64_t& seed) {
-  v.integer({"seed", "", "seed of all noise: same seed, same bytes"}, seed);
+  v.integer({"seed", "", "seed of all noise: equal seeds give equal bytes"}, seed);
 }
 
 namespace {

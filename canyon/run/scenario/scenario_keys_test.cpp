@@ -51,7 +51,7 @@ void collect(const YAML::Node& node, const std::string& path, std::set<std::stri
   }
 }
 
-// Scenarios that together hold every key.
+// Scenarios that together contain every key.
 std::vector<std::string> scenarios_with_every_key() {
   const std::string propagation =
       "{model: specular, reflection_order: 1, max_range_m: 300, max_incidence_deg: 89, ground_reflection: "
@@ -344,7 +344,7 @@ TEST(EveryKey, OfAReceiverIsRefusedByProfilesAndHostsToo) {
   }
 }
 
-// A change of any field of a receiver shows in exact_text(), and so in the key of a heat map's store.
+// A change of any field of a receiver appears in exact_text(), and so in the key of a heat map's store.
 ReceiverConfig profile_with(const std::string& line) {
   return parse_profile("description: d\n" + line + "\n", "p.yaml").receiver;
 }
@@ -367,7 +367,7 @@ TEST(ReceiverKeys, DefaultsOfTheTableAreThoseOfTheStructs) {
 TEST(ReceiverKeys, EachKeySetsAFieldOfItsOwn) {
   const std::vector<std::string> plain = lines_of(options::exact_text(ReceiverConfig()));
   const auto of_world = std::count_if(plain.begin(), plain.end(), [](const std::string& line) {
-    return line.starts_with("signal.shadowing.");  // a scenario's, no profile's
+    return line.starts_with("signal.shadowing.");  // of a scenario, not of a profile
   });
   std::set<std::string> changed_by_any;
   for (const ScenarioKey& key : profile_keys()) {
@@ -418,7 +418,7 @@ TEST(ScenarioKeys, HelpTextNamesEveryKeyUnitAndDefault) {
 // --- written back, and the schema
 // ---------------------------------------------------------------------------------
 
-// The examples of the repository beside the files that they name, all empty; a scenario of each profile; and
+// The examples of the repository with the files that they name, all empty; a scenario of each profile; and
 // those with every key.
 std::map<std::string, std::string> all_scenarios(const TemporaryFolder& folder) {
   for (const char* sub :

@@ -34,7 +34,7 @@ using ::testing::StartsWith;
 
 const std::filesystem::path kSource = canyon_source_dir;
 
-// The message for a scenario of this text, from its name on.
+// The message for a scenario of this text, starting with its name.
 std::string fault(const std::string& text) {
   std::string what = error_of([&] { (void)parse_scenario(text, "s.yaml"); }).what();
   EXPECT_THAT(what, StartsWith("s.yaml"));
@@ -148,7 +148,7 @@ TEST(Scenario, LeftOutKeysAreTheDefaultProfilesAndTheStructs) {
   EXPECT_EQ(s.city.origin->latitude_rad, city::SyntheticCityOptions().origin.latitude_rad);
 }
 
-// A mapping changes what a scenario that says nothing writes; a list is all of it.
+// A mapping changes the default outputs; a list replaces them.
 TEST(Scenario, OutputsAreNamesAsAMappingOrAList) {
   const auto names = [](const std::string& outputs) {
     return parse_scenario(kMinimal + outputs, "s.yaml").outputs.names;
@@ -183,7 +183,7 @@ TEST(Scenario, OutputsAreNamesAsAMappingOrAList) {
   EXPECT_TRUE(m10.has("ubx"));
   EXPECT_EQ(m10.ubx_generation, UbxGeneration::M10);
   EXPECT_FALSE(parse_scenario(kMinimal + "outputs: {ubx: false}\n", "s.yaml").outputs.has("ubx"));
-  // The effective scenario says each name.
+  // The effective scenario contains each name.
   Scenario scenario = parse_scenario(kMinimal + "outputs: [nmea, ubx]\n", "s.yaml");
   EXPECT_EQ(parse_scenario(scenario_yaml(scenario), "s.yaml").outputs.names, scenario.outputs.names);
   EXPECT_THAT(scenario_yaml(scenario), HasSubstr("outputs:\n  epochs_csv: false\n"));
@@ -194,7 +194,7 @@ TEST(Scenario, OutputsAreNamesAsAMappingOrAList) {
   EXPECT_EQ(forms[0]["enum"].size(), outputs().size());
   EXPECT_EQ(forms[1]["items"]["enum"].size(), outputs().size());
   EXPECT_EQ(forms[2]["properties"].size(), outputs().size());
-  // Names that a program set are checked when the outputs are opened.
+  // Names that a program sets are checked when the outputs are opened.
   scenario.outputs.names.insert("nmae");
   EXPECT_THAT(canyon::test::refusal([&] { scenario.outputs.validate(); }),
               HasSubstr("there is no output 'nmae'; did you mean 'nmea'?"));
@@ -306,7 +306,7 @@ TEST(Scenario, NamesWrongTypesUnitsAndRanges) {
   EXPECT_THAT(fault(kMinimal + "receivers: {name: a}\n"), HasSubstr("receivers: is not a list"));
   EXPECT_THAT(fault(kMinimal + "receivers: []\n"), HasSubstr("the list is empty"));
   EXPECT_THAT(fault(kMinimal + "receivers: [{name: a, fixed: {latitude_deg: 1, longitude_deg: 2}}]\n"),
-              AllOf(HasSubstr("'height_m' is missing"), HasSubstr("a base station's place needs a height")));
+              AllOf(HasSubstr("'height_m' is missing"), HasSubstr("give the height of the base station")));
   EXPECT_THAT(fault(kMinimal + "receivers: [{name: a, fixed: {east_m: 1, up_m: 2}}]\n"),
               HasSubstr("'north_m' is missing"));
   EXPECT_THAT(fault(kMinimal + "seed: -1\n"), HasSubstr("seed: -1 is out of range"));
@@ -334,7 +334,7 @@ TEST(Scenario, NamesWhatIsMissingOrContradicts) {
   EXPECT_THAT(fault(kMinimal + "sky: {systems: [GPS, Galilei]}\n"),
               AllOf(HasSubstr("systems: "), HasSubstr("Galile")));
   EXPECT_THAT(fault(kMinimal + "sky: {systems: []}\n"), HasSubstr("the list is empty"));
-  EXPECT_THAT(fault(kMinimal + "sky: {systems: \",\"}\n"), HasSubstr("systems: names no system"));
+  EXPECT_THAT(fault(kMinimal + "sky: {systems: \",\"}\n"), HasSubstr("systems: contains no system"));
   EXPECT_THAT(fault(kCity + "trajectory: {speed_mps: 3}\n"), HasSubstr("trajectory has no content"));
   EXPECT_THAT(fault(kCity + "trajectory: {position: {east_m: 1, north_m: 2}}\n"),
               HasSubstr("'up_m' is missing; give it, or trajectory.height_above_terrain_m"));
@@ -360,7 +360,7 @@ TEST(Scenario, FrozenSkyTakesThePapersWordsInRadians) {
   EXPECT_THAT(s.sky.frozen_azimuth_rad, ElementsAre(2.93, 3.39));
   EXPECT_THAT(s.sky.frozen_elevation_rad, ElementsAre(0.78, 0.32));
   EXPECT_THAT(fault(frozen("satAzimuth: 2.93, satElevation: 45")),
-              HasSubstr("it is in radians, from 0 to 1.5708; 45 deg is 0.785398"));
+              HasSubstr("give radians from 0 to 1.5708; 45 deg is 0.785398"));
   EXPECT_THAT(fault(frozen("satAzimuth: 270, satElevation: 1")),
               HasSubstr("satAzimuth: 270 is out of range"));
   EXPECT_THAT(fault(frozen("satNum: 3, satAzimuth: 1 2, satElevation: 1 1")),
@@ -406,7 +406,7 @@ TEST(Scenario, NamesTheKindOfAnotherFile) {
       given("drive.gpx", "<?xml version=\"1.0\"?><gpx><trk/></gpx>"),
       HasSubstr("drive.gpx: is a GPX file, not a scenario (YAML); as a trajectory its format is gpx"));
   EXPECT_THAT(given("drive.nmea", sentence), HasSubstr("is a log of NMEA sentences, not a scenario (YAML)"));
-  // The name says what it was meant to be.
+  // The message suggests the intended name.
   EXPECT_THAT(given("drive.yaml", sentence), HasSubstr("the scenario is not a mapping"));
 }
 
@@ -474,7 +474,7 @@ TEST(Scenario, TrajectoryMayBeAbsentWhereItIsNotNeeded) {
   EXPECT_FALSE(s.trajectory.file);
   EXPECT_TRUE(s.trajectory.waypoints.empty());
   EXPECT_EQ(parse_scenario(kMinimal, "s.yaml", options).trajectory.waypoints.size(), 1U);
-  // Keys that are there are checked as always.
+  // Existing keys are checked as always.
   EXPECT_THROW((void)parse_scenario(kCity + "trajectory: {speed_mps: 3}\n", "s.yaml", options), InputError);
 }
 
@@ -505,7 +505,8 @@ TEST(Scenario, WarnsOfAStartWithoutAZone) {
                "s.yaml")
         .warnings;
   };
-  EXPECT_THAT(warnings("2026-06-01T12:00:00"), ElementsAre(HasSubstr("2026-06-01T12:00:00 names no zone")));
+  EXPECT_THAT(warnings("2026-06-01T12:00:00"),
+              ElementsAre(HasSubstr("2026-06-01T12:00:00 has no time zone")));
   EXPECT_THAT(warnings("2026-06-01T12:00:00Z"), ElementsAre());
   EXPECT_THAT(warnings("{week: 2420, tow: 0}"), ElementsAre());
   EXPECT_THAT(fault(kCity + "start: 1975-06-01\ntrajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n"),

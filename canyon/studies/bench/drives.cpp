@@ -23,12 +23,12 @@ extern const char *const drives_yaml, *const drives_1_yaml;
 
 namespace {
 
-/// What counts as a lasting error of the fix.
+/// Definition of a lasting error of the fix.
 constexpr double kLasting_m = 5, kLasting_s = 2;
 
 void visit_parts(options::Visitor& v, const char* name, std::vector<ScenarioPart>& parts) {
   v.list(name, parts, [&](ScenarioPart& each) {
-    v.text({"name", "", "how drives name it"}, each.name);
+    v.text({"name", "", "name in names of drives"}, each.name);
     v.text({"scenario", "", "YAML"}, each.scenario);
   });
 }
@@ -119,7 +119,7 @@ class DriveSink final : public simulation::EpochSink {
                           fix.dop ? output::fixed(fix.dop->pdop, 2) : "");
   }
 
-  /// A baseline: the position of each epoch alone, as an estimate.
+  /// The baseline: the position of each epoch alone, as an estimate.
   void write_single(double t, const positioning::Fix& fix) {
     if (!fix.solved()) return;
     single_ += fmt::format("{:.3f},{:.9f},{:.9f},{:.4f}", t, geodesy::degrees(fix.position.latitude_rad),
@@ -130,7 +130,7 @@ class DriveSink final : public simulation::EpochSink {
     single_ += '\n';
   }
 
-  /// An event is a fault's time, or a stretch of errors above 5 m that no fault explains.
+  /// An event is the interval of a fault, or of errors above 5 m without a fault.
   void follow_events(double t, const simulation::Epoch& epoch) {
     const bool off = epoch.error_enu_m.head<2>().norm() > kLasting_m;
     std::string kind = output::fault_names(epoch.faults), inputs = inputs_of(epoch.faults);
@@ -155,7 +155,7 @@ class DriveSink final : public simulation::EpochSink {
         event_.nlos.insert(gnss::to_string(satellite.id));
   }
 
-  /// What contains faults of the receiver: those of the reported fix are not in raw data.
+  /// Data that contain faults of the receiver: those of the reported fix are not in raw data.
   [[nodiscard]] std::string inputs_of(const std::vector<std::string>& names) const {
     std::string inputs;
     for (const disturbance::Fault& fault : simulation_.scenario().faults)
@@ -188,7 +188,7 @@ class DriveSink final : public simulation::EpochSink {
     event_ = {};
   }
 
-  /// Samples of a sensor as a table; lost ones are empty.
+  /// Samples of a sensor as a table; empty if lost.
   void write_sensor(const std::string& sensor, const std::vector<std::string>& names, std::string text) {
     std::vector<const output::SensorArray*> columns;
     for (const output::SensorArray& array : sensors_.arrays()) {
@@ -217,15 +217,15 @@ class DriveSink final : public simulation::EpochSink {
 
 void visit(options::Visitor& v, Catalogue& o) {
   v.integer({"bench", "", "edition"}, o.bench, 1, 1000);
-  v.text({"common", "", "YAML that all scenarios have"}, o.common);
+  v.text({"common", "", "YAML of all scenarios"}, o.common);
   v.text({"sensors", "", "YAML of sensors"}, o.sensors);
   visit_parts(v, "towns", o.towns);
   visit_parts(v, "routes", o.routes);
   v.list("drives", o.drives, [&](BenchDrive& each) {
     v.text({"name", "", "of its folder"}, each.name);
-    v.text({"about", "", "what goes wrong"}, each.about);
+    v.text({"about", "", "the failure"}, each.about);
     v.text({"town", "", "where"}, each.town);
-    v.text({"route", "", "along which route"}, each.route);
+    v.text({"route", "", "name of its route"}, each.route);
     v.texts({"needs", "", "what estimators need"}, each.needs);
     v.text({"faults", "", "YAML of faults"}, each.faults);
     v.text({"sensors", "", "YAML of sensors", "those of all"}, each.sensors);

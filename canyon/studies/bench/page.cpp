@@ -34,7 +34,7 @@ std::string picture(int width, int height, const std::function<void(Canvas&)>& d
                      height, base64(drawing::render_png(pixels(width), pixels(height), kScale, draw)));
 }
 
-/// Draws lines that end where a value is missing.
+/// Draws lines that are interrupted at missing values.
 void draw_line(Canvas& canvas, const drawing::Plot& plot, const std::vector<double>& x,
                const std::vector<double>& y, const drawing::Stroke& stroke) {
   std::vector<Point> line;
@@ -54,7 +54,7 @@ std::vector<double> axis_of(const Track& track, int axis) {
   return values;
 }
 
-/// Truth and estimates from above; points far from the drive are drawn on the frame.
+/// Truth and estimates in plan view; points far from the drive are drawn on the frame.
 std::string map_picture(const DriveFolder& drive, const Tracks& tracks) {
   return picture(460, 420, [&](Canvas& canvas) {
     const std::vector<double> east = axis_of(drive.truth, 0), north = axis_of(drive.truth, 1);
@@ -102,7 +102,7 @@ std::string error_picture(const DriveFolder& drive, Errors errors) {
   });
 }
 
-/// Errors over the bound that is reported with them (Stanford diagram): points above the line mislead.
+/// Errors over the reported bound (Stanford diagram): points above the line mislead.
 std::string stanford_picture(const DriveFolder& drive, const Tracks& tracks, const Errors& all) {
   return picture(380, 300, [&](Canvas& canvas) {
     drawing::Plot plot{{55, 12, 310, 240},

@@ -17,9 +17,9 @@ namespace canyon::bench {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double kSmallest_m2 = 1e-6;  // variances below count as this: truth has a tenth of a millimetre
-constexpr double kMoved_m = 10;        // from there on a heading can be observed
-constexpr double kBefore_s = 5;        // in which an estimate is good, or lost
+constexpr double kSmallest_m2 = 1e-6;  // minimum variance: truth has a tenth of a millimetre
+constexpr double kMoved_m = 10;        // distance after which a heading is observable
+constexpr double kBefore_s = 5;        // interval in which an estimate is good, or lost
 constexpr double kEnough_s = 30;       // of a drive before an event, for the estimate's usual error
 
 double rms(const std::vector<double>& values) {
@@ -84,7 +84,7 @@ EventScore score_event(const DriveFolder& drive, const Event& event,
     if (t <= event.end_s) {
       ++times;
       known += std::isfinite(error_m) ? 1 : 0;
-      // Outliers of a second are over at once: the errors in the event count, not their mean alone.
+      // Outliers of a second end at once: the errors during the event count, not only their mean.
       if (event.bias_m.norm() > kFollowed_m && std::isfinite(error_m))
         fractions.push_back(errors[i].dot(event.bias_m) / event.bias_m.squaredNorm());
       continue;
@@ -184,9 +184,9 @@ Score score(const DriveFolder& drive, const Track& estimate, double recovered_m,
 
 void visit(options::Visitor& v, LimitsFile& file) {
   constexpr options::Range kAny{0, 1e6};
-  v.number({"recovered_m", "m", "an error below it is a good one"}, file.recovered_m, kAny);
+  v.number({"recovered_m", "m", "an error below it is good"}, file.recovered_m, kAny);
   v.list("limits", file.limits, [&](Limits& each) {
-    v.texts({"drives", "", "names that these limits are for", "all"}, each.drives);
+    v.texts({"drives", "", "names to which these limits apply", "all"}, each.drives);
     v.number({"p50_m", "m", "largest median error"}, each.p50_m, kAny);
     v.number({"p95_m", "m", "largest 95 % error"}, each.p95_m, kAny);
     v.number({"largest_m", "m", "largest error"}, each.largest_m, kAny);
@@ -195,7 +195,7 @@ void visit(options::Visitor& v, LimitsFile& file) {
     v.number({"within_5m", "", "smallest fraction of times with an error below 5 m"}, each.within[1], {0, 1});
     v.number({"within_10m", "", "smallest fraction of times with an error below 10 m"}, each.within[2],
              {0, 1});
-    v.number({"followed", "", "largest fraction of the fixes' error that the estimate has in a fault"},
+    v.number({"followed", "", "largest fraction of the fixes' error in the estimate during a fault"},
              each.followed, kAny);
     v.number({"recovery_s", "s", "longest time from a fault's end to a good estimate"}, each.recovery_s,
              kAny);
@@ -218,7 +218,7 @@ LimitsFile read_limits(const fs::path& path, const std::vector<std::string>& dri
       const auto meant = closest(name, drives);
       throw InputError(
           path, 0, fmt::format("there is no drive '{}' in the bench", name),
-          meant ? fmt::format("did you mean '{}'?", *meant) : "make it, or leave it out of the limits");
+          meant ? fmt::format("did you mean '{}'?", *meant) : "make it, or remove it from the limits");
     }
   }
   return file;

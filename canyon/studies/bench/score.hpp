@@ -16,7 +16,7 @@ enum class EventState : std::uint8_t {
   Absent    ///< there is no estimate during it
 };
 
-/// What became of an event in an estimate.
+/// Score of an event in an estimate.
 struct EventScore {
   Event event;
   EventState state = EventState::Scored;
@@ -41,7 +41,7 @@ struct Score {
   /// 1 mm.
   std::optional<double> nees, within_95;
   std::optional<double> misleading;  ///< fraction of errors beyond the bound that is exceeded by 1e-4 of them
-  std::optional<double> heading_p95_deg;  ///< from where the vehicle has moved 10 m
+  std::optional<double> heading_p95_deg;  ///< after the vehicle has moved 10 m
   double longest_divergence_s =
       0;  ///< longest time in which fix and estimate are there and only the fix good
   std::vector<EventScore> events;
@@ -51,7 +51,7 @@ struct Score {
 struct Limits {
   std::optional<double> p50_m, p95_m, largest_m, availability, followed, recovery_s, divergence_s, within_95;
   std::array<std::optional<double>, 3> within;
-  std::vector<std::string> drives;  ///< that they hold for; empty: all
+  std::vector<std::string> drives;  ///< drives that they apply to; empty: all
 };
 /// A file of limits.
 struct LimitsFile {
@@ -63,7 +63,7 @@ void visit(options::Visitor& v, LimitsFile& file);
 [[nodiscard]] LimitsFile read_limits(const std::filesystem::path& path,
                                      const std::vector<std::string>& drives);
 
-/// What is known of an estimate.
+/// Properties of an estimate.
 struct EstimateFacts {
   std::vector<std::string> inputs;  ///< what the estimator reads, of kInputs; empty: not known, perhaps all
   /// 95 % error [m] of the same estimator in the same drive without the fault; empty: that before the event.
@@ -71,7 +71,7 @@ struct EstimateFacts {
 };
 [[nodiscard]] Score score(const DriveFolder& drive, const Track& estimate, double recovered_m,
                           const EstimateFacts& facts = {});
-/// "p95_m is 12.1, limit 10": what of a score the limits do not allow.
+/// "p95_m is 12.1, limit 10": metrics of a score that exceed the limits.
 [[nodiscard]] std::vector<std::string> violations(const std::string& drive, const Score& score,
                                                   const std::vector<Limits>& limits);
 
@@ -80,7 +80,7 @@ struct Result {
   std::string drive, estimate;
   int edition = 1;  ///< of the drive
   Score score;
-  std::vector<std::string> violations;  ///< of a user's estimate: also why there is none
+  std::vector<std::string> violations;  ///< of a user's estimate, or the reason why there is none
 };
 /// JSON of all results.
 [[nodiscard]] std::string to_json(const std::vector<Result>& results);

@@ -101,7 +101,7 @@ TEST_F(BenchScore, HasTheFiguresOfTheField) {
   const Score s = scored([](double t) { return t < 30 ? 3 : 4; }, 4);
   EXPECT_NEAR(s.rmse_m, std::sqrt((150 * 9 + 151 * 16) / 301.), 1e-4);
   EXPECT_NEAR(s.p95_m, 4, 1e-4);
-  EXPECT_NEAR(s.rpe_1s_m, std::sqrt(5 / 296.), 1e-4);  // five pairs of 296 hold the step of 1 m
+  EXPECT_NEAR(s.rpe_1s_m, std::sqrt(5 / 296.), 1e-4);  // five of 296 pairs contain the step of 1 m
   EXPECT_NEAR(s.rpe_10s_m, std::sqrt(50 / 251.), 1e-4);
   EXPECT_NEAR(*s.nees, (150 * 9 + 151 * 16) / 301. / 4, 1e-4);
   EXPECT_NEAR(*s.within_95, 1, 1e-12);  // 4^2 / 4 < 5.99
@@ -130,7 +130,7 @@ TEST_F(BenchScore, GapsCountAsAbsent) {
               1 - 94 / 301., 1e-9);
 }
 
-// The truth itself at 1 Hz has no error, whatever the phase and jitter of its stamps.
+// The truth itself at 1 Hz has no error, for any phase and jitter of its time stamps.
 TEST_F(BenchScore, RatesOf1HzAreInterpolatedWhateverTheirStamps) {
   for (const double phase_s : {0., 0.2, 0.6})
     for (const double jitter_s : {0., 0.0004, 0.2}) {
@@ -148,16 +148,15 @@ TEST_F(BenchScore, TimesOutsideTheRowsAreNotExtrapolated) {
   EXPECT_NEAR(late.availability, 151 / 301., 1e-9);
 }
 
-// Neither an estimator that has not started nor one that is silent diverges; the fix must be good at the
-// time.
+// Neither an estimator that has not started nor a silent one diverges; the fix must be good at that time.
 TEST_F(BenchScore, DivergesOnlyWhereFixAndEstimateAreThere) {
   const auto bad = [](double t) { return t < 3 ? 0 : 30; };
   EXPECT_NEAR(
       scored(rows([](int k) { return 5 + 0.2 * k; }, [](double) { return 0; }, 270)).longest_divergence_s, 0,
       1e-9);
   const auto silent = [](int k) { return k < 50 || k >= 200 ? 0.2 * k : -1; };
-  // Bad from 3 s on, silent from 9.8 + 0.75 s on; fixes are bad from 10 s on, and the second time is 40 to 60
-  // s.
+  // Bad from 3 s on, silent from 9.8 + 0.75 s on; fixes are bad from 10 s on, and the second interval is 40
+  // to 60 s.
   EXPECT_NEAR(scored(rows(silent, bad, 301)).longest_divergence_s, 60 - 39.4, 1e-6);
 }
 
@@ -233,12 +232,12 @@ TEST_F(BenchScore, BadEstimatesAreRefusedByLine) {
   EXPECT_THAT(problem_of("time_s,latitude_deg,longitude_deg,time_s\n"),
               HasSubstr("mine.csv:1: there are two columns 'time_s'"));
   EXPECT_THAT(problem_of("time_s,latitude_deg,longitude_deg\n1,48,11\n1,48,11\n"),
-              HasSubstr("mine.csv:3: 1.000 s does not come after"));
+              HasSubstr("mine.csv:3: 1.000 s is not after"));
   EXPECT_THAT(problem_of("time_s,latitude_deg,longitude_deg\n1,480,11\n"),
-              HasSubstr("mine.csv:2: this is no latitude"));
+              HasSubstr("mine.csv:2: this is not a latitude"));
   EXPECT_THAT(problem_of("time_s,latitude_deg,longitude_deg\n1,48\n"),
               HasSubstr("mine.csv:2: 2 fields under 3 names"));
-  EXPECT_THAT(problem_of("0 1 2 3 0 0 0 1\n1 2 3\n"), HasSubstr("mine.csv:2: is no line of TUM"));
+  EXPECT_THAT(problem_of("0 1 2 3 0 0 0 1\n1 2 3\n"), HasSubstr("mine.csv:2: is not a line of TUM"));
   EXPECT_THAT(problem_of("time_s,latitude_deg,longitude_deg\n"), HasSubstr("has no rows"));
   // Positions are checked in each row and in both formats.
   EXPECT_THAT(problem_of("time_s,latitude_deg,longitude_deg\n1,48,11\n2,-20,300\n"),
@@ -248,7 +247,7 @@ TEST_F(BenchScore, BadEstimatesAreRefusedByLine) {
   EXPECT_THAT(problem_of("0 691000 5334000 500 0 0 0 1\n"), HasSubstr("mine.csv:1: the position is"));
   EXPECT_THAT(problem_of("time_s,latitude_deg,longitude_deg\n1,0.84,0.19\n"),
               HasSubstr("mine.csv:2: the position is 4726 km"));
-  // So are times.
+  // The same for times.
   EXPECT_THAT(problem_of("time_s,latitude_deg,longitude_deg\n-5,48,11\n"),
               HasSubstr("the last is -5.000; give seconds since the drive's begin"));
   EXPECT_THAT(problem_of(rows([](int k) { return 200.0 * k; }, [](double) { return 0; }, 301)),
@@ -297,7 +296,7 @@ TEST_F(BenchScore, LimitsNameWhatTheyDoNotAllow) {
   }
 }
 
-// Every drive is a scenario that can be read, by every receiver; names are folders.
+// Every drive is a scenario that can be read, with every receiver; names are folders.
 TEST(BenchDrives, AreScenarios) {
   for (int edition = 1; edition <= kEdition; ++edition) {
     const Catalogue& all = catalogue(edition);
@@ -331,7 +330,7 @@ std::vector<simulation::Pose> poses_of(const std::string& name) {
   return poses;
 }
 
-// A car turns on a circle of 3 m at least: its speed over its yaw rate.
+// A car drives circles of at least 3 m: its speed over its yaw rate.
 TEST(BenchDrives, CarsDoNotTurnAtRest) {
   const auto poses = poses_of("open");
   for (std::size_t k = 1; k < poses.size(); ++k) {

@@ -16,11 +16,11 @@ namespace canyon::bench {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double kNear_s = 0.75;           // a row counts for times that are at most this far
-constexpr double kOutside_s = 0.1;         // before the first and after the last row
-constexpr double kFar_m = 1e6;             // a position or height beyond has other units
+constexpr double kNear_s = 0.75;           // largest time difference at which a row is used
+constexpr double kOutside_s = 0.1;         // the same before the first and after the last row
+constexpr double kFar_m = 1e6;             // larger positions or heights have other units
 constexpr double kUnix_s = 1e8;            // larger times count from 1970
-constexpr double kRows_hz = 1000;          // of an estimate at most
+constexpr double kRows_hz = 1000;          // maximum for an estimate
 constexpr double kRounding_m2 = 1e-6;      // of covariances in files
 constexpr double kGpsEpoch_s = 315964800;  // UNIX time of 1980-01-06
 constexpr double kMostLeap_s = 18;         // GPS minus UTC
@@ -34,7 +34,7 @@ using Numbers = std::array<double, kColumns>;  // of a row; NaN: not given
 /// Checks and collects the rows of a track.
 class TrackBuilder {
  public:
-  /// @param duration_s of the drive; 0: the track is the drive's own
+  /// 0: the track is the drive's own
   TrackBuilder(const TextFile& file, double begin_unix_s, double duration_s)
       : file_(file), begin_unix_s_(begin_unix_s), duration_s_(duration_s) {}
 
@@ -43,7 +43,7 @@ class TrackBuilder {
     last_given_s_ = time_s;
     const double t = time_s > kUnix_s ? time_s - begin_unix_s_ : time_s;
     if (t <= last_s_)
-      throw file_.error(fmt::format("{:.3f} s does not come after {:.3f} s", t, last_s_),
+      throw file_.error(fmt::format("{:.3f} s is not after {:.3f} s", t, last_s_),
                         "give rows in order of time, each time once");
     last_s_ = t;
     if (++rows_ > kRows_hz * (duration_s_ + 1) && duration_s_ > 0)
@@ -86,7 +86,7 @@ class TrackBuilder {
     return (Eigen::Matrix2d() << ee, en, en, nn).finished();
   }
 
-  /// The likely unit of times that are outside the drive. @param t the last of them, as the file has it
+  /// The likely unit of times outside the drive. @param t the last of them, as in the file
   [[nodiscard]] std::string hint(double t) const {
     const auto inside = [&](double time_s) { return time_s > -1 && time_s < duration_s_ + 1; };
     if (inside(t + kGpsEpoch_s - kMostLeap_s - begin_unix_s_) || inside(t + kGpsEpoch_s - begin_unix_s_))
@@ -101,7 +101,7 @@ class TrackBuilder {
 
   const TextFile& file_;
   double begin_unix_s_, duration_s_, last_s_ = -std::numeric_limits<double>::infinity();
-  double last_given_s_ = 0;  // as the file has it
+  double last_given_s_ = 0;  // as in the file
   std::size_t rows_ = 0, inside_ = 0;
   Track track_;
 };
@@ -112,8 +112,8 @@ double number_of(const TextFile& file, std::string_view cell, const char* name) 
   if (text.empty() || lower_case(text) == "nan") return kNan;
   const auto value = parse_double(text);
   if (!value || !std::isfinite(*value))
-    throw file.error(fmt::format("'{}' in {} is no number", text, name),
-                     "give a number, or nothing if it is not known");
+    throw file.error(fmt::format("'{}' in {} is not a number", text, name),
+                     "give a number, or nothing if unknown");
   return *value;
 }
 
@@ -121,7 +121,7 @@ bool is_blank(std::string_view line) {
   return trim(line).empty() || line.starts_with('#');
 }
 
-/// A CSV file. @param frame not given: that of the first row, which is put there
+/// A CSV file. @param frame empty: set to the frame of the first row
 Track read_csv(const fs::path& path, double begin_unix_s, double duration_s,
                std::optional<geodesy::LocalFrame>& frame) {
   TextFile file = TextFile::streamed(path);
@@ -148,12 +148,12 @@ Track read_csv(const fs::path& path, double begin_unix_s, double duration_s,
     }
     if (cells.size() != head.size())
       throw file.error(fmt::format("{} fields under {} names", cells.size(), head.size()),
-                       "give each row all of them; empty ones are unknown");
+                       "give all fields in each row; empty ones are unknown");
     Numbers row;
     for (std::size_t k = 0; k < kColumns; ++k)
       row[k] = columns[k] ? number_of(file, cells[*columns[k]], kNames[k]) : kNan;
     if (std::abs(row[kLatitude]) > 90 || std::abs(row[kLongitude]) > 360)
-      throw file.error("this is no latitude and longitude", "give degrees");
+      throw file.error("this is not a latitude and longitude", "give degrees");
     Eigen::Vector3d enu_m = Eigen::Vector3d::Constant(kNan);
     if (!std::isnan(row[kLatitude] + row[kLongitude])) {
       if (!frame)
@@ -177,7 +177,7 @@ Track read_tum(const fs::path& path, double begin_unix_s, double duration_s) {
     std::vector<double> v;
     for (const std::string_view cell : split_blanks(*line)) v.push_back(parse_double(cell).value_or(kNan));
     if (v.size() != 8 || !std::all_of(v.begin(), v.begin() + 4, [](double x) { return std::isfinite(x); }))
-      throw file.error("is no line of TUM", "give stamp x y z qx qy qz qw, with blanks between");
+      throw file.error("is not a line of TUM", "give stamp x y z qx qy qz qw, with blanks between");
     Numbers row;
     row.fill(kNan);
     row[kHeading] = 90 - geodesy::degrees(std::atan2(2 * (v[7] * v[6] + v[4] * v[5]),

@@ -17,9 +17,9 @@ inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Positions over time: the truth, the fixes, or an estimate.
 struct Track {
-  std::vector<double> time_s;          ///< since the drive's begin, rising
+  std::vector<double> time_s;          ///< since the drive's begin, increasing
   std::vector<Eigen::Vector3d> enu_m;  ///< of the drive's first true position; up is NaN without a height
-  std::vector<double> heading_deg;     ///< from north, clockwise; NaN if it is not given
+  std::vector<double> heading_deg;     ///< from north, clockwise; NaN if not given
   std::vector<Eigen::Matrix2d>
       covariance;  ///< of east and north [m^2], none negative; NaN if it is not given
 };
@@ -32,7 +32,7 @@ struct Event {
   /// The data that contain it, of kInputs; empty: not known (drives of edition 1).
   std::vector<std::string> inputs;
 };
-/// What an estimator can read of a drive.
+/// Data of a drive that an estimator can read.
 inline constexpr const char* kInputs[]{"fixes", "raw", "imu", "wheels"};
 
 /// A drive's folder.
@@ -40,7 +40,7 @@ struct DriveFolder {
   std::filesystem::path folder;
   std::string name;
   int edition = 1;
-  std::string without_fault;  ///< name of the drive that differs by the fault alone; empty: none
+  std::string without_fault;  ///< name of the drive that differs only by the fault; empty: none
   double begin_unix_s = 0;
   geodesy::LocalFrame frame;
   Track truth, fixes;
@@ -54,8 +54,8 @@ struct DriveFolder {
 /// An estimate: CSV with a header (time_s or unix_s, latitude_deg, longitude_deg, and perhaps height_m,
 /// heading_deg, cov_ee_m2, cov_en_m2, cov_nn_m2), or TUM ("stamp x y z qx qy qz qw", metres east, north and
 /// up of the drive's first true position). Times count from the drive's begin or from 1970. Throws InputError
-/// naming file, line and remedy: also if a position is 1,000 km away, a covariance is not positive
-/// semidefinite, most times are outside the drive, or there are over 1,000 rows for a second of the drive.
+/// with file, line and hint, also if a position is 1,000 km away, a covariance is not positive semidefinite,
+/// most times are outside the drive, or there are over 1,000 rows for a second of the drive.
 [[nodiscard]] Track read_estimate(const std::filesystem::path& path, const DriveFolder& drive);
 
 /// A text with each "{key}" replaced by its value, in one pass: values may contain "{key}".

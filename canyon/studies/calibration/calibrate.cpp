@@ -23,11 +23,11 @@ namespace {
 
 using Draws = std::vector<std::vector<std::uint16_t>>;
 
-/// Blocks of time of the bootstrap [s], and how many draws.
+/// Length of the bootstrap's blocks of time [s], and number of resamples.
 constexpr double kBlock_s = 60;
 constexpr int kResamples = 60;
 
-/// All systems beside the recorded ones: what a receiver has too, the profile may leave out.
+/// Adds all systems other than the recorded ones: the receiver may have systems that the profile leaves out.
 simulation::ReceiverConfig of_all_systems(simulation::ReceiverConfig receiver) {
   receiver.options.tracks.clear();
   receiver.options.leaves_out.clear();
@@ -35,14 +35,14 @@ simulation::ReceiverConfig of_all_systems(simulation::ReceiverConfig receiver) {
   return receiver;
 }
 
-/// Keys that tracked satellites and their C/N0 hardly show.
+/// Keys that have little effect on tracked satellites and their C/N0.
 void add_unidentifiable(const Values& base, Calibration& result) {
   for (const auto& [key, why] :
        {std::pair("signal.offset_db", "needs many satellites of each system in clear view"),
-        {"signal.dll.loop_bandwidth_hz", "errors show the echoes more than the loop"},
-        {"signal.dll.spacing_chips", "errors show the echoes more than the loop"},
-        {"noise.sigma_m_per_sqrt_s", "errors from space replace it where there are navigation files"},
-        {"signal.lock.reacquisition_s", "gaps end by what is in the way more than by the receiver"}}) {
+        {"signal.dll.loop_bandwidth_hz", "errors depend more on multipath than on the loop"},
+        {"signal.dll.spacing_chips", "errors depend more on multipath than on the loop"},
+        {"noise.sigma_m_per_sqrt_s", "range errors (sky.errors) replace it if there are navigation files"},
+        {"signal.lock.reacquisition_s", "gaps depend more on obstacles than on the receiver"}}) {
     const auto value = base.find(key);
     const bool known = std::any_of(result.estimates.begin(), result.estimates.end(),
                                    [key = key](const Estimate& e) { return e.key == key; });
@@ -60,8 +60,8 @@ Calibration calibrate(const std::vector<Drive>& drives, const CalibrateOptions& 
   for (const Drive& drive : drives) {
     if (drive.receiver.options.signal.enabled) continue;
     throw InputError(
-        fmt::format("{}: the receiver's signals have no strength, and nothing to calibrate", drive.name),
-        "begin with a profile that has signal: {enabled: true}: --profile ublox-m8t");
+        fmt::format("{}: the receiver's signals have no strength: nothing to calibrate", drive.name),
+        "use a profile that has signal: {enabled: true}: --profile ublox-m8t");
   }
   const simulation::ReceiverConfig& receiver = drives.front().receiver;
 
@@ -84,7 +84,7 @@ Calibration calibrate(const std::vector<Drive>& drives, const CalibrateOptions& 
     fit.drive = &drive;
     for (const validation::NeverTracked& s : validation::never_tracked(comparison))
       fit.leave_out.insert(s.id);
-    // Blocks of all drives, one behind the other.
+    // Blocks of all drives, concatenated.
     const std::vector<geodesy::GpsTime>& times = recorded.back().times;
     const Draws own = validation::draws_in_time(times, kBlock_s, kResamples, drive.seed);
     for (std::size_t k = 0; k < draws.size(); ++k)
@@ -103,7 +103,7 @@ Calibration calibrate(const std::vector<Drive>& drives, const CalibrateOptions& 
 
 namespace {
 
-/// Shares of buildings with coated glass that a receiver is simulated with.
+/// Fractions of buildings with coated glass in the simulations.
 constexpr std::array kCoatedShares = {0.0, 0.35, 0.7};
 
 }  // namespace
@@ -151,7 +151,7 @@ std::vector<Line> lines_of(const simulation::ReceiverConfig& receiver) {
   return lines;
 }
 
-/// Opens sections as lines name them. The comment may be empty.
+/// Writes the sections of dotted keys. The comment may be empty.
 class NestedText {
  public:
   void add(const std::string& path, const std::string& value, const std::string& comment = {}) {
@@ -270,7 +270,7 @@ std::string profile_text(const simulation::ReceiverConfig& receiver, const std::
   bool any = false;
   for (const Estimate& e : estimates) {
     if (e.verdict != Verdict::Unidentified) continue;
-    if (!any) text += "# Not identified by these recordings, and left as " + head.base + " has it:\n";
+    if (!any) text += "# Not identified by these recordings, unchanged from " + head.base + ":\n";
     any = true;
     text += fmt::format("#   {}: {}\n", e.key, e.basis);
   }

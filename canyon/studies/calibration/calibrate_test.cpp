@@ -1,4 +1,4 @@
-// Recordings that Canyon itself made with known options: these come back, within the stated intervals.
+// Recordings by Canyon itself with known options, which are found again within the reported intervals.
 #include "canyon/studies/calibration/calibrate.hpp"
 
 #include <gmock/gmock.h>
@@ -19,8 +19,8 @@ namespace {
 using ::testing::HasSubstr;
 using Verdict = Estimate::Verdict;
 
-/// The receiver that recorded, but for what a test changes: a profile without shadows, so that nothing but
-/// what is tested differs.
+/// The recording receiver, except for a test's changes: a profile without shadows, so that only the tested
+/// option differs.
 void plain_receiver(simulation::ReceiverConfig& receiver) {
   const std::string name = receiver.options.name;
   receiver =
@@ -29,13 +29,13 @@ void plain_receiver(simulation::ReceiverConfig& receiver) {
   receiver.options.fix.elevation_mask_rad = 0.17;
   receiver.options.signal.satellite_sigma_db = 0;
   receiver.options.signal.shadowing.enabled = false;
-  receiver.propagation.diffuse = false;  // whose fading looks like short shadows
+  receiver.propagation.diffuse = false;  // its fading looks like short shadows
   receiver.options.signal.offset_db.clear();
   receiver.options.signal.cn0_averaging_s = 0;  // a mean does not show the threshold
   receiver.options.own_draws = false;
 }
 
-/// @param base what is calibrated
+/// @param base the profile to calibrate
 Drive drive_of(const test::SimulatedRecording& recorded, const test::SimulatedRecording::Change& base = {}) {
   Drive drive;
   drive.name = "car";
@@ -74,7 +74,7 @@ void print(const Calibration& c) {
   for (const std::string& note : c.notes) std::printf("- %s\n", note.c_str());
 }
 
-// Keys about a prior's deviation from the profile's: found again within the interval.
+// Keys that differ by one deviation of the prior from the profile's: found again within the interval.
 TEST(Calibrate, KnownReceiverComesBack) {
   const auto shadowed = [](simulation::ReceiverConfig& receiver) {
     plain_receiver(receiver);
@@ -92,21 +92,21 @@ TEST(Calibrate, KnownReceiverComesBack) {
     signal.cn0_step_db = 0.25;
   });
   Drive drive = drive_of(recorded, shadowed);
-  drive.seed = 11;  // other draws than the recorded ones
+  drive.seed = 11;  // other random numbers than in the recording
   const Calibration c = calibrate({drive});
   print(c);
   expect_known(c, "signal.link.above_minimum_db", 1.5 - 5, 2.5);
   expect_known(c, "signal.shadowing.skyline.share", 0.3, 0.25);
   expect_known(c, "signal.lock.tracking_threshold_dbhz", 16, 1);
-  // The level has risen when a signal is measured again.
+  // The level has risen by the time a signal is measured again.
   EXPECT_NEAR(*parse_double(of(c, "signal.lock.acquisition_threshold_dbhz").recorded), 25, 2);
   EXPECT_EQ(of(c, "signal.cn0_step_db").after(), "0.25");
   EXPECT_EQ(of(c, "tracks").verdict, Verdict::Agrees);
   EXPECT_EQ(of(c, "leaves_out").verdict, Verdict::Agrees);
 }
 
-// Coated glass on 70 % of the buildings, or on none: the share is found by other draws of each building's
-// facade. Where facades are known, nothing is said about them.
+// Coated glass on 70 % of the buildings, or on none: the fraction is found with other samples of each
+// building's facade. If facades are known, they have no estimate.
 TEST(Calibrate, FacadesOfThePlaceComeBack) {
   const auto scattering = [](simulation::ReceiverConfig& receiver) {
     plain_receiver(receiver);
@@ -131,15 +131,15 @@ TEST(Calibrate, FacadesOfThePlaceComeBack) {
     std::printf("coated glass %g: %s (%s)\n", coated ? 0.7 : 0, c.coated_glass->recorded.c_str(),
                 c.coated_glass->interval.c_str());
     EXPECT_EQ(c.coated_glass->key, "city.facades.shares.coated_glass");
-    EXPECT_EQ(c.values.count(c.coated_glass->key), 0U);  // no key of a profile
+    EXPECT_EQ(c.values.count(c.coated_glass->key), 0U);  // not a key of a profile
     found[coated ? 1 : 0] = *parse_double(c.coated_glass->recorded);
   }
   EXPECT_LT(found[0], 0.3);
   EXPECT_GT(found[1], 0.4);
 }
 
-// Above the roofs nothing is lost, and without shadows obstacles have no effect. The report says that these
-// keys are not known.
+// Above the roofs no signal is lost, and without shadows obstacles have no effect. The report contains that
+// these keys are not identified.
 TEST(Calibrate, WhatNothingTellsIsSaid) {
   const test::SimulatedRecording recorded({}, plain_receiver, "min_height_m: 1, max_height_m: 1.2");
   CalibrateOptions options;
@@ -166,12 +166,12 @@ TEST(Calibrate, NeverTrackedGroupsAreLeftOut) {
   CalibrateOptions options;
   options.seeds = 1;
   Drive drive = drive_of(recorded);
-  drive.systems.insert(gnss::System::GLONASS);  // asked for, and never there
+  drive.systems.insert(gnss::System::GLONASS);  // requested, but never received
   const Calibration c = calibrate({drive}, options);
   print(c);
   EXPECT_EQ(of(c, "leaves_out").after(), "[GPS-IIF, GLONASS]") << of(c, "leaves_out").basis;
   EXPECT_THAT(of(c, "leaves_out").basis, HasSubstr("GPS-IIF never tracked"));
-  // The other way round: what the profile leaves out and the recording has.
+  // The reverse: signals that the profile leaves out and the recording has.
   const Calibration back = calibrate({drive_of(recorded,
                                                [](simulation::ReceiverConfig& receiver) {
                                                  receiver.options.leaves_out = {"GPS-IIR", "GPS-IIF"};
@@ -180,7 +180,7 @@ TEST(Calibrate, NeverTrackedGroupsAreLeftOut) {
   EXPECT_EQ(of(back, "leaves_out").after(), "[GPS-IIF]") << of(back, "leaves_out").basis;
 }
 
-// The second half may hold whatever it likes.
+// The second half may have any content.
 TEST(Calibrate, HeldOutPartIsHeldOut) {
   const test::SimulatedRecording recorded({}, plain_receiver);
   Drive drive = drive_of(recorded);

@@ -18,7 +18,7 @@ Estimate estimate(const std::string& key, const std::string& before, const std::
   return {key, "dB", before, after, "1 to 2", verdict, "from a test"};
 }
 
-// Every profile that comes with Canyon, with values changed, is the same receiver when it is read back.
+// Every profile of Canyon, with changed values, is the same receiver after reading it back.
 TEST(ProfileText, ReadsBack) {
   for (const simulation::BuiltInProfile& built_in : simulation::built_in_profiles()) {
     simulation::Profile profile =
@@ -28,7 +28,7 @@ TEST(ProfileText, ReadsBack) {
                         {"signal.lock.reacquisition_s", "2.5"},
                         {"signal.antenna_rows", "[[-30, -18, -14], [0, -3, -12], [90, 2, -18]]"}};
     Values own = values;
-    // Rows of the upper band alone receive no signal of another.
+    // Rows of only the upper band receive no signal of another.
     if (!profile.receiver.options.tracks.empty()) own.erase("signal.antenna_rows");
     set_values(own, profile.receiver);
     const std::vector<Estimate> estimates{

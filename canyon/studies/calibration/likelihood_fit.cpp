@@ -19,27 +19,28 @@ namespace {
 
 using Verdict = Estimate::Verdict;
 
-/// The first axis is of the city, the others are keys of a profile.
+/// The first axis belongs to the city, the others are keys of a profile.
 constexpr std::size_t kAxes = 3, kFacades = 0;
-/// Shares of buildings with coated glass before and its deviation: urban_stock has 0.14 (docs/city.md).
+/// Prior mean of the fraction of buildings with coated glass, and its deviation: urban_stock has 0.14
+/// (docs/city.md).
 constexpr double kCoatedGlass = 0.14, kCoatedGlassDeviation = 0.2;
-/// Simulated epochs that are held at a time: some 300 MB.
+/// Simulated epochs in memory at a time: about 300 MB.
 constexpr std::size_t kEpochsAtOnce = 60'000;
-/// Time [s] over which the observations of one satellite count as one: what is in the way, and what a model
-/// has wrong, stay.
+/// Time [s] over which the observations of one satellite count as one, since obstacles and model errors are
+/// correlated.
 constexpr double kCorrelated_s = 60;
-/// A key is not identified where the figures move the prior by less than this, of its deviation.
+/// A key is not identified if the observations move the prior by less than this fraction of its deviation.
 constexpr double kMoved = 0.1;
-/// A key keeps the profile's value where the fit differs from it by less than this, of its deviation.
+/// A key keeps the profile's value if the fit differs from it by less than this fraction of its deviation.
 constexpr double kAgrees = 0.1;
 
-/// A key that is fitted.
+/// A fitted key.
 struct Axis {
   std::string key, unit;
-  double profile = 0;         ///< its value before
-  double deviation = 1;       ///< of the normal prior about that
-  std::vector<double> nodes;  ///< that are simulated, ascending
-  double step = 1;            ///< of what is interpolated between them
+  double profile = 0;         ///< value before the fit
+  double deviation = 1;       ///< of the normal prior around that
+  std::vector<double> nodes;  ///< simulated values, ascending
+  double step = 1;            ///< of the interpolated values between them
 };
 using Axes = std::array<Axis, kAxes>;
 using Point = std::array<double, kAxes>;
@@ -54,7 +55,7 @@ Axis axis_of(const char* key, const char* unit, double profile, double deviation
   return axis;
 }
 
-/// The shares of coated glass that all drives have; one where facades are known.
+/// The fractions of coated glass common to all drives; one if facades are known.
 std::vector<double> coated_shares(std::span<const FitDrive> drives) {
   std::vector<double> shares;
   for (const Facades& each : drives.front().drive->facades) shares.push_back(each.coated_glass);
@@ -101,20 +102,20 @@ Values values_at(const Axes& axes, const Point& point) {
   return values;
 }
 
-/// A histogram; values outside count in the last bin of their side.
+/// A histogram; values outside count in the nearest bin.
 struct Histogram {
   static constexpr std::size_t kBins = 34;
   std::array<double, kBins> counts{};
 
-  /// @param bin in bins, from the begin of the first one
+  /// @param bin in bins, from the start of the first one
   void add(double bin) { counts.at(static_cast<std::size_t>(std::clamp(bin, 0.0, kBins - 1.0))) += 1; }
   void add(const Histogram& other, double weight) {
     for (std::size_t i = 0; i < kBins; ++i) counts.at(i) += weight * other.counts.at(i);
   }
 };
 
-/// Observations of one class of satellites: tracked or not, and of the tracked ones C/N0 in bins of 2 dB and
-/// pseudorange errors, which are evenly spaced up to some 3 m and by their logarithm above.
+/// Observations of one class of satellites: tracked or not; if tracked, C/N0 in bins of 2 dB and pseudorange
+/// errors, in even bins up to some 3 m and logarithmic ones above.
 struct Counts {
   static constexpr double kBin_dB = 2, kBinsOfError = 4, kLinear_m = 3;
   double tracked = 0, untracked = 0;
@@ -133,15 +134,15 @@ struct Counts {
     error.add(other.error, weight);
   }
 };
-/// Classes: hidden or clear by the map, in four bands of elevation.
+/// Classes: hidden or clear in the map, in four bands of elevation.
 using Classes = std::array<Counts, 8>;
-/// Errors of clear satellites show the receiver's noise, which is not fitted.
+/// Errors of clear satellites depend on the receiver's noise, which is not fitted.
 constexpr std::size_t kHiddenClasses = 4;
 
 /// A drive's observations, recorded and simulated at the nodes.
 struct Observations {
   Classes recorded{};
-  std::vector<Classes> of_nodes;  ///< of all seeds together
+  std::vector<Classes> of_nodes;  ///< of all seeds
   double weight = 1;              ///< of one epoch
 };
 
@@ -158,10 +159,9 @@ void add_side(const validation::Comparison& comparison, validation::Side side, C
     classes.at(class_of(s)).add(s.of(side));
 }
 
-/// Logarithm of the probability of recorded values under the density of a model's, each epoch of which counts
-/// by `weight`.
+/// Log-probability of recorded values under a model's density; each epoch counts by `weight`.
 double log_density(const Histogram& recorded, const Histogram& model, double weight) {
-  // A triangle over 5 bins; and a twentieth of the density is even.
+  // A triangle over 5 bins; a twentieth of the density is uniform.
   constexpr std::array kTriangle = {1 / 9.0, 2 / 9.0, 3 / 9.0, 2 / 9.0, 1 / 9.0};
   constexpr double kEven = 0.05;
   const double all = std::accumulate(model.counts.begin(), model.counts.end(), 0.0);
@@ -178,10 +178,10 @@ double log_density(const Histogram& recorded, const Histogram& model, double wei
   return sum;
 }
 
-/// Logarithm of the probability of what was recorded under a model's shares and densities, each epoch by
-/// `weight`. @param errors whether pseudorange errors count
+/// Log-probability of the recorded observations under a model's fractions and densities, each epoch counting
+/// by `weight`. @param errors whether pseudorange errors count
 double log_likelihood(const Counts& recorded, const Counts& model, double weight, bool errors) {
-  // One observation of each kind more, so that no share is 0 or 1.
+  // One more observation of each kind, so that no fraction is 0 or 1.
   const double tracked = weight * model.tracked + 1, untracked = weight * model.untracked + 1;
   double sum = recorded.tracked * std::log(tracked / (tracked + untracked)) +
                recorded.untracked * std::log(untracked / (tracked + untracked)) +
@@ -195,7 +195,7 @@ struct Posterior {
   Point mean{}, sigma{};
 };
 
-/// Observations at the nodes, of each drive; shares and densities are linear between the nodes.
+/// Observations at the nodes, of each drive; fractions and densities are linear between the nodes.
 class Grid {
  public:
   explicit Grid(Axes axes) : axes_(std::move(axes)) {
@@ -209,7 +209,7 @@ class Grid {
   /// @param drive its nodes in the order of points()
   void add(Observations drive) { drives_.push_back(std::move(drive)); }
 
-  /// The posterior by observations and priors, or by the priors alone.
+  /// The posterior from observations and priors, or from the priors alone.
   [[nodiscard]] Posterior posterior(bool by_observations) const {
     std::array<std::vector<double>, kAxes> lists;
     for (std::size_t a = 0; a < kAxes; ++a) lists.at(a) = between(axes_.at(a));
@@ -265,7 +265,7 @@ class Grid {
     }
     return sum;
   }
-  /// The node at or below a value, and the share of the way to the next one.
+  /// The node at or below a value, and the fraction of the distance to the next one.
   static std::pair<std::size_t, double> place(const std::vector<double>& nodes, double value) {
     const auto above = std::upper_bound(nodes.begin(), nodes.end(), value);
     if (above == nodes.end()) return {nodes.size() - 1, 0};
@@ -312,7 +312,7 @@ class NodeRun {
     return drive_.recording.residuals.epochs;
   }
 
-  /// The nodes of one city, from `first_node` on, by all seeds. Rays are traced once for all that are held.
+  /// The nodes of one city, from `first_node` on, with all seeds. Rays are traced once for all held epochs.
   void run_city(std::size_t first_node, const simulation::Environment& environment) {
     const std::size_t at_once = std::max<std::size_t>(1, kEpochsAtOnce / epochs().size());
     const std::size_t count = static_cast<std::size_t>(options_.seeds) * in_city_;

@@ -1,4 +1,4 @@
-// Limits of lock, from recordings made by hand.
+// Limits of lock, from synthetic recordings.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,8 +13,8 @@ namespace {
 using ::testing::HasSubstr;
 using Verdict = Estimate::Verdict;
 
-/// A satellite that fades by a decibel a second from 40 dB-Hz to the weakest that is measured, is gone for
-/// `gap_s`, and comes back at `found`, over and over.
+/// A satellite that fades by a decibel a second from 40 dB-Hz to the weakest measured value, is lost for
+/// `gap_s`, and comes back at `found`, repeatedly.
 Observed fading(double weakest, double found, int gap_s, int rounds, bool clear) {
   Observed recorded;
   Series series;
@@ -78,7 +78,7 @@ TEST(LockThresholds, TooLittleIsNotIdentified) {
   EXPECT_EQ(c.estimates[1].after(), "25");
 }
 
-// The hysteresis is never negative: that would be no valid receiver.
+// The hysteresis is never negative: that would be an invalid receiver.
 TEST(LockThresholds, AcquisitionIsNoLowerThanTracking) {
   const Calibration found_weaker = thresholds_of(fading(14, 12, 5, 30, false));
   EXPECT_EQ(found_weaker.values.at("signal.lock.tracking_threshold_dbhz"), "12");

@@ -24,16 +24,16 @@ namespace {
 
 using Verdict = Estimate::Verdict;
 
-/// A signal with fewer pseudoranges does not count as tracked.
+/// A signal with fewer pseudoranges counts as not tracked.
 constexpr std::size_t kFewestOfSignal = 20;
 
-/// Share of the C/N0 values of hidden satellites that lie below the tracking threshold, by the noise of C/N0;
-/// and share of the first values behind gaps that lie below the acquisition threshold.
+/// Fraction of the C/N0 values of hidden satellites below the tracking threshold, due to the noise of C/N0;
+/// and fraction of the first values after gaps below the acquisition threshold.
 constexpr double kWeakestShare = 0.01, kWeakestFoundShare = 0.1;
-/// Signals whose last C/N0 is so near to the threshold are lost by it.
+/// A lost signal whose last C/N0 is within this of the threshold was lost because of it.
 constexpr double kNear_dB = 4;
 constexpr long kFewestLosses = 10;
-/// Loops coast for less than that; fewer gaps do not show a threshold.
+/// Loops coast for up to this time; shorter gaps give no information on a threshold.
 constexpr double kGap_s = 3;
 constexpr std::size_t kFewestGaps = 20;
 
@@ -56,7 +56,7 @@ Estimate of_lists(const char* key, const std::vector<std::string>& before,
           std::move(basis)};
 }
 
-/// States a value of the recordings, with the interval that it lies in, and whether that has the profile's.
+/// Sets the value of the recordings, its interval, and whether the interval contains the profile's value.
 void judge(Estimate& estimate, double before, double value, double low, double high, double half_step) {
   estimate.recorded = rounded(value, half_step);
   estimate.interval = fmt::format("{} to {}", rounded(low, half_step), rounded(high, half_step));
@@ -119,17 +119,17 @@ void add_leaves_out(std::span<const Observed> recorded, std::span<const std::set
                                     : fmt::format("{}", fmt::join(basis, "; "))));
 }
 
-/// A stated C/N0 and its epoch, counted over all recordings.
+/// A reported C/N0 and its epoch, counted over all recordings.
 struct Stated {
   double cn0_dbhz = 0;
   std::size_t epoch = 0;
 };
 
-/// The C/N0 of satellites' first signals about the limits of lock.
+/// The C/N0 of satellites' first signals near the limits of lock.
 struct LockRecord {
-  std::vector<Stated> hidden;  ///< of satellites that the map hides
+  std::vector<Stated> hidden;  ///< of satellites that are hidden in the map
   std::vector<Stated> last;    ///< before a signal is lost
-  std::vector<Stated> found;   ///< first ones behind gaps
+  std::vector<Stated> found;   ///< first ones after gaps
 };
 
 LockRecord lock_record(std::span<const Observed> recorded) {
@@ -138,7 +138,7 @@ LockRecord lock_record(std::span<const Observed> recorded) {
   for (const Observed& e : recorded) {
     for (const Series& series : e.series) {
       if (!series.first()) continue;
-      const Sample *before = nullptr, *tracked = nullptr;  // of the epoch before, and the last one tracked
+      const Sample *before = nullptr, *tracked = nullptr;  // of the previous epoch, and the last tracked one
       for (const Sample& s : series.samples) {
         if (before != nullptr && before->epoch + 1 != s.epoch) tracked = nullptr;
         if (s.tracked && s.cn0_dbhz) {
@@ -164,7 +164,7 @@ std::vector<double> cn0_of(const std::vector<Stated>& all) {
   return values;
 }
 
-/// A quantile of stated C/N0, with its bootstrap interval.
+/// A quantile of reported C/N0, with its bootstrap interval.
 Estimate threshold_of(const std::vector<Stated>& all, double share, const char* key, double before,
                       std::span<const std::vector<std::uint16_t>> draws) {
   Estimate estimate{key, "dB-Hz", options::show(before)};
@@ -176,13 +176,13 @@ Estimate threshold_of(const std::vector<Stated>& all, double share, const char* 
     for (const Stated& s : all) values.insert(values.end(), weights[s.epoch], s.cn0_dbhz);
     if (const auto of_draw = quantile(values, share)) drawn.push_back(*of_draw);
   }
-  constexpr double kHalfStep = 0.5;  // stated C/N0 are steps of a decibel
+  constexpr double kHalfStep = 0.5;  // reported C/N0 are steps of a decibel
   judge(estimate, before, *value, quantile(drawn, 0.025).value_or(*value) - kHalfStep,
         quantile(drawn, 0.975).value_or(*value) + kHalfStep, kHalfStep);
   return estimate;
 }
 
-/// What is left of an estimate that the recordings say too little for.
+/// An estimate as unidentified, if the recordings have too little information.
 Estimate unidentified(const Estimate& e) {
   return {e.key, e.unit, e.before, {}, {}, Verdict::Unidentified, e.basis};
 }
@@ -207,7 +207,7 @@ void add_tracked(std::span<const Observed> recorded, std::span<const std::set<gn
     const auto of = counts.find(&signal);
     return signal.only_recorded.empty() && of != counts.end() && of->second >= kFewestOfSignal;
   };
-  // Names of signals stand for several systems: one that any of them sends and is recorded stays.
+  // Names of signals are common to several systems: a name stays if a system that sends it has it recorded.
   std::vector<std::string> after, said;
   for (const gnss::System system : gnss::kAllSystems) {
     const auto tracked = receiver::tracked_signals(receiver.options.tracks, system);
@@ -218,8 +218,8 @@ void add_tracked(std::span<const Observed> recorded, std::span<const std::set<gn
       const bool now = known ? is_recorded(signal) : before;
       if (now && !before && !receiver.options.signal.antenna.receives(signal::band_of(signal.carrier_hz))) {
         result.notes.push_back(
-            fmt::format("{} {} is recorded, and the profile's antenna does not receive it: choose "
-                        "another (signal.antenna)",
+            fmt::format("{} {} is recorded, but the profile's antenna does not receive it: choose another "
+                        "(signal.antenna)",
                         gnss::name(system), signal.name));
         continue;
       }
@@ -230,9 +230,8 @@ void add_tracked(std::span<const Observed> recorded, std::span<const std::set<gn
     }
   }
   if (said.empty()) after = receiver.options.tracks;
-  result.add(
-      of_lists("tracks", receiver.options.tracks, after,
-               said.empty() ? "the signals that are recorded" : fmt::format("{}", fmt::join(said, "; "))));
+  result.add(of_lists("tracks", receiver.options.tracks, after,
+                      said.empty() ? "the recorded signals" : fmt::format("{}", fmt::join(said, "; "))));
   add_leaves_out(recorded, skies, counts, receiver, result);
 }
 
@@ -249,7 +248,7 @@ void add_step(std::span<const Observed> recorded, const simulation::ReceiverConf
   Estimate estimate{"signal.cn0_step_db", "dB", options::show(before)};
   constexpr std::size_t kFewest = 100;
   if (stated.size() < kFewest) {
-    estimate.basis = fmt::format("{} stated C/N0", stated.size());
+    estimate.basis = fmt::format("{} reported C/N0", stated.size());
     return result.add(std::move(estimate));
   }
   double step = 0;
@@ -264,7 +263,7 @@ void add_step(std::span<const Observed> recorded, const simulation::ReceiverConf
   }
   estimate.recorded = options::show(step);
   estimate.verdict = step == before ? Verdict::Agrees : Verdict::Fitted;
-  estimate.basis = fmt::format("the coarsest step of {} stated C/N0{}", stated.size(),
+  estimate.basis = fmt::format("the coarsest step of {} reported C/N0{}", stated.size(),
                                step == 0 ? ": finer than 0.05" : "");
   result.add(std::move(estimate));
 }
@@ -296,7 +295,7 @@ void add_phase_threshold(std::span<const Observed> recorded, const simulation::R
     return result.add(std::move(estimate));
   }
   std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.cn0_dbhz < b.cn0_dbhz; });
-  // The threshold with the fewest items on the wrong side, in the middle between two stated values.
+  // The threshold with the fewest misclassified items, in the middle between two reported values.
   const auto threshold = [&items](const auto& times) {
     long wrong = 0, fewest = 0;
     for (const Item& item : items) wrong += item.phase ? 0 : times(item);
@@ -321,11 +320,11 @@ void add_phase_threshold(std::span<const Observed> recorded, const simulation::R
   const double half_step = std::max(0.5 * receiver.options.signal.cn0_step_db, 0.25);
   judge(estimate, before, value, std::min(quantile(drawn, 0.025).value_or(value), value) - half_step,
         std::max(quantile(drawn, 0.975).value_or(value), value) + half_step, half_step);
-  estimate.basis = fmt::format("{} clear signals, {} without a phase, {} on the wrong side", items.size(),
+  estimate.basis = fmt::format("{} clear signals, {} without a phase, {} misclassified", items.size(),
                                items.size() - with, wrong);
-  // A threshold that explains few of the missing phases does not count.
+  // A threshold that explains few of the missing phases is rejected.
   if (2 * static_cast<std::size_t>(wrong) > items.size() - with) {
-    estimate.basis += ": strength does not part them";
+    estimate.basis += ": strength does not separate them";
     estimate.verdict = Verdict::Unidentified;
   }
   result.add(std::move(estimate));
@@ -346,14 +345,14 @@ void add_lock_thresholds(std::span<const Observed> recorded, const simulation::R
   const auto lost = weakest ? lost_near(*weakest) : 0;
   tracking.basis = fmt::format("{} C/N0 of hidden satellites, {} losses from within {:g} dB of their weakest",
                                record.hidden.size(), lost, kNear_dB);
-  // Where signals are not lost from there, the receiver has not shown how weak they may be.
+  // If signals are not lost near their weakest values, the recordings do not show how weak they may be.
   result.add(lost >= kFewestLosses ? tracking : unidentified(tracking));
   const double lowest = *parse_double(result.estimates.back().after());
 
   Estimate acquisition =
       threshold_of(record.found, kWeakestFoundShare, "signal.lock.acquisition_threshold_dbhz",
                    lock.acquisition_threshold_dbhz, draws);
-  acquisition.basis = fmt::format("the first C/N0 behind {} gaps", record.found.size());
+  acquisition.basis = fmt::format("the first C/N0 after {} gaps", record.found.size());
   bool identified = record.found.size() >= kFewestGaps;
   const bool fitted = identified && acquisition.verdict == Verdict::Fitted;
   if ((fitted ? *parse_double(acquisition.recorded) : lock.acquisition_threshold_dbhz) < lowest) {

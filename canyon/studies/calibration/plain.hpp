@@ -14,16 +14,16 @@
 
 namespace canyon::calibration {
 
-// Parameters estimated from a recording alone, without a simulated receiver.
+// Parameters estimated only from a recording, without a simulated receiver.
 
 /// A signal at one epoch, above the elevation mask.
 struct Sample {
   std::size_t epoch = 0;
-  bool clear = false;    ///< the city says that the direct path is
+  bool clear = false;    ///< the direct path is clear in the city
   bool tracked = false;  ///< has a pseudorange
   bool phase = false;    ///< and a carrier phase
   double elevation_rad = 0;
-  std::optional<double> cn0_dbhz;  ///< as stated
+  std::optional<double> cn0_dbhz;  ///< as reported
 };
 
 /// One signal of one satellite, by epoch.
@@ -43,21 +43,21 @@ struct Observed {
 /// The recorded side of a comparison.
 [[nodiscard]] Observed observed(const validation::Comparison& comparison);
 
-/// Adds `tracks` and `leaves_out`: signals that are recorded, and systems, orbits and blocks that never are
-/// although their satellites stand high in clear view. @param skies systems of each recording's sky
+/// Adds `tracks` and `leaves_out`: recorded signals, and systems, orbits and blocks that are never recorded
+/// although their satellites are high and in clear view. @param skies systems of each recording's sky
 void add_tracked(std::span<const Observed> recorded, std::span<const std::set<gnss::System>> skies,
                  const simulation::ReceiverConfig& receiver, Calibration& result);
 
-/// Adds `signal.cn0_step_db`: the coarsest step that the stated C/N0 are multiples of.
+/// Adds `signal.cn0_step_db`: the coarsest step of which the reported C/N0 are multiples.
 void add_step(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
               Calibration& result);
 
-/// Adds `signal.phase_threshold_dbhz`: the C/N0 that parts clear signals with a phase from those without.
+/// Adds `signal.phase_threshold_dbhz`: the C/N0 that separates clear signals with a phase from those without.
 void add_phase_threshold(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
                          std::span<const std::vector<std::uint16_t>> draws, Calibration& result);
 
 /// Adds `signal.lock.tracking_threshold_dbhz` and `signal.lock.acquisition_threshold_dbhz`: the weakest
-/// signals of hidden satellites that are measured, and the weakest that are found again behind gaps.
+/// measured signals of hidden satellites, and the weakest ones reacquired after gaps.
 void add_lock_thresholds(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
                          std::span<const std::vector<std::uint16_t>> draws, Calibration& result);
 

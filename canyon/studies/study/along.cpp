@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kMostStretches = 10'000;
 
-/// Epochs of one noise realization in one stretch.
+/// Epochs of one noise realization in one segment.
 struct Passed {
   std::size_t epochs = 0;
   std::vector<double> errors_m;  ///< of those with a fix
@@ -33,9 +33,9 @@ void add(Passes& passes, std::size_t occasion, std::size_t occasions, const Rece
     const double way_m = record.kept.way_m[i];
     const auto stretch = static_cast<std::size_t>(way_m / step_m);
     if (stretch >= kMostStretches) {
-      throw InputError(fmt::format("along_m: a way of {:.0f} m makes more than {} stretches of {} m", way_m,
+      throw InputError(fmt::format("along_m: a route of {:.0f} m has more than {} segments of {} m", way_m,
                                    kMostStretches, step_m),
-                       "take longer stretches");
+                       "use longer segments");
     }
     while (passes.size() <= stretch) passes.emplace_back(occasions);
     Passed& passed = passes[stretch][occasion];

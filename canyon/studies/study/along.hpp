@@ -10,23 +10,22 @@
 
 namespace canyon::study {
 
-/// A stretch of the way that all runs of a group go.
+/// A segment of the route that all runs of a group follow.
 struct Stretch {
   double from_m = 0, to_m = 0;
   std::size_t epochs = 0;  ///< of all runs
-  double available = 0;    ///< share of these with a fix
+  double available = 0;    ///< fraction of these with a fix
   /// Horizontal errors of all its epochs with a fix [m], with intervals over noise realizations.
   std::optional<MeanEstimate> median, p95;
 };
-/// Errors along the way, in stretches of Manifest::along_m, one list for each group; reads the runs' epochs
-/// one after the other. Quantiles are of all runs' epochs together; intervals as in compare(), whole runs
-/// being drawn with replacement, since errors of one drive are correlated. Beyond 10,000 stretches:
-/// InputError.
+/// Errors along the route, in segments of Manifest::along_m, one list for each group; reads the runs' epochs
+/// one after the other. Quantiles are of all runs' epochs together; intervals as in compare(), by resampling
+/// whole runs with replacement, since errors of one drive are correlated. Beyond 10,000 segments: InputError.
 [[nodiscard]] std::vector<std::vector<Stretch>> errors_along(const Manifest& manifest,
                                                              const GroupComparison& comparison,
                                                              std::vector<std::optional<RunRecord>>& records,
                                                              const std::filesystem::path& folder);
-/// A line for each group and stretch.
+/// A line for each group and segment.
 [[nodiscard]] std::string along_csv(const GroupComparison& comparison,
                                     const std::vector<std::vector<Stretch>>& along);
 

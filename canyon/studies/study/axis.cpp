@@ -67,7 +67,7 @@ void visit_times(options::Visitor& v, Axis& o) {
   visit_count(v, o.count, "number of values at even distances, instead of step");
 }
 
-/// StudyPlan refuses more, whatever max_runs is.
+/// StudyPlan rejects more, whatever max_runs is.
 constexpr double kMostValues = 1e12;
 
 std::size_t steps(double span, double step) {
@@ -76,13 +76,14 @@ std::size_t steps(double span, double step) {
 
 void visit_unknowns(options::Visitor& v, Axis& o) {
   std::uint32_t draws = o.count.value_or(0);
-  v.integer({"unknowns", "",
-             "number of draws of what the scenario leaves open: level of installations, obstacles, facades, "
-             "place of the map",
-             "none"},
-            draws, 1, kMost);
+  v.integer(
+      {"unknowns", "",
+       "number of samples of what the scenario leaves open: level of installations, obstacles, facades, "
+       "position of the map",
+       "none"},
+      draws, 1, kMost);
   if (v.reads()) o.kind = Axis::Kind::Unknowns, o.count = draws;
-  v.texts({"known", "", "unknowns that are not drawn: level, skyline, facades, map", "none"}, o.known);
+  v.texts({"known", "", "unknowns that are not sampled: level, skyline, facades, map", "none"}, o.known);
   try {
     for (const std::string& name : o.known) (void)unknowns::unknown_of(name);
   } catch (const InputError& e) {
@@ -91,7 +92,7 @@ void visit_unknowns(options::Visitor& v, Axis& o) {
 }
 
 std::string number_text(double value) {
-  // 12 digits are enough for a grid, and hide that 0.1 + 0.2 is not 0.3.
+  // 12 digits are enough for a grid, and hide rounding: 0.1 + 0.2 is 0.3.
   return fmt::format("{:.12g}", value);
 }
 
@@ -113,7 +114,7 @@ void visit(options::Visitor& v, Axis& o) {
   v.text(
       {"key", "",
        "key of the scenario that it sets, with dots: receivers[0].profile, receivers[].elevation_mask_deg, "
-       "or a section (city, faults). Left out: each value is a mapping of such keys",
+       "or a section (city, faults). Default: each value is a mapping of such keys",
        "none"},
       o.key);
   v.one_of({"values", "range", "times", "seeds", "drives", "unknowns"},
@@ -146,17 +147,17 @@ void visit(options::Visitor& v, Axis& o) {
              "occasion has its own random numbers, shared by all settings",
              "true of times, seeds, drives and unknowns"},
             o.realization);
-  v.boolean({"crossed", "", "in a sample: run every value at every point, instead of drawing one"},
+  v.boolean({"crossed", "", "in a sample: run every value at every point, instead of sampling one"},
             o.crossed);
   if (!v.reads()) return;
 
   const bool own_key = o.kind != Axis::Kind::Values && o.kind != Axis::Kind::Range;
   if (own_key && !o.key.empty())
-    throw v.fault("key", "times, seeds, drives and unknowns have their own", "leave it out");
+    throw v.fault("key", "times, seeds, drives and unknowns have their own key", "leave it out");
   if (o.kind == Axis::Kind::Times) o.key = "start";
   if (o.kind == Axis::Kind::Seeds) o.key = "seed";
   if (o.kind == Axis::Kind::Unknowns) o.key = Axis::kUnknowns;
-  if (o.kind == Axis::Kind::Range && o.key.empty()) throw v.fault("key", "is missing", "name what it sets");
+  if (o.kind == Axis::Kind::Range && o.key.empty()) throw v.fault("key", "is missing", "give the key to set");
   if (!o.labels.empty() && o.labels.size() != o.values.size()) {
     throw v.fault("labels", fmt::format("{} for {} values", o.labels.size(), o.values.size()),
                   "give one for each value, or none");
@@ -226,7 +227,7 @@ AxisValue value_at(const Axis& axis, const Level& level) {
       break;
     }
     case Axis::Kind::Times: {
-      double later_s = std::floor(level.u * axis.span_s);  // whole seconds are easier to name
+      double later_s = std::floor(level.u * axis.span_s);  // whole seconds have shorter names
       if (axis.step) later_s = index * *axis.step;
       if (axis.count) later_s = axis.span_s * index / n;
       value.text = geodesy::format_gpst(axis.first + later_s, 9);
@@ -255,7 +256,7 @@ namespace {
 
 using options::Node;
 
-/// A line that no file has: of what the earlier of two axes sets.
+/// A line number that no file has: marks the settings of the earlier axis.
 constexpr int kMark = -1;
 
 void mark(Node& tree) {
@@ -276,7 +277,7 @@ std::size_t marks(const Node& tree) {
 /// Keys that are set together, with their values.
 using Settings = std::vector<std::pair<std::string, Node>>;
 
-/// Those of each value that may set other keys than the others.
+/// The settings of each value, as values may set different keys.
 std::vector<Settings> settings_of_all(const Axis& axis) {
   if (axis.kind == Axis::Kind::Drives) return {{{"trajectory", {}}}};
   std::vector<Settings> all(axis.kind == Axis::Kind::Values ? axis.trees.size() : 1);
@@ -287,7 +288,7 @@ std::vector<Settings> settings_of_all(const Axis& axis) {
   return all;
 }
 
-/// set_at() where that is possible: what is wrong is said where scenarios are made.
+/// set_at() if possible; errors are reported when scenarios are made.
 void try_set(Node& root, const std::string& key, const Node& value) {
   try {
     options::set_at(root, key, value);
@@ -295,7 +296,7 @@ void try_set(Node& root, const std::string& key, const Node& value) {
   }
 }
 
-/// The first of the later keys that replaces something that the setting `which` has set.
+/// The first of the later keys that replaces a setting of the value `which`.
 std::optional<std::string> replacing(const Node& base, Settings earlier, std::size_t which,
                                      const std::map<std::string, Node>& later) {
   Node root = base;

@@ -17,7 +17,7 @@ namespace canyon::study {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-/// Draws of occasions in all: larger studies get fewer resamples, at least kLeastResamples.
+/// Total samples of occasions: larger studies get fewer resamples, at least kLeastResamples.
 constexpr double kMostDraws = 2e7;
 constexpr std::uint32_t kLeastResamples = 100;
 
@@ -27,7 +27,7 @@ std::optional<double> available_share(const ReceiverRecord& record) {
   return std::accumulate(record.available.begin(), record.available.end(), 0.0) / epochs;
 }
 
-/// Means over the values of the occasions drawn; NaN of none.
+/// Mean over the values of the sampled occasions; NaN if there are none.
 double mean_of(const std::vector<double>& values, const std::vector<std::uint32_t>& drawn) {
   double sum = 0;
   std::size_t count = 0;
@@ -71,7 +71,7 @@ std::vector<double> values_of(const Group& group, const Compared& compared) {
   return values;
 }
 
-/// Median and intervals of the runs of each group: what to expect of one run.
+/// Median and intervals of the runs of each group: the expected result of one run.
 std::string spread_text(const GroupComparison& comparison, std::size_t shown) {
   TextRow head = comparison.axes;
   head.emplace_back("receiver");
@@ -94,7 +94,7 @@ std::string spread_text(const GroupComparison& comparison, std::size_t shown) {
   }
   const std::optional<std::string> caution = caution_of_few(fewest, "runs");
   return text_table(head, rows, {words, "", true}) +
-         "medians of runs, and the intervals that hold half and 90 % of them\n" +
+         "medians of runs, and the intervals that contain half and 90 % of them\n" +
          (caution ? fmt::format("{}; {} runs are needed\n", *caution, kFewestOf90) : "");
 }
 
@@ -150,7 +150,7 @@ GroupComparison compare(const Manifest& manifest, const std::vector<std::optiona
   GroupComparison result;
   for (const Manifest::Coordinate& axis : manifest.axes)
     if (axis.groups) result.axes.push_back(axis.name);
-  // Groups and occasions in the order of their first runs; receivers run fastest.
+  // Groups and occasions in the order of their first runs; receivers vary fastest.
   std::map<std::string, std::size_t> occasions;
   std::map<std::pair<std::string, std::size_t>, std::size_t> groups;
   for (const auto& record : records) {

@@ -18,7 +18,7 @@ using heatmap::NetcdfFile;
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 constexpr int kDeflateLevel = 4;
-/// Runs of a chunk, and of what is in memory at a time.
+/// Runs of a chunk, also the number in memory at a time.
 constexpr std::size_t kBlock = 1024;
 constexpr std::size_t kEpochBlock = 4096;
 
@@ -255,7 +255,7 @@ class Writer {
     RunRecord& record = *records_[run];
     if (!record.receivers.empty()) read_epochs(folder_, record);
     const std::size_t receivers = manifest_.receivers.size();
-    // In the order of their definitions: the time, the columns, the way.
+    // In the order of their definitions: time, columns, distance.
     for (std::size_t k = 0; k < kept_.size(); ++k) {
       std::vector<double> values(receivers * epochs_, kMissing);
       for (std::size_t r = 0; r < receivers; ++r) {

@@ -24,7 +24,7 @@ using drawing::Scale;
 constexpr std::array kColours{drawing::kBlue,   drawing::kVermilion, drawing::kGreen, drawing::kOrange,
                               drawing::kPurple, drawing::kSkyBlue,   drawing::kBlack, drawing::kFaintInk};
 constexpr std::size_t kMostDrawn = kColours.size();
-/// More groups would hide each other by the bands of their 95 %.
+/// More groups would hide each other with the bands of their 95 %.
 constexpr std::size_t kMostWithBothBands = 2;
 const std::vector<double> kDashes[2] = {{}, {7, 3}};
 
@@ -47,7 +47,7 @@ std::array<double, N> pooled(const Group& group, std::array<std::uint32_t, N> Re
   return sum;
 }
 
-/// A logarithmic axis over whole decades that hold all errors but a thousandth at each end.
+/// A logarithmic axis over whole decades that contain all errors but a thousandth at each end.
 Scale error_scale(const GroupComparison& comparison, std::size_t drawn) {
   std::array<double, kErrorBins> all{};
   for (std::size_t g = 0; g < drawn; ++g) {
@@ -79,9 +79,9 @@ class Sheet {
         drawn_(std::min(kMostDrawn, comparison.groups.size())) {}
 
   [[nodiscard]] drawing::Picture errors() const {
-    return draw("Cumulative horizontal errors", "share of epochs whose fix is not farther off",
+    return draw("Cumulative horizontal errors", "fraction of epochs whose fix has at most this error",
                 [&](Canvas& canvas) {
-                  Plot plot = make_plot("Horizontal error [m]", "Share of epochs");
+                  Plot plot = make_plot("Horizontal error [m]", "Fraction of epochs");
                   plot.x = error_scale(comparison_, drawn_);
                   plot.y = share_scale();
                   draw_curves(canvas, plot, [&](const Group& group) {
@@ -104,8 +104,8 @@ class Sheet {
   [[nodiscard]] drawing::Picture availability() const {
     const std::string what = manifest_.available_m ? fmt::format("a fix within {} m", *manifest_.available_m)
                                                    : std::string("a fix");
-    return draw("Availability by time of day", "share of epochs with " + what, [&](Canvas& canvas) {
-      Plot plot = make_plot("Hour of the day, UTC", "Share of epochs");
+    return draw("Availability by time of day", "fraction of epochs with " + what, [&](Canvas& canvas) {
+      Plot plot = make_plot("Hour of the day, UTC", "Fraction of epochs");
       plot.x = drawing::linear_scale(0, 24, 8);
       plot.x.low = 0, plot.x.high = 24, plot.x.ticks = {0, 3, 6, 9, 12, 15, 18, 21, 24};
       plot.y = share_scale();
@@ -146,16 +146,15 @@ class Sheet {
         if (std::isfinite(stretch.p95->high)) all.push_back(stretch.p95->high);
       }
     }
-    // An end that one wild stretch alone would ask for leaves nothing of the others.
+    // A single large outlier must not determine the end of the scale.
     const double high = std::min(*std::max_element(all.begin(), all.end()), 3 * *quantile(all, 0.9));
     return draw(
-        "Horizontal errors along the way",
-        fmt::format(
-            "median (thick) and 95 % (thin), stretches of {:g} m; bands: {:g} % intervals{} over runs",
-            manifest_.along_m.value_or(0), 100 * manifest_.confidence,
-            drawn_ > kMostWithBothBands ? " of the median" : ""),
+        "Horizontal errors along the route",
+        fmt::format("median (thick) and 95 % (thin), segments of {:g} m; bands: {:g} % intervals{} over runs",
+                    manifest_.along_m.value_or(0), 100 * manifest_.confidence,
+                    drawn_ > kMostWithBothBands ? " of the median" : ""),
         [&](Canvas& canvas) {
-          Plot plot = make_plot("Way gone [m]", "Horizontal error [m]");
+          Plot plot = make_plot("Distance travelled [m]", "Horizontal error [m]");
           plot.x = drawing::linear_scale(0, longest_m, 8);
           plot.x.low = 0, plot.x.high = longest_m;
           plot.y = drawing::linear_scale(0, std::max(high, 0.01), 6);
@@ -231,7 +230,7 @@ class Sheet {
     plot.draw_frame(canvas);
     legend(canvas, plot);
   }
-  /// Steps from stretch to stretch; those without a fix are gaps.
+  /// Steps from segment to segment; those without a fix are gaps.
   void draw_along(Canvas& canvas, const Plot& plot, std::size_t group, const std::vector<Stretch>& stretches,
                   bool median) const {
     std::vector<Point> line;

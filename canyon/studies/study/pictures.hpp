@@ -9,7 +9,7 @@
 
 namespace canyon::study {
 
-/// Writes along.png and along.svg: median and 95 % over the way with their intervals; returns their names.
+/// Writes along.png and along.svg: median and 95 % along the route with their intervals; returns their names.
 std::vector<std::string> write_along_pictures(const std::filesystem::path& folder, const Manifest& manifest,
                                               const GroupComparison& comparison,
                                               const std::vector<std::vector<Stretch>>& along);

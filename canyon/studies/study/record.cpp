@@ -15,7 +15,7 @@ namespace canyon::study {
 
 namespace {
 
-/// The rows of a table that studies keep.
+/// The rows of a table that studies store.
 template <typename Row>
 std::vector<const Row*> kept_of(std::span<const Row> rows) {
   std::vector<const Row*> list;
@@ -113,7 +113,7 @@ RunRecord from_line(std::string_view line) {
       dense(each.at("errors"), receiver.errors);
       dense(each.at("epochs"), receiver.epochs);
       dense(each.at("available"), receiver.available);
-      if (receiver.figures.size() != figures().size()) throw InputError("other figures than this program's");
+      if (receiver.figures.size() != figures().size()) throw InputError("other metrics than this program's");
       record.receivers.push_back(std::move(receiver));
     }
     return record;
@@ -125,7 +125,7 @@ RunRecord from_line(std::string_view line) {
 }
 
 ReadReport report_of(const std::vector<std::optional<RunRecord>>& records) {
-  std::set<std::string> notes;  // in an order of their own: any process may have made any run
+  std::set<std::string> notes;  // sorted, since any process may have computed any run
   for (const auto& record : records)
     if (record) notes.insert(record->notes.begin(), record->notes.end());
   ReadReport report;
@@ -134,7 +134,7 @@ ReadReport report_of(const std::vector<std::optional<RunRecord>>& records) {
     if (note.starts_with("loss"))
       report.say(ReadReport::Level::Loss, line);
     else
-      report.guess(0, line, "");  // those that differ in numbers are one
+      report.guess(0, line, "");  // lines that differ only in numbers are joined
   }
   return report;
 }

@@ -13,28 +13,28 @@
 
 namespace canyon::study {
 
-/// The rows of output::summary_figures() that studies keep, in the order of records and files.
+/// The rows of output::summary_figures() that studies store, in the order of records and files.
 [[nodiscard]] std::span<const output::SummaryFigure* const> figures();
-/// The place of a figure in that list by SummaryFigure::kept. Precondition: it is there.
+/// The index of a metric in that list by SummaryFigure::kept. Precondition: it is in the list.
 [[nodiscard]] std::size_t figure(std::string_view name);
 
-/// Horizontal errors are counted in bins of a twentieth of a decade from 1 mm to 100 km; the first also has
-/// what is less, the last what is more.
+/// Horizontal errors are counted in bins of a twentieth of a decade from 1 mm to 100 km; the first bin
+/// includes smaller errors, the last larger ones.
 inline constexpr std::size_t kErrorBins = 160;
 inline constexpr double kBinsPerDecade = 20, kLeastError_m = 1e-3;
 [[nodiscard]] std::size_t error_bin(double error_m);
 /// Lower edge of a bin [m]; of kErrorBins the upper edge of the last.
 [[nodiscard]] double error_edge_m(std::size_t bin);
 
-/// The columns of epochs that studies keep (Column::kept).
+/// The columns of epochs that studies store (Column::kept).
 [[nodiscard]] std::span<const output::Column* const> kept_columns();
-/// The place of a column in that list by Column::kept. Precondition: it is there.
+/// The index of a column in that list by Column::kept. Precondition: it is in the list.
 [[nodiscard]] std::size_t kept_column(std::string_view name);
 
-/// Epochs, where epochs are kept, by columns.
+/// Stored epochs, by columns.
 struct KeptEpochs {
   std::vector<double> time_s;               ///< from the run's first epoch
-  std::vector<float> way_m;                 ///< that the antenna has gone since the first epoch
+  std::vector<float> way_m;                 ///< distance travelled by the antenna since the first epoch
   std::vector<std::vector<float>> columns;  ///< by kept_columns(), none without epochs; NaN: no value
 
   [[nodiscard]] std::size_t size() const { return time_s.size(); }
@@ -53,18 +53,18 @@ struct RunRecord {
   std::size_t number = 0;
   std::uint64_t seed = 0;
   std::vector<std::string> at;     ///< AxisValue::text by axis
-  std::string problem;             ///< why there are no figures; empty: there are
-  std::vector<std::string> notes;  ///< what was lost and guessed: "loss: LINE", "guess: LINE"
+  std::string problem;             ///< the reason if there are no metrics, else empty
+  std::vector<std::string> notes;  ///< records left out and assumptions: "loss: LINE", "guess: LINE"
   std::vector<ReceiverRecord> receivers;
 };
 
 /// One line of JSON without its end, the same for the same record on any machine: numbers in the fewest
-/// digits that give them back, NaN as null.
+/// digits that are read back exactly, NaN as null.
 [[nodiscard]] std::string to_line(const RunRecord& record);
-/// Throws InputError, without a file, for anything else than what to_line() gives.
+/// Throws InputError, without a file, for texts that to_line() does not write.
 [[nodiscard]] RunRecord from_line(std::string_view line);
 
-/// What the runs have lost and guessed: what several have alike, once.
+/// The notes of all runs; equal ones once.
 [[nodiscard]] ReadReport report_of(const std::vector<std::optional<RunRecord>>& records);
 
 /// Makes the records of a run's receivers from its epochs.

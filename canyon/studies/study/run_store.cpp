@@ -97,7 +97,7 @@ bool get_all(std::string_view& bytes, std::vector<T>& values, std::size_t count)
   return true;
 }
 
-/// Checksum of the names of kept columns: other versions of Canyon keep other columns.
+/// Checksum of the names of stored columns: other versions of Canyon store other columns.
 std::uint32_t kept_names_crc() {
   std::string names;
   for (const output::Column* column : kept_columns()) names.append(column->kept) += '\n';
@@ -156,7 +156,7 @@ struct RunStore::Impl {
   std::set<std::string> told;  // notes in the file
   std::mutex mutex;
 
-  // A file of this process's own, made with its first run.
+  // A separate file of this process, created with its first run.
   void open() {
     for (int i = 0; file < 0; ++i) {
       path = folder / kRuns / fmt::format("{}-{}-{}.jsonl", host_name(), ::getpid(), i);
@@ -167,7 +167,7 @@ struct RunStore::Impl {
   }
 
   [[noreturn]] void fail(int code) {
-    // Removes the part of the line that a full disk took.
+    // Removes the part of the line that was written before the disk was full.
     [[maybe_unused]] const int cut = ::ftruncate(file, static_cast<off_t>(bytes));
     throw OutputError(path, 0, fmt::format("cannot be written: {}", std::strerror(code)),
                       "finished runs are kept: free disk space and run the same command again");
@@ -184,10 +184,10 @@ RunStore::RunStore(fs::path folder, const Manifest& manifest) : impl_(std::make_
     if (there.key == manifest.key) return;
     throw InputError(
         impl_->folder, 0,
-        fmt::format("the folder has the runs of another study ('{}', {} runs), or of this one before "
-                    "it was changed",
+        fmt::format("the folder contains the runs of another study ('{}', {} runs), or of an earlier version "
+                    "of this one",
                     there.title, there.runs),
-        "give another folder, or remove this one if its results are no longer wanted");
+        "give another folder, or remove this one if its results are no longer needed");
   }
   write_file(impl_->folder / kManifest, to_json(manifest).dump(1) + "\n");
 }
@@ -220,7 +220,7 @@ Manifest read_manifest(const fs::path& folder) {
   const fs::path path = folder / kManifest;
   std::error_code ignored;
   if (!fs::exists(path, ignored)) {
-    throw InputError(folder, 0, fmt::format("holds no study: there is no '{}'", kManifest),
+    throw InputError(folder, 0, fmt::format("contains no study: there is no '{}'", kManifest),
                      "give a folder that 'canyon study' has written");
   }
   try {
@@ -276,11 +276,10 @@ std::vector<std::optional<RunRecord>> read_records(const fs::path& folder, std::
       const bool whole = line->size() > 9 &&
                          std::from_chars(line->data(), line->data() + 8, crc, 16).ptr == line->data() + 8 &&
                          crc_of(line->substr(9)) == crc;
-      if (!whole && last) break;  // a killed process was writing it
+      if (!whole && last) break;  // written by a killed process
       if (!whole) {
         throw file.error("the record is damaged",
-                         "remove this line and run the same command again: only its "
-                         "run is computed anew");
+                         "remove this line and run the same command again: only its run is computed again");
       }
       try {
         RunRecord record = from_line(line->substr(9));
@@ -309,7 +308,7 @@ void read_epochs(const fs::path& folder, RunRecord& record) {
       !get(bytes, names) || number != record.number || receivers != record.receivers.size())
     throw damaged();
   if (names != kept_names_crc()) {
-    throw InputError(path, 0, "has other columns than this version of Canyon keeps",
+    throw InputError(path, 0, "has other columns than this version of Canyon stores",
                      "remove the folder and run the study again");
   }
   for (ReceiverRecord& receiver : record.receivers) {

@@ -10,7 +10,7 @@
 
 namespace canyon::study {
 
-/// The study of a folder of results, as far as its end needs it beside the records themselves.
+/// The study of a folder of results: the data other than records that its evaluation needs.
 struct Manifest {
   struct Coordinate {
     std::string name, key;
@@ -26,7 +26,7 @@ struct Manifest {
   std::size_t runs = 0;
   std::vector<Coordinate> axes;
   std::vector<std::string> receivers;
-  std::vector<std::string> realizations;  ///< names of axes whose values choose noise realizations
+  std::vector<std::string> realizations;  ///< names of axes that select noise realizations
   bool epochs = false;
   std::uint64_t seed = 1;
   double confidence = 0.95;
@@ -34,21 +34,21 @@ struct Manifest {
   std::optional<double> available_m, along_m;
 };
 
-/// Records of finished runs in a folder: `study.json` (the manifest) and `runs/NAME.jsonl`, one line a run
-/// with its checksum in front, appended and flushed to the disk before add() returns: whatever ends the
-/// process, finished runs stay. Epochs, where they are kept, are whole-or-nothing files `runs/epochs-N.bin`.
-/// Each process writes a file of its own; any number may share a folder that all see.
+/// Records of finished runs in a folder: `study.json` (the manifest) and `runs/NAME.jsonl`, one line a run,
+/// starting with its checksum, appended and flushed to the disk before add() returns: finished runs survive
+/// any end of the process. Stored epochs are files `runs/epochs-N.bin`, written completely or not at all.
+/// Each process writes its own file; any number may share a folder that all can access.
 class RunStore {
  public:
-  /// Makes the folder where needed. Throws InputError where it holds another study, or something else.
+  /// Creates the folder if needed. Throws InputError if it contains another study, or other files.
   RunStore(std::filesystem::path folder, const Manifest& manifest);
   ~RunStore();
   RunStore(const RunStore&) = delete;
   RunStore& operator=(const RunStore&) = delete;
 
-  /// Keeps a finished run, of its notes those that this process has not kept with another one. Thread-safe.
-  /// Throws OutputError where the disk does not take it; then the run is not finished, and what was kept
-  /// before stays readable.
+  /// Stores a finished run, and those of its notes that this process has not yet stored. Thread-safe. Throws
+  /// OutputError if the disk is not writable; then the run is not finished, and earlier records stay
+  /// readable.
   void add(RunRecord record);
 
  private:
@@ -56,14 +56,14 @@ class RunStore {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Throws InputError where the folder has none, or a damaged one.
+/// Throws InputError if the folder has none, or a damaged one.
 [[nodiscard]] Manifest read_manifest(const std::filesystem::path& folder);
-/// The records of a folder by number of run, `runs` of them; empty where a run is not finished. A line that a
-/// killed process left half written at the end of its file is passed over; any other damage is an InputError
-/// with file and line. @param with_epochs reads ReceiverRecord::kept as well
+/// The records of a folder by number of run, `runs` of them; empty if a run is not finished. An incomplete
+/// line of a killed process at the end of its file is ignored; any other damage is an InputError with file
+/// and line. @param with_epochs also reads ReceiverRecord::kept
 [[nodiscard]] std::vector<std::optional<RunRecord>> read_records(const std::filesystem::path& folder,
                                                                  std::size_t runs);
-/// ReceiverRecord::kept of a record; throws InputError where its file is missing or damaged.
+/// ReceiverRecord::kept of a record; throws InputError if its file is missing or damaged.
 void read_epochs(const std::filesystem::path& folder, RunRecord& record);
 
 }  // namespace canyon::study

@@ -31,8 +31,8 @@ namespace {
 /// Approximate size of a triangle with its vertices and its part of the rays' tree.
 constexpr double kSourceBytes = 150, kSceneBytes = 600;
 
-/// Things that are made once by their key and kept while they fit; the least recently used go first. A thing
-/// lives on while it is used. Thread-safe: a thread waits for a thing that another one is making.
+/// Objects that are made once per key and cached while they fit; the least recently used are removed first.
+/// An object lives while it is used. Thread-safe: a thread waits for an object that another one is making.
 template <typename Thing>
 class Shared {
  public:
@@ -74,7 +74,7 @@ class Shared {
   struct Entry {
     std::shared_future<std::shared_ptr<const Thing>> future;
     std::list<std::string>::iterator place;
-    double bytes = 0;  // 0: in the making
+    double bytes = 0;  // 0: being made
   };
   void keep(const std::string& key, double bytes) {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -144,7 +144,7 @@ std::size_t shard_of(std::size_t run, std::size_t shards) {
 
 struct RunMaker::Impl {
   const StudyPlan& plan;
-  // Cities as they are read take half of the memory; there are few of them.
+  // Cities as read use half of the memory; there are few of them.
   mutable Shared<city::City> sources;
   mutable Shared<simulation::CityScene> scenes;
   mutable Shared<simulation::BuiltSky> skies;
@@ -153,18 +153,18 @@ struct RunMaker::Impl {
       : plan(p),
         sources(p.study().city_memory_gb * 0.5e9),
         scenes(p.study().city_memory_gb * 0.5e9),
-        skies(64) {}  // of one byte each: so many
+        skies(64) {}  // each counts as one byte: 64 skies
 
-  /// @param drawn false: the city as its source gives it, whatever the seed
+  /// @param drawn false: the city of its source, independent of the seed
   [[nodiscard]] std::shared_ptr<simulation::CityScene> scene(const simulation::Scenario& scenario,
                                                              bool drawn = true) const {
-    // Random drives need the whole city; it is the same city for all of them.
+    // Random drives need the whole city, which is the same for all of them.
     const simulation::CityConfig config =
         plan.drives() == nullptr ? simulation::city_config(scenario) : scenario.city;
     simulation::CityConfig plain = config;
     plain.georeference = {};
     plain.roofs_m = 0;
-    // A source knows whether facades are drawn, and not which.
+    // A source says whether facades are sampled, but not which.
     if (plain.facades.drawn()) {
       plain.facades.mix = city::FacadeOptions().mix;
       plain.facades.shares.clear();
@@ -189,11 +189,11 @@ struct RunMaker::Impl {
           return std::make_shared<const simulation::CityScene>(simulation::draw_city(*source, scenario));
         },
         [&](const simulation::CityScene& scene) { return kSceneBytes * triangles(scene.city); });
-    // A simulation moves nothing in its scene.
+    // A simulation moves no objects in its scene.
     return std::const_pointer_cast<simulation::CityScene>(made);
   }
 
-  // Skies of files serve all times that they cover; nominal ones are made for the run's time.
+  // Skies of files are valid for all times that they cover; nominal ones are made for the run's time.
   [[nodiscard]] simulation::BuiltSky sky(const simulation::SkyConfig& config, geodesy::GpsTime begin,
                                          geodesy::GpsTime end, const geodesy::Geodetic& place) const {
     const auto make = [&] {
@@ -262,7 +262,7 @@ void run_all(const RunMaker& maker, RunStore& store, const std::vector<std::size
              const RunnerOptions& options) {
   std::size_t threads = options.threads > 0 ? static_cast<std::size_t>(options.threads)
                                             : std::max(1U, std::thread::hardware_concurrency());
-  // Few runs: threads that have none of their own help within them.
+  // Few runs: threads without a run help within the others.
   const int within =
       static_cast<int>(std::max<std::size_t>(1, threads / std::max<std::size_t>(1, todo.size())));
   threads = std::max<std::size_t>(1, std::min(threads, todo.size()));
@@ -304,12 +304,12 @@ using Eigen::Vector3d;
 constexpr int kMostStarts = 2000;
 constexpr int kWays = 64, kWaysAhead = 24;
 constexpr std::array kLegs_m{150.0, 100.0, 70.0, 45.0, 25.0};
-constexpr double kMargin_m = 3;     ///< from what ends a leg
-constexpr double kBesideWay_m = 2;  ///< from houses beside it
-/// A street has houses so near on both sides, seen so far above the horizon, on so much of a leg.
+constexpr double kMargin_m = 3;     ///< from the obstacle at a leg's end
+constexpr double kBesideWay_m = 2;  ///< from houses next to it
+/// In a street, houses are this near on both sides, this high above the horizon, on this fraction of a leg.
 constexpr double kToHouse_m = 40, kHouse_rad = 10.0 / 180 * geodesy::kPi, kShareOfLeg = 0.8;
 constexpr double kEye_m = 1.5, kStep_m = 5;
-constexpr double kLeavesCourt_m = 75;  ///< farther from its beginning than courts are wide
+constexpr double kLeavesCourt_m = 75;  ///< distance from the start that exceeds the width of courts
 
 class Driver {
  public:
@@ -317,7 +317,7 @@ class Driver {
          std::uint64_t seed, const std::string& number)
       : scene_(scene), houses_(houses), options_(options), random_(seed, "study drive " + number) {}
 
-  /// Corners in the city's frame; empty where the way ended early.
+  /// Corners in the city's frame; empty if the route ended early.
   std::vector<Vector3d> drive() {
     double heading = 2 * geodesy::kPi * random_.uniform();
     const Vector3d size = houses_.max - houses_.min;
@@ -359,8 +359,8 @@ class Driver {
                                                 scene_.scene.surface_offset_m(from));
   }
 
-  /// Whether houses stand on both sides of a place on the terrain, none too near: at right angles to the
-  /// heading or, on crossings, before or behind that.
+  /// Whether there are houses on both sides of a point on the terrain, none too near: at right angles to the
+  /// heading or, on crossings, before or after the point.
   [[nodiscard]] bool between_houses(const Vector3d& at, double heading) const {
     const Vector3d eye = at + (std::min(options_.height_m, kEye_m) - options_.height_m) * Vector3d::UnitZ();
     for (const double side : {0.5, -0.5}) {
@@ -379,7 +379,7 @@ class Driver {
     return true;
   }
 
-  /// Whether a leg ends between houses, and most of it lies there.
+  /// Whether a leg ends between houses, and most of it is between houses.
   [[nodiscard]] bool street(const Vector3d& from, const Vector3d& to) const {
     const Vector3d way = to - from;
     const double heading = std::atan2(way.y(), way.x());
@@ -394,13 +394,13 @@ class Driver {
     return true;
   }
 
-  /// The end of the next leg: the longest of the ways drawn, of equals the first.
+  /// The end of the next leg: the longest of the sampled candidates; of equal ones the first.
   std::optional<Vector3d> leg(const std::vector<Vector3d>& corners, double heading) {
     const Vector3d& from = corners.back();
     std::optional<Vector3d> best;
     double best_m = 0;
     for (int way = 0; way < (best ? kWaysAhead : kWays); ++way) {
-      // The first ways go ahead and aside, the last ones anywhere.
+      // The first candidates are ahead and to the sides, the last ones in any direction.
       const double reach = way < kWaysAhead ? 0.67 * geodesy::kPi : geodesy::kPi;
       const double to = heading + (2 * random_.uniform() - 1) * reach;
       for (const double length_m : kLegs_m) {
@@ -417,7 +417,7 @@ class Driver {
     return best;
   }
 
-  /// The arc of a smooth drive lies between the corner and this chord.
+  /// The arc of a smooth drive is between the corner and this chord.
   [[nodiscard]] bool clears_corner(const std::vector<Vector3d>& corners, const Vector3d& end) const {
     if (corners.size() < 2) return true;
     const Vector3d& at = corners.back();
@@ -440,8 +440,7 @@ simulation::TrajectoryConfig random_drive(const simulation::CityScene& scene, co
   for (const city::Object& object : scene.city.mesh.objects)
     if (object.surface == city::Surface::Building) extend(houses, scene.city.mesh, object);
   if (houses.max.x() < houses.min.x()) {
-    throw InputError("drives are drawn between buildings, and the city has none",
-                     "give trajectories instead");
+    throw InputError("random drives need buildings, but the city has none", "give trajectories instead");
   }
   Driver driver(scene, houses, options, seed, number);
   for (int i = 0; i < kMostStarts; ++i) {
@@ -458,7 +457,7 @@ simulation::TrajectoryConfig random_drive(const simulation::CityScene& scene, co
   throw InputError(fmt::format("no drive of {} m was found in streets of the city '{}', with houses within "
                                "{} m on both sides",
                                options.length_m, scene.city.name, kToHouse_m),
-                   "ask for shorter ones, or for a city with terrain and such streets");
+                   "use shorter drives, or a city with terrain and such streets");
 }
 
 }  // namespace canyon::study

@@ -57,7 +57,7 @@ std::vector<std::size_t> numbers(std::size_t n) {
   return all;
 }
 
-/// Runs what is missing, writes the results and returns their bytes.
+/// Runs the missing runs, writes the results and returns their bytes.
 std::string finish(const StudyPlan& plan, const std::filesystem::path& folder, int threads) {
   const Manifest manifest = manifest_of(plan);
   {
@@ -74,7 +74,7 @@ std::string finish(const StudyPlan& plan, const std::filesystem::path& folder, i
   return test::read_bytes(folder / "study.nc") + comparison_csv(compare(manifest, records));
 }
 
-// The figures are those of `canyon simulate` with the run's scenario.
+// The metrics are those of `canyon simulate` with the run's scenario.
 TEST(StudyRuns, HaveTheFiguresOfASimulation) {
   const StudyPlan plan = make_plan();
   const RunMaker maker(plan);
@@ -95,7 +95,7 @@ TEST(StudyRuns, HaveTheFiguresOfASimulation) {
   }
 }
 
-// Runs share one reading of the map: its caution is there once, also of runs that another process has made.
+// The map is read once for all runs: its caution appears once, also for runs of another process.
 TEST(StudyRuns, KeepTheCautionsOfTheirCities) {
   const TemporaryFolder folder;
   test::OsmText()
@@ -118,7 +118,7 @@ TEST(StudyRuns, KeepTheCautionsOfTheirCities) {
   }
 }
 
-/// Of the directions 15 deg above the horizon, the share that is hidden along a drive.
+/// Fraction of the directions 15 deg above the horizon that is hidden along a drive.
 double hidden_share(const simulation::CityScene& scene, const simulation::TrajectoryConfig& way) {
   constexpr double kUp_rad = geodesy::kPi / 12;
   int hidden = 0, all = 0;
@@ -137,7 +137,7 @@ double hidden_share(const simulation::CityScene& scene, const simulation::Trajec
   return static_cast<double>(hidden) / all;
 }
 
-/// Of 20 drives those whose hidden_share() is above `share`.
+/// Number of 20 drives whose hidden_share() is above `share`.
 int among_houses(const simulation::CityScene& scene, const DriveOptions& options, std::uint64_t seed,
                  double share = 0.5) {
   int count = 0;
@@ -156,8 +156,8 @@ int among_houses(const simulation::CityScene& scene, const DriveOptions& options
 
 constexpr DriveOptions kDrive{20, 400};
 
-// The shares of satellites without direct view were 5 % of drives drawn anywhere, and 55 % of those between
-// houses (17 of 20 were in the fields around).
+// The fractions of satellites without direct view were 5 % for drives anywhere, and 55 % for those between
+// houses (17 of 20 were in the surrounding fields).
 TEST(StudyDrives, OfTheExampleAreAmongHouses) {
   const auto plan =
       StudyPlan::read(std::filesystem::path(canyon_source_dir) / "examples/studies/receivers.yaml");
@@ -186,7 +186,7 @@ TEST(StudyDrives, OfOtherSeedsAndCitiesAreAmongHouses) {
   }
 }
 
-// Streets of Ostankino are wide, and its houses low.
+// Streets of Ostankino are wide, and its houses are low.
 class StudyDrivesOfMaps : public ::testing::TestWithParam<std::tuple<const char*, const char*, double>> {};
 TEST_P(StudyDrivesOfMaps, AreAmongHouses) {
   const auto& [name, city, share] = GetParam();
@@ -238,8 +238,8 @@ TEST(StudyRuns, BytesDoNotDependOnThreadsOrShards) {
   EXPECT_EQ(finish(plan, shards.path() / "out", 1), expected);
 }
 
-// The process that the next test kills: it says each run that is finished, and waits behind the second. A
-// program of its own, since threads do not live on in a forked one.
+// The process that the next test kills: it prints each finished run, and waits after the second. A separate
+// program, since threads do not survive a fork.
 TEST(StudyRuns, DISABLED_Child) {
   const StudyPlan plan = make_plan();
   const char* folder = std::getenv("CANYON_STUDY_FOLDER");
@@ -254,7 +254,7 @@ TEST(StudyRuns, DISABLED_Child) {
   run_all(RunMaker(plan), store, numbers(plan.size()), options);
 }
 
-// A process that is killed while it runs loses no finished run, and the same bytes come of going on.
+// A process that is killed during a study loses no finished run, and continuing gives the same bytes.
 TEST(StudyRuns, KilledProcessLosesNothingFinished) {
   const StudyPlan plan = make_plan();
   const TemporaryFolder whole, cut;
@@ -279,7 +279,7 @@ TEST(StudyRuns, KilledProcessLosesNothingFinished) {
   waitpid(child, &status, 0);
   EXPECT_TRUE(WIFSIGNALED(status));
   close(finished[0]);
-  // Half a line, as a process leaves it that dies while it writes.
+  // Half a line, as left by a process that dies while writing.
   for (const auto& entry : std::filesystem::directory_iterator(folder / "runs")) {
     if (entry.path().extension() == ".jsonl")
       std::ofstream(entry.path(), std::ios::app) << "00000000 {\"run\": 4";
@@ -298,7 +298,7 @@ TEST(StudyStore, RefusesOtherStudiesAndDamage) {
   Manifest other = manifest_of(plan);
   other.key += "x";
   EXPECT_THAT(error_of([&] { const RunStore wrong(out, other); }).what(), HasSubstr("another study"));
-  EXPECT_THAT(error_of([&] { (void)read_manifest(folder.path()); }).what(), HasSubstr("holds no study"));
+  EXPECT_THAT(error_of([&] { (void)read_manifest(folder.path()); }).what(), HasSubstr("contains no study"));
   run_all(RunMaker(plan), store, {0, 1}, {1, nullptr, {}, {}});
   for (const auto& entry : std::filesystem::directory_iterator(out / "runs")) {
     if (entry.path().extension() != ".jsonl") continue;
@@ -311,7 +311,7 @@ TEST(StudyStore, RefusesOtherStudiesAndDamage) {
   EXPECT_EQ(error.line(), 1);
 }
 
-// A scenario that cannot be run is reported in its record; the others go on.
+// An invalid scenario is reported in its record; the others continue.
 TEST(StudyRuns, ProblemsStayWithTheirRuns) {
   const StudyPlan plan = StudyPlan::parse(R"(scenario:
   city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}
@@ -374,9 +374,9 @@ TEST(StudyComparison, PairsUnderTheSameLuck) {
   EXPECT_EQ(write_study_pictures(folder.path(), manifest, comparison).size(), 6U);
 }
 
-// Closed form: run i of 20 is i + 1 metres off on the first ten metres and 100 more on the next, where every
-// other epoch has no fix. Median and 95 % by definition 7: ranks 9.5 and 18.05. An interval of the median
-// holds it, and lies within the runs.
+// Closed form: run i of 20 has an error of i + 1 metres on the first ten metres and 100 more on the next,
+// where every other epoch has no fix. Median and 95 % by definition 7: ranks 9.5 and 18.05. The interval of
+// the median contains it, and is within the runs.
 TEST(StudyAlong, StretchesHaveTheErrorsOfAllRuns) {
   Manifest manifest;
   manifest.key = "k";
@@ -413,7 +413,7 @@ TEST(StudyAlong, StretchesHaveTheErrorsOfAllRuns) {
     const Stretch& stretch = along[0][static_cast<std::size_t>(k)];
     EXPECT_EQ(stretch.epochs, 40U);
     EXPECT_DOUBLE_EQ(stretch.available, k == 0 ? 1 : 0.5);
-    // The first stretch has each error twice: ranks 19.5 and 37.05 of 40 lie between the same two.
+    // The first segment has each error twice: ranks 19.5 and 37.05 of 40 are between the same two.
     EXPECT_NEAR(stretch.median->mean, 10.5 + 100 * k, 1e-5);
     EXPECT_NEAR(stretch.p95->mean, 19.05 + 100 * k, 1e-5);
     EXPECT_LT(stretch.median->low, stretch.median->mean);

@@ -25,10 +25,10 @@ using options::scalar_node;
 
 constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
 constexpr const char* kNeeds = "it needs at least scenario and axes";
-/// So many values of an axis are tried in the scenario before anything runs.
+/// Number of values of an axis that are checked in the scenario before any run.
 constexpr std::size_t kMostTried = 1000;
 
-/// Collects the files that options name: the key of a study has their contents in place of their names.
+/// Collects the files that options name: the key of a study contains their contents instead of their names.
 class FileHasher final : public options::Visitor {
  public:
   std::set<std::string> names;
@@ -62,12 +62,12 @@ std::string hash_text(std::string_view text) {
                      fnv1a(fmt::format("canyon {}", text.size()) + std::string(text)));
 }
 
-/// Bytes of results for each run and receiver, and for each epoch of these where epochs are kept; counted
-/// once with the records and the NetCDF file of a study, rounded up.
+/// Bytes of results for each run and receiver, and for each of their epochs if epochs are stored; records and
+/// NetCDF file of a study together, rounded up.
 constexpr double kBytesOfSummary = 1000, kBytesOfEpoch = 76;
 
-/// Epochs of a run, about: by duration_s, or the length of the way. @param drives of the study, or null
-/// @param report receives that of the file of a trajectory
+/// Approximate number of epochs of a run: from duration_s, or the length of the route. @param drives of the
+/// study, or null @param report receives the report on the file of a trajectory
 double estimated_epochs(const simulation::Scenario& scenario, const Axis* drives, ReadReport& report) {
   const simulation::TrajectoryConfig& way = scenario.trajectory;
   double way_s = scenario.duration_s.value_or(0), rate_hz = scenario.rate_hz.value_or(1);
@@ -80,7 +80,7 @@ double estimated_epochs(const simulation::Scenario& scenario, const Axis* drives
     way_s = trajectory.end() - trajectory.begin();
     rate_hz = scenario.rate_hz.value_or(1 / trajectory.sample_interval_s());
   } else if (way.waypoints.size() > 1) {
-    // Waypoints in the frame of a city that is not read yet give only their distances.
+    // Waypoints in the frame of a city that is not yet read have only distances.
     std::vector<Eigen::Vector3d> places;
     for (const auto& place : way.waypoints) places.push_back(geodesy::ecef_from_geodetic(place));
     for (const auto& [index, local] : way.local_waypoints) places.at(index) = local;
@@ -97,11 +97,11 @@ double estimated_epochs(const simulation::Scenario& scenario, const Axis* drives
 void visit(options::Visitor& v, Study& o) {
   static constexpr std::array<std::string_view, 3> kDesigns{"grid", "random", "latin_hypercube"};
   static constexpr std::array<std::string_view, 2> kKeeps{"summary", "epochs"};
-  v.require("scenario", "name a scenario file, or write a scenario below it");
-  v.text({"scenario", "", "scenario file (beside the study), or a scenario written here"}, o.scenario);
+  v.require("scenario", "give a scenario file, or write a scenario below it");
+  v.text({"scenario", "", "scenario file (relative to the study), or a scenario written here"}, o.scenario);
   v.require("axes", "give a list: axes: [{seeds: 10}]");
   v.list("axes", o.axes, [&](Axis& axis) { visit(v, axis); });
-  v.choice({"design", "", "which combinations of the axes' values are run"}, o.design, kDesigns);
+  v.choice({"design", "", "combinations of the axes' values to run"}, o.design, kDesigns);
   std::uint32_t runs = o.runs.value_or(0);
   if (v.wants(v.reads() ? v.has("runs") : o.runs.has_value())) {
     v.integer({"runs", "", "points of a random or Latin hypercube sample", "none"}, runs, 1, 100'000'000);
@@ -112,9 +112,8 @@ void visit(options::Visitor& v, Study& o) {
   v.number({"available_m", "m", "an epoch is available if its fix is within this distance of the truth",
             "any fix"},
            o.available_m, {0, 1e6, true});
-  v.number(
-      {"along_m", "m", "length of stretches for errors along the route: along.csv and a picture", "none"},
-      o.along_m, {0.1, 1e6});
+  v.number({"along_m", "m", "length of segments for errors along the route: along.csv and a picture", "none"},
+           o.along_m, {0.1, 1e6});
   v.integer({"max_runs", "", "largest number of runs"}, o.max_runs, 1, 1'000'000'000);
   v.number({"max_output_gb", "GB", "largest size of the results"}, o.max_output_gb, {0, 1e9, true});
   v.number({"city_memory_gb", "GB", "cities kept in memory for later runs"}, o.city_memory_gb, {0, 1e6});
@@ -131,16 +130,17 @@ void visit(options::Visitor& v, Study& o) {
       throw v.fault("axes", fmt::format("'{}' names two axes", axis.name), "give each its own name");
     if (axis.size() == 0 && (o.design == Design::Grid || axis.crossed)) {
       throw v.fault("axes", fmt::format("axis '{}' lists no values", axis.name),
-                    "give step or count, or draw a sample (design: random)");
+                    "give step or count, or use a sample (design: random)");
     }
     drives += axis.kind == Axis::Kind::Drives ? 1 : 0;
     unknowns += axis.kind == Axis::Kind::Unknowns ? 1 : 0;
   }
   if (o.along_m && o.keep != Keep::Epochs) throw v.fault("along_m", "needs every epoch", "add keep: epochs");
   if (o.along_m && drives > 0)
-    throw v.fault("along_m", "needs one way for all runs, and an axis draws drives", "leave one of them out");
-  if (drives > 1) throw v.fault("axes", "two axes draw drives", "keep one");
-  if (unknowns > 1) throw v.fault("axes", "two axes draw unknowns", "keep one");
+    throw v.fault("along_m", "needs one route for all runs, but an axis has random drives",
+                  "remove one of them");
+  if (drives > 1) throw v.fault("axes", "two axes have drives", "keep one");
+  if (unknowns > 1) throw v.fault("axes", "two axes have unknowns", "keep one");
 }
 
 const options::Description& study_description() {
@@ -163,7 +163,7 @@ StudyPlan StudyPlan::parse(const std::string& text, const std::filesystem::path&
   document.set_keys(study_description());
   Node root = options::parse_yaml(text, document, kNeeds);
 
-  // The list of fields takes trees that it does not know as texts on one line.
+  // The list of fields reads unknown trees as texts on one line.
   const Node whole = root;
   bool inside = false;
   for (Node::Entry& entry : root.entries) {
@@ -197,7 +197,7 @@ StudyPlan StudyPlan::parse(const std::string& text, const std::filesystem::path&
   return plan;
 }
 
-// Adds trees and lines to the texts that visit() read, and checks that the keys are a scenario's.
+// Adds trees and lines to the texts of visit(), and checks that the keys are a scenario's.
 void StudyPlan::read_axes(const Node& root) {
   const std::vector<std::string> known = simulation::scenario_description().paths();
   const auto is_list = [&](const std::string& key) {
@@ -260,8 +260,8 @@ void StudyPlan::make_points() {
     if (grid || axis.crossed) runs *= static_cast<double>(axis.size());
   if (runs > static_cast<double>(study_.max_runs)) {
     throw InputError(study_.file, 0,
-                     fmt::format("the study has {:.0f} runs, and max_runs is {}", runs, study_.max_runs),
-                     "take fewer values, draw a sample (design: latin_hypercube), or raise max_runs");
+                     fmt::format("the study has {:.0f} runs, but max_runs is {}", runs, study_.max_runs),
+                     "use fewer values, use a sample (design: latin_hypercube), or increase max_runs");
   }
   size_ = static_cast<std::size_t>(runs);
   for (std::size_t i = 0; i < study_.axes.size(); ++i) {
@@ -281,7 +281,7 @@ StudyRun StudyPlan::run(std::size_t number) const {
   StudyRun run;
   run.number = number;
   run.at.resize(study_.axes.size());
-  // The last axis runs fastest, points slowest.
+  // The last axis varies fastest, points slowest.
   std::size_t rest = number;
   for (std::size_t i = study_.axes.size(); i-- > 0;) {
     const Axis& axis = study_.axes[i];
@@ -298,20 +298,20 @@ StudyRun StudyPlan::run(std::size_t number) const {
       const auto n = static_cast<double>(axis.size());
       run.at[i] = value_at(axis, {static_cast<std::size_t>(u * n), u});
     }
-    // Seeds are the scenario's own.
+    // Seeds are set in the scenario itself.
     if (axis.realization && axis.key != "seed")
       run.realization += fmt::format("{}={}\n", axis.name, run.at[i].text);
   }
   return run;
 }
 
-// Errors in what an axis has set are reported at the study's line; its files lie beside the study.
+// Errors in settings of an axis are reported at the study's line; its files are relative to the study.
 options::Document StudyPlan::document(const std::vector<AxisValue>& at) const {
   options::Document document;
   document.file = base_file_;
   document.kind = "scenario";
   document.set_keys(simulation::scenario_description());
-  // Key -> axis, the last one that sets it.
+  // Key -> the last axis that sets it.
   std::vector<std::pair<std::string, std::string>> set;
   for (std::size_t i = 0; i < at.size(); ++i)
     for (const auto& [key, tree] : settings_of(study_.axes[i], at[i]))
@@ -399,8 +399,8 @@ bool StudyPlan::groups(const Axis& axis) const {
   return !axis.realization && axis.size() > 0 && axis.size() <= kMostGroups;
 }
 
-// Tries each value of each axis once, the others at their first, so that a wrong value is found before hours
-// of work. Receivers, key and size follow from these scenarios.
+// Checks each value of each axis once, with the first values of the other axes, so that an invalid value is
+// found before hours of work. Receivers, key and size follow from these scenarios.
 void StudyPlan::try_values() {
   std::string about = fmt::format(
       "canyon study 1\ndesign {}\nruns {}\nseed {}\nkeep {}\navailable {}\n", static_cast<int>(study_.design),
@@ -438,7 +438,7 @@ void StudyPlan::try_values() {
     }
   }
   for (const std::string& name : files) replace_all(scenarios, name, hash_text(TextFile(name).text()));
-  if (drives() != nullptr) about += "streets\n";  // runs of before went anywhere
+  if (drives() != nullptr) about += "streets\n";  // earlier versions used other routes
   key_ = hash_text(about + scenarios);
   epochs_ = estimated_epochs(plain, drives(), report_);
   bytes_ = static_cast<double>(size_) * static_cast<double>(receivers_.size()) *
@@ -449,11 +449,11 @@ void StudyPlan::check_size() const {
   if (bytes_ <= study_.max_output_gb * 1e9) return;
   throw InputError(
       study_.file, 0,
-      fmt::format("the study would write about {:.3g} GB ({} runs, {} receivers, {:.0f} epochs each), "
-                  "and max_output_gb is {}",
+      fmt::format("the study would write about {:.3g} GB ({} runs, {} receivers, {:.0f} epochs each), but "
+                  "max_output_gb is {}",
                   bytes_ / 1e9, size_, receivers_.size(), epochs_, study_.max_output_gb),
-      study_.keep == Keep::Epochs ? "keep: summary, run less, or raise max_output_gb"
-                                  : "run less, or raise max_output_gb");
+      study_.keep == Keep::Epochs ? "keep: summary, use fewer runs, or increase max_output_gb"
+                                  : "use fewer runs, or increase max_output_gb");
 }
 
 }  // namespace canyon::study

@@ -38,10 +38,10 @@ TEST(Study, ErrorsAlongAWayNeedEpochsAndOneWay) {
               HasSubstr("add keep: epochs"));
   EXPECT_THAT(
       error_of([] { (void)plan_of("axes: [{drives: {count: 2}}]\nalong_m: 10\nkeep: epochs\n"); }).what(),
-      HasSubstr("one way for all runs"));
+      HasSubstr("one route for all runs"));
 }
 
-// 2 x 3 x 4 values: their product of runs, each combination once, the last axis fastest.
+// 2 x 3 x 4 values: the number of runs is their product, each combination once, the last axis fastest.
 TEST(Study, GridHasEachCombinationOnce) {
   const StudyPlan plan = plan_of(R"(axes:
   - {key: "receivers[].elevation_mask_deg", values: [5, 10]}
@@ -61,7 +61,7 @@ TEST(Study, GridHasEachCombinationOnce) {
   EXPECT_THAT(plan.receivers(), ::testing::ElementsAre("car", "other"));
 }
 
-// A range from 0 to 1 in steps of 0.25 has 5 values; 96 starts in a day lie 900 s apart, the last 900 s
+// A range from 0 to 1 in steps of 0.25 has 5 values; 96 starts in a day are 900 s apart, the last 900 s
 // before its end.
 TEST(Study, RangesAndTimes) {
   const StudyPlan plan = plan_of(R"(axes:
@@ -76,7 +76,7 @@ TEST(Study, RangesAndTimes) {
   EXPECT_DOUBLE_EQ(*last - *first, 86400 - 900);
 }
 
-// Draws of unknowns are occasions: settings share them, and what a setting says narrows them.
+// Samples of unknowns are occasions: settings share them, and a setting's values narrow them.
 TEST(Study, DrawsUnknowns) {
   const StudyPlan plan = StudyPlan::parse(R"(scenario:
   city: {synthetic: {}, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}
@@ -110,10 +110,10 @@ axes:
               HasSubstr("there is no unknown 'levl'"));
   EXPECT_THAT(
       error_of([] { (void)plan_of("axes: [{unknowns: 2, name: a}, {unknowns: 3, name: b}]"); }).what(),
-      HasSubstr("two axes draw unknowns"));
+      HasSubstr("two axes have unknowns"));
 }
 
-// In a sample listed axes are drawn in equal shares, crossed ones stand at every point.
+// In a sample, listed axes are sampled in equal fractions, crossed ones have every value at every point.
 TEST(Study, SamplesCrossAxes) {
   const StudyPlan plan = plan_of(R"(axes:
   - {name: mask, key: "receivers[].elevation_mask_deg", range: {from: 5, to: 25}}
@@ -131,7 +131,7 @@ runs: 10
   }
 }
 
-// Settings share the noise realization of a seed and a time; seeds alone are the scenario's own.
+// Settings share the noise realization of a seed and a time; seeds alone are set in the scenario.
 TEST(Study, SettingsShareTheirNoiseRealization) {
   const StudyPlan plan = plan_of(R"(axes:
   - {seeds: 3}
@@ -193,7 +193,7 @@ TEST(Study, KeyFollowsWhatResultsDependOn) {
   EXPECT_EQ(plan_of(axes).key(), plan_of(axes + "city_memory_gb: 1\n").key());
   EXPECT_NE(plan_of(axes).key(), plan_of("axes: [{seeds: 4}]\n").key());
   EXPECT_NE(plan_of(axes).key(), plan_of(axes + "keep: epochs\n").key());
-  // A file counts by its contents, wherever it lies.
+  // A file counts by its contents, not by its path.
   const TemporaryFolder one, two;
   const auto study = [](const TemporaryFolder& folder, const std::string& way) {
     (void)folder.write("way.csv", way);

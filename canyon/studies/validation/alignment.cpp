@@ -20,22 +20,22 @@ namespace {
 
 constexpr double kCoarse_m = 2;
 constexpr double kFine_m = 0.25;
-/// Fine offsets on each side of the best coarse one: to the neighbouring coarse ones.
+/// Fine offsets on each side of the best coarse one, up to the neighbouring coarse ones.
 constexpr int kFineSteps = 8;
-/// Scores change in steps as single observations pass an edge. They are averaged with a normal weight of this
-/// deviation before the best is taken.
+/// Scores change in steps, since single observations cross edges. They are smoothed by a normal weight of
+/// this deviation before the maximum is searched.
 constexpr double kSmooth_m = 0.5;
 constexpr double kHeadingStep_rad = 0.0021816615649929116;  // 0.125 deg
 constexpr double kSmoothHeading_rad = kHeadingStep_rad;
 
-/// Scores of one move: of the epochs as they were, then of each resample of them. NaN: no LOS or no NLOS.
+/// Scores of one move: of the original epochs, then of each resample. NaN: no LOS or no NLOS.
 using Scores = std::vector<double>;
 
 struct Move {
   double east_m = 0, north_m = 0, heading_rad = 0;
 };
 
-/// The highest score of resample `r`; empty where none has one. The first of equal ones wins.
+/// The index of the highest score of resample `r`, the first of equal ones; empty if none has one.
 std::optional<std::size_t> best_of(const std::vector<Scores>& scores, std::size_t r) {
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < scores.size(); ++i) {
@@ -45,7 +45,7 @@ std::optional<std::size_t> best_of(const std::vector<Scores>& scores, std::size_
   return best;
 }
 
-/// Mean of the scores about each point of a square or a line, normal weights by distance in steps.
+/// Mean of the scores around each point of a square or a line, with normal weights by distance in steps.
 std::vector<Scores> smoothed(const std::vector<Scores>& scores, int width, int height, double sigma_steps) {
   const int reach = static_cast<int>(std::ceil(2.5 * sigma_steps));
   std::vector<Scores> result(scores.size(), Scores(scores.front().size()));
@@ -80,7 +80,7 @@ double deviation(const std::vector<double>& values) {
   return std::sqrt(squares / static_cast<double>(values.size() - 1));
 }
 
-/// Part of a recording's residuals that a city is aligned by.
+/// The part of a recording's residuals that is used to align a city.
 class Aligner {
  public:
   Aligner(const Recording& recording, const simulation::Environment& environment, double elevation_mask_rad,
@@ -103,7 +103,7 @@ class Aligner {
       pivot_ += recording.places[e].enu_m.head<2>();
     }
     if (part_.epochs.empty()) {
-      throw InputError("there is nothing to align the city by: no epoch has a satellite above the mask",
+      throw InputError("the city cannot be aligned: no epoch has a satellite above the mask",
                        "give a longer part of the recording or a lower elevation mask");
     }
     pivot_ /= static_cast<double>(part_.epochs.size());
@@ -127,12 +127,12 @@ class Aligner {
     const std::optional<std::size_t> start = best_of(coarse_scores, 0);
     if (!start) {
       throw InputError(
-          "the city separates no LOS from NLOS satellites in this part of the recording, at any offset",
-          "check that trajectory, heights and city belong together");
+          "the city has no LOS or no NLOS satellites in this part of the recording, at any offset",
+          "check that trajectory, heights and city match");
     }
     Move best = coarse[*start];
 
-    // The drive's middle being the pivot, heading and offset hardly depend on each other: in turns.
+    // With the drive's middle as the pivot, heading and offset are nearly independent: searched alternately.
     const auto headings = [&](const Move& about) {
       std::vector<Move> moves;
       for (int h = -heading_steps; h <= heading_steps; ++h)
@@ -149,7 +149,7 @@ class Aligner {
       best = again[*best_of(try_all(again), 0)];
     }
 
-    // The best coarse offset may stand beside the hill: the square is moved until its best lies inside.
+    // The maximum may be outside the fine square, which is moved until its maximum is inside.
     std::vector<Move> fine;
     std::vector<Scores> fine_scores;
     Move middle;
@@ -169,7 +169,7 @@ class Aligner {
       const auto near = best_of(fine_scores, r);
       const auto far = best_of(coarse_scores, r);
       if (!near || !far) continue;
-      // A resample whose best is beyond the fine square shows that the square was not sure.
+      // A resample with its maximum beyond the fine square shows that the square is uncertain.
       const double reach = kCoarse_m + 1e-9;
       const bool beyond = std::abs(coarse[*far].east_m - middle.east_m) > reach ||
                           std::abs(coarse[*far].north_m - middle.north_m) > reach;
@@ -221,7 +221,7 @@ class Aligner {
     for (std::size_t e = 0; e < part_.epochs.size(); ++e) {
       const ResidualEpoch& epoch = part_.epochs[e];
       const Eigen::Vector3d antenna = recording_.place_in_city(scene, moved, epoch_of_[e]);
-      // No satellite twice, so that an epoch has fewer than blocked holds; a longer one goes in pieces.
+      // An epoch has each satellite once, so normally fewer than `blocked` holds; else it is done in pieces.
       for (std::size_t from = 0; from < epoch.count; from += blocked.size()) {
         const std::size_t n = std::min(blocked.size(), epoch.count - from);
         rays.clear();
@@ -299,9 +299,9 @@ void AlignOptions::validate() const {
 void visit(options::Visitor& v, AlignOptions& o) {
   v.number({"reach_m", "m", "largest offset east and north to try"}, o.reach_m, {4, 200});
   v.boolean({"heading", "", "estimate the city's heading as well"}, o.heading);
-  v.angle({"heading_reach_deg", "deg", "largest turn to try"}, o.heading_reach_rad, {0.125, 45});
-  v.integer({"resamples", "", "of the bootstrap behind the uncertainty"}, o.resamples, 20, 10'000);
-  v.number({"block_s", "s", "of time, drawn together"}, o.block_s, {1, 600});
+  v.angle({"heading_reach_deg", "deg", "largest rotation to try"}, o.heading_reach_rad, {0.125, 45});
+  v.integer({"resamples", "", "of the bootstrap for the uncertainty"}, o.resamples, 20, 10'000);
+  v.number({"block_s", "s", "of time, resampled together"}, o.block_s, {1, 600});
   v.integer({"seed", "", "of the bootstrap"}, o.seed);
 }
 

@@ -16,12 +16,12 @@ struct AlignOptions {
   bool heading = false;  ///< estimate the city's heading as well, about the middle of the drive
   double heading_reach_rad =
       0.05235987755982988;  ///< 3 deg; headings are searched by 0.125 deg. [0.125 deg, pi/4]
-  int resamples = 200;      ///< of the bootstrap behind the uncertainty, [20, 10,000]
-  double block_s = 30;      ///< of time, drawn together [s]; [1, 600]; at most a fifth of the part
+  int resamples = 200;      ///< of the bootstrap for the uncertainty, [20, 10,000]
+  double block_s = 30;      ///< length of resampled blocks [s]; [1, 600]; at most a fifth of the part
   std::uint64_t seed = 1;
   int threads = 0;  ///< 0: as many as cores
-  /// Moves tried, in all (about; the number grows with what is found). Its exceptions end the work and pass
-  /// through.
+  /// Moves tried, and the approximate total, which grows during the search. Exceptions from it end the work
+  /// and pass through.
   std::function<void(std::size_t, std::size_t)> progress;
   /// Throws InputError naming the field and its bound.
   void validate() const;
@@ -29,20 +29,20 @@ struct AlignOptions {
 /// Visits its fields.
 void visit(options::Visitor& v, AlignOptions& o);
 
-/// Where the city fits a recording best: the move under which the city's LOS and NLOS are separated best by
-/// C/N0 and by pseudorange error together.
+/// The city's best fit to a recording: the move that best separates the city's LOS and NLOS by C/N0 and by
+/// pseudorange error together.
 struct CityAlignment {
   Registration registration;
-  double sigma_east_m = 0, sigma_north_m = 0, sigma_heading_rad = 0;  ///< from blocks of time drawn anew
-  /// Mean of both AUCs, here and unmoved; of the one there is where the recording has no C/N0.
+  double sigma_east_m = 0, sigma_north_m = 0, sigma_heading_rad = 0;  ///< from resampled blocks of time
+  /// Mean of both AUCs, here and unmoved; without recorded C/N0 only that of the error.
   double score = 0, score_before = 0;
   std::size_t first = 0, count = 0;  ///< epochs used
-  bool at_border = false;            ///< the best offset lies at the end of the search: give more reach
+  bool at_border = false;            ///< the best offset is at the edge of the search: increase reach_m
 };
 
-/// Estimated on epochs [first, first + count) of the recording, from satellites above the mask. The clock is
-/// estimated anew for each move, from what is clear there. Throws InputError for options that do not
-/// validate() and where no move of the city gives both LOS and NLOS in these epochs.
+/// Estimated on epochs [first, first + count) of the recording, from satellites above the mask. For each
+/// move, the clock is estimated again from the clear satellites. Throws InputError for options that do not
+/// validate() and if no move of the city has both LOS and NLOS in these epochs.
 [[nodiscard]] CityAlignment align(const Recording& recording, const simulation::Environment& environment,
                                   double elevation_mask_rad, std::size_t first, std::size_t count,
                                   const AlignOptions& options = {});

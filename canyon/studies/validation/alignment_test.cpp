@@ -30,7 +30,7 @@ AlignOptions quick() {
   return options;
 }
 
-// Where the city truly stands comes out, within what the alignment says of its own certainty.
+// The city's true position is found, within the reported uncertainty of the alignment.
 TEST(CityAlignment, FindsWhereTheCityStands) {
   Registration moved;
   moved.east_m = 3;
@@ -58,7 +58,7 @@ TEST(CityAlignment, FindsWhereTheCityStands) {
   EXPECT_EQ(a.count, all);
   EXPECT_EQ(last, planned);
 
-  // The same on one thread, and another part another answer that agrees.
+  // The same on one thread; another part gives another result that agrees.
   options.threads = 1;
   const CityAlignment again = align(recording, recorded.environment(), kMask, 0, all, options);
   EXPECT_EQ(again.registration.east_m, a.registration.east_m);
@@ -88,12 +88,12 @@ TEST(CityAlignment, FindsTheHeading) {
               geodesy::degrees(a.sigma_heading_rad), a.score, a.score_before);
   EXPECT_NEAR(heading_deg, 1.5, 0.3);
   EXPECT_GT(a.sigma_heading_rad, 0);
-  // The middle of the drive in the true city and in the one that was found.
+  // The middle of the drive in the true city and in the aligned one.
   const Eigen::Vector3d here(a.registration.pivot.x(), a.registration.pivot.y(), 0);
   EXPECT_LT((a.registration.place_in_city(here) - moved.place_in_city(here)).norm(), 1);
 }
 
-// A search that ends before the hill does says so.
+// A search that ends before the maximum reports it.
 TEST(CityAlignment, SaysWhenTheSearchIsTooShort) {
   Registration moved;
   moved.east_m = 7;

@@ -40,7 +40,7 @@ bool among(const std::vector<const gnss::Signal*>& signals, const gnss::Signal* 
   return std::find(signals.begin(), signals.end(), signal) != signals.end();
 }
 
-/// Phase less what geometry, satellite and atmosphere put into it, as PseudorangeResidual has it.
+/// Phase minus the terms of geometry, satellite and atmosphere, as in PseudorangeResidual.
 ComparedPhase simulated_phase(const orbit::LineOfSight& line, const receiver::SignalObservation& o) {
   const positioning::Measurement& m = *o.measurement;
   if (!m.carrier_phase_cycles) return {};
@@ -95,7 +95,7 @@ class Comparer {
                                  {epoch.reception, epoch.antenna_ecef, place(e), ecef_from_map_});
     simulation::add_paths(arrival, [this](const auto& antenna, const auto& towards, auto paths) {
       std::vector<Eigen::Vector3d> directions(towards.begin(), towards.end());
-      // A product of two rotations turns to unit length but for rounding.
+      // A product of two rotations preserves the unit length up to rounding.
       for (Eigen::Vector3d& direction : directions) direction.normalize();
       propagator_.trace(antenna, directions, paths);
     });
@@ -103,7 +103,7 @@ class Comparer {
     return arrival;
   }
 
-  /// The part with memory: epochs in order.
+  /// The part with state: epochs in order.
   void observe(std::size_t e, propagation::Arrival& arrival) {
     const ResidualEpoch& epoch = recording_.residuals.epochs[e];
     const Eigen::Vector3d velocity_ecef =
@@ -122,7 +122,7 @@ class Comparer {
     const positioning::Fix& single = observed.single_epoch;
     compared.fix.simulated = fix_error(single, epoch);
     if (result_.filtered) compared.filter.simulated = fix_error(observed.fix, epoch);
-    // Both ascend; systems that the receiver does not track are views alone.
+    // Both ascend; systems that the receiver does not track are only in the views.
     auto of_satellite = views.begin();
     for (const receiver::SatelliteObservation& o : observed.satellites) {
       while (of_satellite->line.id < o.id) ++of_satellite;
@@ -166,7 +166,7 @@ class Comparer {
  private:
   static receiver::ReceiverOptions long_since_on(receiver::ReceiverOptions options) {
     options.signal.lock.warm_start = true;
-    // A recording states no sigmas.
+    // A recording has no sigmas.
     if (options.fix.weights.weighting == positioning::Weighting::Sigma)
       options.fix.weights.weighting = positioning::Weighting::Equal;
     return options;
@@ -179,7 +179,7 @@ class Comparer {
     return options;
   }
 
-  /// In the map's frame, as rays are.
+  /// In the map's frame, as the rays are.
   [[nodiscard]] std::shared_ptr<const disturbance::Road> road() const {
     auto road = std::make_shared<disturbance::Road>();
     for (std::size_t e = 0; e < recording_.residuals.epochs.size(); ++e)
@@ -227,7 +227,7 @@ class Comparer {
   void add_simulated(const orbit::LineOfSight& line, const receiver::SignalObservation& o,
                      ComparedSatellite& satellite) const {
     if (!o.measurement) return;
-    // C/N0 as the receiver states it, where it does.
+    // C/N0 as reported by the receiver, if it reports it.
     ComparedObservation& s = signal_of(satellite, o.signal).simulated;
     s = {true, o.pseudorange_error_m, o.measurement->cn0_dbhz ? o.measurement->cn0_dbhz : o.cn0_dbhz,
          simulated_phase(line, o)};
@@ -236,7 +236,7 @@ class Comparer {
         e > 0 && o.measurement->phase_since && *o.measurement->phase_since > result_.epochs[e - 1].time;
   }
 
-  /// The satellite's entry for a signal, made where it has none.
+  /// The satellite's entry for a signal, created if missing.
   static ComparedSignal& signal_of(ComparedSatellite& satellite, const gnss::Signal* signal) {
     if (signal == satellite.signal) return satellite;
     const auto at = std::lower_bound(
@@ -291,7 +291,7 @@ class Comparer {
     for (std::size_t i = 0; i < epoch.count; ++i) {
       const PseudorangeError& error = errors.observations[epoch.first + i];
       const PseudorangeResidual& o = recording_.residuals.observations[epoch.first + i];
-      // Fixes of both receivers are of the same systems.
+      // Fixes of both receivers use the same systems.
       if (error.gross || !has_system(result_.tracked, o.id.system)) continue;
       measurements.push_back(recording_.measurements[e][i]);
       if (ComparedSatellite* s = satellite(o.id)) add_measured(o, error.error_m, compared.clock, *s);
@@ -323,8 +323,8 @@ class Comparer {
     if (clock != ClockSource::None) s.measured.error_m = error_m;
   }
 
-  /// Recorded errors are about a clock from satellites in clear view, with what these have in common.
-  /// The simulated ones are brought to that: the true clock stands at 0 there.
+  /// Recorded errors are relative to a clock from satellites in clear view, which contains their common
+  /// errors. This shifts the simulated ones likewise: their true clock is 0.
   void remove_simulated_clock() {
     PseudorangeResiduals residuals;
     std::vector<bool> clear;
@@ -364,7 +364,7 @@ class Comparer {
     }
   }
 
-  /// The value about which an epoch's pseudoranges of a system lie [m].
+  /// The value around which an epoch's pseudoranges of a system are [m].
   static double clock_of(const PseudorangeErrors& errors, std::size_t epoch, gnss::System system) {
     const auto bias = errors.inter_system_bias_m.find(system);
     return errors.clocks[epoch].bias_m + (bias != errors.inter_system_bias_m.end() ? bias->second : 0);
@@ -453,7 +453,7 @@ std::vector<NeverTracked> never_tracked(const Comparison& comparison, double ele
   }
   std::vector<NeverTracked> result;
   for (const auto& [id, seconds] : untracked_s) {
-    // A millisecond for the rounding of sums of intervals.
+    // A millisecond of tolerance for the rounding of sums of intervals.
     if (tracked.count(id) == 0 && seconds + 1e-3 >= clear_s) result.push_back({id, seconds});
   }
   return result;

@@ -39,7 +39,8 @@ Registration moved_by(double east_m, double north_m) {
   return r;
 }
 
-// By hand: the map's (12, 0) turns by 90 degrees about (10, 0) to (10, 2) and moves by (3, -2) to (13, 0).
+// By hand: the map's (12, 0) is rotated by 90 degrees about (10, 0) to (10, 2) and moved by (3, -2) to (13,
+// 0).
 TEST(Registration, PlacesByHand) {
   Registration r = moved_by(3, -2);
   r.heading_rad = geodesy::kPi / 2;
@@ -48,13 +49,13 @@ TEST(Registration, PlacesByHand) {
   // East in the map is north in the world.
   EXPECT_LT((r.direction_in_city({0, 1, 0}) - Eigen::Vector3d(1, 0, 0)).norm(), 1e-15);
   EXPECT_EQ(r.direction_in_city({0, 0, 1}), Eigen::Vector3d(0, 0, 1));
-  // A direction is the difference of two places.
+  // A direction is the difference of two points.
   const Eigen::Vector3d a(1, 2, 3), b(-4, 7, 9);
   EXPECT_LT((r.place_in_city(b) - r.place_in_city(a) - r.direction_in_city(b - a)).norm(), 1e-12);
   EXPECT_EQ(Registration{}.place_in_city(a), a);
 }
 
-// Moving the map twice: a place goes back through both moves, the second one first.
+// Moving the map twice: a point is transformed back through both moves, the second one first.
 TEST(Registration, OneMoveAfterAnother) {
   Registration first = moved_by(3, -2);
   first.heading_rad = 0.3;
@@ -79,17 +80,17 @@ TEST(Segments, FollowTheStreets) {
   };
   places.push_back(Eigen::Vector3d::Zero());
   go(5, 0, 20);                                                  // 100 m east
-  for (int i = 0; i < 30; ++i) places.push_back(places.back());  // standing
+  for (int i = 0; i < 30; ++i) places.push_back(places.back());  // stationary
   go(3.5, 3.5, 4);                                               // a curve of 20 m
   go(0, 5, 20);                                                  // 100 m north
   go(-0.5, 5, 20);                                               // bent by 6 degrees: the same street
-  go(-5, 0, 4);  // 20 m west, then the drive ends: no street of its own
+  go(-5, 0, 4);  // 20 m west, then the drive ends: not a separate street
   const std::vector<StreetSegment> segments = street_segments(places);
   ASSERT_EQ(segments.size(), 2U);
   EXPECT_EQ(segments[0].first, 0U);
   EXPECT_EQ(segments[1].first, segments[0].count);
   EXPECT_EQ(segments[0].count + segments[1].count, places.size());
-  // The curve at 45 degrees belongs to either; with it the street still leads mostly one way.
+  // The curve at 45 degrees belongs to either; with it the street still has mostly one direction.
   EXPECT_NEAR(segments[0].heading_deg, 90, 10);
   EXPECT_NEAR(segments[1].heading_deg, 355, 10);
   EXPECT_NEAR(segments[0].length_m + segments[1].length_m,
@@ -102,7 +103,7 @@ TEST(Segments, FollowTheStreets) {
   EXPECT_EQ(one[0].length_m, 0);
 }
 
-/// Differences of measured and simulated, of what both have.
+/// Differences of measured and simulated, of satellites in both.
 struct Agreement {
   std::size_t both = 0, only_one = 0, predictions = 0, nlos_measured = 0;
   std::vector<double> error_m, cn0_db, fix_m;
@@ -131,8 +132,7 @@ Agreement agreement(const Comparison& comparison) {
   return a;
 }
 
-// The simulated receiver has its disturbances: one satellite is taken from it, the others stay as they
-// were.
+// The simulated receiver has its disturbances: one satellite is removed from it, the others do not change.
 TEST(Comparison, HonoursDisturbances) {
   const SimulatedRecording recorded;
   const Recording recording = recorded.read();
@@ -151,7 +151,7 @@ TEST(Comparison, HonoursDisturbances) {
     const ComparedSatellite& after = disturbed.satellites[i++];
     ASSERT_EQ(after.id, before.id);
     ASSERT_EQ(after.simulated.error_m.has_value(), before.simulated.error_m.has_value());
-    // Errors are less the clock by the other satellites.
+    // Errors are relative to the clock from the other satellites.
     if (before.simulated.error_m) {
       ASSERT_NEAR(*after.simulated.error_m, *before.simulated.error_m, 1e-9);
     }
@@ -160,15 +160,15 @@ TEST(Comparison, HonoursDisturbances) {
   EXPECT_LT(i, plain.satellites.size());
 }
 
-// Canyon's own receiver, recorded in a city that stands 3 m east and 2 m south of its map and is turned by a
-// degree: simulated in the map moved likewise, the same comes out.
+// Canyon's own receiver, recorded in a city 3 m east and 2 m south of its map and rotated by a degree:
+// simulated in the map moved likewise, the result is the same.
 TEST(Comparison, RecordedReceiverIsItsOwnSimulation) {
   Registration moved = moved_by(3, -2);
   moved.heading_rad = geodesy::radians(1);
   moved.pivot = {20, 30};
   const SimulatedRecording recorded(moved);
   const Recording recording = recorded.read();
-  // Reception times come back within a microsecond: the first or the last may fall out of the truth's span.
+  // Reception times are recovered within a microsecond: the first or last may be outside the truth's span.
   EXPECT_GE(recording.residuals.epochs.size() + 2, recorded.epochs().size());
   const simulation::ReceiverConfig& receiver = recorded.scenario().receivers.front();
   CompareOptions options;
@@ -185,11 +185,11 @@ TEST(Comparison, RecordedReceiverIsItsOwnSimulation) {
   EXPECT_LE(a.only_one, 3U);  // rays within micrometres of an edge
   EXPECT_GT(a.nlos_measured, 100U);
   EXPECT_EQ(a.predictions, a.nlos_measured);
-  // RINEX keeps millimetres, and one satellite may give the clock; fixes carry that times their DOP.
+  // RINEX has millimetres, and one satellite may determine the clock; fixes have that error times their DOP.
   EXPECT_LT(quantile(a.error_m, 0.99).value(), 3e-3);
   EXPECT_LT(quantile(a.fix_m, 0.99).value(), 0.02);
 
-  // Predictions without strength: the shortest path, which is the whole error of an NLOS signal.
+  // Predictions without strength: the shortest path, which is the total error of an NLOS signal.
   std::vector<double> off;
   for (const ComparedSatellite& s : comparison.satellites) {
     if (s.prediction && s.measured.error_m)
@@ -197,7 +197,7 @@ TEST(Comparison, RecordedReceiverIsItsOwnSimulation) {
   }
   EXPECT_LT(quantile(off, 0.99).value(), 3e-3);
 
-  // In the unmoved map it is another city.
+  // With the unmoved map it is another city.
   const Comparison unmoved = compare(recording, receiver, recorded.environment(), {}, 1);
   std::size_t different = 0;
   for (std::size_t i = 0; i < unmoved.satellites.size(); ++i) {
@@ -220,7 +220,7 @@ TEST(Comparison, RecordedReceiverIsItsOwnSimulation) {
   }
 }
 
-// Each epoch is a second. A satellite that was never recorded counts only if it stood clear and above 15 deg
+// Each epoch is a second. A satellite that was never recorded counts only if it was clear and above 15 deg
 // for two minutes.
 TEST(Comparison, NamesSatellitesThatWereNeverTracked) {
   Comparison comparison;
@@ -260,7 +260,7 @@ TEST(Comparison, NamesSatellitesThatWereNeverTracked) {
   EXPECT_EQ(never_tracked(comparison, geodesy::radians(15), 119).size(), 3U);
 }
 
-// A satellite that is left out is nowhere, and the others are as they were.
+// A satellite that is left out is missing everywhere, and the others do not change.
 TEST(Comparison, LeavesSatellitesOut) {
   const SimulatedRecording recorded;
   const Recording recording = recorded.read();
@@ -287,7 +287,7 @@ TEST(Comparison, LeavesSatellitesOut) {
   EXPECT_LT(i, plain.satellites.size());
 }
 
-// Rays that are traced once serve several receivers, each as if it were alone.
+// Rays that are traced once are used by several receivers, with the results of single ones.
 TEST(Comparison, SeveralReceiversAreEachAsIfAlone) {
   const SimulatedRecording recorded({}, test::with_strength);
   const Recording recording = recorded.read();
@@ -314,8 +314,8 @@ TEST(Comparison, SeveralReceiversAreEachAsIfAlone) {
   EXPECT_NE(strengths(together[1]), strengths(together[2]));
 }
 
-// Canyon's own receiver writes its fixes as NMEA; of the recorder's epochs they have the errors that its
-// fixes have (minutes of GGA to 1e-6, 2 mm, and times to 1 ms, 6 mm at 6 m/s).
+// Canyon's own receiver writes its fixes as NMEA; at the recorder's epochs they have the errors of its fixes
+// (minutes of GGA to 1e-6, 2 mm, and times to 1 ms, 6 mm at 6 m/s).
 TEST(Comparison, OwnFixesAndThePositionFilter) {
   const SimulatedRecording recorded;
   const Recording recording = recorded.read();
@@ -335,8 +335,8 @@ TEST(Comparison, OwnFixesAndThePositionFilter) {
   }
   EXPECT_GT(compared, recorded.epochs().size() / 2);
 
-  // The filter over the recorded measurements is that over the simulated ones, which they are, and no fix of
-  // one epoch.
+  // The filter over the recorded measurements equals that over the simulated ones, since these are equal, and
+  // differs from fixes of single epochs.
   const simulation::ReceiverConfig& receiver = recorded.scenario().receivers.front();
   simulation::ReceiverConfig filtering = receiver;
   filtering.options.filter.enabled = true;
@@ -400,7 +400,7 @@ TEST(Comparison, SignalsWithStrengthComeBackToo) {
   EXPECT_LT(median(cn0_db).value_or(0), 0.01);  // RINEX has three decimals
 }
 
-// A truth in another datum, at other heights or on another time scale would be an error of all figures.
+// A truth in another datum, at other heights or on another time scale would cause an error in all metrics.
 TEST(Recording, SaysThatTheTruthIsElsewhere) {
   const SimulatedRecording recorded;
   const simulation::test::TemporaryFolder folder;
@@ -427,7 +427,7 @@ TEST(Recording, SaysThatTheTruthIsElsewhere) {
   };
   const auto said = [](const std::string& what) { return testing::Contains(HasSubstr(what)); };
   EXPECT_THAT(warnings([](const std::string& line) { return line; }),
-              testing::Not(said("the codes put the antenna")));
+              testing::Not(said("the pseudoranges put the antenna")));
   EXPECT_THAT(warnings(added(1, 0.002)), said("-22"));
   EXPECT_THAT(warnings(added(1, 0.002)), said("m north and"));
   EXPECT_THAT(warnings(added(3, 1000)), said("m north and -99"));
@@ -492,7 +492,7 @@ TEST(Recording, SaysWhatIsWrong) {
   EXPECT_THAT(error_of([&] { (void)read(recorded.obs, recorded.truth_csv, "csv", late); }).what(),
               AllOf(HasSubstr("car.obs"), HasSubstr("ephemeris")));
 
-  // Real recordings hold the ionosphere; the nominal sky has no coefficients for it.
+  // Real recordings contain the ionosphere; the nominal sky has no coefficients for it.
   EXPECT_THROW(
       (void)read_recording(recorded.scenario(), environment, recorded.obs, recorded.truth_csv, "csv"),
       InputError);

@@ -100,7 +100,7 @@ class ComparisonView {
     return std::span(comparison_.satellites).subspan(epoch(i).first, epoch(i).count);
   }
 
-  /// Velocity of the true place, from the epoch before to the next.
+  /// Velocity of the true position, from the previous to the next epoch.
   [[nodiscard]] Vector3d velocity(std::size_t i) const {
     const std::size_t before = i > 0 ? i - 1 : i, after = std::min(i + 1, input_.count - 1);
     const double step_s = time_s(after) - time_s(before);
@@ -129,13 +129,13 @@ class ComparisonView {
     recorder.finish(header_);
   }
 
-  /// Adds an epoch and its satellites. @param yaw_rad of the epoch before, and then of this one
+  /// Adds an epoch and its satellites. @param yaw_rad of the previous epoch, then of this one
   simulation::Epoch add_epoch(Side side, std::size_t i, Recorder& recorder, double& yaw_rad) const {
     const ComparedEpoch& e = epoch(i);
     const validation::ComparedFix& fix = e.fix.of(side);
     simulation::Epoch row;
     row.truth.velocity_enu_mps = velocity(i);
-    // A car that stands keeps its last heading.
+    // A stationary car keeps its last heading.
     const Vector3d& v = row.truth.velocity_enu_mps;
     if (v.head<2>().norm() > 0.5) yaw_rad = std::atan2(v.y(), v.x());
     row.truth.yaw_rad = yaw_rad;
@@ -150,7 +150,7 @@ class ComparisonView {
     add_satellites(side, i, recorder.rows(), seen);
     if (fix.solved) {
       seen.fix.status = positioning::FixStatus::Fix;
-      seen.fix.used.resize(static_cast<std::size_t>(fix.used));  // their number; which ones is not known
+      seen.fix.used.resize(static_cast<std::size_t>(fix.used));  // only their number is known
       row.error_enu_m = fix.error_enu_m;
       shown.fix_m = e.place_enu_m + comparison_.registration.direction_in_city(fix.error_enu_m);
     }
@@ -160,7 +160,7 @@ class ComparisonView {
 
   void add_satellites(Side side, std::size_t i, output::EpochRows& rows,
                       const receiver::ReceiverEpoch& seen) const {
-    const simulation::Epoch epoch;  // says nothing of satellites
+    const simulation::Epoch epoch;  // without satellites
     const propagation::Path direct;
     const auto list = satellites(i);
     for (std::size_t k = 0; k < list.size(); ++k) {
@@ -240,7 +240,7 @@ std::unique_ptr<Probe> comparison_probe(const std::filesystem::path& folder, sim
   const Json shown = read_header(folder);
   if (!shows_city(shown, scene->city)) {
     throw InputError(folder, 0, "shows a validation in another city than the scenario's",
-                     "give the scenario that was validated");
+                     "give the validated scenario");
   }
   geodesy::GpsTime begin;
   double interval_s = 0;
@@ -249,12 +249,12 @@ std::unique_ptr<Probe> comparison_probe(const std::filesystem::path& folder, sim
     begin = geodesy::GpsTime::from_week(time.at("gps_week").get<int>(), time.at("gps_tow").get<double>());
     interval_s = time.at("interval_s").get<double>();
   } catch (const JsonError&) {
-    throw InputError(folder / kHeaderFile, 0, "has no times", "write it anew: canyon validate --view");
+    throw InputError(folder / kHeaderFile, 0, "has no times", "write it again: canyon validate --view");
   }
-  // The page asks by its receivers' numbers; both sides are compared by one model.
+  // The page requests receivers by number; both sides are compared with one model.
   scenario.receivers.resize(1);
   scenario.receivers.push_back(scenario.receivers.front());
-  scenario.faults = {};  // the simulated side has none either
+  scenario.faults = {};  // as on the simulated side
   return std::make_unique<Probe>(scenario, begin, interval_s, std::move(scene), paths_per_satellite);
 }
 

@@ -22,19 +22,18 @@ struct ComparisonInput {
   double elevation_mask_deg = 0;                         ///< of both fixes
 };
 
-/// Writes a comparison as "canyon view 1" into `folder`, which is made where needed (docs/view-format.md):
-/// two receivers, "recorded" and "simulated", at the same places, and what they differ by as the header's
-/// "comparison". Places are those in the unmoved map, right over the city as it is drawn; directions and
-/// errors those of the true world. Only direct paths are there. Throws InputError where there is no epoch or
-/// the folder does not take the files.
+/// Writes a comparison as "canyon view 1" into `folder`, which is created if needed (docs/view-format.md):
+/// two receivers, "recorded" and "simulated", at the same positions, and their differences as the header's
+/// "comparison". Positions are in the unmoved map, as drawn; directions and errors are those of the true
+/// world. It has only direct paths. Throws InputError if there is no epoch or the folder is not writable.
 void write_comparison(const ComparisonInput& input, const std::filesystem::path& folder);
 
-/// Whether the view in `folder` is of a comparison. Throws InputError where it has no header.
+/// Whether the view in `folder` is of a comparison. Throws InputError if it has no header.
 [[nodiscard]] bool is_comparison(const std::filesystem::path& folder);
 
 /// Antennas in the view of a comparison, at its times, with the scenario's first receiver, which is the
-/// simulated one; in the city where the scenario puts it. Throws InputError where the view shows other walls
-/// than `scene`'s, and as Probe does.
+/// simulated one; in the city at the scenario's position. Throws InputError if the view has other walls than
+/// `scene`, and as Probe does.
 [[nodiscard]] std::unique_ptr<Probe> comparison_probe(const std::filesystem::path& folder,
                                                       simulation::Scenario scenario,
                                                       std::shared_ptr<simulation::CityScene> scene,

@@ -15,7 +15,7 @@
 namespace canyon::validation {
 namespace {
 
-/// 5, 25, 50, 75, 95 % of the next draw.
+/// 5, 25, 50, 75, 95 % of the next sample.
 using Five = std::array<double, 5>;
 enum Place : std::size_t { kLow90, kLow50, kMiddle, kHigh50, kHigh90 };
 
@@ -36,7 +36,7 @@ double interval_score(const Five& five, double truth) {
          2.5;
 }
 
-/// The distance from the recorded value in units of the range, as the point's headline has it.
+/// The distance from the recorded value in units of the range, as in the point's headline.
 std::optional<double> distance_of(const Headline& point, double simulated) {
   Headline h = point;
   h.simulated = simulated;
@@ -73,7 +73,7 @@ std::string table_of(const EnsembleRow& row) {
                                        : "no"});
   }
   return text + "\n" +
-         text_table({"figure", "recorded", "as it is", "median", "50 %", "90 %", "within"}, lines) + "\n";
+         text_table({"metric", "recorded", "as it is", "median", "50 %", "90 %", "within"}, lines) + "\n";
 }
 
 Json ends_json(const Interval& interval) {
@@ -157,7 +157,7 @@ std::string ensemble_text(const std::vector<EnsembleRow>& rows) {
     lines.push_back({"interval score, in ranges of the score card", fmt::format("{:.2f}", sum.score),
                      fmt::format("below {:.2f}, as it is", sum.point_score)});
   }
-  return text + text_table({fmt::format("of {} recorded figures", sum.figures), "", "goal"}, lines);
+  return text + text_table({fmt::format("of {} recorded metrics", sum.figures), "", "goal"}, lines);
 }
 
 std::string ensemble_json(const std::vector<EnsembleRow>& rows) {

@@ -7,7 +7,7 @@
 
 #include "canyon/studies/validation/headlines.hpp"
 
-// Recorded figures beside the distribution of simulated ones, over draws of what is unknown.
+// Recorded metrics and the distribution of simulated ones, over samples of the unknowns.
 
 namespace canyon::validation {
 
@@ -15,32 +15,32 @@ namespace canyon::validation {
 struct EnsembleRow {
   std::string name;
   std::string part;                   ///< describe_part()
-  std::vector<std::string> unknowns;  ///< what is drawn: "level: -10 to 6 dB, uniform"
-  std::vector<Headline> point;        ///< by the settings as they are
+  std::vector<std::string> unknowns;  ///< sampled parameters: "level: -10 to 6 dB, uniform"
+  std::vector<Headline> point;        ///< with the settings as they are
   struct Draw {
     std::map<std::string, double> values;  ///< of the unknowns
-    std::vector<Headline> headlines;       ///< the same as `point`
+    std::vector<Headline> headlines;       ///< in the order of `point`
   };
   std::vector<Draw> draws;
 };
 
-/// A figure that recordings and simulations both have.
+/// A metric of both recording and simulations.
 struct EnsembleFigure {
   FigureInfo info;
   double recorded = 0;
-  std::optional<double> point;  ///< simulated by the settings as they are
+  std::optional<double> point;  ///< simulated with the settings as they are
   double median = 0;
   Interval half, most;  ///< 50 and 90 %
-  /// Weighted interval scores of the draws' distribution and of the point, in units of the figure's range
-  /// (Headline::distance()); empty for a figure without a range.
+  /// Weighted interval scores of the samples' distribution and of the point, in units of the metric's range
+  /// (Headline::distance()); empty for a metric without a range.
   std::optional<double> score, point_score;
 
   [[nodiscard]] bool within_half() const { return half.low <= recorded && recorded <= half.high; }
   [[nodiscard]] bool within_most() const { return most.low <= recorded && recorded <= most.high; }
 };
-/// The figures of a row; one that is not recorded or that fewer than two draws have is left out.
+/// The metrics of a row, without those that are not recorded or that fewer than two samples have.
 ///
-/// Quantiles are predictive_quantile(): an n + 1st draw lies within an interval with its probability.
+/// Quantiles are predictive_quantile(): an n + 1st sample is in an interval with its probability.
 ///
 /// Weighted interval score (Bracher et al., PLOS Computational Biology 17(2), 2021) of median and both
 /// intervals:
@@ -48,18 +48,18 @@ struct EnsembleFigure {
 /// A point forecast scores its distance |x - m|; less is better.
 [[nodiscard]] std::vector<EnsembleFigure> ensemble_figures(const EnsembleRow& row);
 
-/// Sums over figures of all rows.
+/// Sums over metrics of all rows.
 struct Coverage {
   std::size_t figures = 0, within_half = 0, within_most = 0;
-  double score = 0, point_score = 0;  ///< means; 0 without figures
+  double score = 0, point_score = 0;  ///< means; 0 without metrics
   std::size_t scored = 0;
   double widest_p50 = 0;  ///< largest ratio of the ends of the 90 % interval of horizontal p50; 0: none
 };
 [[nodiscard]] Coverage coverage(const std::vector<EnsembleRow>& rows);
 
-/// For terminals: for each row what is drawn and a table of its figures, then the coverage with its goals.
+/// For terminals: for each row the sampled parameters and its table of metrics, then coverage with its goals.
 [[nodiscard]] std::string ensemble_text(const std::vector<EnsembleRow>& rows);
-/// The figures, the values of all draws, and the coverage.
+/// The metrics, the values of all samples, and the coverage.
 [[nodiscard]] std::string ensemble_json(const std::vector<EnsembleRow>& rows);
 
 }  // namespace canyon::validation

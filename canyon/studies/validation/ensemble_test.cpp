@@ -29,7 +29,7 @@ EnsembleRow row_with(double recorded, double point) {
   return row;
 }
 
-// The 90 % interval of the next draw after 19 runs from the first to the last: ranks 0.05 x 20 and 0.95 x 20.
+// The 90 % interval of the next sample after 19 runs, the first to the last: ranks 0.05 x 20, 0.95 x 20.
 TEST(Ensemble, IntervalsAreThoseOfTheNextDraw) {
   const auto figures = ensemble_figures(row_with(18, 12));
   ASSERT_EQ(figures.size(), 1U) << "a figure that is not recorded is left out";

@@ -57,7 +57,7 @@ struct ObservationSample {
     // Measured C/N0 count in epochs with a clock.
     if (o.cn0_dbhz && (o.error_m || side == Side::Simulated)) cn0.of(side).add(nlos, *o.cn0_dbhz);
   }
-  /// @param runs that the simulated values are of
+  /// @param runs number of runs of the simulated values
   void write(ObservationFigures& to, std::size_t runs) const {
     to.tracked_los = tracked[0];
     to.tracked_nlos = tracked[1];
@@ -123,7 +123,7 @@ std::vector<std::vector<std::uint16_t>> draws_of(std::span<const ComparedEpoch> 
   return draws_in_time(epochs, options.block_s, options.resamples, options.seed);
 }
 
-/// 95 %; empty where half of the draws have no value or more.
+/// 95 %; empty if half of the resamples or more have no value.
 std::optional<Interval> interval_of_draws(const std::vector<double>& values, std::size_t draws) {
   if (2 * values.size() <= draws) return {};
   const std::vector<double> ends = quantiles(values, std::array{0.025, 0.975});
@@ -171,7 +171,7 @@ class PhaseWalk {
     Arc& arc = at->second;
     const bool continues = !fresh && arc.epoch + 1 == epoch_ && !phase.slip;
     if (!fresh && !continues) ++sample.slips;
-    // Receivers' clocks drift, and their tags with them, by less than that in any interval.
+    // Receivers' clocks, and so their tags, drift by less than this fraction of any interval.
     constexpr double kEven = 0.01;
     const bool even = std::abs(step_s_ - interval_s_) < kEven * interval_s_;
     arc.length = continues && even ? arc.length + 1 : 1;
@@ -187,7 +187,7 @@ class PhaseWalk {
     thirds_.push_back({third, std::pow(10, cn0_dbhz / 10), direction, nlos, &sample});
   }
 
-  /// Takes off what this epoch's third differences share (PhaseView::noise_m).
+  /// Removes the common part of this epoch's third differences (PhaseView::noise_m).
   void end() {
     constexpr std::size_t kFewest = 7;
     constexpr int kIterations = 10;
@@ -205,7 +205,7 @@ class PhaseWalk {
       weighted[i] = weight[i] * (d.value_m - middle);
       design.row(i) << weight[i], weight[i] * d.direction.transpose();
     }
-    // The projection takes rank as it comes: few satellites, many signals.
+    // The projection handles any rank: few satellites, many signals.
     Eigen::VectorXd rest = weighted;
     for (int iteration = 0; iteration < kIterations; ++iteration) {
       for (Eigen::Index i = 0; i < n; ++i)
@@ -229,7 +229,7 @@ class PhaseWalk {
  private:
   struct Arc {
     std::size_t epoch = 0;         ///< the last one with a phase
-    std::size_t length = 0;        ///< epochs of one interval without a slip up to there
+    std::size_t length = 0;        ///< epochs of one interval without a slip up to this one
     std::array<double, 4> last{};  ///< the newest first [m]
   };
   struct Third {
@@ -238,7 +238,7 @@ class PhaseWalk {
     bool nlos;
     PhaseSample* sample;
   };
-  /// A value that the estimate follows closer than this tells nothing about noise.
+  /// A value with less redundancy than this contains no information on noise.
   static constexpr double kLeastRoom = 0.3;
 
   double interval_s_;
@@ -250,8 +250,8 @@ class PhaseWalk {
   std::vector<Third> thirds_;
 };
 
-/// Figures of every signal of a comparison's epochs [first, first + count), simulated values those of `runs`
-/// (not empty).
+/// Metrics of every signal of a comparison's epochs [first, first + count), with the simulated values of
+/// `runs` (not empty).
 std::vector<SignalFigures> signal_figures(const Comparison& comparison, std::size_t first, std::size_t count,
                                           std::span<const Comparison> runs) {
   std::vector<SignalFigures> result;
@@ -301,10 +301,10 @@ std::vector<SignalFigures> signal_figures(const Comparison& comparison, std::siz
   return result;
 }
 
-/// Observations of a part of a comparison, by the questions asked of them.
+/// Observations of a part of a comparison, sorted for the metrics.
 class Collector {
  public:
-  /// @param times how often each epoch counts; empty: once
+  /// @param times weight of each epoch; empty: 1
   Collector(const Comparison& comparison, std::size_t first, std::size_t count,
             std::span<const Comparison> runs, std::span<const std::uint16_t> times = {})
       : comparison_(comparison),
@@ -347,7 +347,7 @@ class Collector {
     return f;
   }
 
-  /// The figures that headlines use.
+  /// The metrics of headlines.
   [[nodiscard]] ModelFigures headline_figures() const {
     ModelFigures f;
     f.epochs = epochs_.size();
@@ -365,7 +365,7 @@ class Collector {
   }
 
  private:
-  /// Number of times that epochs_[e] counts.
+  /// Weight of epochs_[e].
   [[nodiscard]] std::uint16_t times_of(std::size_t e) const { return times_.empty() ? 1 : times_[e]; }
 
   void add_measured(const ComparedSatellite& s, std::uint32_t epoch) {
@@ -468,7 +468,7 @@ class Collector {
   const Comparison& comparison_;
   std::span<const ComparedEpoch> epochs_;
   std::size_t first_;
-  std::span<const Comparison> runs_;  ///< that simulated values are of
+  std::span<const Comparison> runs_;  ///< of the simulated values
   std::span<const std::uint16_t> times_;
   const std::array<std::string, 5> kinds_{"reflected 1", "reflected 2", "diffracted", "diffuse", "all"};
   std::array<ExplainedSample, 5> explained_;
@@ -544,7 +544,7 @@ std::vector<Headline> headlines_by_other_part(const Comparison& comparison, std:
   const auto measured_headlines = [&comparison](std::size_t begin, std::size_t n) {
     return headlines(Collector(comparison, begin, n, {}).headline_figures());
   };
-  // Distances of distributions: one part with its measured values alone, the other with them as simulated.
+  // Distances of distributions: measured values of one part, and those of the other as the simulated ones.
   Comparison both;
   const auto add = [&](std::size_t begin, std::size_t n, bool other) {
     for (std::size_t e = begin; e < begin + n; ++e) {
@@ -609,7 +609,7 @@ Pooled pool(std::span<const PooledPart> parts) {
     std::optional<geodesy::GpsTime> taken;
     for (std::size_t e = part.first; e < part.first + part.count; ++e) {
       const geodesy::GpsTime time = part.comparison->epochs[e].time;
-      // Receivers' clocks move their tags by less than a tenth of any interval.
+      // Receivers' clocks shift their tags by less than a tenth of any interval.
       if (taken && time - *taken < 0.9 * step_s) continue;
       taken = time;
       const auto append = [e](const Comparison& from, Comparison& to) {

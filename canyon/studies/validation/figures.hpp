@@ -32,13 +32,13 @@ struct DistributionPair : Sides<QuantileSummary> {
   std::optional<double> ks;  ///< Kolmogorov-Smirnov distance
 };
 
-/// LOS or NLOS satellites (the city's word) above the mask, and how many of them are tracked.
+/// LOS or NLOS satellites (in the city) above the mask, and how many of them are tracked.
 struct TrackedShare : Sides<std::size_t> {
   std::size_t satellites = 0;
   [[nodiscard]] std::optional<double> ratio(Side side) const;  ///< empty without satellites
 };
 
-/// Satellites and observations of one signal, by the city's word.
+/// Satellites and observations of one signal, by visibility in the city.
 struct ObservationFigures {
   TrackedShare tracked_los, tracked_nlos;  ///< of satellites that send it
   DistributionPair error_los_m, error_nlos_m, cn0_los_dbhz, cn0_nlos_dbhz;
@@ -64,29 +64,30 @@ struct PositionFigures {
   /// Satellites, over epochs with a fix; NaN without.
   double mean_used = std::numeric_limits<double>::quiet_NaN();
   std::array<double, 5> horizontal_m = kNoQuantiles, vertical_m = kNoQuantiles;  ///< vertical without sign
-  std::size_t stated = 0;  ///< fixes with a stated accuracy
-  /// Shares of these whose error is at most once and at most twice the stated deviation (ComparedFix).
+  std::size_t stated = 0;  ///< fixes with a reported accuracy
+  /// Fractions of these with an error of at most once and at most twice the reported deviation (ComparedFix).
   std::array<double, 2> horizontal_within{}, vertical_within{};
 };
 
 /// Carrier phases of one signal, LOS or NLOS.
 struct PhaseView {
   std::size_t observations = 0, with_phase = 0;  ///< pseudoranges above the mask, and those with a phase
-  /// Standard deviation of the phase's noise [m], for which noise_n third differences in time speak:
-  ///   d_t = l_t - 3 l_(t-1) + 3 l_(t-2) - l_(t-3), l = phase less range, satellite clock and atmosphere,
+  /// Standard deviation of the phase's noise [m], from noise_n third differences in time:
+  ///   d_t = l_t - 3 l_(t-1) + 3 l_(t-2) - l_(t-3), l = phase minus range, satellite clock and atmosphere,
   /// over four epochs of the recording's interval without a slip between them. White noise of deviation s
-  /// gives d the deviation s sqrt(20). The receiver's clock and an error of the antenna's place put a +
-  /// e.b into all d of an epoch, with e the direction to the satellite. This is taken off: a and b by
-  /// least squares, weighted by C/N0 and Huber's function. The rest of each over sqrt(1 - h), h its
+  /// gives d the deviation s sqrt(20). The receiver's clock and an error of the antenna's position add a +
+  /// e.b to all d of an epoch, with e the direction to the satellite. This is removed: a and b by least
+  /// squares, weighted by C/N0 and Huber's function. Each remainder is divided by sqrt(1 - h), h its
   /// leverage, and sqrt(20); the result is 1.4826 times their median magnitude. Epochs with fewer than seven
   /// d are left out.
   std::optional<double> noise_m;
   std::size_t noise_n = 0;
-  [[nodiscard]] std::optional<double> share() const;  ///< with a phase; empty without observations
+  [[nodiscard]] std::optional<double> share() const;  ///< fraction with a phase; empty without observations
 };
 struct PhaseFigures {
   PhaseView los, nlos;
-  /// Phases that do not continue the signal's one before: the receiver says so, or it had none in between.
+  /// Phases that do not continue the signal's previous one: reported by the receiver, or after an epoch
+  /// without phase.
   std::size_t slips = 0;
   double time_s = 0;  ///< with a phase: their count times the recording's interval
   [[nodiscard]] std::optional<double> time_between_slips_s() const;  ///< time_s / slips; empty without slips
@@ -96,10 +97,10 @@ struct PhaseFigures {
 struct SignalFigures : ObservationFigures {
   const gnss::Signal* signal = nullptr;
   bool recorded = false, tracked = false;  ///< Comparison::recorded, tracked
-  Sides<PhaseFigures> phase;               ///< of several runs: of all together
+  Sides<PhaseFigures> phase;               ///< of several runs: pooled
   [[nodiscard]] bool judged() const { return recorded && tracked; }
   [[nodiscard]] std::string name() const;  ///< "GPS L2C"
-  [[nodiscard]] bool first() const;        ///< the one near L1, that the other figures are of
+  [[nodiscard]] bool first() const;        ///< the one near L1, to which the other metrics refer
 };
 
 struct SegmentFigures {
@@ -108,30 +109,30 @@ struct SegmentFigures {
   Sides<PositionFigures> position;
 };
 
-/// Everything that `canyon validate` states of one model on one part of a recording. Measured observations
-/// are those with an error: not gross, at an epoch with a clock.
+/// All metrics of `canyon validate` of one model on one part of a recording. Measured observations are those
+/// with an error: not gross, at an epoch with a clock.
 struct ModelFigures : ObservationFigures {  ///< of each system's first signal
   std::string model;
   std::string part;  ///< "second half: 12:52:00 to 12:56:24 GPST, 243 epochs"
   std::size_t epochs = 0;
-  std::size_t runs = 1;                                        ///< that simulated values are of
-  std::size_t los = 0, nlos = 0;                               ///< measured observations by the city's word
-  std::optional<Separation> by_cn0, by_error;                  ///< NLOS: weak, late
+  std::size_t runs = 1;                        ///< number of runs of the simulated values
+  std::size_t los = 0, nlos = 0;               ///< measured observations by visibility in the city
+  std::optional<Separation> by_cn0, by_error;  ///< NLOS: weak; late
   std::optional<Interval> by_cn0_interval, by_error_interval;  ///< 95 %, blocks of time
   std::vector<Band> bands;                                     ///< 10-30, 30-50, 50-90 deg
   std::vector<Explained> explained;                            ///< the last one is "all"
   DistributionPair used;                                       ///< satellites in fixes
-  /// Of the number of satellites with a first signal, measured and simulated, over epochs where both have
-  /// some.
+  /// Correlation of the numbers of satellites with a first signal, measured and simulated, over epochs where
+  /// both have some.
   std::optional<RankCorrelation> tracked_over_time;
   Sides<PositionFigures> position;       ///< of single epochs
-  Sides<PositionFigures> filtered;       ///< no epochs where the receiver has no filter
+  Sides<PositionFigures> filtered;       ///< no epochs if the receiver has no filter
   std::vector<SegmentFigures> segments;  ///< of at least 10 epochs
   std::vector<SignalFigures> signals;    ///< by system, then in the order of gnss::signals_of()
   /// Positions that the recorded receiver reported by NMEA; its satellites are not known: mean_used is NaN.
   std::optional<PositionFigures> own_fixes;
-  std::vector<NeverTracked> never_tracked;  ///< in the whole recording; set by who asked never_tracked()
-  bool left_out = false;                    ///< they are: CompareOptions::leave_out
+  std::vector<NeverTracked> never_tracked;  ///< in the whole recording; set by the caller of never_tracked()
+  bool left_out = false;                    ///< they are removed: CompareOptions::leave_out
 };
 
 struct FigureOptions {
@@ -145,17 +146,16 @@ struct FigureOptions {
 [[nodiscard]] std::string describe_part(const Comparison& comparison, std::size_t first, std::size_t count,
                                         const std::string& name);
 
-/// Figures of a comparison's epochs [first, first + count) (asserted to exist). Measured errors count in
-/// epochs that have a clock. Bands' upper ends are open but for the zenith.
-/// @param runs of the same recording and satellites, say in
-/// cities moved within what is known of their place: where there are any, the simulated values are those of
-/// all of them together, while measured values, LOS and NLOS, and what explains an observation stay
-/// `comparison`'s.
+/// Metrics of a comparison's epochs [first, first + count) (asserted to exist). Measured errors count in
+/// epochs that have a clock. Bands' upper ends are open except at the zenith. @param runs of the same
+/// recording and satellites, for example in cities moved within their position's uncertainty. If there are
+/// any, the simulated values are pooled over them, while measured values, LOS and NLOS, and explanations of
+/// observations are `comparison`'s.
 [[nodiscard]] ModelFigures figures(const Comparison& comparison, std::size_t first, std::size_t count,
                                    const std::string& part, const FigureOptions& options = {},
                                    std::span<const Comparison> runs = {});
 
-/// Figures of Recording::own_fixes in the epochs [first, first + count) of a comparison of that recording,
+/// Metrics of Recording::own_fixes in the epochs [first, first + count) of a comparison of that recording,
 /// first and last time included.
 [[nodiscard]] PositionFigures own_fix_figures(const Recording& recording, const Comparison& comparison,
                                               std::size_t first, std::size_t count);
@@ -166,9 +166,9 @@ struct PooledPart {
   std::size_t first = 0, count = 0;
   std::span<const Comparison> runs;
 };
-/// One after the other, as one comparison without streets, for figures() of the observations of all.
-/// Recordings of a shorter interval are thinned to the longest of all, so that a second weighs the same in
-/// each; where one has fewer runs than another, its runs are taken again.
+/// All concatenated, as one comparison without streets, for figures() of all observations. Recordings of a
+/// shorter interval are decimated to the longest of all, so that a second weighs the same in each; if a
+/// recording has fewer runs than another, its runs are repeated.
 struct Pooled {
   Comparison comparison;
   std::vector<Comparison> runs;

@@ -86,7 +86,7 @@ TEST(ModelFigures, SeparationByHand) {
   // Above 1.25 m: both NLOS, and one LOS of three.
   EXPECT_DOUBLE_EQ(f.by_error->balanced_accuracy, (1 + 2.0 / 3) / 2);
   EXPECT_DOUBLE_EQ(f.by_error->threshold, 1.25);
-  // LOS stands in one band, NLOS in another: neither separates.
+  // LOS is in one band, NLOS in another: neither separates.
   ASSERT_EQ(f.bands.size(), 3U);
   EXPECT_EQ(f.bands[0].nlos, 2U);
   EXPECT_EQ(f.bands[2].los, 3U);
@@ -186,7 +186,7 @@ TEST(ModelFigures, PositionsAndSegments) {
   EXPECT_EQ(f.segments[1].position.simulated.epochs, 15U);
   EXPECT_DOUBLE_EQ(f.segments[1].position.simulated.horizontal_m[2], 32);  // of 25 to 39
 
-  // A part: segments are cut to it, and those of fewer than ten epochs left out.
+  // A part: segments are cut to it, and those of fewer than ten epochs are left out.
   const ModelFigures part = figures(hand.comparison, 18, 20, "middle", Hand::no_intervals());
   ASSERT_EQ(part.segments.size(), 1U);
   EXPECT_EQ(part.segments[0].segment.first, 25U);
@@ -205,8 +205,8 @@ const gnss::Signal* signal_named(gnss::System system, std::string_view name) {
   return nullptr;
 }
 
-/// Satellites whose phases hold a wandering clock of tens of metres, a place that is off by
-/// centimetres, an ambiguity, and white noise of 2 mm at 44 dB-Hz and of 5 mm at 36 dB-Hz, every other.
+/// Satellites whose phases contain a varying clock of tens of metres, a position error of centimetres, an
+/// ambiguity, and white noise of 2 mm at 44 dB-Hz and of 5 mm at 36 dB-Hz, alternately.
 Hand phases(int epochs, int satellites) {
   Hand hand;
   const gnss::Signal* l1 = signal_named(gnss::System::GPS, "L1CA");
@@ -240,7 +240,7 @@ TEST(ModelFigures, PhaseNoiseIsWhatWasPutIn) {
   const ModelFigures f = hand.figures();
   ASSERT_EQ(f.signals.size(), 1U);
   const PhaseView& los = f.signals[0].phase.measured.los;
-  EXPECT_GT(los.noise_n, 8U * 1350);  // of 8 * 1497, less those that decide the estimate
+  EXPECT_GT(los.noise_n, 8U * 1350);  // of 8 * 1497, minus those that determine the estimate
   EXPECT_NEAR(std::erf(2.0167 / 2 / std::sqrt(2.0)) + std::erf(2.0167 / 5 / std::sqrt(2.0)), 1, 1e-4);
   // 1.17 sqrt(2.3 / n) is 1.6 %.
   EXPECT_NEAR(*los.noise_m, 2.990e-3, 0.05 * 2.990e-3);
@@ -255,7 +255,7 @@ TEST(ModelFigures, CycleSlipsByHand) {
     return hand.comparison.satellites[kSatellites * epoch + k];
   };
   for (std::size_t e = 5; e < 10; ++e) *satellite(e, 0).measured.phase.residual_m += 100;
-  satellite(5, 0).measured.phase.slip = true;  // said
+  satellite(5, 0).measured.phase.slip = true;  // reported
   satellite(5, 1).measured.phase = {};         // a gap
   satellite(0, 2).measured.phase.slip = true;  // nothing before it
   satellite(9, 3) = [&] {                      // not tracked at the end
@@ -274,12 +274,12 @@ TEST(ModelFigures, CycleSlipsByHand) {
   EXPECT_DOUBLE_EQ(*p.los.share(), 228.0 / 229);
   EXPECT_DOUBLE_EQ(p.time_s, 238);
   EXPECT_DOUBLE_EQ(*p.time_between_slips_s(), 119);
-  // Four epochs in a row: 7 of ten, 2 and 2 around the slip, 2 and 1 around the gap, 6 of nine.
+  // Four epochs in sequence: 7 of ten, 2 and 2 around the slip, 2 and 1 around the gap, 6 of nine.
   EXPECT_EQ(p.los.noise_n, 20U * 7 + 4 + 3 + 6);
   EXPECT_EQ(p.nlos.noise_n, 7U);
   EXPECT_LT(*p.los.noise_m, 0.01);
 
-  // An epoch that is missing ends the rows of four but is no slip: nobody says that lock was lost.
+  // A missing epoch ends the sequences of four but is not a slip: no loss of lock is reported.
   Hand late = phases(10, kSatellites);
   for (std::size_t e = 6; e < 10; ++e) late.comparison.epochs[e].time = late.comparison.epochs[e].time + 3;
   const PhaseFigures q = late.figures().signals.at(0).phase.measured;
@@ -325,7 +325,7 @@ TEST(ModelFigures, FurtherSignalsByHand) {
   EXPECT_DOUBLE_EQ(*s.error_nlos_m.ks, 1);
   EXPECT_EQ(s.cn0_los_dbhz.simulated.n, 2U);
   EXPECT_FALSE(f.signals[2].judged());
-  // The other figures stay those of first signals.
+  // The other metrics are still those of first signals.
   EXPECT_EQ(f.error_los_m.measured.n, 3U);
   EXPECT_EQ(f.error_los_m.simulated.n, 0U);
 
@@ -355,9 +355,8 @@ Hand random_comparison() {
   return hand;
 }
 
-// separation(), checked against SciPy, and the bootstrap by its definition do the same the long way.
-// Two runs beside one recording: what is simulated is theirs, what is measured and what is LOS the
-// comparison's.
+// separation(), checked against SciPy, and the bootstrap by its definition compute the same directly. Two
+// runs of one recording: the simulated values are theirs, measured values and LOS the comparison's.
 TEST(ModelFigures, SimulatedValuesOfSeveralRuns) {
   Hand hand;
   hand.epoch();
@@ -367,7 +366,7 @@ TEST(ModelFigures, SimulatedValuesOfSeveralRuns) {
   hand.comparison.epochs[0].fix.measured = {true, Eigen::Vector3d(3, 4, 0), 5};
   std::vector<Comparison> runs{hand.comparison, hand.comparison};
   for (std::size_t r = 0; r < 2; ++r) {
-    // In the runs' cities the satellites change places.
+    // In the runs' cities the satellites are exchanged.
     runs[r].satellites[0].clear = false;
     runs[r].satellites[1].clear = true;
     runs[r].satellites[0].prediction = ComparedSatellite::Prediction{PathKind::Diffuse, 0, 1};
@@ -593,11 +592,11 @@ TEST(ModelFigures, NothingGivesNothing) {
   EXPECT_FALSE(f.explained.back().median_difference_m);
 }
 
-/// Whether a value that is no number was printed.
+/// Whether a non-number was printed.
 void expect_no_nan(const std::string& text) {
   for (const char* word : {"nan", "NaN", "inf", "-inf"}) {
     const std::size_t at = text.find(word);
-    // "inf" stands in no word that is used.
+    // "inf" is not part of a word that is used.
     EXPECT_EQ(at, std::string::npos) << text.substr(at == std::string::npos ? 0 : at, 40);
   }
 }

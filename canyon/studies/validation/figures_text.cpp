@@ -1,6 +1,6 @@
 #include "canyon/studies/validation/figures_text.hpp"
 
-// Figures as JSON, for terminals and for documents.
+// Metrics as JSON, for terminals and for documents.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,9 +21,9 @@ namespace {
 using Row = TextRow;
 const std::string kNone = "-";
 
-/// The first cell of a row names it, "-" stands where there is no value.
+/// The first cell of a row is its name, "-" means no value.
 struct FigureTable {
-  std::string title;  ///< empty: it belongs to the table before
+  std::string title;  ///< empty: part of the previous table
   Row head;
   std::vector<Row> rows = {};
   std::string note = {};  ///< a sentence; empty: none
@@ -187,7 +187,7 @@ std::string share_of(std::size_t part, std::size_t all) {
 std::string from_to(double low, double high, int decimals) {
   return fmt::format("{} to {}", shown(low, decimals), shown(high, decimals));
 }
-/// What follows the name of a quantity.
+/// Suffix of the name of a quantity.
 const char* word(Side side) {
   return side == Side::Measured ? ", measured" : ", simulated";
 }
@@ -221,13 +221,13 @@ FigureTable tracked_table(const char* title, const ObservationFigures& f) {
                share_of(t.simulated, t.satellites)};
   };
   return {title,
-          {"The city says", "Satellites", "Recorded [%]", "Simulated [%]"},
+          {"In the city", "Satellites", "Recorded [%]", "Simulated [%]"},
           {row("LOS", f.tracked_los), row("NLOS", f.tracked_nlos)}};
 }
 
 FigureTable explained_table(const ModelFigures& f) {
   FigureTable table{"NLOS observations that a modelled path explains",
-                    {"Path", "n", "Share [%]", "Median |difference| [m]", "Spearman", "95 % interval"}};
+                    {"Path", "n", "Fraction [%]", "Median |difference| [m]", "Spearman", "95 % interval"}};
   for (const Explained& e : f.explained) {
     table.rows.push_back({e.kind, fmt::to_string(e.n), shown(100 * e.share, 1),
                           shown(e.median_difference_m, 1), spearman_text(e),
@@ -254,9 +254,9 @@ FigureTable distributions_table(const std::string& title, const ObservationFigur
   return table;
 }
 
-/// Signals beyond the first, which the other figures are of; then those that one side alone has.
+/// Signals beyond the first, which the other metrics describe; then those of one side only.
 void add_further_signals(const ModelFigures& f, std::vector<FigureTable>& tables) {
-  FigureTable one_sided{"Signals not judged", {"Signal", "Recorded", "Tracked by the simulated"}};
+  FigureTable one_sided{"Signals not compared", {"Signal", "Recorded", "Tracked by the simulated"}};
   for (const SignalFigures& s : f.signals) {
     if (!s.judged()) {
       one_sided.rows.push_back({s.name(), s.recorded ? "yes" : "no", s.tracked ? "yes" : "no"});
@@ -323,8 +323,8 @@ std::vector<FigureTable> position_tables(const ModelFigures& f) {
     filtered.rows.push_back(quantiles_row("Horizontal, receiver's own", f.own_fixes->horizontal_m));
   if (!filtered.rows.empty()) tables.push_back(std::move(filtered));
   FigureTable stated{
-      "Errors beside the stated accuracy",
-      {"Share of fixes [%]", "Horizontal within 1", "within 2", "Vertical within 1", "within 2"},
+      "Errors relative to the reported accuracy",
+      {"Fraction of fixes [%]", "Horizontal within 1", "within 2", "Vertical within 1", "within 2"},
       {},
       "Deviations: horizontal the root of the east and north variances' sum, vertical that of up. Normal "
       "errors: 63 to 68, 95 to 98, 68, 95 %."};
@@ -346,7 +346,7 @@ FigureTable segments_table(const ModelFigures& f) {
                     {"Street", "Heading [deg]", "Length [m]", "Epochs", "Fixes [%]", "p50 [m]", "p95 [m]",
                      "Satellites used"},
                     {},
-                    f.segments.empty() ? "No stretch of one street has enough epochs."
+                    f.segments.empty() ? "No segment of one street has enough epochs."
                                        : "Pairs are measured / simulated; errors are horizontal."};
   for (const SegmentFigures& s : f.segments) {
     const auto both = [&s](const auto& of) {
@@ -441,7 +441,7 @@ std::string models_table(const std::vector<ModelFigures>& models) {
     for (std::size_t i = 0; i < models.size(); ++i)
       rows[i].push_back(cell(column.key, models[i]) + (both ? ", " + cell(column.also, models[i]) : ""));
   }
-  return text_table(head, rows) + "\nSimulated, with measured in brackets, where both are given.\n";
+  return text_table(head, rows) + "\nSimulated, with measured in brackets, if both are given.\n";
 }
 
 }  // namespace canyon::validation

@@ -14,13 +14,13 @@ namespace canyon::validation {
 /// "never tracked above 30 deg in clear view, left out: C07 (412 s), G11 (93 s)"; empty without any.
 [[nodiscard]] std::string never_tracked_text(const ModelFigures& figures);
 
-/// The figures as JSON: an object with SI units in the names; null where a figure has nothing to be made
-/// from. `alignment_json`, an object by itself, goes under "alignment".
+/// The metrics as JSON: an object with SI units in the names; null for a metric without data.
+/// `alignment_json`, an object by itself, is written under "alignment".
 [[nodiscard]] std::string to_json(const std::vector<ModelFigures>& models,
                                   const std::optional<std::string>& alignment_json);
-/// Tables of one model's figures for terminals.
+/// Tables of one model's metrics for terminals.
 [[nodiscard]] std::string to_text(const ModelFigures& figures);
-/// One table for terminals, a row for each model, of the figures that docs/results.md states.
+/// One table for terminals, a row for each model, of the metrics in docs/results.md.
 [[nodiscard]] std::string models_table(const std::vector<ModelFigures>& models);
 
 }  // namespace canyon::validation

@@ -1,4 +1,5 @@
-// Recordings of several bands, emitted by Canyon's own receiver: what was simulated comes out.
+// Recordings of several bands, emitted by Canyon's own receiver: the comparison recovers the simulated
+// values.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -57,7 +58,7 @@ template <typename Visit>
 void each_recorded(const SimulatedRecording& recorded, const Comparison& comparison, Visit visit) {
   std::size_t next = 0;
   for (const simulation::Epoch& epoch : recorded.epochs()) {
-    // Reception times come back within a microsecond.
+    // Reception times are recovered within a microsecond.
     if (next == comparison.epochs.size() || comparison.epochs[next].time - epoch.observed.time > 0.1)
       continue;
     for (const receiver::SatelliteObservation& s : epoch.observed.satellites) {
@@ -82,9 +83,8 @@ double pooled_deviation(const std::vector<double>& sigmas) {
   return 1.4826 * low;
 }
 
-// Above the roofs: nothing but the loops' noise is in a phase. Its deviation is the one that the PLL's
-// formula gave the receiver (Kaplan & Hegarty, tracking::pll_jitter_rad), the file's thousandths of a cycle
-// included.
+// Above the roofs, only the loops' noise is in a phase. Its deviation is the one of the PLL's formula in the
+// receiver (Kaplan & Hegarty, tracking::pll_jitter_rad), including the file's thousandths of a cycle.
 TEST(FurtherSignals, PhaseNoiseIsThatOfTheLoop) {
   const SimulatedRecording recorded({}, three_bands, "min_height_m: 1, max_height_m: 1.2");
   const Recording recording = recorded.read();
@@ -176,10 +176,10 @@ TEST(FurtherSignals, EmittedRecordingIsJudgedAsItsOwn) {
     EXPECT_THAT(text, HasSubstr(std::string("\n") + name)) << name;
   }
   EXPECT_THAT(text, HasSubstr("\nCarrier phase"));
-  EXPECT_THAT(text, Not(HasSubstr("not judged")));
+  EXPECT_THAT(text, Not(HasSubstr("not compared")));
 }
 
-// A system without its signal near L1 is left out, and said: a simulated receiver would track that signal.
+// A system without its signal near L1 is left out, with a warning: simulated receivers track that signal.
 TEST(FurtherSignals, ASystemWithoutItsFirstSignalIsLeftOut) {
   const SimulatedRecording recorded({}, [](simulation::ReceiverConfig& receiver) {
     three_bands(receiver);
@@ -188,15 +188,15 @@ TEST(FurtherSignals, ASystemWithoutItsFirstSignalIsLeftOut) {
   const Recording recording = recorded.read();
   EXPECT_THAT(
       recording.warnings,
-      testing::Contains("Galileo is recorded by E5a, E5b without E1, which the comparison is of: it is "
-                        "left out"));
+      testing::Contains("Galileo is recorded by E5a, E5b without E1, which the comparison needs: it is left "
+                        "out"));
   const Comparison compared = compare_by(recorded, recording, 2, {"L1CA", "E1"});
   ASSERT_GT(compared.satellites.size(), 1000U);
   for (const ComparedSatellite& s : compared.satellites) ASSERT_EQ(s.id.system, gnss::System::GPS);
-  EXPECT_THAT(to_text(all_figures(compared)), Not(HasSubstr("Signals not judged")));
+  EXPECT_THAT(to_text(all_figures(compared)), Not(HasSubstr("Signals not compared")));
 }
 
-// Signals that one side lacks are listed, and the rest stays as it is.
+// Signals of only one side are listed, and the rest does not change.
 TEST(FurtherSignals, OfOneSideAloneAreSaid) {
   const SimulatedRecording recorded({}, three_bands);
   const Recording recording = recorded.read();
@@ -204,7 +204,7 @@ TEST(FurtherSignals, OfOneSideAloneAreSaid) {
   const Comparison fewer = compare_by(recorded, recording, 2, {"L1CA", "L1C", "L2C", "E1", "E5b"});
   const ModelFigures f = all_figures(fewer), f_all = all_figures(all);
   const std::string text = to_text(f);
-  EXPECT_THAT(text, HasSubstr("\nSignals not judged\n"
+  EXPECT_THAT(text, HasSubstr("\nSignals not compared\n"
                               "  Signal       Recorded  Tracked by the simulated\n"
                               "  GPS L1C            no                       yes\n"
                               "  GPS L5            yes                        no\n"
@@ -225,7 +225,7 @@ TEST(FurtherSignals, OfOneSideAloneAreSaid) {
   for (const ComparedSatellite& s : all.satellites) {
     if (s.id.system != gnss::System::GPS) continue;
     ASSERT_EQ(gps.satellites[satellite].id, s.id);
-    // Simulated errors are about the clock from all clear satellites: here of fewer.
+    // Simulated errors are relative to the clock from all clear satellites: here from fewer.
     ASSERT_EQ(gps.satellites[satellite].simulated.error_m.has_value(), s.simulated.error_m.has_value());
     if (s.simulated.error_m) {
       ASSERT_NEAR(*gps.satellites[satellite].simulated.error_m, *s.simulated.error_m, 5);
@@ -234,7 +234,7 @@ TEST(FurtherSignals, OfOneSideAloneAreSaid) {
   }
 }
 
-// A receiver's delay of one band is none of its errors.
+// A receiver's delay of one band is not part of its errors.
 TEST(FurtherSignals, ConstantOfASignalIsTakenOff) {
   const SimulatedRecording recorded({}, three_bands);
   rinex::ObservationOptions wanted;
@@ -316,7 +316,7 @@ receivers: [{name: rover, profile: ideal, elevation_mask_deg: 10, ionosphere: tr
   std::printf("%zu of L2C, %zu of L5: within %.2g m of the clock\n", count["L2C"], count["L5"], worst_m);
   EXPECT_GT(count["L2C"], 100U);
   EXPECT_GT(count["L5"], 100U);
-  // RINEX keeps millimetres.
+  // RINEX has millimetres.
   EXPECT_LT(worst_m, 1.5e-3);
 }
 

@@ -8,37 +8,37 @@
 
 #include "canyon/studies/validation/figures.hpp"
 
-// The figures that stand for a recording: one table has their names, values and ranges. Tables of recordings
-// and models and the score card read it.
+// The key metrics of a recording: one table has their names, values and ranges, for tables of recordings and
+// models and for the score card.
 
 namespace canyon::validation {
 
-/// Where a simulated figure should lie.
+/// The expected range of a simulated metric.
 struct FigureRange {
-  enum class Of { Nothing, Value, Difference, Ratio };  ///< the figure, less the recorded one, or over it
+  enum class Of { Nothing, Value, Difference, Ratio };  ///< relative to the recorded metric
 
   Of of = Of::Nothing;
   double low = 0;  ///< of a ratio; of a value that of a perfect simulation
   double end = 0;
-  std::string_view unit = {};  ///< behind a number: " m"
+  std::string_view unit = {};  ///< after a number: " m"
 
-  /// The value, difference or ratio; empty where there is no range or a figure is missing.
+  /// The value, difference or ratio; empty if there is no range or a metric is missing.
   [[nodiscard]] std::optional<double> compared(const std::optional<double>& measured,
                                                const std::optional<double>& simulated) const;
-  /// Distance of a compared() value from a perfect simulation, in units of the range: within it from -1 to 1.
+  /// Distance of a compared() value from a perfect simulation, in units of the range: up to 1 inside it.
   /// Signed for differences and ratios (of their logarithm), for others from 0.
   [[nodiscard]] double distance(double compared) const;
   /// "at most 0.2", "0.7 to 1.4", "at least 80 %".
   [[nodiscard]] std::string text() const;
 };
 
-/// A figure, and the range that the score card compares it with (docs/results.md).
+/// A metric, and the range that the score card compares it with (docs/results.md).
 struct FigureInfo {
   enum class Kind {
-    OfModel,  ///< stands in the table of models alone, and has no headline
+    OfModel,  ///< only in the table of models, without a headline
     Both,     ///< one value of measured and simulated together, such as a distance
-    Pair,     ///< one value of the measured, one of the simulated
-    OwnFixes  ///< as Pair, in recordings that have fixes of their own
+    Pair,     ///< one value measured, one simulated
+    OwnFixes  ///< as Pair, in recordings with reported fixes
   };
   using Value = std::optional<double> (*)(const ModelFigures& figures, Side side);
 
@@ -50,42 +50,42 @@ struct FigureInfo {
 };
 /// All, in the order of tables.
 [[nodiscard]] std::span<const FigureInfo> figure_infos();
-/// Null where there is no such figure.
+/// Null if there is no such metric.
 [[nodiscard]] const FigureInfo* figure_info(std::string_view key);
 
-/// One of the figures that stand for a recording in a table of several.
+/// A key metric of a recording in a table of several.
 struct Headline {
   FigureInfo info;
-  std::optional<double> measured, simulated;  ///< without pair() `simulated` is of both together
+  std::optional<double> measured, simulated;  ///< without pair(): `simulated` has the value of both together
   std::optional<Interval> measured_interval, simulated_interval;  ///< 95 %, blocks of time
 
   /// Whether recorded and simulated have one each.
   [[nodiscard]] bool pair() const {
     return info.kind == FigureInfo::Kind::Pair || info.kind == FigureInfo::Kind::OwnFixes;
   }
-  /// FigureRange::distance() of it; empty without a range, and where a value is missing.
+  /// FigureRange::distance() of the metric; empty without a range, and if a value is missing.
   [[nodiscard]] std::optional<double> distance() const;
-  /// Whether it lies in its range (docs/results.md has them); empty as distance().
+  /// Whether it is in its range (docs/results.md has them); empty as distance().
   [[nodiscard]] std::optional<bool> within() const;
 };
 [[nodiscard]] Headline headline(const FigureInfo& info, const ModelFigures& figures);
-/// Headlines without intervals, always the same ones in the same order; those of own fixes, if any, come
+/// Headlines without intervals, always the same ones in the same order; those of reported fixes, if any, are
 /// last.
 [[nodiscard]] std::vector<Headline> headlines(const ModelFigures& figures);
-/// headlines() of figures() of these epochs, without the figures that have no headline.
+/// headlines() of figures() of these epochs, without the metrics that have no headline.
 [[nodiscard]] std::vector<Headline> headlines(const Comparison& comparison, std::size_t first,
                                               std::size_t count);
-/// The recording's own epochs [other_first, other_first + other_count) in the place of the simulated ones:
-/// what a part of a recording says of another, as a bound of what can be learnt from it. Without explanations
-/// of single errors.
+/// Uses the recording's own epochs [other_first, other_first + other_count) in place of the simulated ones:
+/// how well one part of a recording predicts another, as a bound for models fitted to it. Without
+/// explanations of single errors.
 [[nodiscard]] std::vector<Headline> headlines_by_other_part(const Comparison& comparison, std::size_t first,
                                                             std::size_t count, std::size_t other_first,
                                                             std::size_t other_count);
-/// Their intervals: the figures anew from blocks of epochs drawn with replacement. Own fixes get none. @param
-/// headlines_of_all of these epochs and runs, as for figures()
+/// Their intervals: the metrics recomputed from blocks of epochs resampled with replacement. None for
+/// reported fixes. @param headlines_of_all of these epochs and runs, as for figures()
 void add_intervals(std::vector<Headline>& headlines_of_all, const Comparison& comparison, std::size_t first,
                    std::size_t count, const FigureOptions& options, std::span<const Comparison> runs = {});
-/// The headline with that key; null where there is none.
+/// The headline with that key; null if there is none.
 [[nodiscard]] const Headline* headline_with(const std::vector<Headline>& headlines, std::string_view key);
 /// "2.3 (8.5)": simulated, with measured in brackets; "-" for missing values. Interval: "1.9 to 3.1 (6.0 to
 /// 9.2)".

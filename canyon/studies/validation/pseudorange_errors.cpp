@@ -17,16 +17,16 @@ using geodesy::GpsTime;
 using geodesy::kSpeedOfLight;
 using gnss::System;
 
-/// No receiver's pseudorange is longer than this, whatever its clock does [m].
+/// Upper bound of pseudoranges, whatever the receiver's clock does [m].
 constexpr double kLongest_m = 1e12;
 
-/// A satellite when its signal left.
+/// A satellite at the transmission of its signal.
 struct Sent {
   const rinex::ObservedSignal* observed = nullptr;
   const gnss::Signal* signal = nullptr;
   orbit::SatelliteState state;
 
-  /// The signal's clock less GPS time.
+  /// The signal's clock minus GPS time.
   [[nodiscard]] double clock_s() const { return state.clock_bias_s - state.group_delay_of(*signal); }
 };
 
@@ -74,7 +74,7 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
         ++missing;
         continue;
       }
-      // The satellite's own clock showed tag - P / c when the signal left (docs/receiver.md, Fix).
+      // The satellite's own clock had the time tag - P / c at transmission (docs/receiver.md, Fix).
       const GpsTime shown = recorded.receiver_time - *signal.pseudorange_m / kSpeedOfLight;
       Sent s{&signal, signal.first() ? gnss::signals_of(signal.id.system).data() : signal.signal, {}};
       std::optional<orbit::SatelliteState> state = sky.state(signal.id, shown);
@@ -96,8 +96,8 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
     epoch.reception = recorded.receiver_time;
     epoch.first = result.observations.size();
     epoch.first_further = result.further.size();
-    // The first pass finds the clock, and with it when the antenna was where; a metre of either is nothing to
-    // the other, so that two passes settle it.
+    // The first pass finds the clock, and so the time of the antenna's position; an error of a metre in one
+    // has a negligible effect on the other, so two passes suffice.
     std::size_t low = 0;
     for (int pass = 0; pass < 3; ++pass) {
       const simulation::Pose pose = truth.at(epoch.reception);
@@ -137,7 +137,7 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
         }
         if (options.troposphere) troposphere = errors::saastamoinen_delay_m(epoch.antenna, o.elevation_rad);
         const double clock_m = kSpeedOfLight * s.clock_s();
-        // Ranges first: they are alike, and their difference keeps its digits.
+        // Ranges first: they are nearly equal, so their difference keeps its digits.
         o.residual_m = (o.pseudorange_m - range) + clock_m - (ionosphere + troposphere);
         if (s.observed->carrier_phase_cycles) {
           const double phase_m = *s.observed->carrier_phase_cycles * (kSpeedOfLight / carrier_hz);

@@ -17,26 +17,26 @@
 #include "canyon/sky/orbit/sky.hpp"
 #include "canyon/sky/rinex/observation_reader.hpp"
 
-// The error of each recorded pseudorange, the receiver's place being known. With docs/receiver.md's equation
+// The error of each recorded pseudorange at known receiver positions. With docs/receiver.md's equation
 //
 //   P = r + c (b - (dts - tgd)) + I + S + isb + error,
 //
 // step one removes all but the receiver clock b, the inter-system bias and the error; step two estimates
-// clock and biases from satellites in clear view. The steps are apart because the second depends on a city,
-// and is repeated while a city is being aligned.
+// clock and biases from satellites in clear view. The steps are separate because the second depends on a
+// city, and is repeated during the alignment of a city.
 
 namespace canyon::validation {
 
-/// A measured pseudorange without what geometry, satellite and atmosphere put into it.
+/// A measured pseudorange without the terms of geometry, satellite and atmosphere.
 struct PseudorangeResidual {
   std::size_t epoch = 0;  ///< index into PseudorangeResiduals::epochs
   gnss::SatelliteId id;
   const gnss::Signal* signal = nullptr;  ///< of gnss::signals_of()
   double pseudorange_m = 0;              ///< as recorded
   double residual_m = 0;                 ///< c b + isb + error
-  /// Carrier phase [m] less the same, which the ionosphere advances: c b + isb + ambiguity + error.
+  /// Carrier phase [m] minus these terms, the ionosphere's sign reversed: c b + isb + ambiguity + error.
   std::optional<double> phase_residual_m;
-  /// The receiver says that lock was lost since the epoch before (loss-of-lock indicator, power failure).
+  /// The receiver reports a loss of lock since the previous epoch (loss-of-lock indicator, power failure).
   bool lost_lock = false;
   std::optional<double> cn0_dbhz;
   double azimuth_rad = 0;    ///< of the satellite at the antenna, from north, clockwise, [0, 2 pi)
@@ -44,9 +44,9 @@ struct PseudorangeResidual {
   Eigen::Vector3d direction_ecef = Eigen::Vector3d::Zero();  ///< unit, antenna to satellite
 };
 
-/// An epoch with the true place of its antenna.
+/// An epoch with the true position of its antenna.
 struct ResidualEpoch {
-  std::size_t recorded = 0;        ///< index into the epochs that were given
+  std::size_t recorded = 0;        ///< index into the given epochs
   geodesy::GpsTime receiver_time;  ///< the time tag
   geodesy::GpsTime reception;      ///< true time, within a microsecond
   Eigen::Vector3d antenna_ecef = Eigen::Vector3d::Zero();
@@ -59,10 +59,10 @@ struct PseudorangeResiduals {
   std::vector<ResidualEpoch> epochs;              ///< with at least one observation, in the order given
   std::vector<PseudorangeResidual> observations;  ///< of satellites' first signals, by epoch
   /// Observations of the other signals, by epoch: with the delays of their own carriers and group delays, but
-  /// a constant that the receiver adds to each signal (its inter-frequency bias). No clock is estimated from
-  /// them.
+  /// with the receiver's constant for each signal (its inter-frequency bias). They do not contribute to the
+  /// clock.
   std::vector<PseudorangeResidual> further;
-  // Observations that were left out:
+  // Numbers of observations that were left out:
   std::size_t epochs_outside_truth = 0;
   std::size_t without_pseudorange = 0;
   std::size_t below_horizon = 0;
@@ -71,25 +71,25 @@ struct PseudorangeResiduals {
   [[nodiscard]] std::span<const PseudorangeResidual> of(const ResidualEpoch& epoch) const {
     return std::span<const PseudorangeResidual>(observations).subspan(epoch.first, epoch.count);
   }
-  /// One line for each of these that is not 0.
+  /// One line for each of these numbers that is not 0.
   [[nodiscard]] std::vector<std::string> warnings() const;
 };
 
 struct ResidualOptions {
   bool ionosphere = true;   ///< corrects by the broadcast model (errors::klobuchar_delay_m)
   bool troposphere = true;  ///< corrects by errors::saastamoinen_delay_m
-  /// The antenna's phase centre from the point whose truth is given: forward, left, up [m], by the truth's
-  /// yaw. A RINEX antenna height over a mark goes into the third.
+  /// The antenna's phase centre relative to the point of the truth: forward, left, up [m], by the truth's
+  /// yaw. The third includes a RINEX antenna height over a mark.
   Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();
 };
 
-/// Step one. Satellites are taken at the transmit time that tag and pseudorange give, so that clock bias,
-/// steering and millisecond jumps of the receiver do not matter; truth is taken at the true reception time,
-/// the tag less the epoch's median clock. Against the fix of `positioning::solve_fix` on Canyon's own
-/// pseudoranges: within 0.01 mm. Epochs whose reception is outside the truth's span are left out, as are
-/// pseudoranges that are missing, below the horizon, or without a valid ephemeris.
-/// @param klobuchar of the navigation files; a system without its own takes GPS's. Throws InputError where
-/// ionosphere is asked for and neither is there.
+/// Step one. Satellite positions are at the transmit time by tag and pseudorange, so that clock bias,
+/// steering and millisecond jumps of the receiver do not matter; the truth is at the true reception time, the
+/// tag minus the epoch's median clock. Compared with the fix of `positioning::solve_fix` on Canyon's own
+/// pseudoranges: within 0.01 mm. Left out are epochs whose reception is outside the truth's span, and
+/// pseudoranges that are missing, below the horizon, or without a valid ephemeris. @param klobuchar of the
+/// navigation files; a system without its own uses GPS's. Throws InputError if the ionosphere is enabled and
+/// both are missing.
 [[nodiscard]] PseudorangeResiduals pseudorange_residuals(
     std::span<const rinex::ObservationEpoch> epochs, const simulation::Trajectory& truth,
     const orbit::Sky& sky, const std::map<gnss::System, gnss::Klobuchar>& klobuchar,

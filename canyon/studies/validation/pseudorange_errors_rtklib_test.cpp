@@ -55,7 +55,7 @@ TEST(PseudorangeErrorsBesideRtklib, ResidualsOfTheRecordedDrive) {
   const auto truth =
       simulation::read_trajectory_file(folder / "groundTruth_TST.csv", "urbannav", {}).trajectory;
   const auto recorded = rinex::read_rinex_observations(observation_file);
-  // RTKLIB takes GPS's coefficients for every system.
+  // RTKLIB uses GPS's coefficients for every system.
   const gnss::Klobuchar gps = data.klobuchar.at(System::GPS);
   const auto ours = pseudorange_residuals(recorded.epochs, truth, sky, {{System::GPS, gps}});
   ASSERT_GT(ours.observations.size(), 7000U);
@@ -110,8 +110,8 @@ TEST(PseudorangeErrorsBesideRtklib, ResidualsOfTheRecordedDrive) {
               largest[System::GPS], largest[System::BeiDou], largest_angle);
   EXPECT_LT(largest[System::GPS], 1e-3);
   EXPECT_LT(largest[System::BeiDou], 1e-3);
-  // RTKLIB's directions leave out the Earth's rotation during the flight: up to 1e-5 rad, more in azimuth up
-  // high.
+  // RTKLIB's directions neglect Earth's rotation during the signal's travel: up to 1e-5 rad, more in azimuth
+  // at high elevations.
   EXPECT_LT(largest_angle, 5e-5);
   for (void* rtklibs : {static_cast<void*>(theirs.data), static_cast<void*>(navigation->eph),
                         static_cast<void*>(navigation->geph), static_cast<void*>(navigation->seph)}) {

@@ -91,7 +91,7 @@ TEST(PseudorangeErrors, ClosedLoopIsExact) {
   recorder.error_m = [](SatelliteId id, std::size_t e) {
     return id.number % 6 == 0 ? 40.0 + static_cast<double>(e % 7) : 0.0;
   };
-  // A clock that drifts and is set back by a millisecond now and then.
+  // A clock that drifts and is occasionally set back by a millisecond.
   std::vector<rinex::ObservationEpoch> epochs;
   std::vector<double> clock;
   for (std::size_t e = 0; e < 100; ++e) {
@@ -119,8 +119,8 @@ TEST(PseudorangeErrors, ClosedLoopIsExact) {
     EXPECT_EQ(errors.clocks[e].source, ClockSource::Clear);
   }
   std::printf("largest difference: errors %.2g m, clocks %.2g m\n", largest, largest_clock);
-  // GpsTime's nanosecond moves a tag by up to 0.15 m of clock, alike for all: the clock's share of it
-  // remains.
+  // GpsTime's nanosecond shifts a tag by up to 0.15 m of clock, equally for all satellites: the clock's
+  // fraction of it remains.
   EXPECT_LT(largest, 2e-3);
   EXPECT_LT(largest_clock, 0.16);
   for (const auto& [system, bias] : errors.inter_system_bias_m) {
@@ -136,7 +136,7 @@ TEST(PseudorangeErrors, SingleClearSatelliteOfAnySystemGivesTheClock) {
   for (std::size_t e = 0; e < 60; ++e) {
     epochs.push_back(recorder.at(kStart + 1.0 + static_cast<double>(e), 1e-6 * static_cast<double>(e), e));
   }
-  // Every third epoch everything but the highest satellite of one system is blocked and comes 60 m late.
+  // Every third epoch all satellites except the highest one of one system are blocked and 60 m late.
   const auto highest = [&](System system) {
     SatelliteId best{system, 0};
     double elevation = -1;
@@ -164,7 +164,7 @@ TEST(PseudorangeErrors, SingleClearSatelliteOfAnySystemGivesTheClock) {
     ASSERT_NEAR(errors.observations[i].error_m, recorder.error_m(o.id, o.epoch), 2e-3)
         << gnss::to_string(o.id) << " " << o.epoch;
   }
-  // With two wanted, these epochs fall back to all satellites and hide what is common, and say so.
+  // If two are required, these epochs fall back to all satellites, which hides common errors, and report it.
   ReceiverClockOptions two;
   two.min_clear = 2;
   const auto fallen = remove_receiver_clock(residuals, clear_view, two);
@@ -175,7 +175,7 @@ TEST(PseudorangeErrors, SingleClearSatelliteOfAnySystemGivesTheClock) {
 }
 
 TEST(PseudorangeErrors, OutliersInClearViewHardlyMoveTheClock) {
-  // Normal noise of 2 m; in each epoch one satellite that the city calls clear is 80 m late.
+  // Normal noise of 2 m; in each epoch one satellite that is clear in the city is 80 m late.
   const test::CircularSky sky({System::GPS, System::Galileo});
   Recorder recorder{sky};
   std::map<std::pair<SatelliteId, std::size_t>, double> given;
@@ -210,7 +210,7 @@ TEST(PseudorangeErrors, WrongMillisecondsAreGross) {
   std::vector<rinex::ObservationEpoch> epochs;
   for (std::size_t e = 0; e < 10; ++e)
     epochs.push_back(recorder.at(kStart + 1.0 + static_cast<double>(e), 0, e));
-  // A satellite that stands above the horizon all the while takes the part of number 3.
+  // A satellite that is above the horizon all the time replaces number 3.
   const SatelliteId victim = epochs[0].signals[0].id;
   recorder.error_m = [&](SatelliteId id, std::size_t) { return id == victim ? kSpeedOfLight * 1e-3 : 0.0; };
   for (std::size_t e = 0; e < 10; ++e) epochs[e] = recorder.at(kStart + 1.0 + static_cast<double>(e), 0, e);
@@ -222,7 +222,7 @@ TEST(PseudorangeErrors, WrongMillisecondsAreGross) {
     EXPECT_EQ(errors.observations[i].gross, wrong);
     if (wrong) {
       ++gross;
-      // It is taken where it stood a millisecond of flight ago: up to 0.8 m of range.
+      // Its position is that of a millisecond of flight earlier: up to 0.8 m of range.
       EXPECT_NEAR(errors.observations[i].error_m, kSpeedOfLight * 1e-3, 1);
     } else {
       EXPECT_NEAR(errors.observations[i].error_m, 0, 2e-3);
@@ -245,7 +245,7 @@ TEST(PseudorangeErrors, SystemsThatAreNeverClearHaveABias) {
   const auto errors = remove_receiver_clock(residuals, gps_only);
   EXPECT_EQ(errors.reference, System::GPS);
   EXPECT_NEAR(errors.inter_system_bias_m.at(System::Galileo), 5, 2e-3);
-  // Nothing in clear view at all: the run still has clocks, and says what they are.
+  // No satellite in clear view: the run still has clocks, and reports their kind.
   const auto none = remove_receiver_clock(residuals, [](const auto&, const auto&) { return false; });
   for (const EpochClock& c : none.clocks) EXPECT_EQ(c.source, ClockSource::All);
   EXPECT_NEAR(none.inter_system_bias_m.at(System::Galileo) - none.inter_system_bias_m.at(System::GPS), 5,

@@ -21,10 +21,10 @@ using gnss::System;
 constexpr int kMostIterations = 100;
 /// Steps of clocks and biases below this [m] end the iteration.
 constexpr double kConverged_m = 1e-4;
-/// Without scatter (simulated pseudoranges) weights would have no scale.
+/// Without scatter (simulated pseudoranges) the weights would have no scale.
 constexpr double kSmallestScatter = 1e-6;
 
-/// Value with half of the weight on either side; the middle where the halves meet between two. Reorders.
+/// Value with half of the weight on either side; the middle if the halves meet between two. Reorders.
 double weighted_median(std::vector<std::pair<double, double>>& value_and_weight) {
   std::sort(value_and_weight.begin(), value_and_weight.end());
   double total = 0;
@@ -66,7 +66,7 @@ class ClockEstimator {
     return residuals_.observations[i];
   }
   [[nodiscard]] static std::size_t index(System s) { return static_cast<std::size_t>(s); }
-  /// Residual about the epoch's median and less the system's bias [m]: small numbers.
+  /// Residual relative to the epoch's median, minus the system's bias [m]: small numbers.
   [[nodiscard]] double reduced(std::size_t i) const {
     const PseudorangeResidual& o = observation(i);
     return o.residual_m - origin_[o.epoch] - bias_[index(o.id.system)];
@@ -97,7 +97,7 @@ class ClockEstimator {
     }
   }
 
-  /// May be used to estimate a clock.
+  /// Whether it can be used to estimate a clock.
   [[nodiscard]] bool usable(std::size_t i) const {
     return !result_.observations[i].gross && observation(i).elevation_rad >= options_.elevation_mask_rad;
   }
@@ -117,7 +117,7 @@ class ClockEstimator {
     link_systems(best);
   }
 
-  /// Systems that are tied to the reference by epochs with clear satellites of both, directly or by others.
+  /// Finds systems connected to the reference by epochs with clear satellites of both, also indirectly.
   void link_systems(std::size_t reference) {
     linked_.fill(false);
     linked_[reference] = true;
@@ -142,7 +142,7 @@ class ClockEstimator {
     return clear(i) && linked_[index(observation(i).id.system)];
   }
 
-  /// Clock of an epoch by the weighted median of the observations chosen; false where none is.
+  /// Clock of an epoch by the weighted median of the chosen observations; false if there is none.
   template <typename Choose>
   bool median_clock(std::size_t e, Choose choose) {
     std::vector<std::pair<double, double>> values;
@@ -154,7 +154,7 @@ class ClockEstimator {
     return true;
   }
 
-  /// Medians of clocks and biases in turn, from biases of 0.
+  /// Medians of clocks and biases alternately, starting from biases of 0.
   void start() {
     for (int round = 0; round < 10; ++round) {
       std::array<std::vector<std::pair<double, double>>, kSystemCount> values;
@@ -178,7 +178,7 @@ class ClockEstimator {
   void measure_scatter() {
     std::vector<double> scaled;
     for (std::size_t e = 0; e < clock_.size(); ++e) {
-      // A single satellite makes its own clock and gives no scatter.
+      // A single satellite determines its own clock and has no scatter.
       if (result_.clocks[e].clear < 2) continue;
       each(e, [&](std::size_t i) {
         if (joins(i)) scaled.push_back(std::abs(reduced(i) - clock_[e]) * std::sqrt(weight_[i]));
@@ -187,7 +187,7 @@ class ClockEstimator {
     result_.scatter = kMadToSigma * median(scaled).value_or(0);
   }
 
-  /// Huber's weight of an observation beside its epoch's clock.
+  /// Huber's weight of an observation, relative to its epoch's clock.
   [[nodiscard]] double robust_weight(std::size_t i, double clock) const {
     const double limit = options_.huber * std::max(result_.scatter, kSmallestScatter);
     const double t = std::abs(reduced(i) - clock) * std::sqrt(weight_[i]);
@@ -227,7 +227,7 @@ class ClockEstimator {
             normal(row, static_cast<Eigen::Index>(q)) -= weight[e][s] * weight[e][q] / w_all;
         }
       }
-      // The reference stays at 0; what has no say stays where it is.
+      // The reference is fixed at 0; systems without observations keep their bias.
       for (std::size_t s = 0; s < kSystemCount; ++s) {
         if (linked_[s] && s != index(result_.reference)) continue;
         const auto row = static_cast<Eigen::Index>(s);
@@ -250,13 +250,13 @@ class ClockEstimator {
       }
       for (std::size_t s = 0; s < kSystemCount; ++s) bias_[s] += step[static_cast<Eigen::Index>(s)];
       if (largest < kConverged_m) break;
-      // The scale holds still after a few rounds, or it and the weights could chase each other.
+      // The scale is fixed after a few rounds, since it and the weights could oscillate.
       if (iteration < 5) measure_scatter();
     }
     measure_scatter();
   }
 
-  /// Huber's estimate of one epoch's clock with the biases as they are; the weights' sum.
+  /// Huber's estimate of one epoch's clock with the current biases; returns the sum of the weights.
   template <typename Choose>
   double robust_clock(std::size_t e, Choose choose) {
     if (!median_clock(e, choose)) return 0;
@@ -276,8 +276,8 @@ class ClockEstimator {
     return w_all;
   }
 
-  /// Systems that were never clear beside a linked one: their bias is the median against clocks of the
-  /// others, of clear satellites if there are any, else of all.
+  /// Systems that were never clear together with a linked one: their bias is the median relative to clocks of
+  /// the others, of clear satellites if there are any, else of all.
   void add_weak_systems() {
     known_ = linked_;
     for (std::size_t s = 0; s < kSystemCount; ++s) {
@@ -300,7 +300,7 @@ class ClockEstimator {
     }
   }
 
-  /// Whether a satellite's system has a known bias, and it is in clear view where enough others are.
+  /// Whether a satellite's system has a known bias, and it is in clear view if enough others are.
   [[nodiscard]] bool trusted(std::size_t e, std::size_t i) const {
     if (!usable(i) || !known_[index(observation(i).id.system)]) return false;
     return result_.clocks[e].clear < options_.min_clear || result_.observations[i].clear;
@@ -311,7 +311,7 @@ class ClockEstimator {
     clock.source = clock.clear >= options_.min_clear ? ClockSource::Clear : ClockSource::All;
     double w = robust_clock(e, [&](std::size_t i) { return trusted(e, i); });
     if (w == 0) {
-      // Nothing but systems that never met the others: among themselves their errors still compare.
+      // Only systems without a link to the others: their errors are comparable among themselves.
       w = robust_clock(e, [&](std::size_t i) { return usable(i); });
       clock.source = ClockSource::All;
     }
@@ -332,7 +332,7 @@ class ClockEstimator {
   const ReceiverClockOptions& options_;
   PseudorangeErrors result_;
   std::vector<double> origin_;               ///< median residual of each epoch [m]
-  std::vector<double> clock_;                ///< of each epoch about its origin [m]
+  std::vector<double> clock_;                ///< of each epoch relative to its origin [m]
   std::vector<double> weight_;               ///< of each observation [1/m^2]
   std::array<double, kSystemCount> bias_{};  ///< [m]
   std::array<bool, kSystemCount> observed_{};

@@ -1,4 +1,4 @@
-// The recorded drive through Tsim Sha Tsui against the city's rays: the first figures of the comparison.
+// The recorded drive through Tsim Sha Tsui and the city's rays: the first metrics of the comparison.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ namespace {
 using geodesy::radians;
 using gnss::System;
 
-/// Satellites seen from where the antenna was, by rays.
+/// Satellites seen from the antenna's position, by rays.
 class DriveRays {
  public:
   explicit DriveRays(const std::filesystem::path& mesh) {
@@ -48,7 +48,7 @@ class DriveRays {
     }
   }
 
-  /// Whether no building stands between antenna and satellite.
+  /// Whether there is no building between antenna and satellite.
   [[nodiscard]] ClearView clear_view() const {
     return [this](const PseudorangeResidual& o, const ResidualEpoch& e) {
       const auto v = paths(propagation::Model::Specular, e, o.direction_ecef).visibility;
@@ -56,7 +56,7 @@ class DriveRays {
     };
   }
 
-  /// The truth's place, two metres above the mesh's flat ground.
+  /// The truth's position, two metres above the mesh's flat ground.
   [[nodiscard]] Eigen::Vector3d antenna(const ResidualEpoch& epoch) const {
     Eigen::Vector3d antenna = city_.frame.local_from_ecef(epoch.antenna_ecef);
     antenna.z() = 2;
@@ -67,7 +67,7 @@ class DriveRays {
     return !scene_->occluded({antenna, city_.frame.ecef_from_local_rotation().transpose() * direction_ecef});
   }
 
-  /// Whether buildings would block the direction from some of eight places `radius_m` about the antenna.
+  /// Whether buildings would block the direction from some of eight points `radius_m` around the antenna.
   [[nodiscard]] bool near_edge(const ResidualEpoch& epoch, const Eigen::Vector3d& direction_ecef,
                                double radius_m) const {
     for (int k = 0; k < 8; ++k) {
@@ -109,14 +109,14 @@ Drive read_drive(const std::filesystem::path& folder, const std::set<System>& sy
   return drive;
 }
 
-/// An observation with what rays say of it.
+/// An observation with the result of rays for it.
 struct Judged {
   std::size_t epoch = 0;
   gnss::SatelliteId id;
   double error_m = 0;
   std::optional<double> cn0_dbhz;
   bool clear = false;
-  std::optional<double> specular_m, mirror_m;  ///< excess path of NLOS satellites that the model receives
+  std::optional<double> specular_m, mirror_m;  ///< excess path of NLOS satellites received in the model
 };
 
 std::optional<double> excess(const propagation::SatellitePaths& paths) {
@@ -174,7 +174,7 @@ DriveFigures figures(const std::vector<Judged>& all) {
   return f;
 }
 
-/// 95 % interval of a figure: minutes of the drive, drawn anew.
+/// 95 % interval of a metric: resampled minutes of the drive.
 template <typename Figure>
 Interval by_minutes(const std::vector<Judged>& all, Figure figure) {
   std::vector<std::vector<Judged>> epochs;
@@ -275,8 +275,8 @@ TEST(RecordedDrive, Gps) {
   EXPECT_NEAR(median(f.mirror_difference_m).value(), 18, 3);
   EXPECT_LT(f.mirror->rho, 0.4);
 
-  // Clocks from all satellites wherever fewer than four stand in clear view: NLOS errors leak into them. That
-  // is near the README's figures.
+  // Clocks from all satellites if fewer than four are in clear view: NLOS errors leak into them. That is
+  // close to the README's numbers.
   ReceiverClockOptions four;
   four.min_clear = 4;
   const DriveFigures leaked = report("GPS", drive, rays, four);
@@ -301,7 +301,7 @@ TEST(RecordedDrive, GpsAndBeiDou) {
   EXPECT_NEAR(median(f.nlos_m).value(), 30, 5);
   EXPECT_NEAR(median(f.los_m).value(), 0, 1);
 
-  // The errors of ephemerides, group delays and atmosphere are small in the LOS median of each satellite.
+  // Errors of ephemerides, group delays and atmosphere cause a small LOS median of each satellite.
   const auto errors = remove_receiver_clock(drive.residuals, rays.clear_view());
   std::map<gnss::SatelliteId, std::vector<double>> los;
   for (const Judged& j : judge(drive, rays, errors)) {
@@ -316,7 +316,7 @@ TEST(RecordedDrive, GpsAndBeiDou) {
   print("LOS medians of satellites [m]", medians);
 }
 
-// Two receivers in one: clocks from GPS alone and from BeiDou alone share no signal.
+// Two receivers in one: clocks from only GPS and from only BeiDou share no signal.
 TEST(RecordedDrive, ClocksOfTwoSystemsAgree) {
   CANYON_SHARED_DATA(mesh, "hongkong/buildings.dae");
   CANYON_SHARED_DATA(folder, "urbannav-tst-20190428");
@@ -349,7 +349,7 @@ TEST(RecordedDrive, ClocksOfTwoSystemsAgree) {
   EXPECT_LT(q[3] - q[0], 8);
 }
 
-// Pseudoranges that are late although the city says clear: are they beside an edge?
+// Pseudoranges that are late although clear in the city: are they near an edge?
 TEST(RecordedDrive, LateSatellitesInClearViewStandBesideEdges) {
   CANYON_SHARED_DATA(mesh, "hongkong/buildings.dae");
   CANYON_SHARED_DATA(folder, "urbannav-tst-20190428");
@@ -374,7 +374,7 @@ TEST(RecordedDrive, LateSatellitesInClearViewStandBesideEdges) {
   }
 }
 
-// Where the city fits best: what C/N0 and error say about LOS and NLOS, over offsets of the city.
+// The best fit of the city: separation of LOS and NLOS by C/N0 and error, over offsets of the city.
 TEST(RecordedDrive, OffsetOfTheCityIsWhereFiguresAreBest) {
   CANYON_SHARED_DATA(mesh, "hongkong/buildings.dae");
   CANYON_SHARED_DATA(folder, "urbannav-tst-20190428");
@@ -387,7 +387,7 @@ TEST(RecordedDrive, OffsetOfTheCityIsWhereFiguresAreBest) {
   for (const int north : {20, 16, 12, 8, 4, 0, -4}) {
     std::printf("\n  %6d", north);
     for (const int e : east) {
-      // The city stands 8 m north already: the antenna moves the other way.
+      // The city is already moved 8 m north: the antenna moves the other way.
       const Eigen::Vector3d aside(-e, 8 - north, 0);
       const PseudorangeErrors errors = remove_receiver_clock(
           drive.residuals, [&](const PseudorangeResidual& o, const ResidualEpoch& epoch) {

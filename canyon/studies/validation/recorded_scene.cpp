@@ -26,7 +26,7 @@ void settle_truth(const simulation::Scenario& scenario, ListedRecording& files, 
   if (files.truth || (!trajectory.file && trajectory.waypoints.size() == 1)) return;
   if (!trajectory.file) {
     throw InputError(
-        std::string(option) + " is missing, and the scenario's trajectory is no file or position",
+        std::string(option) + " is missing, and the scenario's trajectory is neither a file nor a position",
         "give the file of true positions, or LATITUDE,LONGITUDE,HEIGHT of a fixed antenna");
   }
   files.truth = trajectory.file;
@@ -41,12 +41,12 @@ RecordedScene read_recorded_scene(simulation::Scenario& scenario, const ListedRe
   rinex::RinexObservations recorded = rinex::read_observations(*files.obs, wanted);
   RecordedScene scene;
   city::City city = simulation::load_city(simulation::city_config(scenario), scenario.seed);
-  // The sky is of the recording's time: the scenario's own trajectory is not simulated.
+  // The sky is for the recording's time: the scenario's own trajectory is not simulated.
   scene.sky = simulation::build_sky(scenario.sky, recorded.epochs.front().receiver_time,
                                     recorded.epochs.back().receiver_time, city.frame.origin());
   scene.environment = std::make_unique<simulation::Environment>(simulation::make_environment(
       std::make_shared<simulation::CityScene>(std::move(city)), scene.sky, scenario.sky, scenario.seed));
-  // The systems that were recorded are those of the radio.
+  // The recorded systems are those of the radio.
   for (simulation::ReceiverConfig& receiver : scenario.receivers)
     simulation::decide_options(receiver.options, scene.environment->errors().get(), nullptr);
   RecordingOptions options;
@@ -70,7 +70,7 @@ namespace {
 
 constexpr std::size_t kMostRecordings = 50;
 constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
-constexpr std::string_view kOneNeeded = "each recording names itself, a scenario and observations";
+constexpr std::string_view kOneNeeded = "each recording needs a name, a scenario and observations";
 
 options::Document document_of(const std::filesystem::path& path) {
   options::Document document;
@@ -85,16 +85,16 @@ options::Document document_of(const std::filesystem::path& path) {
 
 void visit(options::Visitor& v, ListedRecording& r) {
   for (const std::string_view key : {"name", "scenario", "obs"}) v.require(key, kOneNeeded);
-  v.text({"name", "", "names it in tables, and the folder of its view"}, r.name);
+  v.text({"name", "", "name in tables, and of the folder of its view"}, r.name);
   if (v.reads()) options::check_folder_name(v, "name", r.name);
   v.text({"class", "", "of its receiver: recordings of one class are pooled", "none"}, r.receiver_class);
   v.file({"scenario", "", "city, sky and first receiver"}, r.scenario);
   v.file({"obs", "", "recorded observations: RINEX 2, 3 or 4, or a log of Android's GnssLogger"}, r.obs);
   v.file({"truth", "", "true positions", "the scenario's trajectory file"}, r.truth);
   const std::vector<std::string>& formats = simulation::trajectory_formats();
-  v.word({"truth_format", "", "of the true positions", "told by the file's content"}, r.truth_format,
+  v.word({"truth_format", "", "of the true positions", "detected from the file's content"}, r.truth_format,
          std::vector<std::string_view>(formats.begin(), formats.end()));
-  // A file's name is from the list's folder, as all are.
+  // Paths are relative to the list's folder, as all are.
   if (v.reads() && v.has("profile")) {
     v.text({"profile", "", "its word"}, r.profile);
     if (simulation::is_profile_path(r.profile)) {
@@ -113,11 +113,11 @@ void visit(options::Visitor& v, ListedRecording& r) {
             "the scenario's"},
            r.profile);
   }
-  v.file({"nmea", "", "the recorded receiver's own fixes: GGA with RMC or ZDA"}, r.nmea);
-  v.boolean({"align", "", "estimate the city's offset on the first part; figures are then of the rest"},
+  v.file({"nmea", "", "the fixes that the recorded receiver reported: GGA with RMC or ZDA"}, r.nmea);
+  v.boolean({"align", "", "estimate the city's offset on the first part; metrics are then of the rest"},
             r.align);
   v.boolean({"align_heading", "", "also estimate its heading"}, r.align_heading);
-  v.number({"split", "", "share of epochs that is the first part", "0.5"}, r.split, {0, 1, true, true});
+  v.number({"split", "", "fraction of epochs in the first part", "0.5"}, r.split, {0, 1, true, true});
   if (v.reads() && r.align_heading && !r.align)
     throw v.fault("align_heading", "there is nothing to align", "add align: true");
 }
@@ -142,7 +142,7 @@ bool is_recording_list(const std::filesystem::path& path) {
     const options::Node root = options::parse_yaml(std::string(file.text()), {}, "");
     return root.kind == options::Node::Kind::Mapping && root.find("recordings") != nullptr;
   } catch (const InputError&) {
-    return false;  // what reads it as a scenario says what is wrong
+    return false;  // the reader of scenarios reports the error
   }
 }
 

@@ -16,19 +16,19 @@
 
 namespace canyon::validation {
 
-/// One recording of a list, and what it is compared with.
+/// One recording of a list, and the data for its comparison.
 struct ListedRecording {
   std::string name;  ///< names it in tables, and the folder of its view
-  /// Recordings of one class are pooled; empty: with none.
+  /// Recordings of one class are pooled; empty: not pooled.
   std::string receiver_class;
-  std::optional<std::filesystem::path> scenario, obs;  ///< given, as files that are there
+  std::optional<std::filesystem::path> scenario, obs;  ///< given, as existing files
   std::optional<std::filesystem::path> truth;          ///< empty: the scenario's trajectory or position
-  std::string truth_format;  ///< simulation::trajectory_formats(); empty: told by the file's content
+  std::string truth_format;  ///< simulation::trajectory_formats(); empty: detected from the file's content
   std::string profile;       ///< instead of the scenario's, for its first receiver; empty: the scenario's
-  std::optional<std::filesystem::path> nmea;  ///< the recorded receiver's own fixes
-  bool align = false;                         ///< the city, by the first part
-  bool align_heading = false;                 ///< its heading as well; only with `align`
-  std::optional<double> split;                ///< share of epochs of the first part, (0, 1)
+  std::optional<std::filesystem::path> nmea;  ///< fixes reported by the recorded receiver
+  bool align = false;                         ///< align the city, using the first part
+  bool align_heading = false;                 ///< also align its heading; only with `align`
+  std::optional<double> split;                ///< fraction of epochs of the first part, (0, 1)
 };
 /// Visits its fields.
 void visit(options::Visitor& v, ListedRecording& r);
@@ -40,12 +40,12 @@ struct RecordingList {
 /// Visits its fields.
 void visit(options::Visitor& v, RecordingList& list);
 
-/// Whether a YAML file is such a list and no scenario: it has the key `recordings`. False for what is no
-/// YAML. Throws InputError for a file that cannot be read.
+/// Whether a YAML file is such a list, not a scenario: it has the key `recordings`. False if it is not YAML.
+/// Throws InputError for a file that cannot be read.
 [[nodiscard]] bool is_recording_list(const std::filesystem::path& path);
-/// Reads a list; its files lie where it says, from its own folder. Throws InputError with file and line for
-/// syntax, unknown keys (with the closest known one), values out of range, missing files, and two recordings
-/// of one name.
+/// Reads a list; paths of files are relative to its folder. Throws InputError with file and line for syntax,
+/// unknown keys (with the closest known one), values out of range, missing files, and two recordings of one
+/// name.
 [[nodiscard]] RecordingList read_recording_list(const std::filesystem::path& path);
 
 /// A recording in its scenario's city, under the sky of its time.
@@ -55,21 +55,21 @@ struct RecordedScene {
   Recording recording;
 };
 
-/// Fills in the true positions' file and format where `files` leaves them to the scenario. Throws InputError,
-/// naming the `option` that gives them, where the scenario's trajectory is not a file.
+/// Sets the true positions' file and format from the scenario if `files` does not have them. Throws
+/// InputError, with the name of the `option` to give, if the scenario's trajectory is not a file.
 void settle_truth(const simulation::Scenario& scenario, ListedRecording& files, std::string_view option);
 
 /// Loads the scenario's city and reads the observations and, after settle_truth(), the true positions.
-/// simulation::decide_options() settles what the receivers leave to the sky's errors. Throws InputError as
-/// read_recording(), simulation::load_city() and simulation::build_sky() do.
+/// simulation::decide_options() decides the receivers' options that depend on the sky's errors. Throws
+/// InputError as read_recording(), simulation::load_city() and simulation::build_sky().
 [[nodiscard]] RecordedScene read_recorded_scene(simulation::Scenario& scenario, const ListedRecording& files,
                                                 bool atmosphere);
 
-/// A scenario's city, drawn anew under a recording's sky. The map's files are read at the first call.
+/// A scenario's city, resampled under a recording's sky. The map's files are read at the first call.
 class RedrawnCity {
  public:
-  /// The city as `scenario` draws it by its seed, where its map has it: its georeference draws no place.
-  /// @param scenario of the same map in every call
+  /// The city of `scenario`, sampled by its seed, at its position in the map: the georeference is not
+  /// sampled. @param scenario of the same map in every call
   [[nodiscard]] std::unique_ptr<simulation::Environment> draw(const simulation::BuiltSky& sky,
                                                               simulation::Scenario scenario);
 

@@ -1,6 +1,6 @@
 #include "canyon/studies/validation/recording.hpp"
 
-// A recording and its truth, brought to a scenario's sky and city.
+// A recording and its truth, joined with a scenario's sky and city.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -33,14 +33,15 @@ std::set<gnss::System> systems_of(const orbit::Sky& sky) {
   return systems;
 }
 
-/// Whether a recording has pseudoranges of a system by its signal near L1, and which others it has.
+/// Whether a recording has pseudoranges of a system by its signal near L1, and its other signals.
 struct RecordedSystem {
   bool first = false;
   std::set<const gnss::Signal*> others;
 };
 
 /// Removes the systems that are not in `wanted`, and those without a signal near L1, which the clock and the
-/// fixes need: the receiver would be compared with one that tracks them. A warning for each of these.
+/// fixes need: they would be compared with a receiver that tracks that signal. Returns a warning for each of
+/// the latter.
 std::vector<std::string> keep_systems(const std::set<gnss::System>& wanted,
                                       std::vector<rinex::ObservationEpoch>& epochs) {
   std::map<gnss::System, RecordedSystem> found;
@@ -62,7 +63,7 @@ std::vector<std::string> keep_systems(const std::set<gnss::System>& wanted,
     for (const gnss::Signal* signal : recorded.others) names.emplace_back(signal->name);
     std::sort(names.begin(), names.end());
     warnings.push_back(
-        fmt::format("{} is recorded by {} without {}, which the comparison is of: it is left out",
+        fmt::format("{} is recorded by {} without {}, which the comparison needs: it is left out",
                     gnss::name(system), fmt::join(names, ", "), gnss::signals_of(system).front().name));
   }
   for (rinex::ObservationEpoch& epoch : epochs) {
@@ -74,7 +75,7 @@ std::vector<std::string> keep_systems(const std::set<gnss::System>& wanted,
   return warnings;
 }
 
-/// The error for a recording of which no observation is left.
+/// The error if no observation of a recording is left.
 InputError nothing_left(const std::filesystem::path& obs, const std::filesystem::path& truth,
                         const rinex::RinexObservations& recorded, const simulation::Trajectory& path,
                         const PseudorangeResiduals& residuals) {
@@ -86,7 +87,7 @@ InputError nothing_left(const std::filesystem::path& obs, const std::filesystem:
                         format_gpst(last, 0), truth.filename().string(), format_gpst(path.begin(), 0),
                         format_gpst(path.end(), 0)),
             recorded.report.warnings().empty()
-                ? "give the truth of the same drive; times of CSV files are UTC unless they say GPST"
+                ? "give the truth of the same drive; times of CSV files are UTC unless marked GPST"
                 : recorded.report.warnings().front()};
   }
   if (!residuals.without_ephemeris.empty()) {
@@ -103,11 +104,11 @@ InputError nothing_left(const std::filesystem::path& obs, const std::filesystem:
     return {obs, 0, "it has no signal near L1, which the receiver's clock needs",
             "record one of each system: L1 C/A, E1, B1I or G1"};
   }
-  return {obs, 0, "it holds no pseudorange of a satellite above the horizon",
+  return {obs, 0, "it has no pseudorange of a satellite above the horizon",
           "check that truth and navigation files belong to the recording"};
 }
 
-/// The recorded signals behind an epoch's residuals, one for each, as a solver takes them.
+/// The recorded signals of an epoch's residuals, one for each, as input of a solver.
 std::vector<positioning::Measurement> measurements_of(const PseudorangeResiduals& residuals,
                                                       const ResidualEpoch& epoch,
                                                       const rinex::ObservationEpoch& recorded,
@@ -119,7 +120,7 @@ std::vector<positioning::Measurement> measurements_of(const PseudorangeResiduals
     m.id = o.id;
     m.pseudorange_m = o.pseudorange_m;
     m.cn0_dbhz = o.cn0_dbhz;
-    // The state knows a GLONASS satellite's channel.
+    // The state has a GLONASS satellite's channel.
     const auto state = sky.state(o.id, epoch.reception);
     m.carrier_frequency_hz = state ? state->carrier_frequency_hz : gnss::l1_frequency_hz(o.id.system);
     const auto signal =
@@ -138,8 +139,8 @@ double middle(std::vector<double>& values) {
   return *at;
 }
 
-/// A warning where the codes put the antenna far from the truth, of up to two hundred epochs: by their
-/// middle, which streets move by tens of metres, or by the same time along the way.
+/// A warning if the pseudoranges put the antenna far from the truth, from up to two hundred epochs: by their
+/// median, which streets shift by tens of metres, or by a constant time offset along the route.
 std::optional<std::string> truth_warning(const Recording& recording, const orbit::Sky& sky,
                                          const std::map<gnss::System, gnss::Klobuchar>& klobuchar) {
   constexpr double kFar_m = 100, kHigh_m = 150, kLate_s = 5, kMoves_mps = 2;
@@ -169,8 +170,8 @@ std::optional<std::string> truth_warning(const Recording& recording, const orbit
   const double east_m = middle(off[0]), north_m = middle(off[1]), up_m = middle(off[2]);
   if (std::hypot(east_m, north_m) > kFar_m || std::abs(up_m) > kHigh_m) {
     return fmt::format(
-        "the codes put the antenna {:.0f} m east, {:.0f} m north and {:.0f} m above the truth (middle of {} "
-        "epochs): check the truth's columns, datum, heights and time scale; all figures include it",
+        "the pseudoranges put the antenna {:.0f} m east, {:.0f} m north and {:.0f} m above the truth (middle "
+        "of {} epochs): check the truth's columns, datum, heights and time scale; all metrics include it",
         east_m, north_m, up_m, count);
   }
   if (late_s.size() < kLeast) return std::nullopt;
@@ -181,9 +182,8 @@ std::optional<std::string> truth_warning(const Recording& recording, const orbit
   }
   if (!(std::abs(late) > kLate_s) || !(middle(after_m) < 0.6 * middle(before_m))) return std::nullopt;
   return fmt::format(
-      "the codes put the antenna where the truth is {:.1f} s {} (middle of {} epochs): check the truth's "
-      "time "
-      "scale, UTC or GPST, which are 18 s apart since 2017; all figures include it",
+      "the pseudoranges put the antenna where the truth is {:.1f} s {} (middle of {} epochs): check the "
+      "truth's time scale, UTC or GPST, which are 18 s apart since 2017; all metrics include it",
       std::abs(late), late > 0 ? "later" : "earlier", late_s.size());
 }
 
@@ -236,7 +236,7 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
   recording.warnings = recorded.report.warnings();
   recording.warnings.insert(recording.warnings.end(), left_out_systems.begin(), left_out_systems.end());
 
-  // NMEA has times of day: the recording has the day.
+  // NMEA has times of day: the recording has the date.
   const GpsTime first = recorded.epochs.front().receiver_time, last = recorded.epochs.back().receiver_time;
   const bool file = !truth.empty();
   const bool of_day =
@@ -280,7 +280,7 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
     if (height_m && !simulation::clamp_to_terrain(pose, environment.city(), environment.scene(), *height_m)) {
       throw InputError(
           scenario.file, 0,
-          fmt::format("height_above_terrain_m: no terrain is at latitude {:.6f}, longitude {:.6f} ({})",
+          fmt::format("height_above_terrain_m: there is no terrain at latitude {:.6f}, longitude {:.6f} ({})",
                       geodesy::degrees(pose.position.latitude_rad),
                       geodesy::degrees(pose.position.longitude_rad), format_gpst(pose.time, 3)),
           "use a city with terrain there, or leave the key out");
@@ -324,7 +324,7 @@ Eigen::Vector3d Recording::place_in_city(const raytrace::RayScene& scene, const 
                                          std::size_t epoch) const {
   Eigen::Vector3d place = moved.place_in_city(places[epoch].enu_m);
   if (antenna_above_terrain_m) {
-    // Beyond the map's edge the height of the unmoved city stays.
+    // Beyond the map's edge, the height of the unmoved city is used.
     if (const auto terrain = scene.terrain_height(place.x(), place.y()))
       place.z() = *terrain + *antenna_above_terrain_m;
   }

@@ -50,7 +50,7 @@ TEST_F(RecordingListTest, FilesLieBesideTheList) {
   const ListedRecording& b = list.recordings[1];
   EXPECT_TRUE(b.receiver_class.empty() && b.truth_format.empty());
   EXPECT_FALSE(b.truth || b.nmea || b.split || b.align || b.align_heading);
-  // A scenario's reader takes files from its own folder: the list's is said whole.
+  // A scenario's reader resolves paths from its own folder: the list's path is reported in full.
   EXPECT_TRUE(std::filesystem::equivalent(b.profile, folder.path() / "mine.yaml"));
   EXPECT_TRUE(std::filesystem::path(b.profile).is_absolute());
 }

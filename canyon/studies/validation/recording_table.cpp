@@ -65,7 +65,7 @@ std::string to_text(const std::vector<RecordingRow>& rows) {
     line("95 %", interval_text);
   }
   std::string text =
-      text_table(head, lines) + "\nSimulated, with measured in brackets, where both are given.\n\n";
+      text_table(head, lines) + "\nSimulated, with measured in brackets, if both are given.\n\n";
   for (const RecordingRow& row : rows) text += fmt::format("- {}\n", description_of(row));
   return text;
 }
@@ -94,7 +94,7 @@ std::string text_of(const Score& score) {
   return fmt::format("{} of {}", score.within, score.of);
 }
 
-/// The value with its interval, and whether it lies in its range.
+/// The value with its interval, and whether it is in its range.
 std::string judged_text(const Headline& h, bool within) {
   std::string text = value_text(h);
   if (const auto& i = h.simulated_interval)
@@ -134,7 +134,7 @@ std::string seed_scores(const std::vector<SeedRows>& seeds) {
   head.emplace_back("all");
   const double mean = sum.of > 0 ? 100.0 * static_cast<double>(sum.within) / static_cast<double>(sum.of) : 0;
   return text_table(head, lines) +
-         fmt::format("\nMean of {} seeds: {:.0f} % of the figures within their ranges.\n", seeds.size(),
+         fmt::format("\nMean of {} seeds: {:.0f} % of the metrics within their ranges.\n", seeds.size(),
                      mean);
 }
 
@@ -142,7 +142,7 @@ std::string score_card(const std::vector<RecordingRow>& rows) {
   std::vector<const RecordingRow*> recordings;
   for (const RecordingRow& row : rows)
     if (row.pooled.empty()) recordings.push_back(&row);
-  TextRow head{"figure", "range"}, sums{"within their ranges", ""};
+  TextRow head{"metric", "range"}, sums{"within their ranges", ""};
   Score all;
   for (const RecordingRow* row : recordings) {
     head.push_back(row->name);
@@ -164,7 +164,7 @@ std::string score_card(const std::vector<RecordingRow>& rows) {
   }
   lines.push_back(std::move(sums));
   return text_table(head, lines) +
-         fmt::format("\nScore: {} of {} figures within their ranges.\n", all.within, all.of);
+         fmt::format("\nScore: {} of {} metrics within their ranges.\n", all.within, all.of);
 }
 
 }  // namespace canyon::validation

@@ -20,27 +20,26 @@ struct RecordingRow {
   // A recording has:
   std::string part;           ///< ModelFigures::part
   std::string never_tracked;  ///< never_tracked_text()
-  std::string figures_json;   ///< to_json() of its models, alone
+  std::string figures_json;   ///< only to_json() of its models
   // A class has:
-  std::vector<std::string> pooled;  ///< the names of what is pooled
+  std::vector<std::string> pooled;  ///< names of the pooled recordings
 };
 
 /// The headlines of all rows, the first of each key, in their order.
 [[nodiscard]] std::vector<Headline> headlines_of(const std::vector<RecordingRow>& rows);
 
-/// One line of what a row is of: "tst (mass market): second half: ... 242 epochs; never tracked ...".
+/// One line that describes a row: "tst (mass market): second half: ... 242 epochs; never tracked ...".
 [[nodiscard]] std::string description_of(const RecordingRow& row);
 
-/// A table for terminals: a line for each row and one for its intervals, and below what belongs to each
-/// recording.
+/// A table for terminals: a line for each row and one for its intervals, then the remarks on each recording.
 [[nodiscard]] std::string to_text(const std::vector<RecordingRow>& rows);
 /// An object: "recordings", an array of their to_json() with "name", "class" and "headlines", and "classes".
 [[nodiscard]] std::string to_json(const std::vector<RecordingRow>& rows);
 
-// Which figures of a simulated receiver lie within their range of the recorded ones.
+// How many metrics of a simulated receiver are within their range of the recorded ones.
 
 struct Score {
-  std::size_t within = 0, of = 0;  ///< headlines in their range, and that have one
+  std::size_t within = 0, of = 0;  ///< headlines in their range, and headlines with a range
 
   Score& operator+=(const Score& other) {
     within += other.within;
@@ -55,13 +54,13 @@ struct SeedRows {
   std::uint64_t seed = 0;
   std::vector<RecordingRow> rows;
 };
-/// A table for terminals: a line for each seed, a column for each recording with how many figures lie within
+/// A table for terminals: a line for each seed, a column for each recording with the number of metrics within
 /// their ranges, and one of all; the mean of all seeds below.
 [[nodiscard]] std::string seed_scores(const std::vector<SeedRows>& seeds);
 
-/// A table for terminals: a line for each figure with a range, a column for each recording (pooled rows are
-/// left out) with the simulated value, the recorded one in brackets, the 95 % interval of the simulated one
-/// where there is one, and yes or no; then how many of each and of all.
+/// A table for terminals: a line for each metric with a range, a column for each recording (without pooled
+/// rows) with the simulated value, the recorded one in brackets, the 95 % interval of the simulated one if
+/// there is one, and yes or no; then the numbers for each recording and for all.
 [[nodiscard]] std::string score_card(const std::vector<RecordingRow>& rows);
 
 }  // namespace canyon::validation

@@ -61,7 +61,7 @@ TEST(ScoreCard, CountsRecordingsAndLeavesPooledRowsOut) {
   EXPECT_THAT(
       card, HasSubstr("tracked_los          within 0.1   0.85 (0.80), 0.70 to 0.90: yes  0.50 (0.80): no\n"));
   EXPECT_THAT(card, HasSubstr("within their ranges               1 of 2                          0 of 1\n\n"
-                              "Score: 1 of 3 figures"));
+                              "Score: 1 of 3 metrics"));
 }
 
 TEST(ScoreCard, SeedsStandBelowEachOther) {
@@ -71,7 +71,7 @@ TEST(ScoreCard, SeedsStandBelowEachOther) {
   bad.headlines = {headline("tracked_los", 0.8, 0.5)};
   EXPECT_EQ(seed_scores({{3, {good}}, {4, {bad}}}),
             "seed  drive   all\n   3  1 of 1  1 of 1\n   4  0 of 1  0 of 1\n\n"
-            "Mean of 2 seeds: 50 % of the figures within their ranges.\n");
+            "Mean of 2 seeds: 50 % of the metrics within their ranges.\n");
 }
 
 }  // namespace

@@ -14,10 +14,10 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kShortest_m = 50;
-/// Steps shorter than this give no direction [m]: the noise of a truth of centimetres at standstill.
+/// Shorter steps have no direction [m]: the noise of a truth with centimetre errors at standstill.
 constexpr double kStep_m = 0.3;
 
-/// The angle between two directions of any length but zero.
+/// The angle between two non-zero directions.
 double angle_between(const Vector2d& a, const Vector2d& b) {
   return std::abs(std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b)));
 }
@@ -34,7 +34,7 @@ struct Piece {
   }
 };
 
-/// Angle that joining costs; a piece that goes nowhere fits anything.
+/// Angle between two pieces to be joined; a piece without displacement fits any other.
 double misfit(const Piece& a, const Piece& b) {
   if (a.way.norm() < kStep_m || b.way.norm() < kStep_m) return 0;
   return angle_between(a.way, b.way);
@@ -47,7 +47,7 @@ std::vector<StreetSegment> street_segments(std::span<const Eigen::Vector3d> plac
   const double turn = geodesy::radians(30);
   std::vector<Piece> pieces(1);
   pieces.back().count = 1;
-  Vector2d since = places[0].head<2>();  // where the last step that gave a direction ended
+  Vector2d since = places[0].head<2>();  // end of the last step with a direction
   for (std::size_t i = 1; i < places.size(); ++i) {
     const Vector2d step = places[i].head<2>() - since;
     if (step.norm() >= kStep_m) {

@@ -1,4 +1,4 @@
-// Canyon's own recording, written as RINEX, read back and compared: the errors that were simulated come out.
+// Canyon's own recording, written as RINEX, read back and compared: recovers the simulated errors.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@ namespace canyon::validation {
 namespace {
 
 TEST(SimulatedDrive, ErrorsComeBackThroughRinex) {
-  // The example by a receiver without noise: what is wrong with a pseudorange is its excess path.
+  // The example by a receiver without noise: the error of a pseudorange is its excess path.
   std::string yaml(
       TextFile(std::filesystem::path(canyon_source_dir) / "examples/synthetic_drive.yaml").text());
   const std::string receiver = "- name: car";
@@ -47,7 +47,7 @@ TEST(SimulatedDrive, ErrorsComeBackThroughRinex) {
   options.ionosphere = options.troposphere = false;  // as the example's signals
   const auto residuals = pseudorange_residuals(file.epochs, simulation::Trajectory(truth),
                                                simulation.environment().sky(), {}, options);
-  // Reception times come back within a microsecond: the epoch is the closest one.
+  // Reception times are recovered within a microsecond: the epoch is the closest one.
   const auto of = [&](const PseudorangeResidual& o, const ResidualEpoch& epoch) {
     const auto at = simulated.lower_bound({epoch.reception - 1e-3, o.id});
     for (auto i = at; i != simulated.end(); ++i) {
@@ -74,7 +74,7 @@ TEST(SimulatedDrive, ErrorsComeBackThroughRinex) {
               difference.size(), nlos, half, worst);
   EXPECT_GT(difference.size(), 2000U);
   EXPECT_GT(nlos, 300U);
-  // RINEX keeps millimetres, and the receiver's clock is off by 0.5 mm wherever one satellite gives it.
+  // RINEX has millimetres, and the receiver's clock has an error of 0.5 mm if one satellite determines it.
   EXPECT_LT(half, 1e-3);
   EXPECT_LT(worst, 2e-3);
 }

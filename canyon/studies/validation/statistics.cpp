@@ -83,13 +83,13 @@ std::optional<Separation> separation(std::span<const double> positives, std::spa
   Separation result;
   result.auc = 0;
   const double d1 = static_cast<double>(n1), d0 = static_cast<double>(n0);
-  // Share of the negatives that each positive beats.
+  // Fraction of the negatives below each positive.
   for (std::size_t i = 0; i < n1; ++i) result.auc += (ranks[i] - own[i]) / d0;
   result.auc /= d1;
 
   const std::vector<double> p = sorted_copy(positives), n = sorted_copy(negatives);
   std::sort(all.begin(), all.end());
-  std::size_t i = 0, j = 0;  // values below the threshold
+  std::size_t i = 0, j = 0;  // number of values below the threshold
   for (std::size_t k = 0; k + 1 < all.size(); ++k) {
     if (all[k] == all[k + 1]) continue;
     while (i < n1 && p[i] <= all[k]) ++i;
@@ -98,7 +98,7 @@ std::optional<Separation> separation(std::span<const double> positives, std::spa
     if (accuracy > result.balanced_accuracy) {
       result.balanced_accuracy = accuracy;
       result.threshold = all[k] + (all[k + 1] - all[k]) / 2;
-      // Between neighbouring doubles there is no middle.
+      // There is no double between two neighbouring ones.
       if (result.threshold <= all[k]) result.threshold = all[k + 1];
     }
   }
@@ -124,7 +124,7 @@ RankedSample::RankedSample(std::vector<Item> items) : items_(std::move(items)) {
   std::sort(items_.begin(), items_.end(), [](const Item& a, const Item& b) { return a.score < b.score; });
 }
 
-// Mann-Whitney: pairs in which the NLOS observation scores above the LOS one, equals half.
+// Mann-Whitney: pairs in which the NLOS observation scores above the LOS one; ties count half.
 std::optional<double> RankedSample::auc(std::span<const std::uint16_t> times) const {
   double los_below = 0, nlos_total = 0, won = 0;
   for (std::size_t i = 0; i < items_.size();) {

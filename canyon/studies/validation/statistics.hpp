@@ -12,12 +12,12 @@
 #include "canyon/base/geodesy/gps_time.hpp"
 #include "canyon/base/statistics.hpp"
 
-// Statistics of recorded against modelled values. All values must be finite (asserted); a figure whose sample
-// is too small is an empty optional.
+// Statistics of recorded against modelled values. All values must be finite (asserted); a statistic of too
+// small a sample is an empty optional.
 
 namespace canyon::validation {
 
-/// Ranks from 1; equal values share the mean of theirs.
+/// Ranks from 1; equal values all have their mean rank.
 [[nodiscard]] std::vector<double> midranks(std::span<const double> values);
 
 struct RankCorrelation {
@@ -27,8 +27,8 @@ struct RankCorrelation {
   double low = -1, high = 1;
   std::size_t n = 0;
 };
-/// Spearman's rank correlation with ties: Pearson's of the midranks. Empty for fewer than three pairs, or
-/// where one side is constant. @param x @param y of one length (asserted) @param confidence in (0, 1)
+/// Spearman's rank correlation with ties: Pearson's of the midranks. Empty for fewer than three pairs, or if
+/// one side is constant. @param x @param y of one length (asserted) @param confidence in (0, 1)
 [[nodiscard]] std::optional<RankCorrelation> spearman(std::span<const double> x, std::span<const double> y,
                                                       double confidence = 0.95);
 
@@ -38,25 +38,25 @@ struct Separation {
   double auc = 0.5;
   /// Largest (sensitivity + specificity) / 2 of "positive where score >= threshold"; 0.5 at least.
   double balanced_accuracy = 0.5;
-  /// Reaches it, in the middle between two neighbouring scores; the lowest of several. -inf: all are
-  /// positive.
+  /// Threshold of balanced_accuracy, in the middle between two neighbouring scores; the lowest of several.
+  /// -inf: all are positive.
   double threshold = -std::numeric_limits<double>::infinity();
 };
-/// The separation by a score of positives (expected to score high) from negatives. Empty where a side has
-/// none.
+/// How well a score separates positives (expected to score high) from negatives. Empty if there are no
+/// positives or no negatives.
 [[nodiscard]] std::optional<Separation> separation(std::span<const double> positives,
                                                    std::span<const double> negatives);
 
-/// Largest difference between the empirical distributions of two samples. Empty where a sample has none.
+/// Largest difference between the empirical distributions of two samples. Empty if a sample is empty.
 [[nodiscard]] std::optional<double> kolmogorov_smirnov(std::span<const double> a, std::span<const double> b);
 
 struct Interval {
   double low = 0, high = 0;
 };
 
-// Not public: of canyon/validation and canyon/calibration.
+// Not public: for canyon/validation and canyon/calibration.
 
-/// Scores of LOS and NLOS observations, sorted once, whose area under the ROC curve is wanted for many
+/// Scores of LOS and NLOS observations, sorted once, to compute the area under the ROC curve for many
 /// resamples of their epochs.
 class RankedSample {
  public:
@@ -67,21 +67,20 @@ class RankedSample {
   };
   explicit RankedSample(std::vector<Item> items);
 
-  /// separation().auc of the sample with each observation as often as `times[epoch]` says; empty where LOS or
-  /// NLOS have none. @param times by epoch, as long as the items' epochs ask for
+  /// separation().auc of the sample with each observation repeated `times[epoch]` times; empty if no LOS or
+  /// no NLOS is left. @param times by epoch, with an element for each epoch of the items
   [[nodiscard]] std::optional<double> auc(std::span<const std::uint16_t> times) const;
 
  private:
   std::vector<Item> items_;  ///< by score
 };
 
-/// Blocks of epochs, drawn with replacement in circles (Politis and Romano 1992): for each of `resamples` how
-/// often each of `epochs` was drawn. @param block
-/// at least 1
+/// Circular block bootstrap of epochs (Politis and Romano 1992): for each of `resamples`, how often each of
+/// `epochs` was drawn. @param block at least 1
 [[nodiscard]] std::vector<std::vector<std::uint16_t>> block_draws(std::size_t epochs, std::size_t block,
                                                                   int resamples, std::uint64_t seed);
 
-// Not public: of canyon/validation and canyon/calibration.
+// Not public: for canyon/validation and canyon/calibration.
 
 [[nodiscard]] inline geodesy::GpsTime time_of(geodesy::GpsTime time) {
   return time;
@@ -104,7 +103,7 @@ template <typename Times>
 }
 
 /// block_draws() of these times or epochs in blocks of `seconds`, by their median interval: of at least one
-/// epoch, and at most a fifth of all, because resamples of fewer blocks hardly differ, and look sure.
+/// epoch, and at most a fifth of all, because resamples of fewer blocks hardly differ and pretend certainty.
 template <typename Times>
 [[nodiscard]] std::vector<std::vector<std::uint16_t>> draws_in_time(const Times& times, double seconds,
                                                                     int resamples, std::uint64_t seed) {

@@ -1,4 +1,4 @@
-// Expected numbers: by hand, or SciPy 1.10.1 and NumPy 1.24.2, whose calls stand beside them.
+// Expected numbers: by hand, or SciPy 1.10.1 and NumPy 1.24.2, whose calls are given next to them.
 #include "canyon/studies/validation/statistics.hpp"
 
 #include <gmock/gmock.h>
@@ -106,8 +106,8 @@ TEST(Statistics, KolmogorovSmirnov) {
 }
 
 TEST(Statistics, BootstrapCoversTheMean) {
-  // 400 independent samples of 60 exponential values of mean 1: 90 % intervals hold 1 in 90 % of the samples,
-  // a few per cent less for the skew; two standard deviations of that count are 3 %.
+  // 400 independent samples of 60 exponential values of mean 1: 90 % intervals contain 1 in 90 % of the
+  // samples, a few per cent less for the skew; two standard deviations of that count are 3 %.
   RandomStream random(3, "exponential");
   BootstrapOptions options;
   options.resamples = 300;

@@ -59,8 +59,8 @@ Eigen::Vector3d CellFix::gain(const CellRange& range) const {
   return {x[0], x[1], x[2]};
 }
 
-/// Computed as in positioning::solve_fix(): equal weights stand for the mean of the variances, and residuals
-/// may enlarge all.
+/// As in positioning::solve_fix(): for equal weights the mean of the variances is used, and residuals may
+/// scale all.
 void CellFix::state_covariance(std::span<const CellRange> ranges, const LinearFix::Unknowns& x,
                                Answer& answer) const {
   answer.covariance = fix_->covariance();

@@ -19,12 +19,11 @@
 
 namespace canyon::heatmap {
 
-/// Weighted least squares of a fix about a known place, where it is linear (Misra and Enge, Global
-/// Positioning System, 2nd ed. 2011, section 6.1): each satellite gives a row -u . dx + clock = error of
-/// weight w, and
+/// Weighted least squares of a fix, linearised at a known position (Misra and Enge, Global Positioning
+/// System, 2nd ed. 2011, section 6.1): each satellite gives a row -u . dx + clock = error of weight w, and
 ///   x = (H^T W H)^-1 H^T W m
-/// by Cholesky of the normal equations. The place's error is within 1e-10 of the pseudorange errors of what
-/// an orthogonal decomposition of H gives, up to PDOP 100.
+/// by Cholesky of the normal equations. The position error agrees with that of an orthogonal decomposition of
+/// H within 1e-10 of the pseudorange errors, up to PDOP 100.
 class LinearFix {
  public:
   static constexpr int kMostUnknowns = 3 + static_cast<int>(gnss::kSystemCount);
@@ -45,13 +44,13 @@ class LinearFix {
     matrix_(clock, clock) += weight;
     add_error(right_, direction, clock, weight, error_m);
   }
-  /// Once, behind the last row and before what follows. False where the rows do not determine the unknowns: a
-  /// pivot is below positioning::kRankThreshold squared of its own diagonal element (positioning::solve_fix()
-  /// compares pivots of the design matrix, whose squares these are).
+  /// Call it once, after the last row and before the functions below. False if the rows do not determine the
+  /// unknowns: a pivot is below positioning::kRankThreshold squared of its own diagonal element
+  /// (positioning::solve_fix() compares pivots of the design matrix, whose squares these are).
   [[nodiscard]] bool factorise();
   /// x for the errors of all rows.
   [[nodiscard]] Unknowns solve() const { return factors_.solve(right_); }
-  /// The change of x for each metre of error of a row.
+  /// The change of x per metre of error of a row.
   [[nodiscard]] Unknowns gain(const Eigen::Vector3d& direction, int clock, double weight) const {
     Unknowns right = Unknowns::Zero(matrix_.rows());
     add_error(right, direction, clock, weight, 1);
@@ -59,7 +58,7 @@ class LinearFix {
   }
   /// East, north and up of (H^T W H)^-1.
   [[nodiscard]] Eigen::Matrix3d covariance() const;
-  /// Where all weights are 1.
+  /// For weights 1.
   [[nodiscard]] positioning::Dop dop() const;
 
  private:
@@ -76,7 +75,7 @@ class LinearFix {
   Unknowns right_;
 };
 
-/// A satellite as the fixes of a tile see it.
+/// A satellite in the fixes of a tile.
 struct FixSatellite {
   gnss::System system = gnss::System::GPS;
   Eigen::Vector3d direction;  ///< unit, ENU of the tile's centre
@@ -87,17 +86,17 @@ struct CellRange {
   std::uint32_t satellite = 0;  ///< of a CellFix
   double error_m = 0;
   double weight = 1;       ///< 1 / sigma^2; of equal weights 1
-  double variance_m2 = 1;  ///< that the measurement states
+  double variance_m2 = 1;  ///< variance reported with the measurement
 };
-/// @param stated its sigma_m, and cn0_dbhz for weights by C/N0
+/// @param stated sigma_m and, for weights by C/N0, cn0_dbhz
 [[nodiscard]] CellRange cell_range(std::size_t satellite, double error_m,
                                    const positioning::Measurement& stated, double elevation_rad,
                                    const positioning::WeightOptions& weights);
 
-/// positioning::solve_fix() about the true place, where it is linear (LinearFix), with its rules for clocks,
-/// satellites that are too few and PDOP. It leaves out the curvature of the ranges, 0.3 m for an error of
-/// 3 km, and the effect of the place found on mask, weights and atmosphere: the troposphere's correction by
-/// the height found is 0.1 % of the vertical error. Not thread-safe.
+/// positioning::solve_fix() linearised at the true position (LinearFix), with its rules for clocks, too few
+/// satellites and PDOP. It neglects the curvature of the ranges (0.3 m for an error of 3 km) and the effect
+/// of the computed position on mask, weights and atmosphere: the effect of the computed height on the
+/// troposphere's correction is 0.1 % of the vertical error. Not thread-safe.
 class CellFix {
  public:
   struct Answer {
@@ -105,15 +104,15 @@ class CellFix {
     int used = 0;
     Eigen::Vector3d error = Eigen::Vector3d::Zero();  ///< east, north, up [m]
     std::optional<positioning::Dop> dop;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< stated, ENU [m^2]; zero unless asked for
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< reported, ENU [m^2]; zero unless requested
   };
 
   /// @param options must outlive it
   CellFix(std::vector<FixSatellite> satellites, const positioning::FixOptions& options)
       : satellites_(std::move(satellites)), options_(options) {}
-  /// @param covariance whether Answer::covariance is asked for
+  /// @param covariance compute Answer::covariance
   [[nodiscard]] Answer solve(std::span<const CellRange> ranges, bool covariance = false);
-  /// The place's error for each metre of error of one of the ranges that gave the last fix.
+  /// Change of the position error per metre of error of a range of the last fix.
   [[nodiscard]] Eigen::Vector3d gain(const CellRange& range) const;
 
  private:
@@ -125,24 +124,24 @@ class CellFix {
 
   std::vector<FixSatellite> satellites_;
   const positioning::FixOptions& options_;
-  /// The fix asked for last.
+  /// The last fix.
   positioning::Clocks clocks_;
   std::optional<LinearFix> fix_;
-  /// The geometry asked for last: neighbours and draws mostly have the same.
+  /// Geometry of the last fix, reused: neighbouring cells and samples mostly have the same.
   std::vector<std::uint32_t> geometry_, used_;
   std::optional<positioning::Dop> dop_;
 };
 
-/// Errors that the pseudoranges of all cells of a tile have in common: values at its centre.
+/// Errors common to the pseudoranges of all cells of a tile: values at its centre.
 struct TileErrors {
   const receiver::ReceiverOptions& options;
   const std::map<gnss::System, gnss::Klobuchar>& klobuchar;
   geodesy::GpsTime time;
   geodesy::Geodetic centre;
 
-  /// The signal that the receiver measures first of a satellite; null: none.
+  /// The first signal of a satellite that the receiver measures; null: none.
   [[nodiscard]] const gnss::Signal* signal_of(gnss::SatelliteId id) const;
-  /// Delays in a signal less what the fix takes off, and the receiver's own without its drift [m].
+  /// Delays in a signal minus the corrections of the fix, plus the receiver's own without its drift [m].
   /// @param carrier_hz of the satellite's signal
   [[nodiscard]] double error_m(const propagation::SatelliteView& view, const gnss::Signal& signal,
                                double carrier_hz) const;
@@ -150,7 +149,7 @@ struct TileErrors {
   [[nodiscard]] double sigma_factor(gnss::SatelliteId id, const gnss::Signal& signal) const;
 };
 
-/// Place of the antenna from which a satellite is seen.
+/// Antenna position of a line of sight.
 [[nodiscard]] geodesy::Geodetic seen_from(const orbit::LineOfSight& line);
 /// Satellites for a CellFix. @param lines from the tile's centre
 [[nodiscard]] std::vector<FixSatellite> fix_satellites(const std::vector<orbit::LineOfSight>& lines,

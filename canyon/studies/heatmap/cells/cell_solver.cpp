@@ -46,7 +46,7 @@ class SharedCells final : public CellSolver {
   [[nodiscard]] bool solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
                            std::span<const std::span<float>> layers,
                            const std::function<bool()>& /*stop*/) const override {
-    static thread_local TileSignals signals;  // kept for its memory
+    static thread_local TileSignals signals;  // static to reuse its memory
     tracer_.trace(cells, time, std::any_of(wanted.begin(), wanted.end(), needs_signals), signals);
     solve_shared(receiver_, cells, time, signals, wanted, layers);
     return true;
@@ -57,7 +57,7 @@ class SharedCells final : public CellSolver {
   SharedReceiver receiver_;
 };
 
-/// A tile's blocks of cells, each with a node at the computed cell next to its middle.
+/// Blocks of cells of a tile, each with a node at the computed cell nearest to its middle.
 struct Blocks {
   std::size_t size, across, down;  ///< cells across a block; blocks
   std::size_t columns, rows;       ///< of the tile
@@ -71,7 +71,7 @@ struct Blocks {
         rows(cells.tile.rows),
         nodes(across * down) {}
 
-  /// Calls f(cell) for the cells [row_0, row_1) x [column_0, column_1) of a block's own.
+  /// Calls f(cell) for the cells [row_0, row_1) x [column_0, column_1) of a block.
   template <typename F>
   void for_each(std::size_t block, int quadrant, const F& f) const {
     const std::size_t x = block % across * size, y = block / across * size;
@@ -81,7 +81,7 @@ struct Blocks {
       for (std::size_t c = x + (east ? half : 0); c < std::min(columns, x + (east ? size : half)); ++c)
         f(r * columns + c);
   }
-  /// The computed cell next to the middle of a block; none: columns * rows.
+  /// The computed cell nearest to the middle of a block; columns * rows: none.
   [[nodiscard]] std::size_t middle(const TileCells& cells, std::size_t block) const {
     const std::size_t first_column = block % across * size, first_row = block / across * size;
     const double x = static_cast<double>(first_column) + 0.5 * static_cast<double>(size - 1);
@@ -102,7 +102,7 @@ struct Blocks {
     }
     return best;
   }
-  /// Edges of the block's node, and of the three next to a quadrant of it. @param known replaced
+  /// Edges of the block's node, and of the three nodes next to a quadrant of it. @param known replaced
   void gather(std::size_t block, int quadrant, std::vector<KnownEdge>& known) const {
     known = nodes[block].edges;
     const auto x = static_cast<std::ptrdiff_t>(block % across),
@@ -125,7 +125,8 @@ struct Blocks {
   }
 };
 
-/// Rows of blocks whose nodes are kept at a time, so that a tile's memory is a part of its nodes'.
+/// Rows of blocks whose nodes are in memory at a time, so that a tile needs memory for only some of its
+/// nodes.
 constexpr std::size_t kBandRows = 32;
 
 /// CellMethod::Steady.
@@ -206,7 +207,7 @@ bool SteadyCells::solve(const TileCells& cells, geodesy::GpsTime time, std::span
       }
     }
   };
-  // Cells need the nodes of the rows before and behind their own.
+  // Cells need the nodes of the rows before and after their own.
   std::size_t traced = 0;
   for (std::size_t first = 0; first < blocks.down; first += kBandRows) {
     const std::size_t last = std::min(first + kBandRows, blocks.down);
@@ -229,8 +230,8 @@ bool SteadyCells::solve(const TileCells& cells, geodesy::GpsTime time, std::span
   return true;
 }
 
-/// The receiver without signals beyond the first where no fix takes them: the first signal's measurement does
-/// not depend on them.
+/// The receiver without signals beyond the first if no fix uses them: the first signal's measurement does not
+/// depend on them.
 simulation::ReceiverConfig with_used_signals(simulation::ReceiverConfig receiver) {
   receiver::ReceiverOptions& options = receiver.options;
   if (options.fix_input.combination != receiver::Combination::First || !options.fix_input.uses.empty())
@@ -239,8 +240,7 @@ simulation::ReceiverConfig with_used_signals(simulation::ReceiverConfig receiver
   std::erase_if(options.tracks, [&](const std::string& name) {
     return std::all_of(gnss::kAllSystems.begin(), gnss::kAllSystems.end(), [&](gnss::System system) {
       const auto tracked = receiver::tracked_signals(tracks, system);
-      // All satellites send the signal near L1; another first signal may be the first of some satellites
-      // alone.
+      // All satellites send the signal near L1; another signal may be the first only for some satellites.
       const bool near_l1 = !tracked.empty() && tracked.front() == &gnss::signals_of(system).front();
       return std::none_of(tracked.begin(), tracked.end(), [&](const gnss::Signal* signal) {
         return signal->name == name && (signal == tracked.front() || !near_l1);
@@ -259,7 +259,7 @@ Vector3d error_of(const positioning::Fix& fix, const Vector3d& truth_ecef) {
 /// CellMethod::Run.
 class RunCells final : public CellSolver {
  public:
-  /// @param rtk whether it gives the layers of_rtk() in place of those of_solver()
+  /// @param rtk computes the layers of_rtk() instead of those of_solver()
   RunCells(const simulation::Environment& environment, const propagation::Propagator& propagator,
            const CellReceiver& receiver, bool rtk);
 
@@ -269,7 +269,7 @@ class RunCells final : public CellSolver {
 
  private:
   using Corrections = std::shared_ptr<const relative::Corrections>;
-  /// Where corrections come from.
+  /// Source of corrections.
   struct Base {
     Base(const simulation::Environment& environment, const simulation::ReceiverConfig& config,
          const DrawOptions& of_map)
@@ -286,10 +286,10 @@ class RunCells final : public CellSolver {
   bool look(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
             std::span<const std::span<float>> layers) const;
   void solve_without_noise(const ReceiverDraws::Scene& scene, CellValues& values) const;
-  /// @param space of each draw, or empty
+  /// @param space by realization, or empty
   void draw(const ReceiverDraws::Scene& scene, std::span<const errors::SpaceErrors> space, bool statistics,
             CellValues& values) const;
-  /// [second][draw]; null where the base measured nothing.
+  /// [second][draw]; null if the base measured nothing.
   [[nodiscard]] std::vector<std::vector<Corrections>> corrections(
       geodesy::GpsTime time, std::span<const errors::SpaceErrors> space) const;
   void fix_by_rtk(geodesy::GpsTime time, const Vector3d& place, std::span<const errors::SpaceErrors> space,
@@ -297,7 +297,7 @@ class RunCells final : public CellSolver {
 
   CellReceiver receiver_;
   ReceiverDraws receivers_;
-  std::optional<Base> base_;  ///< of layers of RTK
+  std::optional<Base> base_;  ///< for layers of RTK
 };
 
 RunCells::RunCells(const simulation::Environment& environment, const propagation::Propagator& propagator,
@@ -308,14 +308,13 @@ RunCells::RunCells(const simulation::Environment& environment, const propagation
   if (!rtk) return;
   receiver.base->options.validate();
   base_.emplace(environment, *receiver.base, receiver.draws);
-  // An epoch takes some kilobytes, and all are kept for the cells of a tile.
+  // An epoch needs some kilobytes, and all are in memory for the cells of a tile.
   constexpr std::int64_t kMostEpochs = 100'000;
   const int draws = receiver.draws.draws, seconds = receiver.limits.rtk_s;
   const std::int64_t epochs = std::int64_t{draws} * (seconds + 1);
   if (epochs > kMostEpochs) {
-    throw InputError(
-        fmt::format("{} draws of {} s are {} epochs of the base", draws, seconds, epochs),
-        fmt::format("layers of RTK take {} at most: fewer draws, or a shorter time", kMostEpochs));
+    throw InputError(fmt::format("{} draws of {} s need {} epochs of the base", draws, seconds, epochs),
+                     fmt::format("layers of RTK allow {}: use fewer draws, or a shorter time", kMostEpochs));
   }
 }
 
@@ -456,10 +455,10 @@ bool RunCells::solve(const TileCells& cells, geodesy::GpsTime time, std::span<co
   });
 }
 
-/// Iterations that surely reach the fix that CellFix computes.
+/// Enough iterations to reach the fix that CellFix computes.
 constexpr int kIterations = 20;
 
-/// Whether the receiver has something switched on that cells cannot follow without running it.
+/// Whether an option of the receiver has effects that need running it.
 bool must_run(const simulation::ReceiverConfig& receiver) {
   const receiver::ReceiverOptions& options = receiver.options;
   return !receiver.disturbances.empty() || receiver.streets.enabled ||
@@ -529,7 +528,7 @@ void DrawOptions::validate() const {
 
 void visit(options::Visitor& v, DrawOptions& o) {
   v.integer({"draws", "", "noise realizations, for layers over draws"}, o.draws, 1, 10'000);
-  v.integer({"seed", "", "of the draws, the same at every cell"}, o.seed);
+  v.integer({"seed", "", "seed of the noise realizations, the same at every cell"}, o.seed);
 }
 
 void visit(options::Visitor& v, CellReceiverOptions& o) {

@@ -17,8 +17,8 @@
 namespace canyon::heatmap {
 
 struct DrawOptions {
-  int draws = 64;          ///< of noise, for the layers over draws; [1, 10,000]
-  std::uint64_t seed = 1;  ///< the same draws at every cell (common random numbers), so that maps are smooth
+  int draws = 64;          ///< noise realizations for the layers over draws; [1, 10,000]
+  std::uint64_t seed = 1;  ///< same realizations at every cell (common random numbers): smooth maps
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
@@ -27,14 +27,14 @@ void visit(options::Visitor& v, DrawOptions& o);
 
 /// Computation of receivers whose signals have strength.
 enum class ReceiverModel : std::uint8_t {
-  SteadyState,  ///< of their loops and fix, computed without running them (CellMethod::Steady), where that
-                ///< fits
-  Run,          ///< each is run (CellMethod::Run): some hundred times slower, and the reference of the other
+  SteadyState,  ///< steady state of loops and fix, computed without running them (CellMethod::Steady), if
+                ///< possible
+  Run,  ///< each receiver is run (CellMethod::Run): some hundred times slower, the reference of SteadyState
 };
 struct CellReceiverOptions {
   ReceiverModel model = ReceiverModel::SteadyState;
-  /// SteadyState: paths are searched at places so far apart [m], and constructed anew at the cells between;
-  /// [0, 100]. 0: searched at every cell.
+  /// SteadyState: distance of the points at which paths are searched [m]; paths at the cells between are
+  /// constructed from them; [0, 100]. 0: searched at every cell.
   double path_nodes_m = 6;
   [[nodiscard]] bool operator==(const CellReceiverOptions&) const = default;
 };
@@ -44,26 +44,27 @@ void visit(options::Visitor& v, CellReceiverOptions& o);
 /// How the cells of a map are computed, fastest first.
 enum class CellMethod : std::uint8_t {
   /// Geometry alone, for receivers whose signals have no strength: cells that receive the same satellites
-  /// share one fix (solve_shared()).
+  /// have one common fix (solve_shared()).
   Shared,
-  /// The state of loops and fix at rest, without the time until they rest: the same draws as Run, the same
-  /// paths' strengths and random phases, loops where they rest (tracking::LaneCodeLock), the fix linear about
-  /// the place (CellFix). Paths are traced at one cell of each block of cells (a node) and constructed anew
-  /// at the cells about it (Propagator::trace_near()): paths that no node about a cell has are missed there;
-  /// diffuse paths are those of the block's node. docs/heatmap.md states what that costs.
+  /// The steady state of loops and fix, without the transient: the same realizations as Run, the same
+  /// strengths and random phases of paths, the loops' points of rest (tracking::LaneCodeLock), the fix
+  /// linearised at the true position (CellFix). Paths are traced at one cell of each block of cells (a node)
+  /// and constructed from it at the cells around it (Propagator::trace_near()); paths that no node near a
+  /// cell has are missed there; diffuse paths are those of the block's node. docs/heatmap.md states the
+  /// resulting errors.
   Steady,
-  /// A receiver::Receiver for each cell and draw (ReceiverDraws). Values without noise are those of draw 0 of
-  /// a receiver without errors from space that states C/N0 without noise, whose satellites have no constant
-  /// of their own and no shadow by what the map lacks and an empty street, with the noise taken out of its
-  /// pseudoranges (its mean stays) and solved by positioning::solve_fix(): weights are what the receiver
-  /// believes. Availability of signals with strength is the share of draws that have a fix.
+  /// A receiver::Receiver for each cell and realization (ReceiverDraws). Values without noise are those of
+  /// realization 0 of a receiver without range errors (satellite, atmosphere), with C/N0 reported without
+  /// noise, without per-satellite constants, unmapped shadows and traffic. The noise is removed from its
+  /// pseudoranges (its mean stays), which are solved by positioning::solve_fix() with the receiver's own
+  /// weights. Availability of signals with strength is the fraction of realizations that have a fix.
   ///
-  /// Layers of RTK: the receiver of each draw stands still, has tracked for long
-  /// (SignalLockOptions::warm_start) and knows all ephemerides. From the time of the map on it measures once
-  /// a second, with the corrections of a base, for LimitOptions::rtk_s. Satellites and paths move meanwhile.
-  /// The base measures the same sky: draw d of it and of every cell has the same errors from space.
-  /// Corrections come as relative::CorrectionOptions say. Const, thread-safe.  Some thousand times slower
-  /// than one look: each second is traced, and each draw has a filter of its own.
+  /// Layers of RTK: the receiver of each realization is stationary, has tracked for long
+  /// (SignalLockOptions::warm_start) and has all ephemerides. From the time of the map on it measures once a
+  /// second, with the corrections of a base, for LimitOptions::rtk_s. Satellites and paths move meanwhile.
+  /// The base measures the same sky: its realization d and that of every cell have the same range errors.
+  /// Corrections arrive as set in relative::CorrectionOptions. Const, thread-safe. Some thousand times slower
+  /// than a single epoch: each second is traced, and each realization has its own filter.
   Run,
 };
 
@@ -78,26 +79,26 @@ struct Movement {
 /// The receiver of a map and how its cells are computed.
 struct CellReceiver {
   const simulation::ReceiverConfig& config;
-  const simulation::ReceiverConfig* base = nullptr;  ///< at a fixed place, settled, for layers of RTK
+  const simulation::ReceiverConfig* base = nullptr;  ///< at a fixed position, settled, for layers of RTK
   DrawOptions draws;
   CellReceiverOptions how;
   LimitOptions limits;
-  std::optional<Movement> movement;  ///< of Steady; empty: it stands in each cell
+  std::optional<Movement> movement;  ///< of Steady; empty: it is stationary in each cell
 };
 
-/// Gives layers of a tile's cells at one time. Each kind computes a part of a receiver and leaves out what
-/// cell_method() says that the receiver's cells do not need. Directions are those of the tile's centre but
-/// where receivers run. Work is spread over the calling task arena's threads; values do not depend on them,
-/// nor on how a grid is cut into tiles, but for the directions. Const, thread-safe.
+/// Computes layers of a tile's cells at one time. Each kind computes a part of a receiver, without the
+/// effects that the receiver's cells do not need by cell_method(). Directions are those of the tile's centre,
+/// except in running receivers. Work is distributed over the calling task arena's threads. Values do not
+/// depend on the threads, nor on the tiles of a grid except for the directions. Const, thread-safe.
 ///
-/// Layers over draws are over those draws that have a fix. Quantiles are definition 7 of Hyndman and Fan (The
+/// Layers over draws are over the realizations with a fix. Quantiles are definition 7 of Hyndman and Fan (The
 /// American Statistician 50, 1996). Vertical is along the ellipsoid's normal.
 class CellSolver {
  public:
   virtual ~CellSolver() = default;
-  /// layers[k] has one float for each cell, of wanted[k]. Those that the solver does not give are left alone;
-  /// of the others, cells that are not Computed are NaN.
-  /// @param stop asked by slow solvers; true leaves the rest
+  /// layers[k] has one float for each cell, of wanted[k]. Layers of other solvers are not changed; in the
+  /// solver's own, cells that are not Computed are NaN.
+  /// @param stop polled by slow solvers; true ends the work
   /// @returns false: stopped, cells are missing
   [[nodiscard]] virtual bool solve(const TileCells& cells, geodesy::GpsTime time,
                                    std::span<const Layer> wanted, std::span<const std::span<float>> layers,
@@ -109,15 +110,14 @@ class CellSolver {
   CellSolver& operator=(const CellSolver&) = default;
 };
 
-/// The solver of a method, of the layers of_solver(). For Shared any receiver will do where line of sight
-/// alone is asked for. Environment, tracer and the receiver's configs must outlive it. Throws InputError for
-/// options that do not validate().
+/// The solver of a method, for the layers of_solver(). Shared accepts any receiver if only line of sight is
+/// requested. Environment, tracer and the receiver's configs must outlive it. Throws InputError for options
+/// that do not validate().
 [[nodiscard]] std::unique_ptr<const CellSolver> cell_solver(CellMethod method,
                                                             const simulation::Environment& environment,
                                                             const TileTracer& tracer,
                                                             const CellReceiver& receiver);
-/// Solvers that give the layers together, but for SkyView. Likewise; throws InputError for too many epochs of
-/// a base too.
+/// Solvers that together compute the layers except SkyView. Throws likewise, and for too many base epochs.
 [[nodiscard]] std::vector<std::unique_ptr<const CellSolver>> cell_solvers(
     const simulation::Environment& environment, const TileTracer& tracer, const CellReceiver& receiver,
     std::span<const Layer> layers);

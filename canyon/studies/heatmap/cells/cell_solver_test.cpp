@@ -65,9 +65,9 @@ CellMethod method_of(const ReceiverOptions& options) {
   return cell_method(config);
 }
 
-/// Fields that change only what follows the first fix of a receiver at rest that has run before. A name with
-/// a point at its end stands for all below it. List a new option of receivers here only where a receiver that
-/// runs has the same first fix with another value (LaterFieldsDoNotChangeAFirstFix).
+/// Fields that change only epochs after the first fix of a receiver at rest that has run before. A name with
+/// a point at its end means all fields below it. Add a new option of receivers here only if a running
+/// receiver has the same first fix with another value (LaterFieldsDoNotChangeAFirstFix).
 constexpr std::string_view kLater =
     "position_filter. max_iterations convergence_m ionosphere_sigma_m smoothing. raim.false_alarm "
     "raim.max_exclusions clock. spoofing_check. noise.doppler_sigma_hz biases.drift_time_s "
@@ -75,11 +75,11 @@ constexpr std::string_view kLater =
     "signal.phase_threshold_dbhz signal.cn0_averaging_s signal.lock.cold_acquisition_s "
     "signal.lock.reacquisition_s "
     "signal.lock.hold_s signal.lock.memory_s signal.lock.warm_start";
-/// Fields of parts that make the receiver run where they are switched on.
+/// Fields of parts that require running the receiver if enabled.
 constexpr std::string_view kOfRuns = "corrections. rtk. dead_reckoning.";
 
-/// Changes each field in turn. Those with which the method stays must change the map, but those of the lists
-/// above and the listed ones: cells that do not follow a new option of receivers fail here.
+/// Changes each field in turn. Fields that do not change the method must change the map, except those of the
+/// lists above: this test fails if cells ignore a new option of receivers.
 template <typename Solve>
 void change_each(const ReceiverOptions& base, const Solve& solve, std::string_view without_effect) {
   const CellMethod method = method_of(base);
@@ -139,7 +139,7 @@ TEST(CellMethod, FollowsTheOptions) {
   EXPECT_EQ(cell_method(in_street), CellMethod::Run);
 }
 
-/// The middle of a city, as a receiver with strength has it at 64 cells.
+/// The middle of a city, for a receiver with strength at 64 cells.
 class Downtown {
  public:
   Downtown() {
@@ -205,8 +205,8 @@ TEST(CellMethod, LaterFieldsDoNotChangeAFirstFix) {
 
 TEST(CellMethod, OfSteadyReceiversChangeTheMap) {
   const Downtown downtown;
-  // The name, which is none; then what is switched off here, what the clock of a system takes, the band that
-  // is not tracked, motion, foliage, and a threshold below all signals of these cells.
+  // The name, which has no effect; options disabled here, terms absorbed by the clock of a system, the band
+  // that is not tracked, motion, foliage, and a threshold below all signals of these cells.
   change_each(
       downtown.options(), [&](const ReceiverOptions& options) { return downtown.steady(options); },
       "own_draws at_once noise.drift. weights.elevation_a_m weights.elevation_b_m "
@@ -234,7 +234,7 @@ TEST(CellMethod, OfSharedCellsChangeTheMap) {
   base.fix.max_iterations = 30;
   base.noise.drift_enabled = true;
   base.fix.weights.weighting = positioning::Weighting::Elevation;
-  // Strength and what belongs to it, residuals, the name, GLONASS, the speed that cells do not have, and what
+  // Strength and its options, residuals, the name, GLONASS, the speed (cells have none), and the effects that
   // TileTracer leaves out.
   change_each(base, solve,
               "signal. cn0_mask_dbhz covariance_by_residuals "

@@ -43,7 +43,7 @@ struct CellValues {
     }
     set(Layer::ProtectionLevel, protection_m);
   }
-  /// Writes the wanted layers for which Mine() is true to a cell; leaves the others alone.
+  /// Writes the wanted layers for which Mine() is true to a cell; other layers are not changed.
   template <bool (*Mine)(Layer) = of_solver>
   void store(std::span<const Layer> wanted, std::span<const std::span<float>> layers,
              std::size_t cell) const {
@@ -69,7 +69,7 @@ struct CellValues {
   }
 };
 
-/// Fixes of a cell's draws.
+/// Fixes of a cell's realizations.
 struct DrawnFixes {
   std::vector<double> horizontal_m, vertical_m;  ///< errors, the vertical ones without sign
   std::vector<double> protection_m;              ///< protection levels
@@ -81,7 +81,7 @@ struct DrawnFixes {
     protection_m.push_back(
         positioning::horizontal_protection_level_m(covariance_enu, limits.protection_factor));
   }
-  /// Sets all layers over draws; reorders the errors. @param draws those without a fix too
+  /// Sets all layers over draws; reorders the errors. @param draws number of realizations, also without a fix
   void describe(const LimitOptions& limits, int draws, CellValues& values, bool horizontal_quantiles = true,
                 bool vertical_quantiles = true) {
     const auto fixes = static_cast<double>(horizontal_m.size());
@@ -100,7 +100,7 @@ struct DrawnFixes {
   }
 };
 
-/// The layers of a solver that need more than the line of sight.
+/// Layers of a solver that need more than the line of sight.
 [[nodiscard]] inline bool needs_signals(Layer layer) {
   return info(layer).received && of_solver(layer);
 }
@@ -109,8 +109,8 @@ struct DrawnFixes {
   return info(layer).draws && of_solver(layer);
 }
 
-/// Fills in the layers Mine() of a tile, each row a task; solve_cell(place, values) gives those of a computed
-/// cell. @param stop asked before each row; empty: never @returns false: stopped
+/// Fills the layers Mine() of a tile, each row a task; solve_cell(place, values) computes those of a cell.
+/// @param stop called before each row; empty: never @returns false: stopped
 template <bool (*Mine)(Layer), class SolveCell>
 bool solve_rows(const TileCells& cells, std::span<const Layer> wanted,
                 std::span<const std::span<float>> layers, const std::function<bool()>& stop,

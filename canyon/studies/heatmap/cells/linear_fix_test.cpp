@@ -56,7 +56,7 @@ TEST(LinearFix, IsWhatAnOrthogonalDecompositionGives) {
     const int systems = 1 + trial % 4, satellites = 4 + 2 * systems + trial % 7;
     Rows rows;
     for (int i = 0; i < satellites; ++i) {
-      // Often within a narrow part of the sky, as in a street.
+      // Often in a small part of the sky, as in a street.
       const double across = trial % 3 == 0 ? 0.2 : 1;
       const Vector3d u(across * random.normal(), random.normal(), 0.1 + std::abs(random.normal()));
       rows.add(u, 3 + i % systems, 1 + 99 * random.uniform(), 100 * random.normal());
@@ -111,7 +111,7 @@ TEST(LinearFix, OfATetrahedronIsAClosedForm) {
   EXPECT_NEAR(fix.dop().pdop, 1.5, 1e-15);
   EXPECT_NEAR(fix.dop().tdop, 0.5, 1e-15);
   EXPECT_NEAR(fix.covariance()(1, 1), 0.75, 1e-15);
-  const LinearFix::Unknowns x = fix.solve();  // an error that all have in common is the clock's
+  const LinearFix::Unknowns x = fix.solve();  // a common error changes only the clock
   EXPECT_NEAR(std::hypot(x[0], x[1], x[2]), 0, 1e-14);
   EXPECT_NEAR(x[3], 7, 1e-14);
 }

@@ -13,7 +13,7 @@ namespace {
 
 /// The interval between fixes [s].
 constexpr double kEpoch_s = 1;
-/// The four axes of ways, cells eastwards and northwards.
+/// The four axes of lines, in cells eastwards and northwards.
 constexpr std::array<std::array<int, 2>, 4> kAxes{{{1, 0}, {1, 1}, {0, 1}, {-1, 1}}};
 
 double length_of(const std::array<int, 2>& step) {
@@ -27,12 +27,12 @@ bool of_motion(Layer layer) {
          layer == Layer::ProtectionLevel || (info(layer).draws && of_solver(layer));
 }
 
-/// The filter on one way.
+/// The filter along one line.
 struct MovingFixes::WayFilter {
-  Fix at;  ///< without variances: not begun
+  Fix at;  ///< without variances: not started
   double lost_s = 0;
-  /// Horizontal: variance of the estimate's error where those of fixes last, and covariance of the two over
-  /// the deviation of the latter (positioning::state_accuracy()).
+  /// Horizontal: error variance of the estimate if the fixes' errors are correlated, and covariance of the
+  /// two over the deviation of the latter (positioning::state_accuracy()).
   double stated_m2 = 0, lasting_m = 0;
 
   void go(const Fix& fix, double step_s, const positioning::PositionFilterOptions& filter) {
@@ -84,7 +84,7 @@ void MovingFixes::set(std::size_t cell, const std::vector<CellFix::Answer>& answ
   }
 }
 
-/// Calls f(cell, the computed cell before it on the way, or the number of cells).
+/// Calls f(cell, the previous computed cell on the line, or the number of cells).
 template <typename F>
 void MovingFixes::sweep(int east, int north, const F& f) const {
   const auto columns = static_cast<std::ptrdiff_t>(cells_.tile.columns),
@@ -105,7 +105,7 @@ void MovingFixes::sweep(int east, int north, const F& f) const {
   }
 }
 
-/// The axis on which most metres of cells follow each other through each cell.
+/// For each cell, the axis with the longest run of cells through it, in metres.
 std::vector<std::uint8_t> MovingFixes::longest_axes() const {
   const std::size_t cells = cells_.state.size();
   std::vector<std::uint8_t> axes(cells, 0);

@@ -12,30 +12,30 @@
 
 namespace canyon::heatmap {
 
-/// Layers that change with the motion.
+/// Layers that depend on the motion.
 [[nodiscard]] bool of_motion(Layer layer);
 
 /// Errors of the position filter of a receiver that moves through a tile's cells. The filter follows straight
-/// ways through the cells, forwards and backwards: when driving, the one of four directions in which most
-/// cells follow each other; when flying, all four. In a cell it takes one fix a second,
+/// lines through the cells, forwards and backwards: when driving, in the one of four directions with the
+/// longest runs of cells; when flying, in all four. In a cell it uses one fix a second,
 ///   P' = P + q^2 / 12 t,  K = P' / (P' + R / t),  x = x' + K (m - x'),
-/// t the time in the cell [s], R the variance that the fix of this cell states [m^2], q the density of
-/// acceleration (PositionFilterOptions): over a second white acceleration between two known velocities leaves
-/// the position q^2 / 12 (a Brownian bridge's integral). Without a fix it coasts for coast_s. A way begins
-/// where no cell is computed and at the tile's side; ways count by 1 / P.
+/// where t is the time in the cell [s], R the reported variance of the cell's fix [m^2], q the density of
+/// acceleration (PositionFilterOptions): over a second, white acceleration between two known velocities
+/// leaves a position variance of q^2 / 12 (a Brownian bridge's integral). Without a fix it coasts for
+/// coast_s. A line starts after uncomputed cells and at the tile's edge; lines are weighted by 1 / P.
 class MovingFixes {
  public:
   MovingFixes(const TileCells& cells, std::size_t lanes, const Movement& movement);
 
-  /// Fixes of a cell in all lanes; of different cells from any thread.
+  /// Sets the fixes of a cell in all lanes; different cells may be set from different threads.
   void set(std::size_t cell, const std::vector<CellFix::Answer>& answers);
-  /// Call it once, when all cells are set.
+  /// Call it once, after all cells are set.
   void filter();
-  /// Sets the layers of_motion(), when filtered.
+  /// Sets the layers of_motion(), after filter().
   void describe(std::size_t cell, const LimitOptions& limits, bool statistics, CellValues& values) const;
 
  private:
-  /// The fix of one cell and lane. When filtered `east_m` is the horizontal error and `north_m` 0.
+  /// The fix of one cell and lane. After filter(), `east_m` is the horizontal error and `north_m` 0.
   struct Fix {
     float east_m = 0, north_m = 0, up_m = 0;
     float horizontal_m2 = 0, vertical_m2 = 0;  ///< variances; 0: no fix

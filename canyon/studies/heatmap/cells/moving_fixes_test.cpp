@@ -42,9 +42,9 @@ std::vector<double> filtered(const TileCells& cells, double variance_m2,
   return errors;
 }
 
-// A random walk of density Q = 4 / 12 m^2/s seen through white noise of R = 25 m^2 s: P = sqrt(Q R), the
-// gain is P / R = 0.115 a second. Forgetting by 1 - 0.115 t in each cell of t = 0.25 s, a step of 10 m is
-// left behind with a time constant of 8.7 s on one way, and not yet seen on the other: the mean of both.
+// A random walk of density Q = 4 / 12 m^2/s, measured with white noise of R = 25 m^2 s: P = sqrt(Q R), the
+// gain is P / R = 0.115 a second. With a factor of 1 - 0.115 t in each cell of t = 0.25 s, a step of 10 m
+// decays with a time constant of 8.7 s in one direction, and is not yet visible in the other: their mean.
 TEST(MovingFixes, ForgetAsTheSteadyStateOfTheFilterDoes) {
   const std::vector<double> errors =
       filtered(street(401), 25, [](std::size_t i) { return i < 200 ? 0.0 : 10.0; });

@@ -67,7 +67,7 @@ ReceiverDraws::Scene ReceiverDraws::look(geodesy::GpsTime now, const Vector3d& p
 receiver::ReceiverEpoch ReceiverDraws::observe(receiver::Receiver& receiver, const Scene& scene,
                                                std::span<const errors::SpaceErrors> space, std::size_t draw,
                                                const relative::Corrections* corrections) const {
-  propagation::Arrival arrival = scene.arrival;  // a copy, for it is disturbed
+  propagation::Arrival arrival = scene.arrival;  // a copy, since it is disturbed
   for (propagation::SatelliteView& view : arrival.views) view.space.reset();
   if (!space.empty()) {
     const auto reception = space[draw].reception(scene.antenna.time, scene.antenna.position_ecef);

@@ -24,9 +24,9 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::size_t kMostSatellites = 128;
-/// Solutions that a tile keeps, so that memory stays bounded.
+/// Maximum number of solutions that a tile caches, to limit memory.
 constexpr std::size_t kMostSets = 4096;
-/// Cells whose satellites are gathered at once: their bits stay in the first cache.
+/// Cells whose satellites are gathered at once: their bits fit the first-level cache.
 constexpr std::size_t kBlock = 512;
 
 bool needs_fix(Layer layer) {
@@ -36,7 +36,7 @@ bool needs_fix(Layer layer) {
 /// Satellites of a tile by their index, below kMostSatellites.
 struct SatelliteSet {
   std::array<std::uint64_t, 2> bits{};
-  bool drifting = false;  ///< whether the noise's mean drifts where these are received
+  bool drifting = false;  ///< the noise's mean drifts if these are received
 
   [[nodiscard]] int size() const { return std::popcount(bits[0]) + std::popcount(bits[1]); }
   [[nodiscard]] bool operator==(const SatelliteSet&) const = default;
@@ -55,7 +55,7 @@ struct HashOfSet {
   }
 };
 
-/// Satellites received and in line of sight, of a block of cells: two words each.
+/// Received satellites and those in line of sight, of a block of cells: two words each.
 struct Block {
   std::array<std::array<std::uint64_t, kBlock>, 2> received, los;
 
@@ -77,11 +77,11 @@ struct Block {
 /// Fix of one set of received satellites without excess.
 struct SetSolution {
   CellFix::Answer fix;
-  std::vector<Vector3d> gains;  ///< [satellite] error of the place per metre of pseudorange; 0: not used
-  std::vector<double> noise;    ///< [axis][draw] error of the place by noise
+  std::vector<Vector3d> gains;  ///< [satellite] position error per metre of pseudorange error; 0: not used
+  std::vector<double> noise;    ///< [axis][draw] position error by noise
 };
 
-/// Lengths of a fix's error and noise together, of all draws. @param noise [axis][draw]
+/// Lengths of a fix's total error (error plus noise), for all realizations. @param noise [axis][draw]
 CANYON_CLONES void measure(const double* error, const double* noise, std::size_t draws, double* horizontal_m,
                            double* vertical_m) {
   for (std::size_t draw = 0; draw < draws; ++draw) {
@@ -91,7 +91,7 @@ CANYON_CLONES void measure(const double* error, const double* noise, std::size_t
   }
 }
 
-/// A tile at one time: its solutions, and the values of one cell after another.
+/// A tile at one time: its solutions, and the values of the current cell.
 class SharedTile {
  public:
   SharedTile(const SharedReceiver& receiver, const TileCells& cells, geodesy::GpsTime time,
@@ -110,7 +110,7 @@ class SharedTile {
     if (signals.satellites.size() > kMostSatellites) {
       throw InputError(fmt::format("{} satellites are above the mask at once, more than a map's {}",
                                    signals.satellites.size(), kMostSatellites),
-                       "leave satellite systems out, or raise the elevation mask");
+                       "leave satellite systems out, or increase the elevation mask");
     }
     const auto is_wanted = [&](Layer layer) {
       return std::find(wanted.begin(), wanted.end(), layer) != wanted.end();
@@ -143,7 +143,7 @@ class SharedTile {
     }
   }
 
-  /// All layers of a cell; NaN where it is not Computed.
+  /// All layers of a cell; NaN if it is not Computed.
   const CellValues& solve(std::size_t index, SatelliteSet received, const SatelliteSet& los) {
     values_ = CellValues();
     if (cells_.state[index] != CellState::Computed) return values_;
@@ -174,7 +174,7 @@ class SharedTile {
   }
 
  private:
-  /// The fix without noise and those of the draws.
+  /// The fix without noise and those of the realizations.
   void locate(const SetSolution& set, const Vector3d& error) {
     values_.set(Layer::Availability, set.fix.solved ? 1 : 0);
     values_.set(Layer::SatellitesUsed, set.fix.used);
@@ -222,7 +222,7 @@ class SharedTile {
     }
   }
 
-  /// A satellite's pseudorange without excess and noise; its mean is in it.
+  /// A satellite's pseudorange without excess and noise, with the noise's mean.
   [[nodiscard]] CellRange range_of(const orbit::LineOfSight& line, const gnss::Signal& signal) const {
     const receiver::ReceiverOptions& options = receiver_.options;
     double error_m =
@@ -236,14 +236,14 @@ class SharedTile {
     return cell_range(ranges_.size(), error_m, stated, line.elevation_rad, options.fix.weights);
   }
 
-  /// Drift of the receiver's delay in one draw.
+  /// Drift of the receiver's delay in one realization.
   [[nodiscard]] double drift_m(std::size_t draw, const gnss::Signal& signal) const {
     if (receiver_.options.biases.drift_sigma_m == 0) return 0;
     const std::uint64_t seed = seed_of(receiver_.draws, errors_.time, static_cast<int>(draw));
     return receiver::bias_drift(receiver_.options, seed, signal).advance(0);
   }
 
-  /// The receiver's noise of each draw beside range_of().
+  /// The receiver's noise of each realization, in addition to range_of().
   void draw_noise(std::size_t satellite, const gnss::Signal& signal) {
     const receiver::ReceiverOptions& options = receiver_.options;
     const receiver::NoiseOptions& noise = options.noise;
@@ -268,7 +268,7 @@ class SharedTile {
   TileErrors errors_;
   CellFix fix_;
   std::vector<CellRange> ranges_;  // [satellite] without excess and noise
-  std::vector<double> noise_m_;    // [satellite][draw], and then what drift adds
+  std::vector<double> noise_m_;    // [satellite][draw], and then the drift
   std::unordered_map<SatelliteSet, SetSolution, HashOfSet> sets_;
   SatelliteSet last_set_;
   const SetSolution* last_ = nullptr;

@@ -1,5 +1,5 @@
-// Time of the cells of a map from what arrives at them: layers of one fix, layers over 64 draws of noise, and
-// positioning::solve_fix() at each cell for comparison.
+// Time of the cells of a map from the arriving signals: layers of one fix, layers over 64 noise realizations,
+// and positioning::solve_fix() at each cell for comparison.
 #include "canyon/studies/heatmap/cells/shared_cells.hpp"
 
 #include <benchmark/benchmark.h>
@@ -17,8 +17,8 @@ namespace {
 
 using gnss::System;
 
-/// A tile of 256 x 256 cells at 1 m. Each satellite is blocked over a pattern of its own, stripes some tens
-/// of metres wide as shadows of rows of houses; a reflection reaches two thirds of what is blocked, with an
+/// A tile of 256 x 256 cells at 1 m. Each satellite is blocked in its own pattern, stripes some tens of
+/// metres wide like shadows of rows of houses; a reflection reaches two thirds of the blocked cells, with an
 /// excess that changes from cell to cell.
 void fill(test::TileScene& scene, std::size_t satellites) {
   scene.lay({-128, -128}, 1, 256, 256, 15);
@@ -61,7 +61,7 @@ double solve_s(const test::TileScene& scene, const receiver::ReceiverOptions& op
   const SharedReceiver receiver{options, {}, {}, {}};
   std::vector<std::vector<float>> maps(wanted.size(), std::vector<float>(scene.cells.state.size()));
   const std::vector<std::span<float>> spans(maps.begin(), maps.end());
-  // Processor time, as others may use the machine as well.
+  // Processor time, since the machine may be shared.
   const std::clock_t start = std::clock();
   solve_shared(receiver, scene.cells, scene.time, scene.signals, wanted, spans);
   benchmark::DoNotOptimize(maps.front().front());

@@ -1,4 +1,4 @@
-// Layers over draws of noise.
+// Layers over noise realizations.
 
 #include <gtest/gtest.h>
 
@@ -35,8 +35,8 @@ ReceiverOptions quiet() {
   return options;
 }
 
-/// K of unit weights for the satellites that a cell receives, one clock, written out with the inverse; ENU of
-/// the tile's centre.
+/// K of unit weights for a cell's received satellites, one clock, computed with the inverse; ENU of the
+/// tile's centre.
 Eigen::MatrixXd gain(const TileScene& scene, std::size_t cell, std::vector<std::size_t>& received) {
   for (std::size_t k = 0; k < scene.signals.satellites.size(); ++k) {
     if (scene.signals.visibility[k][cell] != CellVisibility::Blocked) received.push_back(k);
@@ -52,8 +52,8 @@ Eigen::MatrixXd gain(const TileScene& scene, std::size_t cell, std::vector<std::
 }
 
 // RMS^2 = |K m|^2 + trace(K K^T) sigma^2, over the directions in question; and the half-normal distribution
-// of the vertical error where nothing is reflected: mean sqrt(2 / pi) s, p50 0.67449 s, p95 1.95996 s (NIST
-// e-Handbook, 1.3.6.7.1). The standard error of each is below 1.2 % at 10,000 draws.
+// of the vertical error without reflections: mean sqrt(2 / pi) s, p50 0.67449 s, p95 1.95996 s (NIST
+// e-Handbook, 1.3.6.7.1). The standard error of each is below 1.2 % at 10,000 samples.
 TEST(SharedCells, DrawsHaveTheClosedFormsMoments) {
   TileScene scene(kGps, kHongKong);
   scene.lay({0, 0}, 2, 6, 1, 15);
@@ -98,8 +98,9 @@ TEST(SharedCells, DrawsHaveTheClosedFormsMoments) {
   EXPECT_NEAR(maps[0][0], maps[0][1], 1e-4);  // common random numbers
 }
 
-/// Share of a normal error, deviations a and b along the axes of its ellipse, that is longer than `limit`:
-/// the integral over directions of s^2 exp(-limit^2 / (2 s^2)) / (2 pi a b), 1/s^2 = cos^2/a^2 + sin^2/b^2.
+/// Probability that a normal error, with deviations a and b along the axes of its ellipse, is longer than
+/// `limit`: the integral over directions of s^2 exp(-limit^2 / (2 s^2)) / (2 pi a b), 1/s^2 = cos^2/a^2 +
+/// sin^2/b^2.
 double share_beyond(double a, double b, double limit) {
   double sum = 0;
   constexpr int kSteps = 3600;
@@ -111,8 +112,8 @@ double share_beyond(double a, double b, double limit) {
   return sum / kSteps;
 }
 
-// Nothing reflected, so that errors are normal with sigma^2 K K^T: the level is K times its larger half axis,
-// and shares beyond limits are those of the bivariate normal distribution, 10,000 draws each (standard error
+// Without reflections, errors are normal with sigma^2 K K^T: the level is K times its larger half axis, and
+// fractions beyond limits are those of the bivariate normal distribution, 10,000 samples each (standard error
 // below 0.5 %).
 TEST(SharedCells, LimitsAreExceededAsOftenAsTheNormalDistributionSays) {
   TileScene scene(kThree, kHongKong);
@@ -159,8 +160,8 @@ TEST(SharedCells, LimitsAreExceededAsOftenAsTheNormalDistributionSays) {
   EXPECT_EQ(strict[3][1], 0);
 }
 
-// One draw is the fix of measurements with its noise, from each satellite's own stream: at large, and through
-// a troposphere.
+// One realization is the fix of measurements with noise of each satellite's own stream, also in a
+// troposphere.
 TEST(SharedCells, ADrawIsTheFixOfItsNoise) {
   for (const int way : {0, 1}) {
     TileScene scene(kThree, kHongKong);
@@ -196,7 +197,7 @@ TEST(SharedCells, ADrawIsTheFixOfItsNoise) {
   }
 }
 
-// The first draws are the same however many there are, so that each can be had from two means; their
+// The first samples do not depend on their number, so that each can be computed from two means; their
 // quantiles by sorting.
 TEST(SharedCells, QuantilesAreThoseOfTheDraws) {
   TileScene scene(kGps, kHongKong);
@@ -259,7 +260,7 @@ TEST(SharedCells, DrawsFollowSeedAndTimeAlone) {
   EXPECT_GT(std::abs(first[0] - draw(1)[0]), 1e-3F);
 }
 
-// Without noise all draws are the fix itself; a common mean goes into the clock.
+// Without noise all realizations equal the fix itself; a common mean changes only the clock.
 TEST(SharedCells, DrawsOfNoNoiseAreTheFix) {
   TileScene scene(kThree, kHongKong);
   scene.lay({0, 0}, 20, 10, 10, 15);
@@ -286,7 +287,7 @@ TEST(SharedCells, DrawsOfNoNoiseAreTheFix) {
   EXPECT_GT(fixes, 50);
 }
 
-// A receiver at rest has the drifting mean on top: sigma^2 = OU's + drift's.
+// A receiver at rest has the drifting mean in addition: sigma^2 = OU's + drift's.
 TEST(SharedCells, DriftAddsToTheNoise) {
   TileScene scene(kGps, kHongKong);
   scene.lay({0, 0}, 2, 1, 1, 15);

@@ -31,17 +31,17 @@ const std::vector<Layer> kFixLayers{
     Layer::HorizontalError, Layer::VerticalError, Layer::Availability, Layer::Hdop, Layer::Pdop, Layer::Vdop,
     Layer::SatellitesUsed};
 
-/// Bounds on the linear fix's error, over the error: it neglects the curvature of the ranges at PDOPs up to
-/// 100, and takes the directions and (second bound) the atmosphere of the tile's centre.
+/// Bounds on the linear fix's error, relative to the error: it neglects the curvature of the ranges at PDOPs
+/// up to 100, and uses the directions and (second bound) the atmosphere of the tile's centre.
 constexpr double kLinear = 1e-3, kByAtmosphere = 4e-3;
 
 struct Agreement {
   int fixes = 0, none = 0, differ = 0, fewer = 0, extreme = 0, below = 0;
-  double worst = 0;  ///< difference of errors over the error, or over 1 m where that is more
+  double worst = 0;  ///< difference of errors over the error, or over 1 m if that is more
   double worst_dop = 0, largest_m = 0;
 };
 
-/// Every cell against positioning::solve_fix() at it, for errors below 1 km and PDOP below 100.
+/// Compares every cell with positioning::solve_fix() there, for errors below 1 km and PDOP below 100.
 Agreement compare(const TileScene& scene, const ReceiverOptions& options) {
   const SharedReceiver solver{options, {}, scene.klobuchar, {}};
   const Maps maps = solve(solver, scene, kFixLayers);
@@ -109,7 +109,7 @@ TEST(SharedCells, FindsTheFixOfOneSystem) {
   EXPECT_GT(agreement.largest_m, 300);
 }
 
-// A constellation of one satellite is left out, each further one asks for a satellite more.
+// A constellation of one satellite is left out; each further constellation needs one more satellite.
 TEST(SharedCells, FindsTheFixOfSeveralSystemsFarFromATurnedCitysOrigin) {
   TileScene scene(kThree, Geodetic::from_degrees(-33.9, 18.4, 60), 0.7);
   scene.lay({9'000, -12'000}, 12, 20, 20, 40, 60);
@@ -171,7 +171,7 @@ TEST(SharedCells, FindsTheFixOfElevationWeights) {
   EXPECT_LT(agreement.worst_dop, 1e-3);
 }
 
-// The atmosphere is in the signal, corrected, both, or the wrong way round; some fixes lie below the sea.
+// The atmosphere is in the signal, corrected, both, or the reverse; some fixes are below sea level.
 TEST(SharedCells, FindsTheFixThroughAnAtmosphere) {
   TileScene scene(kThree, Geodetic::from_degrees(22.3, 114.18, 5));
   // IS-GPS-200's order of magnitude; RTKLIB's default set (ionmodel, rtkcmn.c).
@@ -263,7 +263,7 @@ TEST(SharedCells, CountsSatellitesAndMarksWhatIsNone) {
   EXPECT_EQ(value(Layer::Availability, 3), 0);
 }
 
-// Without excess (line of sight alone was asked for) counts and DOPs are the same.
+// Without excess (only line of sight requested) counts and DOPs are the same.
 TEST(SharedCells, NeedsNoExcessForCountsAndDops) {
   TileScene scene(kGps, kHongKong);
   scene.lay({0, 0}, 2, 20, 20, 15);
@@ -281,7 +281,7 @@ TEST(SharedCells, NeedsNoExcessForCountsAndDops) {
   }
 }
 
-// A grid cut otherwise gives the same, but for the directions, which are those of a tile's centre.
+// A grid with other tiles gives the same values, except for the directions, which are of a tile's centre.
 TEST(SharedCells, DoesNotDependOnHowAGridIsCut) {
   TileScene whole(kThree, kHongKong);
   const double mask = quiet().fix.elevation_mask_rad;
@@ -328,14 +328,14 @@ TEST(SharedCells, DoesNotDependOnHowAGridIsCut) {
   std::printf("  within %.4f m\n", worst);
 }
 
-// There are more satellites than a word of bits holds.
+// There are more satellites than bits in a word.
 TEST(SharedCells, SolvesForMoreThan64Satellites) {
   TileScene scene({gnss::kAllSystems.begin(), gnss::kAllSystems.end()}, kHongKong);
   scene.lay({0, 0}, 10, 8, 8, 15);
   ReceiverOptions options = quiet();
   options.fix.elevation_mask_rad = 0;
   scene.look(0);
-  // As many again of satellites that are seen from the same places, by other names.
+  // As many additional satellites at the same positions, with other names.
   ASSERT_GT(scene.signals.satellites.size(), 32U);
   scene.receive(0.5, 0.2, 100, 14);
   const Maps half = solve(SharedReceiver{options, {}, {}, {}}, scene, kFixLayers);

@@ -21,12 +21,12 @@ std::complex<double> phasor(double turns) {
   return std::polar(1.0, -2 * geodesy::kPi * (turns - std::trunc(turns)));
 }
 
-/// Whether cells take a path from their node.
+/// Whether cells use a path of their node.
 bool is_far(const Path& path) {
   return path.kind == PathKind::Diffuse || path.order >= 2;
 }
 
-/// Steps of the directions for which obstacles are computed: 1.4 deg, since obstacles are alike within tens
+/// Steps of the directions for which obstacles are computed: 1.4 deg, since obstacles are equal within tens
 /// of degrees of azimuth.
 constexpr double kArrivalSteps = 40;
 
@@ -180,7 +180,7 @@ void SteadyCell::gather(std::size_t satellite, std::span<const NodePath> far, co
   }
 }
 
-/// Each lane follows the carrier of its strongest path.
+/// Each lane tracks the carrier of its strongest path.
 void SteadyCell::follow_strongest() {
   const auto lanes = static_cast<std::size_t>(sky_.lanes());
   std::array<float, 64> strongest;
@@ -204,7 +204,7 @@ void SteadyCell::follow_strongest() {
   }
 }
 
-/// A path against one that a channel tracks, as Channel::gather() has it.
+/// A path relative to the tracked one of a channel, as in Channel::gather().
 SteadyCell::PathSum SteadyCell::path_sum(const SteadySatellite& s, const CellPath& path,
                                          const CellPath& tracked) const {
   PathSum result;
@@ -225,14 +225,14 @@ SteadyCell::PathSum SteadyCell::path_sum(const SteadySatellite& s, const CellPat
   const std::complex<double> unit = path.amplitude / std::sqrt(power) * std::sqrt(bundle.coherent);
   result.re = static_cast<float>(unit.real());
   result.im = static_cast<float>(unit.imag());
-  // The share contains the integration's loss once.
+  // The fraction already contains the integration's loss once.
   result.coherent = static_cast<float>(bundle.coherent);
   result.incoherent = 1 - result.coherent;
   result.mean = static_cast<float>(power * bundle.integrated);
   return result;
 }
 
-/// Does the work of Channel::gather() at a receiver's first epoch, for all lanes.
+/// Channel::gather() at a receiver's first epoch, for all lanes.
 void SteadyCell::fill_lanes(const SteadySatellite& s) {
   const auto lanes = static_cast<std::size_t>(sky_.lanes());
   const double chip_m = s.code->tracker().correlation().chip_m();
@@ -263,7 +263,7 @@ void SteadyCell::fill_lanes(const SteadySatellite& s) {
   }
 }
 
-/// Adds each lane's measurement of one satellite, and counts the satellite by the lane without noise.
+/// Adds each lane's measurement of one satellite, and counts the satellite in the lane without noise.
 void SteadyCell::measure(std::size_t satellite) {
   const SteadySatellite& s = sky_.satellites()[satellite];
   const tracking::SignalLockOptions& lock = options_.signal.lock;
@@ -346,7 +346,7 @@ void SteadyCell::solve(const Vector3d& place, bool statistics, CellValues& value
   compute(Vector3d::Zero(), node, statistics, values);
 }
 
-/// Solves a cell whose own paths are traced.
+/// Solves a cell whose first-order paths are traced.
 void SteadyCell::compute(const Vector3d& from_node, const PathNode& node, bool statistics,
                          CellValues& values) {
   const std::span<const NodePath> far = node.paths;

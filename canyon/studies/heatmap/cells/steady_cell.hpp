@@ -16,7 +16,7 @@
 
 namespace canyon::heatmap {
 
-/// A path that a node has for the cells about it: diffuse, or of the second order.
+/// A path of a node, for the cells around it: diffuse, or of the second order.
 struct NodePath {
   std::uint32_t satellite = 0;
   bool diffuse = false;
@@ -36,51 +36,51 @@ struct PathNode {
 /// The cells of one task, one after another. Not thread-safe.
 class SteadyCell {
  public:
-  /// The references must outlive it. @param ecef_from_enu of the city
-  /// @param moves its fixes() are wanted, and layers over draws are not set
+  /// The references must outlive it. @param ecef_from_enu of the city @param moves fixes() are needed, layers
+  /// over draws are not set
   SteadyCell(const SteadySky& sky, const propagation::Propagator& propagator,
              const receiver::ReceiverOptions& options, const LimitOptions& limits,
              const Eigen::Matrix3d& ecef_from_enu, bool moves = false);
 
-  /// Unmapped obstacles of the next cells are those about this place: a cell, or one within a few metres.
+  /// Unmapped obstacles of the next cells are those around this point: a cell, or one within a few metres.
   void stand_at(const Eigen::Vector3d& place, const raytrace::RayScene& scene);
   [[nodiscard]] PathNode trace(const Eigen::Vector3d& place);
-  /// @param edges that may bend signals here, ascending; @param node next to the place
-  /// @param statistics whether layers over draws are wanted
+  /// @param edges that may diffract signals here, ascending @param node next to the point @param statistics
+  /// whether layers over draws are requested
   void solve(const Eigen::Vector3d& place, std::span<const propagation::KnownEdge> edges,
              const PathNode& node, bool statistics, CellValues& values);
   /// A cell that is its own node.
   void solve(const Eigen::Vector3d& place, bool statistics, CellValues& values);
-  /// Fixes of the cell that was solved last, by lane.
+  /// Fixes of the last solved cell, by lane.
   [[nodiscard]] const std::vector<CellFix::Answer>& fixes() const { return fixes_; }
 
  private:
-  /// A path as the lanes' channels meet it. Null: 1 in all lanes.
+  /// A path in the channels of the lanes. Null: 1 in all lanes.
   struct CellPath {
     double excess_m = 0, rate_mps = 0;
     std::complex<double> amplitude;
     const float *re = nullptr, *im = nullptr;  ///< random phasor
-    const float* power = nullptr;              ///< of a bundle, present over mean
+    const float* power = nullptr;              ///< of a bundle, relative to its mean
     const float* factor = nullptr;             ///< of the amplitude
     bool diffuse = false;
   };
   /// A path's sum over integration and loop filter while another path is tracked.
   struct PathSum {
-    float re = 0, im = 0;          ///< part that adds up with its phase; of a bundle, for a power of 1
-    float incoherent = 0;          ///< power that adds up without; of a bundle, its share
-    float coherent = 0, mean = 0;  ///< of a bundle: its share, and its power
+    float re = 0, im = 0;          ///< coherent sum; of a bundle, for a power of 1
+    float incoherent = 0;          ///< power that adds incoherently; of a bundle, its fraction
+    float coherent = 0, mean = 0;  ///< of a bundle: its fraction, and its power
   };
   /// A reflector in the random phases of all lanes.
   struct Reflector {
-    std::complex<double> amplitude;  ///< without the detour's phase: alike wherever a facet is seen
+    std::complex<double> amplitude;  ///< without the phase of the excess, so equal wherever a facet is seen
     std::vector<float> re, im;
   };
   void gather(std::size_t satellite, std::span<const NodePath> far, const Eigen::Vector3d& from_node);
   const Reflector& reflector(std::size_t satellite, const propagation::Path& path);
-  /// One with that key, without an amplitude.
+  /// The reflector with that key, or a new one without an amplitude.
   std::pair<Reflector&, bool> reflector(std::uint64_t key, std::size_t satellite, std::uint64_t name);
-  /// Factors of amplitudes behind obstacles at the present stand, for paths that arrive from a direction, in
-  /// each lane. Null: everything. @param arrival unit, ENU
+  /// Amplitude factors of obstacles at the current point, in each lane, for paths from a direction. Null: 1.
+  /// @param arrival unit, ENU
   const float* obstacles(const Eigen::Vector3d& arrival);
   void follow_strongest();
   [[nodiscard]] PathSum path_sum(const SteadySatellite& satellite, const CellPath& path,
@@ -101,16 +101,16 @@ class SteadyCell {
   std::vector<disturbance::Skyline> skylines_;  // [draw]
   std::unordered_map<std::uint64_t, Reflector> reflectors_;
   std::unordered_map<std::uint64_t, std::vector<float>>
-      obstacles_;                                   // by rounded arrival, of the present stand
+      obstacles_;                                   // by rounded arrival, at the current point
   std::vector<std::vector<float>> direct_factors_;  // [satellite][lane]
-  // Values of the current cell; members, so that their memory is used again.
+  // Values of the current cell; members, so that their memory is reused.
   Eigen::Vector3d place_ = Eigen::Vector3d::Zero();
   std::vector<propagation::SatellitePaths> traced_;
   std::vector<CellPath> paths_;
-  std::vector<std::optional<PathSum>> sums_;  // [tracked path] of the path in hand
+  std::vector<std::optional<PathSum>> sums_;  // [tracked path] of the current path
   tracking::LaneCodeLock::Paths lanes_;
   std::vector<float> delay_m_, power_;
-  std::vector<std::size_t> tracked_;            // [lane] index of the path whose carrier is followed
+  std::vector<std::size_t> tracked_;            // [lane] index of the path with the tracked carrier
   std::vector<std::vector<CellRange>> ranges_;  // [lane]
   std::vector<CellFix::Answer> fixes_;          // [lane]
   int los_ = 0, nlos_ = 0, visible_ = 0, blocked_ = 0;

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 constexpr double kAmplitudePerDb = 20;
 
-/// The loop of all receivers of these options, made once for each kind of signal.
+/// The loop of all receivers with these options, made once for each kind of signal.
 std::shared_ptr<const tracking::LaneCodeLock> lane_lock_of(
     const tracking::ChannelModel::Kind& kind,
     std::vector<std::shared_ptr<const tracking::LaneCodeLock>>& made) {
@@ -38,7 +38,7 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
   const Vector3d centre_ecef = frame.ecef_from_local(centre);
   const orbit::Observer observer(centre_ecef);
   const std::string key = receiver::draws_of(options);
-  // Lane 0 has the phases of draw 0.
+  // Lane 0 has the phases of realization 0.
   const int models = std::max(1, lanes - 1);
   Draws drawn;
   const double height_m = environment.scene().height_above_ground(centre);
@@ -77,7 +77,7 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
   }
 }
 
-/// The values that all lanes have in common.
+/// The values common to all lanes.
 SteadySatellite SteadySky::satellite_of(const TileErrors& common, const orbit::LineOfSight& line,
                                         Locks& locks) {
   SteadySatellite s;
@@ -94,7 +94,7 @@ SteadySatellite SteadySky::satellite_of(const TileErrors& common, const orbit::L
   return s;
 }
 
-/// Fills in the random values of each lane's receiver.
+/// Sets the random values of each lane's receiver.
 void SteadySky::fill_lanes(const TileErrors& common, Draws& draws, std::size_t bundles, SteadySatellite& s) {
   const receiver::ReceiverOptions& options = common.options;
   const orbit::LineOfSight& line = s.line;
@@ -144,7 +144,7 @@ void SteadySky::phases_of(std::size_t satellite, std::uint64_t reflector, float*
   const SteadySatellite& s = satellites_[satellite];
   for (int lane = 0; lane < lanes_; ++lane) {
     const auto d = static_cast<std::size_t>(std::max(0, lane - 1));
-    if (lane == 1) {  // as lane 0
+    if (lane == 1) {  // the same as lane 0
       re[1] = re[0];
       im[1] = im[0];
       continue;

@@ -19,8 +19,8 @@
 
 namespace canyon::heatmap {
 
-/// A satellite above the mask of a tile, and values of it in the receivers of all lanes that do not depend on
-/// the place. Lane 0 is the receiver without noise, lane d + 1 that of draw d; lists of lanes are padded.
+/// A satellite above the mask of a tile, and its position-independent values in the receivers of all lanes.
+/// Lane 0 is the receiver without noise, lane d + 1 that of realization d; lists of lanes are padded.
 struct SteadySatellite {
   orbit::LineOfSight line;    ///< from the tile's centre
   Eigen::Vector3d direction;  ///< unit, ENU of the city
@@ -33,15 +33,15 @@ struct SteadySatellite {
   std::optional<tracking::CodeLoopNoise> noise;
   double sigma_factor = 1;            ///< FixInputOptions::sigma_factor
   std::vector<double> clear_cn0_hz;   ///< [lane] in a clear line of sight
-  std::vector<double> direct_factor;  ///< [lane] what shadows leave of the direct path's amplitude
-  std::vector<double> error_m;        ///< [lane] of the pseudorange, but for paths and code loop
+  std::vector<double> direct_factor;  ///< [lane] factor of shadows on the direct path's amplitude
+  std::vector<double> error_m;        ///< [lane] of the pseudorange, without paths and code loop
   std::vector<double> code_normal;    ///< [lane] code loop's noise over its deviation
-  std::vector<double> cn0_noise_db;   ///< [lane] of the stated C/N0
+  std::vector<double> cn0_noise_db;   ///< [lane] of the reported C/N0
   /// Unit phasors of diffuse bundles in their order, and their power over its mean; [bundle][lane].
   std::vector<float> fade_re, fade_im, fade_power;
 };
 
-/// The sky and the draws of one tile and time: whatever does not depend on the cell. Const, thread-safe.
+/// The sky and the realizations of one tile and time: everything independent of the cell. Const, thread-safe.
 class SteadySky {
  public:
   SteadySky(const simulation::Environment& environment, const receiver::ReceiverOptions& options,
@@ -56,7 +56,7 @@ class SteadySky {
   [[nodiscard]] std::size_t padded() const { return padded_; }
   /// e^(j phi0) of a reflector in each lane. @param re, im padded() each
   void phases_of(std::size_t satellite, std::uint64_t reflector, float* re, float* im) const;
-  /// Skyline of each draw, at no place yet; empty where there are no obstacles. A task has a copy of its own.
+  /// Skyline of each realization, not yet at a point; empty without obstacles. Each task has its own copy.
   [[nodiscard]] const std::vector<disturbance::Skyline>& skylines() const { return skylines_; }
 
  private:
@@ -66,7 +66,7 @@ class SteadySky {
     std::vector<errors::SpaceErrors::Reception> receptions;  ///< likewise, at the tile's centre
     std::vector<disturbance::Shadowing> shadowings;          ///< [draw], or empty
   };
-  /// Code loops that are made already.
+  /// Code loops that already exist.
   using Locks = std::vector<std::shared_ptr<const tracking::LaneCodeLock>>;
   [[nodiscard]] SteadySatellite satellite_of(const TileErrors& common, const orbit::LineOfSight& line,
                                              Locks& locks);

@@ -81,9 +81,9 @@ double mean(const std::vector<double>& values) {
 
 constexpr CellReceiverOptions kRun{ReceiverModel::Run, 0};
 
-// The reference is receiver::Receiver, in every cell and draw. Paths traced at every cell: what is left are
-// single precision, directions of the tile's centre and the linear fix. Without obstacles that the map lacks,
-// which paths ask for in steps of 1.4 deg.
+// The reference is receiver::Receiver, in every cell and realization. Paths are traced at every cell, so the
+// remaining differences are single precision, directions of the tile's centre and the linear fix. Without
+// unmapped obstacles, which are computed for directions in steps of 1.4 deg.
 TEST(CellMethods, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
   const std::vector<Layer> layers{
       Layer::HorizontalError,      Layer::VerticalError,       Layer::Hdop,
@@ -115,10 +115,10 @@ TEST(CellMethods, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
   }
 }
 
-// With nodes 6 m apart: medians of errors over places within 6 %, their 95th percentiles within 20 %: pieces
-// of facades that scatter differently are hardly longer than nodes are apart, and obstacles are
-// those about the node. Availability within 1.5 %.
-// docs/heatmap.md has the same over larger samples, and for Hong Kong.
+// With nodes 6 m apart: medians of errors over cells within 6 %, their 95th percentiles within 20 %: facade
+// pieces that scatter differently are hardly longer than the distance of nodes, and obstacles are those
+// around the node. Availability within 1.5 %. docs/heatmap.md has the same for larger samples, and for Hong
+// Kong.
 TEST(CellMethods, HoldTheirBoundsBetweenNodes) {
   const std::vector<Layer> layers{Layer::HorizontalErrorP50, Layer::HorizontalErrorP95,
                                   Layer::HorizontalErrorMean, Layer::VerticalErrorP50, Layer::Availability};
@@ -135,15 +135,15 @@ TEST(CellMethods, HoldTheirBoundsBetweenNodes) {
       const double expected = *quantile(a, p), found = *quantile(b, p);
       std::cout << info(layers[l]).name << ", " << p << " of " << a.size() << " cells: " << expected
                 << " m run, " << found << " m in steady state\n";
-      // The most distant tail hangs on single obstacles, which are those about the middle of a block.
+      // The extreme tail depends on single obstacles, which are those around the middle of a block.
       const double within = p == 0.5 ? 0.06 : 0.2;
       EXPECT_NEAR(found, expected, within * expected) << info(layers[l]).name << " " << p;
     }
   }
 }
 
-// Under an open sky errors from space are what is left, and those of the data sheet; receivers that run have
-// the same draws.
+// Under an open sky only range errors remain, and those of the data sheet; running receivers have the same
+// random numbers.
 TEST(CellMethods, HaveErrorsFromSpaceInEachDraw) {
   simulation::Environment environment(city::City{},
                                       std::make_shared<CircularSky>(std::vector{
@@ -186,8 +186,8 @@ TEST(CellMethods, HaveErrorsFromSpaceInEachDraw) {
   EXPECT_LT(map(ReceiverModel::SteadyState)[1], 0.7F * steady[1]);
 }
 
-// Measurements state errors from space beside their noise, which weights by sigma and protection levels
-// follow.
+// Measurements report range errors in addition to their noise; weights by sigma and protection levels use
+// both.
 TEST(CellMethods, StateErrorsFromSpace) {
   simulation::Environment environment(
       city::City{}, std::make_shared<CircularSky>(std::vector{gnss::System::GPS, gnss::System::Galileo}),

@@ -32,9 +32,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-/// Part of the key: raised when the same request gives values that differ from those of before.
+/// Part of the key: incremented when the same request gives other values than before.
 constexpr int kValuesVersion = 3;
-/// This many units keep threads and ranks busy, and a killed run loses little.
+/// This many units keep threads and ranks busy, and a killed run loses few results.
 constexpr std::size_t kManyUnits = 256;
 
 /// Cells done, reported to one callback from many threads.
@@ -90,10 +90,10 @@ void Request::validate() const {
   if (area) area->validate();
   if (altitudes_m.empty()) throw InputError("the map has no altitude", "give at least one");
   if (!is_ascending(altitudes_m, std::less<>()))
-    throw InputError("the map's altitudes do not ascend", "give each once, the lowest first");
+    throw InputError("the map's altitudes are not ascending", "give each once, the lowest first");
   if (times.empty()) throw InputError("the map has no time", "give at least one");
   if (!is_ascending(times, std::less<>()))
-    throw InputError("the map's times do not ascend", "give each once, the earliest first");
+    throw InputError("the map's times are not ascending", "give each once, the earliest first");
   limits.validate();
   if (layers.empty()) throw InputError("the map has no layer", "give at least one");
   std::set<Layer> once;
@@ -137,11 +137,11 @@ struct Heatmap::Impl {
   simulation::ReceiverConfig receiver;
   Request request;
   std::string input_key;
-  std::optional<simulation::ReceiverConfig> base;  ///< of layers of RTK
-  positioning::PositionFilterOptions filter;       ///< of a receiver that moves
+  std::optional<simulation::ReceiverConfig> base;  ///< for layers of RTK
+  positioning::PositionFilterOptions filter;       ///< of a moving receiver
   TileTracer tracer;
   std::vector<std::unique_ptr<const CellSolver>> solvers;
-  std::optional<std::size_t> sky_view;  ///< its place among the layers
+  std::optional<std::size_t> sky_view;  ///< its index in the layers
   std::size_t tiles = 0, times_per_unit = 1, chunks = 1;
 
   Impl(const simulation::Environment& e, simulation::ReceiverConfig r,
@@ -200,7 +200,7 @@ struct Heatmap::Impl {
     std::size_t cells = 0, cells_stored = 0;
   };
 
-  /// Units that a store does not have, in order; cells of these and of the others.
+  /// Units missing in a store, in order; number of cells of these and of the others.
   [[nodiscard]] Missing missing_in(const TileStore& store) const {
     Missing missing;
     for (std::size_t i = 0; i < tiles * chunks; ++i) {
@@ -239,8 +239,8 @@ struct Heatmap::Impl {
     return result;
   }
 
-  /// Computes all times of a unit at one altitude. Ends early where `go_on`, called after each finished time,
-  /// is false, and within a time where `stopped` is true.
+  /// Computes all times of a unit at one altitude. Ends early if `go_on`, called after each finished time,
+  /// returns false, and within a time if `stopped` returns true.
   void compute_altitude(const Unit& unit, std::size_t altitude, const TileCells& cells,
                         const std::function<bool()>& stopped, const std::function<bool()>& go_on,
                         TileValues& result) const {
@@ -268,7 +268,7 @@ struct Heatmap::Impl {
 
 namespace {
 
-/// The request is checked before anything is made of it.
+/// The request is checked before it is used.
 Request checked(Request request, const simulation::ReceiverConfig& receiver) {
   request.validate();
   receiver.options.validate();
@@ -276,10 +276,10 @@ Request checked(Request request, const simulation::ReceiverConfig& receiver) {
   return request;
 }
 
-/// Where the lowest altitude above the terrain is below this, a receiver drives [m].
+/// If the lowest altitude above the terrain is below this, a receiver drives [m].
 constexpr double kDriven_m = 5;
 
-/// Decides Motion::Auto. @param receiver as it stands in a cell @param filtered whether it has a filter
+/// Resolves Motion::Auto. @param receiver stationary in a cell @param filtered whether it has a filter
 void choose_motion(Request& request, const simulation::ReceiverConfig& receiver, bool filtered) {
   simulation::Motion& motion = request.motion.motion;
   const bool can_move = filtered && request.receivers.model == ReceiverModel::SteadyState &&
@@ -311,20 +311,20 @@ Heatmap::Heatmap(const simulation::Environment& environment, simulation::Receive
   } else if (!base || !base->fixed || !receiver.options.rtk.enabled || !receiver.options.signal.enabled) {
     throw InputError(
         fmt::format("the layer {} needs a receiver with RTK and its base", info(*of_base).name),
-        "give the receiver rtk: true and corrections: {from: NAME}, NAME a receiver with a fixed "
-        "place, as in examples/rtk.yaml");
+        "give the receiver rtk: true and corrections: {from: NAME}, NAME a receiver with a fixed position, "
+        "as in examples/rtk.yaml");
   }
   if (receiver.models) {
-    throw InputError("a heat map takes no weights and positions of a program's own",
-                     "run the receiver at places of interest instead");
+    throw InputError("a heat map does not support a program's own weights and positions",
+                     "run the receiver at positions of interest instead");
   }
   receiver.options = simulation::with_surroundings(receiver, environment.scene(), environment.city(), {});
   simulation::decide_options(receiver.options, environment.errors().get(), &environment.sky());
-  // Each cell stands by itself, without an epoch before; MovingFixes joins them.
+  // Each cell is computed without a previous epoch; MovingFixes joins them.
   const positioning::PositionFilterOptions filter = std::exchange(receiver.options.filter, {});
   positioning::Weighting& weighting = receiver.options.fix.weights.weighting;
   if (weighting == positioning::Weighting::Cn0 && !receiver.options.signal.enabled)
-    weighting = positioning::Weighting::Equal;  // signals without C/N0 weigh alike
+    weighting = positioning::Weighting::Equal;  // signals without C/N0 have equal weights
   choose_motion(request, receiver, filter.enabled);
   if (base) {
     base->fixed->settle(environment.city().frame);
@@ -385,8 +385,8 @@ MapRunResult Heatmap::run(TileStore& store, const MapRunOptions& options) const 
   std::atomic<bool> failed{false}, cut_short{false};
   std::mutex failing;
   std::exception_ptr failure;
-  // Units are begun in order, whichever task comes first. There are as many tasks as units: of several
-  // processes one may compute them all.
+  // Units are started in order, by whichever task is first. There are as many tasks as units: one of several
+  // processes may compute them all.
   const auto one = [&] {
     if (failed.load() || (options.stop != nullptr && options.stop->load())) {
       cut_short = true;

@@ -75,7 +75,7 @@ const std::vector<Layer> kPaper = default_layers();
 void bm_line_of_sight(benchmark::State& state) {
   compute(state, propagation::Model::Specular, 0, 1, kLos);
 }
-/// Direct signals alone are received.
+/// Only direct signals are received.
 void bm_line_of_sight_and_dop(benchmark::State& state) {
   compute(state, propagation::Model::Specular, 0, 1, kGeometry);
 }

@@ -127,7 +127,7 @@ TEST(HeatmapKey, ChangesWithEverythingThatValuesDependOn) {
   with_receiver("shadowing", [](Options& o, Paths&) { o.signal.shadowing.enabled = true; });
   with_receiver("shadows", [](Options& o, Paths&) { o.signal.shadowing.frame_m = 5; });
   with_receiver("steps", [](Options& o, Paths&) { o.signal.cn0_step_db = 1; });
-  // A cell has no epoch before that a filter would remember.
+  // A cell has no previous epoch for a filter.
   ReceiverConfig filtered = receiver;
   filtered.options.filter.enabled = true;
   EXPECT_EQ(key(request, filtered), key(request, receiver));
@@ -147,7 +147,7 @@ TEST(HeatmapKey, ChangesWithEveryKeyOfAReceiver) {
   const std::string plain = store_key("");
   expect_new("", "the defaults");
   for (const options::Key& key : simulation::profile_keys()) {
-    // Cells are where the antenna is, wherever that stands on a vehicle, and have no epoch before.
+    // Cells are antenna positions, wherever the antenna is on a vehicle, and have no previous epoch.
     if (key.path.starts_with("lever_arm.") || key.path.starts_with("position_filter.")) {
       EXPECT_EQ(store_key(nested(key.path, another_value(key))), plain) << key.path;
       continue;

@@ -1,6 +1,6 @@
-// CPU time of a cell of a map of receivers as they are sold, and how its layers differ from those of
-// receivers that run: sampled tiles of Hong Kong and of the synthetic city at 2 m, a profile and its
-// propagation as it is, all layers, eight draws.
+// CPU time of a cell of a map of commercial receivers, and differences of its layers from those of running
+// receivers: sampled tiles of Hong Kong and of the synthetic city at 2 m, a profile with its own propagation,
+// all layers, eight realizations.
 //   heatmap_engine_engine_receivers_bench [profile=ublox-m8t] [city=bench|synthetic]
 //   [models=run|steady_state|both]
 //     [sky=recorded|nominal] [stride=61: every 61st tile] [tile=32] [spacing=2] [altitude=2] [draws=8]
@@ -89,7 +89,7 @@ void compare(const std::vector<Layer>& layers, const Sampled& run, const Sampled
   }
 }
 
-/// The recorded drive's satellites where its data are, GPS and BeiDou; else nominal ones of four systems.
+/// The recorded drive's satellites if available, GPS and BeiDou; else nominal ones of four systems.
 std::shared_ptr<const orbit::Sky> sky(bool recorded, geodesy::GpsTime& time) {
   const auto drive = std::filesystem::path(canyon_source_dir) / "../shared/data/urbannav-tst-20190428";
   if (recorded && std::filesystem::exists(drive)) {
@@ -136,7 +136,7 @@ int main(int argc, char** argv) {
   simulation::ReceiverConfig receiver =
       simulation::parse_profile(std::string(simulation::built_in_profile(profile).text), profile).receiver;
   receiver.options.fix.elevation_mask_rad = geodesy::radians(10);
-  // The share of the recorded drive's scenario.
+  // The fraction of the recorded drive's scenario.
   receiver.options.signal.shadowing.skyline.share = 0.4;
   const std::string models = given("models", "both");
   Sampled run;

@@ -48,7 +48,7 @@ ReceiverConfig receiver_of(Model model) {
   return receiver;
 }
 
-/// Streets and roofs about the middle of downtown, off the walls.
+/// Streets and roofs around the middle of downtown, away from walls.
 Request small_request(std::uint32_t cells = 48) {
   Request request;
   request.grid = Grid::covering(-40.3, -36.7, -40.3 + 2.0 * cells, -36.7 + 2.0 * cells, 2);
@@ -108,7 +108,7 @@ bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
 }
 
 // A receiver that tracks only some satellites, and BeiDou on B1C. The map agrees with separate receivers in
-// the cells, ionosphere included.
+// the cells, including the ionosphere.
 TEST(Heatmap, FollowsWhatTheReceiverTracks) {
   using gnss::System;
   const simulation::Environment environment(
@@ -183,7 +183,7 @@ TEST(Heatmap, UnitsCoverEveryCellAndTimeOnceAndAreBounded) {
       }
     }
   }
-  // One time alone may be larger, but not without bound.
+  // A single time may be larger, up to a bound.
   Request deep = small_request();
   deep.grid = Grid::covering(0, 0, 300, 300, 1);
   deep.layers = layers_of_one_look();
@@ -241,8 +241,8 @@ TEST(Heatmap, ThreadsAndRanksGiveTheSameBytes) {
       EXPECT_FALSE(result.interrupted);
       EXPECT_TRUE(same_bits(stored(map, store), expected)) << threads;
     }
-    // As two processes: each its own map and its own view of the folder, one count for both. The first makes
-    // the folder before the other comes.
+    // As two processes: each with its own map and its own object of the folder, one common count. The first
+    // creates the folder before the other opens it.
     { const TileStore made(folder / "ranks", map.key(), ""); }
     std::atomic<std::size_t> next{0}, units{0};
     std::atomic<int> ready{0};
@@ -270,7 +270,7 @@ TEST(Heatmap, ThreadsAndRanksGiveTheSameBytes) {
   }
 }
 
-// Tiles differ in the directions of satellites (up to 2e-5 rad): cells at edges may differ, others hardly.
+// Tiles differ in the directions of satellites (up to 2e-5 rad): only cells at edges differ noticeably.
 TEST(Heatmap, TilesOfAnySizeGiveTheSameWithoutDraws) {
   Request request = small_request(96);
   request.altitudes_m = {15};
@@ -299,8 +299,8 @@ TEST(Heatmap, TilesOfAnySizeGiveTheSameWithoutDraws) {
   }
 }
 
-/// A map's values at one cell against a receiver that stands there by itself: Environment::arrival() and
-/// Receiver::observe(), what `canyon trace` and `canyon simulate` do.
+/// A map's values at one cell compared with a single stationary receiver there: Environment::arrival() and
+/// Receiver::observe(), as in `canyon trace` and `canyon simulate`.
 struct CellCheck {
   std::size_t cells = 0, fixes = 0, different = 0;
   double largest_m = 0;
@@ -374,7 +374,7 @@ TEST(Heatmap, CellsHaveWhatAReceiverHasThere) {
   }
 }
 
-// Noise on the solved position takes the slow way; with so little of it all else is as without.
+// Noise on the solved position requires the slow method; this little noise changes nothing else.
 TEST(Heatmap, ReceiversOfTheirOwnForEachCellAgree) {
   ReceiverConfig slow = receiver_of(Model::Mirror);
   slow.options.fix_noise.vertical_mps = 1e-12;
@@ -402,14 +402,15 @@ TEST(Heatmap, ReceiversOfTheirOwnForEachCellAgree) {
     worst[layer] = std::max(worst[layer], difference / scale);
   }
   for (const auto& [layer, difference] : worst) {
-    // 300 draws: the standard error of an RMS is 4 %, of a quantile some 8 %; four of them for many cells.
+    // 300 realizations: the standard error of an RMS is 4 %, of a quantile some 8 %; four of them are
+    // allowed.
     EXPECT_LT(difference, info(layer).draws ? 0.4 : 0.03) << info(layer).name;
   }
   EXPECT_EQ(worst.size(), request.layers.size());
 }
 
 // In the open RTK is fixed at once, within centimetres; without a correction never; and without a base the
-// layers are refused.
+// layers are rejected.
 TEST(Heatmap, RtkLayersAreThoseOfAReceiverBesideItsBase) {
   const auto receivers = [](const std::string& corrections) {
     return simulation::parse_scenario(
@@ -459,8 +460,8 @@ TEST(Heatmap, RtkLayersAreThoseOfAReceiverBesideItsBase) {
 }
 
 TEST(Heatmap, HonoursDisturbances) {
-  // A receiver whose cells would share fixes, from whose sky a disturbance takes all satellites but the first
-  // three: a fix of two systems needs five.
+  // A receiver whose cells would share fixes, from whose sky a disturbance removes all satellites but the
+  // first three: a fix of two systems needs five.
   ReceiverConfig disturbed = receiver_of(Model::Mirror);
   ASSERT_EQ(cell_method(disturbed), CellMethod::Shared);
   disturbed.disturbances = {test::always("three are left", [](propagation::Arrival& arrival) {
@@ -509,13 +510,13 @@ TEST(Heatmap, DrawsAStreetForEachDraw) {
     if (std::isnan(before[i])) continue;
     // Without noise the street is empty.
     EXPECT_EQ(after[i], before[i]);
-    // Without strength a satellite behind a bus is gone or comes by a mirror: another fix.
+    // Without strength a satellite behind a bus is lost or received by a reflection: another fix.
     moved += std::abs(after[cells + i] - before[cells + i]) > 0.1F;
   }
   EXPECT_GT(moved, 5);
 }
 
-/// A map of a receiver whose signals have strength beside the receiver itself in every cell.
+/// A map of a receiver whose signals have strength, compared with the receiver itself in every cell.
 void expect_as_receiver(const std::function<void(receiver::ReceiverOptions&)>& change) {
   ReceiverConfig receiver = receiver_of(Model::Specular);
   receiver.options.signal.enabled = true;
@@ -544,7 +545,7 @@ void expect_as_receiver(const std::function<void(receiver::ReceiverOptions&)>& c
     double sum = 0;
     int fixes = 0;
     for (int d = 0; d < 5; ++d) {
-      // The seed of draw d at any cell, by its documented recipe.
+      // The seed of realization d at any cell, by its documented recipe.
       const std::uint64_t seed =
           RandomStream(request.draws.seed,
                        "heatmap/" + std::to_string(kTime.nanoseconds()) + "/" + std::to_string(d))
@@ -576,7 +577,7 @@ TEST(Heatmap, SignalsWithStrengthAreThoseOfTheReceiver) {
   expect_as_receiver([](receiver::ReceiverOptions&) {});
 }
 
-// Compared with receivers that track all of them; the map leaves out satellites that no fix takes.
+// Compared with receivers that track all of them; the map leaves out satellites that no fix uses.
 TEST(Heatmap, FixesOfSeveralSignalsAreThoseOfTheReceiver) {
   for (const auto combination : {receiver::Combination::First, receiver::Combination::IonosphereFree,
                                  receiver::Combination::Uncombined}) {
@@ -593,7 +594,7 @@ TEST(Heatmap, LineOfSightAndSkyNeedNoReceiver) {
   request.layers = {Layer::SkyView, Layer::SatellitesLos};
   ReceiverConfig receiver = receiver_of(Model::Specular);
   const std::vector<float> alone = computed(Heatmap(downtown(), receiver, request, ""));
-  receiver.options.signal.enabled = true;  // which makes no difference here
+  receiver.options.signal.enabled = true;  // without effect here
   EXPECT_TRUE(same_bits(computed(Heatmap(downtown(), receiver, request, "")), alone));
   request.layers = {Layer::SkyView, Layer::SatellitesLos, Layer::Hdop};
   const std::vector<float> with_others = computed(map_of(Model::Mirror, request));
@@ -673,7 +674,7 @@ TEST(Heatmap, DamagedUnitsAndBadOptionsStopIt) {
   MapRunOptions options;
   options.threads = -1;
   EXPECT_THROW((void)map.run(store, options), InputError);
-  // A store that cannot be written to any more: no unit is lost, and the error comes out.
+  // A store that becomes read-only: no unit is lost, and the error is thrown.
   fs::remove_all(folder / "tiles");
   EXPECT_THROW((void)map.run(store), InputError);
 }

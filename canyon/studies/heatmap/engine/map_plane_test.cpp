@@ -14,8 +14,8 @@
 namespace canyon::heatmap {
 namespace {
 
-/// gdaltransform (PROJ) takes WGS 84 places at the origin's height to the plane; the largest distance from
-/// their x and y in the frame [m], on rings of `radius` [m] about the origin.
+/// gdaltransform (PROJ) converts WGS 84 positions at the origin's height to the plane; the largest distance
+/// from their x and y in the frame [m], on rings of `radius` [m] around the origin.
 double largest_distance(const geodesy::LocalFrame& frame, double radius) {
   const test::TemporaryFolder folder;
   std::vector<Eigen::Vector2d> wanted;
@@ -23,7 +23,7 @@ double largest_distance(const geodesy::LocalFrame& frame, double radius) {
     std::ofstream points(folder / "points");
     for (int i = 0; i < 72; ++i) {
       const double angle = geodesy::radians(5.0 * i);
-      // A point of the ring, brought to the origin's height along its plumb line.
+      // A point of the ring, moved to the origin's height along its plumb line.
       geodesy::Geodetic place =
           frame.geodetic_from_local({radius * std::cos(angle), radius * std::sin(angle), 0});
       place.height_m = frame.origin().height_m;

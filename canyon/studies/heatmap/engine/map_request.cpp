@@ -22,10 +22,10 @@ using geodesy::GpsTime;
 constexpr std::size_t kMostTimes = 100'000;
 /// Rays are exact within this distance of a city (RayScene).
 constexpr double kFarFromCity_m = 10'000;
-/// Width of bare terrain about the buildings that belongs to a city's map.
+/// Width of bare terrain around the buildings that belongs to a city's map.
 constexpr double kRim_m = 150;
 
-/// A step in seconds or with a unit behind it: "90", "90s", "15min", "2h".
+/// A step in seconds or with a unit: "90", "90s", "15min", "2h".
 double parse_step(std::string_view text) {
   std::string_view number = trim(text);
   double unit_s = 1;
@@ -40,7 +40,7 @@ double parse_step(std::string_view text) {
   const double seconds = value.value_or(0) * unit_s;
   if (!value || !(seconds >= 0.001 && seconds <= 1e7)) {
     throw InputError(fmt::format("'{}' is not a valid step", text),
-                     "give seconds, or a number with s, min or h behind it, e.g. 15min; from 1 ms up");
+                     "give seconds, or a number followed by s, min or h, e.g. 15min; at least 1 ms");
   }
   return seconds;
 }
@@ -49,7 +49,7 @@ GpsTime parse_moment(std::string_view text, std::optional<GpsTime> start) {
   const std::optional<double> seconds = parse_double(text);
   if (!seconds) return geodesy::parse_simulated_time(trim(text));
   if (!start) {
-    throw InputError(fmt::format("'{}' counts from a start, and there is none", text),
+    throw InputError(fmt::format("'{}' counts from a start, but there is none", text),
                      "add start to the scenario, or give instants, e.g. 2026-03-01T10:00:00Z");
   }
   if (!(std::abs(*seconds) <= 1e8)) {
@@ -59,19 +59,19 @@ GpsTime parse_moment(std::string_view text, std::optional<GpsTime> start) {
   return *start + *seconds;
 }
 
-/// from, from + step and so on, as long as they lie before `end` (and at it, where it is `included`).
+/// from, from + step and so on, while before `end` (or at it, if `included`).
 std::vector<GpsTime> time_range(GpsTime from, GpsTime end, double step_s, bool included) {
   if (end < from) {
-    throw InputError(fmt::format("they end at {}, before they begin at {}", geodesy::format_utc(end, 0),
+    throw InputError(fmt::format("the end {} is before the begin {}", geodesy::format_utc(end, 0),
                                  geodesy::format_utc(from, 0)),
                      "give START/END/STEP with START first");
   }
-  // The end is included where a step falls on it but for rounding.
+  // The end is included if a step is on it up to rounding.
   const double steps = (end - from) / step_s;
   const double count = included ? std::floor(steps + 1e-6) + 1 : std::max(1.0, std::ceil(steps - 1e-6));
   if (count > static_cast<double>(kMostTimes)) {
-    throw InputError(fmt::format("a step of {} s makes {:.0f} times", step_s, count),
-                     fmt::format("at most {} are computed in one map: take a longer step", kMostTimes));
+    throw InputError(fmt::format("a step of {} s gives {:.0f} times", step_s, count),
+                     fmt::format("use a longer step: at most {} times are computed in one map", kMostTimes));
   }
   std::vector<GpsTime> times;
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
@@ -146,8 +146,7 @@ std::array<double, 4> degrees_around(const EnuBox& box, const geodesy::LocalFram
 
 EnuBox built_box(const city::City& city) {
   if (city.mesh.triangles.empty()) {
-    throw InputError(fmt::format("the city '{}' is an open field without bounds", city.name),
-                     "give a box: there is nothing to map around");
+    throw InputError(fmt::format("the city '{}' is an open field without bounds", city.name), "give a box");
   }
   const city::Box bounds = city.bounds();
   EnuBox all{bounds.min.head<2>(), bounds.max.head<2>()};
@@ -178,8 +177,8 @@ void check_box(const EnuBox& box, const city::City& city) {
   const city::Box bounds = city.bounds();
   const Vector2d low = bounds.min.head<2>(), high = bounds.max.head<2>();
   const std::string cure = fmt::format(
-      "the city reaches from east {:.0f} to {:.0f} m and from north {:.0f} to "
-      "{:.0f} m about latitude {:.5f}, longitude {:.5f}",
+      "the city extends from east {:.0f} to {:.0f} m and from north {:.0f} to {:.0f} m about latitude "
+      "{:.5f}, longitude {:.5f}",
       low.x(), high.x(), low.y(), high.y(), geodesy::degrees(city.frame.origin().latitude_rad),
       geodesy::degrees(city.frame.origin().longitude_rad));
   const double apart = (low - box.max).cwiseMax(box.min - high).maxCoeff();
@@ -189,7 +188,7 @@ void check_box(const EnuBox& box, const city::City& city) {
   }
   const double beyond = (low - box.min).cwiseMax(box.max - high).maxCoeff();
   if (beyond > kFarFromCity_m) {
-    throw InputError(fmt::format("the box reaches {:.1f} km beyond the city '{}'", beyond / 1e3, city.name),
+    throw InputError(fmt::format("the box extends {:.1f} km beyond the city '{}'", beyond / 1e3, city.name),
                      cure);
   }
 }
@@ -197,7 +196,7 @@ void check_box(const EnuBox& box, const city::City& city) {
 AltitudeKind altitude_kind_named(const std::string& name, const char* what) {
   if (name == "terrain") return AltitudeKind::AboveTerrain;
   if (name == "ellipsoid") return AltitudeKind::Ellipsoid;
-  throw InputError(fmt::format("{} '{}' is not known", what, name), "give terrain or ellipsoid");
+  throw InputError(fmt::format("{} '{}' is unknown", what, name), "give terrain or ellipsoid");
 }
 
 double usual_altitude_m(const simulation::Scenario& scenario, AltitudeKind kind) {
@@ -211,7 +210,7 @@ void check_altitudes(const Request& request, const city::City& city) {
     if (request.altitude_kind == AltitudeKind::AboveTerrain) {
       if (altitude < 0) {
         throw InputError(fmt::format("{} m is below the terrain", altitude),
-                         "give metres above it, or count altitudes from the ellipsoid");
+                         "give metres above it, or give altitudes above the ellipsoid");
       }
       continue;
     }
@@ -243,7 +242,7 @@ std::vector<GpsTime> parse_times(const std::string& text, std::optional<GpsTime>
     return time_range(from, from + kSiderealDay_s, parse_step(parts[1]), false);
   }
   if (parts.size() != 3) {
-    throw InputError(fmt::format("'{}' is not understood", text),
+    throw InputError(fmt::format("'{}' is not a list of times", text),
                      "give T,T,..., START/END/STEP or day/STEP, e.g. day/15min");
   }
   return time_range(parse_moment(parts[0], start), parse_moment(parts[1], start), parse_step(parts[2]), true);

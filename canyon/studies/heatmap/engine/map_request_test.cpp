@@ -34,7 +34,7 @@ TEST(MapRequest, ReadsTimes) {
   EXPECT_THAT(parse_times("day/8h", kStart), ElementsAre(kStart, kStart + 28'800.0, kStart + 57'600.0));
   EXPECT_THAT(fault("soon"), HasSubstr("soon"));
   EXPECT_THAT(fault("0/60"), HasSubstr("day/STEP"));
-  EXPECT_THAT(fault("60/0/10"), HasSubstr("before they begin"));
+  EXPECT_THAT(fault("60/0/10"), HasSubstr("is before the begin"));
   EXPECT_THAT(fault("0/60/fast"), HasSubstr("'fast' is not a valid step"));
   EXPECT_THAT(fault("day/0.1"), HasSubstr("861640"));
   EXPECT_THAT(fault("600", std::nullopt), HasSubstr("start"));

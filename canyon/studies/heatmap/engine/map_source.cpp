@@ -130,7 +130,7 @@ std::string projection(const geodesy::LocalFrame& frame) {
   const double heading_deg = std::remainder(geodesy::degrees(frame.heading_rad()), 360.0);
   if (heading_deg == 0) return fmt::format("+proj=tmerc +lat_0={} +lon_0={} {}", origin, meridian, tail);
   // The rectified grid's y axis points to azimuth alpha - gamma (EPSG Guidance Note 7-2, 3.2.4), the city's
-  // to minus its heading. At alpha = 0 PROJ has no answer; any other line through the origin serves as well.
+  // to minus its heading. PROJ cannot compute alpha = 0; any other line through the origin is equivalent.
   constexpr double kAlphaDeg = 45;
   return fmt::format("+proj=omerc +lat_0={} +lonc={} +alpha={} +gamma={:.12f} {}", origin, meridian,
                      kAlphaDeg, std::remainder(kAlphaDeg + heading_deg, 360.0), tail);

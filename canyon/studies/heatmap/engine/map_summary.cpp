@@ -11,8 +11,8 @@
 namespace canyon::heatmap {
 namespace {
 
-// A float's bits without its sign, in order of size, rounded to 9 bits of the mantissa (and the one not
-// written).
+// A float's bits without its sign, in order of magnitude, rounded to 9 bits of the mantissa (and the implicit
+// one).
 constexpr int kDropped = 14;
 constexpr std::uint32_t kMagnitude = 0x7fff'ffff, kInfinite = 0x7f80'0000;
 constexpr std::size_t kZero = kInfinite >> kDropped;
@@ -44,7 +44,7 @@ std::optional<std::size_t> fix_layer(std::span<const Layer> layers) {
     return static_cast<std::size_t>(found - layers.begin());
   };
   if (const auto i = first([](Layer layer) { return layer == Layer::Availability; })) return i;
-  // Layers of single fixes come before layers over draws, which have values where any draw has a fix.
+  // Layers of single fixes are preferred to layers over draws, which have values if one of them has a fix.
   if (const auto i = first([](Layer layer) { return nan_without_fix(layer) && !info(layer).draws; }))
     return i;
   if (const auto i = first([](Layer layer) { return layer == Layer::SatellitesUsed; })) return i;

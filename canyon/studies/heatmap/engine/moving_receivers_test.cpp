@@ -29,7 +29,7 @@ using test::downtown;
 
 constexpr geodesy::GpsTime kTime = CircularSky::kEpoch + std::chrono::hours(5);
 constexpr double kPace_mps = 8, kHeight_m = 2, kEnd_m = 288;
-/// Streets of downtown, east-west ones by their north.
+/// Streets of downtown, east-west ones by their north coordinate.
 constexpr double kStreets_m[]{-152, -76, 0, 76, 152};
 
 ReceiverConfig module() {
@@ -41,7 +41,7 @@ ReceiverConfig module() {
   return receiver;
 }
 
-/// A map's median errors at places of a street.
+/// A map's median errors at points of a street.
 std::vector<double> mapped(const ReceiverConfig& receiver, double north_m, Motion motion,
                            const std::vector<double>& east_m) {
   Request request;
@@ -63,7 +63,7 @@ std::vector<double> mapped(const ReceiverConfig& receiver, double north_m, Motio
   return errors;
 }
 
-/// Median errors of receivers at the places of a street: eastwards and westwards, several seeds.
+/// Median errors of receivers at the points of a street: eastwards and westwards, several seeds.
 std::vector<double> driven(const ReceiverConfig& receiver, double north_m,
                            const std::vector<double>& east_m) {
   receiver::ReceiverOptions options =
@@ -115,7 +115,7 @@ double rank_correlation(const std::vector<double>& a, const std::vector<double>&
   return 1 - 6 * squares / (n * (n * n - 1));
 }
 
-// docs/heatmap.md has the figures that this prints.
+// docs/heatmap.md has the numbers that this prints.
 TEST(MovingReceivers, HaveTheErrorsOfReceiversThatDriveThrough) {
   const ReceiverConfig receiver = module();
   std::vector<double> east_m;

@@ -10,7 +10,7 @@
 
 #ifdef CANYON_MPI_LIBRARY
 #include <dlfcn.h>
-// The C++ bindings of old are not used; Open MPI's constants are addresses in its library.
+// The obsolete C++ bindings are not used; Open MPI's constants are addresses in its library.
 #define OMPI_SKIP_MPICXX 1
 #define MPICH_SKIP_MPICXX 1
 #include <mpi.h>
@@ -25,8 +25,8 @@
 namespace canyon::heatmap {
 namespace {
 
-/// Whether a launcher says so: Open MPI's, one of PMIx or of PMI (MPICH, Intel, Slurm). A process alone
-/// leaves MPI: starting it takes a second, and fails where there is no network.
+/// Whether a launcher sets its variables: Open MPI's, one of PMIx or of PMI (MPICH, Intel, Slurm). A single
+/// process does not use MPI: starting it takes a second, and fails without a network.
 bool is_one_of_several() {
   const auto value = [](const char* name) { return std::getenv(name); };
   const std::array ranks{"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"};
@@ -62,7 +62,7 @@ constexpr int MPI_WIN_NULL = 0, MPI_INFO_NULL = 0, MPI_COMM_WORLD = 0, MPI_UINT6
 
 }  // namespace
 
-/// A number at rank 0 that every rank can reach.
+/// A number at rank 0 that every rank can access.
 struct MpiProcesses::Counter {
   MPI_Win window = MPI_WIN_NULL;
   std::uint64_t* value = nullptr;
@@ -83,12 +83,12 @@ struct MpiProcesses::Counter {
 
 MpiProcesses::MpiProcesses() : exceptions_(std::uncaught_exceptions()) {
   if (!is_one_of_several()) return;
-  // The library's own error handler stays: it ends the job and says why.
+  // The library's own error handler is kept: it ends the job and prints the reason.
   int provided = MPI_THREAD_SINGLE;
   CANYON_MPI(Init_thread)(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
   if (provided < MPI_THREAD_SERIALIZED) {
     CANYON_MPI(Finalize)();
-    throw InputError("the MPI library does not support threads", "use one that was built with threads");
+    throw InputError("the MPI library does not support threads", "use a library that was built with threads");
   }
   joined_ = true;
   CANYON_MPI(Comm_rank)(MPI_COMM_WORLD, &rank_);

@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// One in the life of a process.
+/// One object per process.
 MpiProcesses& processes() {
   static MpiProcesses processes;
   return processes;
@@ -38,7 +38,7 @@ TEST(Mpi, CountsRanks) {
   all.barrier();
 }
 
-// All ranks into one store: the bytes of one process.
+// All ranks write one store: the bytes equal those of one process.
 TEST(Mpi, RanksComputeOneMap) {
   MpiProcesses& all = processes();
   const simulation::Environment environment(
@@ -51,7 +51,7 @@ TEST(Mpi, RanksComputeOneMap) {
   request.times = {test::CircularSky::kEpoch + std::chrono::hours(5)};
   const Heatmap map(environment, receiver, request, "");
 
-  // The ranks' common launcher gives the folder its name.
+  // The common launcher of the ranks names the folder.
   const fs::path folder = fs::temp_directory_path() / ("canyon-ranks-" + std::to_string(getppid()));
   if (all.rank() == 0) {
     fs::remove_all(folder);
@@ -80,7 +80,7 @@ TEST(Mpi, RanksComputeOneMap) {
   store.remove();
 }
 
-// Each number once, again and again.
+// Each number once, repeatedly.
 TEST(Mpi, GivesEachNumberOnce) {
   MpiProcesses& all = processes();
   constexpr std::size_t kNumbers = 1000;
@@ -96,7 +96,7 @@ TEST(Mpi, GivesEachNumberOnce) {
   }
 }
 
-// CTest runs it on two ranks. It must end by itself: one rank waits for another that has failed.
+// CTest runs it on two ranks. It must end by itself, although one rank waits for another that has failed.
 TEST(MpiFailure, DISABLED_OfOneRankEndsTheJob) {
   const MpiProcesses all;
   if (all.rank() == all.ranks() - 1) throw std::runtime_error("this rank is lost");

@@ -20,7 +20,7 @@ using geodesy::GpsTime;
 constexpr double kChord_s = 0.25;
 constexpr double kMostChords = 2e6, kMostStations = 1e7;
 
-/// The way as a polyline, with the trajectory's times and heights at its corners.
+/// The route as a polyline, with the trajectory's times and heights at its corners.
 struct Way {
   struct Corner {
     double way_m = 0, seconds = 0, height_m = 0;
@@ -29,7 +29,7 @@ struct Way {
   std::vector<Corner> corners;
   [[nodiscard]] double length_m() const { return corners.back().way_m; }
 
-  /// @param way_m ascending from call to call; `hint` is the caller's, 0 at first
+  /// @param way_m ascending from call to call @param hint kept by the caller, 0 at first
   [[nodiscard]] Corner at(double way_m, std::size_t& hint) const {
     while (hint + 2 < corners.size() && corners[hint + 1].way_m < way_m) ++hint;
     if (corners.size() == 1) return corners.front();
@@ -96,7 +96,7 @@ RouteStretch stretch(std::size_t first, std::size_t count, double piece_m) {
 
 void find_worst(RouteReport& report, double piece_m, double stretch_m) {
   const std::vector<RouteStation>& stations = report.stations;
-  // A stretch of this many stations is at least as long as `stretch_m`, if the way is.
+  // A segment of this many stations is at least as long as `stretch_m`, if the route is.
   const std::size_t window =
       piece_m > 0 ? std::clamp<std::size_t>(static_cast<std::size_t>(std::ceil(stretch_m / piece_m - 1e-9)),
                                             1, stations.size())
@@ -105,7 +105,7 @@ void find_worst(RouteReport& report, double piece_m, double stretch_m) {
     return known(stations[i]) ? static_cast<double>(stations[i].answer->values[*report.error])
                               : std::numeric_limits<double>::quiet_NaN();
   };
-  // Sums from the beginning, so that rounding does not pile up as a window slides.
+  // Prefix sums, so that rounding errors do not accumulate as the window slides.
   std::vector<double> sums{0};
   std::vector<std::size_t> counts{0};
   for (std::size_t i = 0; i < stations.size(); ++i) {
@@ -146,11 +146,11 @@ void RouteOptions::validate() const {
 
 void visit(options::Visitor& v, RouteOptions& o) {
   v.number({"step_m", "m", "distance between stations", "half a cell"}, o.step_m, {0, 1e6, true});
-  v.number({"stretch_m", "m", "length of the worst stretch"}, o.stretch_m, {0, 1e6, true});
+  v.number({"stretch_m", "m", "length of the worst segment"}, o.stretch_m, {0, 1e6, true});
   v.number({"speed_mps", "m/s", "speed along the route, instead of the route's times"}, o.speed_mps,
            {0, 1e5, true});
-  v.number({"altitude_m", "m", "as the map counts it",
-            "the map's lowest; a route's own, where the map counts from the ellipsoid"},
+  v.number({"altitude_m", "m", "altitude as the map defines it",
+            "the map's lowest; the route's own, if the map's altitudes are ellipsoidal"},
            o.altitude_m, {});
 }
 
@@ -165,7 +165,7 @@ RouteReport report_route(const MapLookup& map, const geodesy::LocalFrame& frame,
   if (pieces > kMostStations) {
     throw InputError(fmt::format("a route of {:.0f} m in steps of {} m has {:.0f} stations", report.length_m,
                                  options.step_m, pieces),
-                     fmt::format("at most {:.0f} are looked at: take a longer step", kMostStations));
+                     fmt::format("use a longer step: at most {:.0f} are evaluated", kMostStations));
   }
   const double piece_m = report.length_m / pieces;
   const GpsTime start = options.start.value_or(trajectory.begin());

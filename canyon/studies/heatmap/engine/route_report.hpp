@@ -13,21 +13,21 @@
 #include "canyon/studies/heatmap/engine/map_summary.hpp"
 #include "canyon/studies/heatmap/kernels/layers.hpp"
 
-// Figures of a route on a map, for planners.
+// Metrics of a route on a map, for planners.
 
 namespace canyon::heatmap {
 
-/// StoredMap::at(), or another map's answer.
+/// StoredMap::at(), or the same of another map.
 using MapLookup = std::function<std::optional<MapAnswer>(const Eigen::Vector2d& enu, double altitude_m,
                                                          geodesy::GpsTime time)>;
 
 struct RouteOptions {
-  double step_m = 1;      ///< between stations at most, (0, 1e6]; half of the map's spacing misses no cell
-  double stretch_m = 50;  ///< length of the worst stretch, (0, 1e6]
-  /// Constant speed on the way, in place of the trajectory's own times; (0, 1e5].
+  double step_m = 1;      ///< maximum between stations, (0, 1e6]; half of the map's spacing misses no cell
+  double stretch_m = 50;  ///< length of the worst segment, (0, 1e6]
+  /// Constant speed on the route, in place of the trajectory's own times; (0, 1e5].
   std::optional<double> speed_mps;
   std::optional<geodesy::GpsTime> start;  ///< empty: the trajectory's
-  /// Altitude as the map counts it; empty: the trajectory's height above the ellipsoid.
+  /// Altitude as the map defines it; empty: the trajectory's height above the ellipsoid.
   std::optional<double> altitude_m;
   /// Throws InputError naming the field and its bound.
   void validate() const;
@@ -35,7 +35,7 @@ struct RouteOptions {
 /// Visits its fields but `start`.
 void visit(options::Visitor& v, RouteOptions& o);
 
-/// The middle of a piece of the way; all pieces are equally long.
+/// The middle of a piece of the route; all pieces have equal length.
 struct RouteStation {
   double way_m = 0;  ///< from the beginning, in the map's plane
   geodesy::GpsTime time;
@@ -44,7 +44,7 @@ struct RouteStation {
 };
 
 struct RouteStretch {
-  double from_m = 0, to_m = 0;       ///< of the way
+  double from_m = 0, to_m = 0;       ///< along the route
   std::size_t first = 0, count = 0;  ///< stations
 };
 
@@ -54,23 +54,23 @@ struct RouteReport {
   std::size_t known = 0;      ///< stations in computed cells
   std::size_t outside = 0;    ///< of the map or its times
   std::size_t no_answer = 0;  ///< inside buildings, under terrain, outside the map's area
-  /// Share of the known stations with a fix (fix_share()); empty where no layer shows it or none is known.
+  /// Fraction of the known stations with a fix (fix_share()); empty if no layer shows it or none is known.
   std::optional<double> availability;
-  /// The map's error that a planner expects: the mean over draws, else RMS, median, the error without noise.
-  /// Index into `layers`; empty where the map has none.
+  /// The map's error that a planner expects: the mean over realizations, else RMS, median, the error without
+  /// noise. Index into `layers`; empty if the map has none.
   std::optional<std::size_t> error;
   std::vector<LayerSummary> layers;  ///< in the map's order; of stations that have a value
-  /// The stretch of stretch_m (the whole way where that is shorter) with the largest mean error; at least
-  /// half of its stations have one.
+  /// The segment of stretch_m (the whole route if that is shorter) with the largest mean error; at least half
+  /// of its stations have a value.
   std::optional<RouteStretch> worst;
   std::optional<double> worst_error_m;
-  /// The longest one of known stations that mostly have no fix (share below one half).
+  /// The longest segment of known stations that mostly have no fix (fraction below one half).
   std::optional<RouteStretch> no_fix;
 };
 
-/// Walks along a trajectory. Its shape is followed by chords of at most 0.25 s of its own time (longer where
-/// it lasts over 500,000 s); quantiles are definition 7 of Hyndman and Fan (1996).
-/// @param frame of the map @param layers of the map, as its answers have them
+/// Evaluates a map along a trajectory. The path is approximated by chords of at most 0.25 s of the
+/// trajectory's time (longer if it lasts over 500,000 s); quantiles are definition 7 of Hyndman and Fan
+/// (1996). @param frame of the map @param layers of the map, in the order of its values
 /// Throws InputError for options that do not validate() and routes of more than 10 million stations.
 [[nodiscard]] RouteReport report_route(const MapLookup& map, const geodesy::LocalFrame& frame,
                                        const std::vector<Layer>& layers,

@@ -51,7 +51,7 @@ TEST(JudgeRoute, TellsExpectedErrorAvailabilityAndTheWorstStretch) {
   const RouteReport report = report_route(street, kFrame, kLayers, drive({{0, 0}, {200, 0}}, 10), options);
   EXPECT_NEAR(report.length_m, 200, 0.01);
   EXPECT_NEAR(report.duration_s, 20, 0.001);
-  // The way is a hair longer than 200 m on the ellipsoid, or not: 400 or 401 pieces.
+  // The route is slightly longer than 200 m on the ellipsoid, or not: 400 or 401 pieces.
   EXPECT_NEAR(static_cast<double>(report.stations.size()), 400, 1);
   EXPECT_NEAR(static_cast<double>(report.no_answer), 40, 1);
   EXPECT_EQ(report.outside, 0U);
@@ -133,7 +133,7 @@ TEST(JudgeRoute, ExpectsTheMeanOverDrawsWhereThereIsOne) {
   const RouteReport report = report_route(map, kFrame, layers, drive({{0, 0}, {20, 0}}, 10), {});
   EXPECT_EQ(report.error, 2U);
   EXPECT_NEAR(*report.availability, 0.25, 1e-12);
-  // A fix a quarter of the time is mostly none.
+  // A fix for a quarter of the time counts as mostly no fix.
   ASSERT_TRUE(report.no_fix);
   EXPECT_EQ(report.no_fix->count, report.stations.size());
   const RouteReport blind = report_route([](const Vector2d&, double, GpsTime) { return answer({1}); }, kFrame,

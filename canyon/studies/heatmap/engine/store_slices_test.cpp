@@ -59,12 +59,12 @@ TEST_F(StoreSlices, CutOutOneTimeOfATile) {
     longest = std::max(longest, map_->unit(i).times);
   }
   ASSERT_GT(longest, 1U) << "units of one time would not show whether times are told apart";
-  // Time by time, then tile by tile: as writers ask.
+  // Time by time, then tile by tile, as writers do.
   for (std::size_t time = 0; time < request.times.size(); ++time) {
     for (std::size_t tile = 0; tile < request.grid.tile_count(); ++tile) {
       const auto slice = slices(tile, time);
       ASSERT_TRUE(slice);
-      // The unit that has it, found by looking at all; values by the layout that TileValues states.
+      // The unit that contains it, found by searching all; values by the layout of TileValues.
       for (std::size_t i = 0; i < map_->unit_count(); ++i) {
         const Heatmap::Unit unit = map_->unit(i);
         const Tile wanted = request.grid.tile(tile);

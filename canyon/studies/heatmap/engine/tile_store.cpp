@@ -33,7 +33,7 @@ constexpr int kVersion = 1;
 constexpr std::string_view kManifest = "manifest.json";
 constexpr std::string_view kExtension = ".tile";
 
-/// Head of a unit's file, in the machine's byte order (another one's shows in the magic number).
+/// Header of a unit's file, in the machine's byte order (another byte order shows in the magic number).
 struct Header {
   std::array<char, 8> magic{};
   std::uint32_t byte_order = 0;
@@ -43,7 +43,7 @@ struct Header {
   std::uint64_t first_time = 0, times = 0;
   std::uint64_t values = 0, states = 0;
   std::uint32_t payload_crc = 0;
-  std::uint32_t header_crc = 0;  ///< of all before
+  std::uint32_t header_crc = 0;  ///< of all fields before
 };
 static_assert(std::is_trivially_copyable_v<Header> && sizeof(Header) == 80, "no padding: bytes are written");
 static_assert(sizeof(CellState) == 1 && sizeof(float) == 4);
@@ -70,10 +70,10 @@ std::string_view bytes_of(const void* data, std::size_t size) {
 
 InputError damaged(const fs::path& file, std::string_view what) {
   return {file, 0, fmt::format("the tile is damaged: {}", what),
-          "delete this file and run the same command again: only this tile is computed anew"};
+          "delete this file and run the same command again: only this tile is computed again"};
 }
 
-/// A name of this store's own files.
+/// Whether a name is one of this store's own files.
 bool is_own(std::string_view name) {
   return name == kManifest || (name.starts_with("unit-") && name.ends_with(kExtension));
 }
@@ -83,7 +83,7 @@ struct Close {
 };
 using File = std::unique_ptr<std::FILE, Close>;
 
-/// Null where there is no such file; InputError where it cannot be opened.
+/// Null if there is no such file; InputError if it cannot be opened.
 File open(const fs::path& path) {
   errno = 0;
   File file(std::fopen(path.c_str(), "rb"));
@@ -96,14 +96,14 @@ File open(const fs::path& path) {
 
 InputError foreign(const fs::path& folder, std::string_view problem) {
   return {folder, 0, problem,
-          "give another output folder, or remove this one if its results are no longer wanted"};
+          "give another output folder, or remove this one if its results are no longer needed"};
 }
 
-/// Throws where the folder's manifest is damaged or another map's.
+/// Throws if the folder's manifest is damaged or another map's.
 void check_manifest(const fs::path& folder, const std::string& key, const std::string& description) {
   const fs::path path = folder / kManifest;
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError(path, 0, "has vanished", "let nothing else clear this folder");
+  if (!file) throw InputError(path, 0, "has disappeared", "let no other program delete files in this folder");
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   const Json manifest = Json::try_parse(text).value_or(Json());
   const auto word = [&](const char* name) -> std::string {
@@ -126,8 +126,8 @@ Header read_header(std::FILE* file, const fs::path& name, std::size_t unit,
   Header header;
   if (std::fread(&header, sizeof header, 1, file) != 1) throw damaged(name, "it is cut short");
   if (header.magic != kMagic || header.byte_order != kByteOrder)
-    throw damaged(name, "it is not a tile that this program wrote on this kind of machine");
-  if (header.header_crc != crc_of(header)) throw damaged(name, "the checksum of its head is wrong");
+    throw damaged(name, "it was not written by this program on this kind of machine");
+  if (header.header_crc != crc_of(header)) throw damaged(name, "the checksum of its header is wrong");
   if (header.version != static_cast<std::uint32_t>(kVersion) || header.key != key)
     throw damaged(name, "it belongs to another map");
   if (header.unit != unit) throw damaged(name, fmt::format("it is unit {}", header.unit));
@@ -147,9 +147,9 @@ TileStore::TileStore(std::filesystem::path folder, const std::string& key, const
   if (!fs::exists(folder_ / kManifest, error)) {
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_, error)) {
       const std::string name = entry.path().filename().string();
-      // Another process may be making the same store.
+      // Another process may be creating the same store.
       if (name == kManifest || is_temporary_name(name)) continue;
-      throw foreign(folder_, fmt::format("the folder holds '{}' but no '{}'", name, kManifest));
+      throw foreign(folder_, fmt::format("the folder contains '{}' but no '{}'", name, kManifest));
     }
     if (!fs::exists(folder_ / kManifest, error)) {
       const Json manifest{
@@ -202,7 +202,7 @@ std::optional<TileValues> TileStore::load(std::size_t unit) const {
   values.state.resize(static_cast<std::size_t>(header.states));
   const auto read = [&](void* to, std::size_t size) {
     if (size > 0 && std::fread(to, size, 1, file.get()) != 1)
-      throw damaged(path(unit), "it cannot be read to its end");
+      throw damaged(path(unit), "it cannot be read completely");
   };
   read(values.values.data(), values.values.size() * sizeof(float));
   read(values.state.data(), values.state.size());
@@ -215,7 +215,7 @@ void TileStore::remove() {
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder_, error))
     if (is_own(entry.path().filename().string())) fs::remove(entry.path(), error);
-  fs::remove(folder_, error);  // only if nothing else is in it
+  fs::remove(folder_, error);  // only if it is empty
 }
 
 }  // namespace canyon::heatmap

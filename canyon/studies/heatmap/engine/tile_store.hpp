@@ -18,24 +18,24 @@ struct TileValues {
   std::vector<CellState> state;  ///< [altitude][cell]
 };
 
-/// Finished units in a folder, each a file written whole, with a checksum. A key (hash of everything that
-/// values depend on) stands in the folder's manifest: a foreign or damaged store is refused with an
-/// InputError that names the file and says how to get rid of it. Processes may share a folder as long as no
-/// two save the same unit; the first one makes it before the others come. save() and load() of different
-/// units may run at once.
+/// Finished units in a folder, each in a file that is written as a whole, with a checksum. The folder's
+/// manifest has a key (hash of all inputs of the values): a foreign or damaged store is rejected with an
+/// InputError that names the file and how to delete it. Processes may share a folder if no two save the same
+/// unit; the first one creates it before the others open it. save() and load() of different units may run
+/// concurrently.
 class TileStore {
  public:
-  /// Opens or makes `folder`, which is new, empty or a store of the same key (InputError). Removes files that
-  /// a killed run left half written, once they are a minute old.
-  /// @param key of the request (Heatmap::key()); @param description for people, kept beside it
+  /// Opens or creates `folder`, which is new, empty or a store of the same key (InputError). Removes
+  /// incomplete files of a killed run once they are a minute old.
+  /// @param key of the request (Heatmap::key()); @param description for people, stored with it
   TileStore(std::filesystem::path folder, const std::string& key, const std::string& description);
-  /// Whether a unit of work (tile and chunk of times) is there. Its head and length are checked (InputError
-  /// where they are wrong), its values' checksum only by load().
+  /// Whether a unit of work (tile and chunk of times) is stored. Checks its header and length (InputError if
+  /// wrong); only load() checks the values' checksum.
   [[nodiscard]] bool has(std::size_t unit) const;
-  /// Writes a unit, whole or not at all. Throws InputError where the disk is full or cannot be written to;
-  /// other units are kept.
+  /// Writes a unit completely or not at all. Throws InputError if the disk is full or not writable; other
+  /// units are kept.
   void save(std::size_t unit, const TileValues& values);
-  /// Empty where it is not there; a damaged file is an InputError that names it.
+  /// Empty if it is not stored; InputError with the file's name if it is damaged.
   [[nodiscard]] std::optional<TileValues> load(std::size_t unit) const;
   /// Removes all units and the manifest, and the folder if nothing else is in it.
   void remove();

@@ -129,7 +129,7 @@ TEST(TileStore, NamesDamagedFiles) {
       EXPECT_TRUE(store.has(3));
     }
   };
-  // Any byte of the head, and some of the values.
+  // Any byte of the header, and some of the values.
   for (std::size_t i = 0; i < 80; ++i) {
     std::string bytes = good;
     bytes[i] = static_cast<char>(bytes[i] ^ 0x10);
@@ -146,7 +146,7 @@ TEST(TileStore, NamesDamagedFiles) {
   expect_damaged(good + "x", true);
   write_bytes(file, good);
   EXPECT_TRUE(same(store.load(3).value(), values_of(2)));
-  // Another unit's file under this one's name, another store's file.
+  // Another unit's file with this one's name, another store's file.
   fs::copy_file(file, unit_file(folder / "tiles", 4));
   EXPECT_THROW((void)store.has(4), InputError);
   TileStore other(folder / "others", "key of another", "another map");
@@ -185,7 +185,7 @@ TEST(TileStore, RemovesItselfAndNothingElse) {
   }
 }
 
-/// A disk that takes no more: what is there stays, what does not fit is an error and leaves nothing.
+/// A full disk: existing files are kept, a unit that does not fit is an error and leaves no file.
 void expect_full(TileStore& store, const fs::path& path, const char* reason) {
   const InputError error = error_of([&] { store.save(1, values_of(1, 1'000'000)); });
   EXPECT_NE(std::string(error.what()).find(reason), std::string::npos) << error.what();

@@ -17,8 +17,7 @@
 #include "canyon/city/meshes/geos.hpp"
 #include "canyon/studies/heatmap/kernels/grid.hpp"
 
-// GeoJSON: RFC 7946. Read with the JSON library and not with OGR's driver, which passes over what it does not
-// understand.
+// GeoJSON: RFC 7946. Read with the JSON library instead of OGR's driver, which ignores unknown content.
 
 namespace canyon::heatmap {
 namespace {
@@ -28,7 +27,7 @@ using Polygon = std::vector<Ring>;  ///< the outer ring, then holes
 /// A line of GeoJSON is straight in longitude and latitude (RFC 7946, 3.1.1), not in the plane: pieces of at
 /// most 500 m are within 500^2 / (8 R) tan(latitude) of it, 5 mm at 45 deg.
 constexpr double kPieceMetres = 500;
-constexpr double kFarthestMetres = 2e6;  ///< beyond, the tangent plane says little
+constexpr double kFarthestMetres = 2e6;  ///< beyond, the tangent plane is too inaccurate
 constexpr double kNearMetres = 200e3;
 
 class Reader {
@@ -40,12 +39,12 @@ class Reader {
     const Json json = [&] {
       try {
         return Json::parse(file.text());
-      } catch (const JsonError& error) {  // also of numbers beyond a double's
+      } catch (const JsonError& error) {  // also for numbers beyond a double's range
         fail(std::string("is not valid JSON: ") + error.what());
       }
     }();
     if (!json["crs"].is_null()) {
-      // RFC 7946, 4, withdrew this member, but many tools write it.
+      // RFC 7946, 4, removed this member, but many tools write it.
       const std::string text = json["crs"].dump(-1, Json::Order::ByKey);
       if (text.find("CRS84") == std::string::npos && text.find("4326") == std::string::npos) {
         fail("its coordinates are not WGS 84: " + text.substr(0, 120),
@@ -55,7 +54,7 @@ class Reader {
     take(json);
     if (polygons_.empty()) fail("has no polygon", "give Polygon or MultiPolygon features");
     Area area = joined();
-    if (area.rings.empty()) fail("its polygons have no area", "give polygons with an inside");
+    if (area.rings.empty()) fail("its polygons have no area", "give polygons with an interior");
     check_near(area);
     return area;
   }
@@ -67,8 +66,7 @@ class Reader {
 
   const Json& member(const Json& object, const char* key) const {
     const Json* found = object.find(key);
-    if (found == nullptr)
-      fail(fmt::format("a GeoJSON object has no \"{}\"", key), "see RFC 7946 for what it needs");
+    if (found == nullptr) fail(fmt::format("a GeoJSON object has no \"{}\"", key), "see RFC 7946");
     return *found;
   }
 
@@ -77,7 +75,7 @@ class Reader {
     return value;
   }
 
-  /// Of a file, a feature or a geometry.
+  /// Reads a file, a feature or a geometry.
   void take(const Json& object) {
     if (!object.is_object()) fail("is not a GeoJSON object", "give a GeoJSON file of polygons");
     const Json& kind = member(object, "type");
@@ -111,7 +109,7 @@ class Reader {
     if (corners.size() < 4 || corners.front() != corners.back()) {
       fail(fmt::format("a ring of polygon {} has {} positions{}", polygons_.size() + 1, corners.size(),
                        corners.size() < 4 ? "" : " and does not end where it begins"),
-           "give at least four, the last the same as the first");
+           "give at least four positions, the last equal to the first");
     }
     Ring ring;
     for (std::size_t i = 0; i + 1 < corners.size(); ++i) append_line(ring, corners[i], corners[i + 1]);
@@ -122,7 +120,7 @@ class Reader {
     if (!position.is_array() || position.size() < 2 || !position[0].is_number() || !position[1].is_number())
       fail("a position is not a list of longitude and latitude", "give [longitude, latitude] in degrees");
     Eigen::Vector2d place(position[0].get<double>(), position[1].get<double>());
-    // Beyond 180 deg: some programs do not cut polygons at the antimeridian.
+    // Beyond 180 deg: some programs do not split polygons at the antimeridian.
     if (!(std::abs(place.x()) <= 360) || !(std::abs(place.y()) <= 90)) {
       fail(fmt::format("[{}, {}] is not a longitude and latitude", place.x(), place.y()),
            "give WGS 84 degrees, the longitude first; convert other systems with ogr2ogr -t_srs EPSG:4326");
@@ -137,9 +135,9 @@ class Reader {
         .head<2>();
   }
 
-  /// Appends `from` and points between it and `end`.
+  /// Appends `from` and points between `from` and `end`.
   void append_line(Ring& ring, const Eigen::Vector2d& from, const Eigen::Vector2d& end) const {
-    // The short way, also across the antimeridian.
+    // By the shorter arc, also across the antimeridian.
     const Eigen::Vector2d to(from.x() + std::remainder(end.x() - from.x(), 360.0), end.y());
     for (const Eigen::Vector2d& corner : {from, to}) {
       const Eigen::Vector3d place =
@@ -155,7 +153,7 @@ class Reader {
       ring.push_back(plane_from_degrees(from + (to - from) * (static_cast<double>(i) / pieces)));
   }
 
-  /// Joins all polygons, since Area's even-odd rule would take the common part of two polygons for a hole.
+  /// Joins all polygons, since Area's even-odd rule would treat the intersection of two polygons as a hole.
   [[nodiscard]] Area joined() const {
     Area area;
     if (polygons_.size() == 1) {
@@ -168,7 +166,7 @@ class Reader {
       geos::Geometry part = geos::polygon(polygon.front(), {polygon.begin() + 1, polygon.end()});
       if (part && GEOSisValid_r(geos::context(), part.get()) != 1)
         part.reset(GEOSMakeValid_r(geos::context(), part.get()));
-      if (!part) fail("a polygon crosses itself beyond repair", "repair it in QGIS");
+      if (!part) fail("a polygon crosses itself and cannot be repaired", "repair it in QGIS");
       for (const meshes::Polygon2& piece : geos::polygons(part.get()))
         parts.push_back(geos::polygon(piece.outer, piece.holes));
     }

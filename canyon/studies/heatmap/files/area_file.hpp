@@ -8,7 +8,7 @@
 namespace canyon::heatmap {
 
 /// Polygon and MultiPolygon features of a GeoJSON file (longitude, latitude). Throws InputError with file and
-/// cure. Part of canyon::io.
+/// hint. Part of canyon::io.
 [[nodiscard]] Area read_area(const std::filesystem::path& geojson, const geodesy::LocalFrame& frame);
 
 }  // namespace canyon::heatmap

@@ -115,8 +115,7 @@ TEST(ReadArea, HoleOfOnePolygonUnderAnother) {
 }
 
 TEST(ReadArea, LongSidesFollowTheParallel) {
-  // 40 km along a parallel: its middle lies (20 km)^2 / (2 R) tan(22.3 deg) = 12.9 m off the chord,
-  // southwards.
+  // 40 km along a parallel: its middle is (20 km)^2 / (2 R) tan(22.3 deg) = 12.9 m south of the chord.
   const Area area = area_of(polygon(box(-194.18, -10, 194.18, 0)));
   EXPECT_TRUE(area.contains({0, -0.05}));
   EXPECT_FALSE(area.contains({0, 0.05})) << "the chord's middle would be at 12.9 m";

@@ -22,7 +22,7 @@ namespace {
 namespace gdal = buildings::gdal;
 namespace fs = std::filesystem;
 
-/// While it lives, GDAL prints nothing on this thread, and any failure that it reports is kept: some are
+/// During its lifetime, GDAL prints nothing on this thread, and its first reported failure is kept: some are
 /// reported in no other way (GDALClose() has no result up to GDAL 3.6).
 class Failures {
  public:
@@ -31,7 +31,7 @@ class Failures {
   Failures(const Failures&) = delete;
   Failures& operator=(const Failures&) = delete;
 
-  /// Throws OutputError naming `path` where anything has failed, or where `ok` is false.
+  /// Throws OutputError with `path` if anything has failed, or if `ok` is false.
   void check(bool ok, const fs::path& path) const {
     if (ok && first_.empty()) return;
     std::error_code unknown;
@@ -39,7 +39,7 @@ class Failures {
     const bool full = !unknown && space.available < (1U << 20);
     throw OutputError(
         path, 0, "cannot be written: " + (first_.empty() ? "GDAL gives no reason" : first_),
-        full ? "free disk space and run again" : "see that the disk has room and can be written to");
+        full ? "free disk space and run again" : "check free space and permissions of the disk");
   }
 
  private:
@@ -53,7 +53,7 @@ class Failures {
   std::string first_;
 };
 
-using Strings = std::vector<const char*>;  ///< for GDAL: null comes last
+using Strings = std::vector<const char*>;  ///< for GDAL: null-terminated
 
 class GeotiffWriter {
  public:
@@ -68,7 +68,7 @@ class GeotiffWriter {
         names_(geotiff_names(request_)) {
     for (const std::string& name : names_) ResultFiles::refuse(folder_ / name);
     static std::once_flag registered;
-    // No more than the writer needs: what is registered also opens files beside a terrain's rasters.
+    // Only the drivers that the writer needs: registered drivers also open files next to a terrain's rasters.
     std::call_once(registered, [] {
       for (void (*add)() : std::initializer_list<void (*)()>{GDALRegister_GTiff, GDALRegister_COG,
                                                              GDALRegister_VRT, GDALRegister_MEM})
@@ -79,7 +79,7 @@ class GeotiffWriter {
     constexpr std::uint32_t kMost = std::numeric_limits<int>::max();
     if (grid_.columns > kMost || grid_.rows > kMost) {
       throw InputError(fmt::format("a GeoTIFF cannot have {} x {} cells", grid_.columns, grid_.rows),
-                       "take a coarser spacing or a smaller area, or write NetCDF");
+                       "use a coarser spacing or a smaller area, or write NetCDF");
     }
     steps_ = request_.times.size() * (grid_.tile_count() + bands());
   }
@@ -93,7 +93,7 @@ class GeotiffWriter {
       ResultFiles::note(folder_ / name);
       std::error_code error;
       fs::rename(work_.temporary_path() / name, folder_ / name, error);
-      if (error) throw InputError(folder_ / name, 0, "cannot be put in place: " + error.message());
+      if (error) throw InputError(folder_ / name, 0, "cannot be renamed: " + error.message());
     }
     return names_;
   }
@@ -105,8 +105,8 @@ class GeotiffWriter {
   [[nodiscard]] std::size_t bands() const { return request_.layers.size() * request_.altitudes_m.size(); }
   [[nodiscard]] fs::path gathered() const { return work_.temporary_path() / "values.tif"; }
 
-  /// Values of one time, a band for each layer and altitude. COGs are made from whole rasters; this one,
-  /// without compression, takes tiles in any order.
+  /// Values of one time, a band for each layer and altitude. COGs are made from whole rasters; this
+  /// uncompressed one can be written by tiles in any order.
   void gather(std::size_t time) {
     const Failures failures;
     const Strings options{"TILED=YES",      "BLOCKXSIZE=256",   "BLOCKYSIZE=256", "INTERLEAVE=BAND",
@@ -119,7 +119,7 @@ class GeotiffWriter {
                                          -grid_.spacing_m};
     failures.check(GDALSetGeoTransform(dataset.get(), map_from_pixel.data()) == CE_None, folder_);
     failures.check(GDALSetProjection(dataset.get(), wkt_.c_str()) == CE_None, folder_);
-    // All bands of a TIFF have one nodata value; cells that are never written have it.
+    // All bands of a TIFF have one nodata value, also for cells that are never written.
     failures.check(GDALSetRasterNoDataValue(GDALGetRasterBand(dataset.get(), 1),
                                             std::numeric_limits<double>::quiet_NaN()) == CE_None,
                    folder_);
@@ -150,7 +150,7 @@ class GeotiffWriter {
     assert(slice->values.size() == bands() * tile.cells());
     rows_.resize(tile.cells());
     for (std::size_t band = 0; band < bands(); ++band) {
-      // Rows of a picture run from the north.
+      // Rows of a picture start in the north.
       const float* values = slice->values.data() + band * tile.cells();
       for (std::size_t r = 0; r < tile.rows; ++r) {
         std::copy_n(values + (tile.rows - 1 - r) * tile.columns, tile.columns,

@@ -29,14 +29,14 @@ std::string gdalinfo(const std::filesystem::path& path) {
   return test::run_program("gdalinfo '" + path.string() + "' 2>&1").output;
 }
 
-/// A number or "nan" in a program's output; infinite where there is neither.
+/// A number or "nan" in a program's output; infinite if there is neither.
 float number(const std::string& text) {
   float value = std::numeric_limits<float>::infinity();
   std::sscanf(text.c_str(), "%f", &value);
   return value;
 }
 
-/// The values that gdallocationinfo reads at WGS 84 places.
+/// The values that gdallocationinfo reads at WGS 84 positions.
 std::vector<float> values_at(const std::filesystem::path& path, const std::vector<geodesy::Geodetic>& places,
                              const char* options = "") {
   const test::TemporaryFolder folder;
@@ -90,8 +90,8 @@ test::SampleMap wide() {
   return map;
 }
 
-/// Places by GeographicLib's Geocentric and the ENU rotation, 5 cm inside the cells' corners: up to 9 km from
-/// the origin the projection is within 1 cm.
+/// Positions by GeographicLib's Geocentric and the ENU rotation, 5 cm inside the cells' corners: up to 9 km
+/// from the origin the projection is within 1 cm.
 void expect_places(const test::SampleMap& map, const std::filesystem::path& hdop) {
   std::vector<geodesy::Geodetic> places;
   std::vector<float> wanted;
@@ -271,7 +271,7 @@ TEST(GeotiffWriter, FullDiskAtTheLastStep) {
   test::SampleMap map(300, 200);
   write_geotiffs(folder / "whole", map.source());
   const std::size_t size = std::filesystem::file_size(folder / "whole/hdop.tif");
-  // Values are gathered and the first file written with the whole disk; it is full for the second one.
+  // Values are gathered and the first file is written with free space; the disk is full for the second one.
   MapSource source = map.source();
   std::optional<test::SmallDisk> disk;
   for (const double share : {0.0, 0.01, 0.3, 0.7, 0.99, 0.999}) {

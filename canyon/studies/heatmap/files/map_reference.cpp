@@ -26,7 +26,7 @@ std::string projection_wkt(const geodesy::LocalFrame& frame, const std::string& 
   const std::string result = wkt != nullptr ? wkt : "";
   CPLFree(wkt);
   if (known) return result;
-  throw InputError("PROJ does not take the map's projection " + text + " (" + quiet.message() + ")",
+  throw InputError("PROJ rejects the map's projection " + text + " (" + quiet.message() + ")",
                    "install proj-data, or move the city's origin away from the pole");
 }
 

@@ -8,12 +8,12 @@
 
 // Names, projection and times of map files.
 
-/// Names that write_netcdf() and StoredMap share.
+/// Names that write_netcdf() and StoredMap have in common.
 namespace canyon::heatmap::layout {
 
-inline constexpr int kVersion = 1;  ///< of `canyon_map`; a reader refuses later ones
+inline constexpr int kVersion = 1;  ///< version of `canyon_map`; a reader rejects later ones
 inline constexpr const char* kMapVersion = "canyon_map";
-// The grid exactly; x and y hold centres.
+// The exact grid; x and y are cell centres.
 inline constexpr const char* kWest = "canyon_grid_west_m";
 inline constexpr const char* kSouth = "canyon_grid_south_m";
 inline constexpr const char* kSpacing = "canyon_grid_spacing_m";
@@ -41,13 +41,13 @@ inline constexpr const char* kChecksum = "tile_crc32";  ///< (tile, time, altitu
 
 namespace canyon::heatmap {
 
-/// projection()'s system, named, on the geographic system EPSG:4326, as WKT for GDAL's `format`: "WKT2",
-/// "WKT1_GDAL". Throws InputError where PROJ does not take it (proj.db missing). Part of canyon::io.
+/// The coordinate system of projection(), named, on the geographic system EPSG:4326, as WKT for GDAL's
+/// `format`: "WKT2", "WKT1_GDAL". Throws InputError if PROJ rejects it (proj.db missing). Part of canyon::io.
 [[nodiscard]] std::string projection_wkt(const geodesy::LocalFrame& frame, const std::string& format);
 
-/// Digits of the second, at most 9, that write all times exactly.
+/// Number of decimals of the second, at most 9, with which all times are exact.
 [[nodiscard]] int second_decimals(const std::vector<geodesy::GpsTime>& times);
-/// "20190428T125803Z", with a fraction only where there is one: for names of files.
+/// "20190428T125803Z", with a fraction only if there is one: for names of files.
 /// @param decimals of all times: second_decimals()
 [[nodiscard]] std::string compact_utc(geodesy::GpsTime t, int decimals);
 

@@ -15,8 +15,8 @@
 namespace canyon::heatmap {
 namespace {
 
-/// A metre's grid over the Hong Kong mesh, 1,226 m x 1,447 m, or a multiple of it: three layers of noise as a
-/// map of errors has it, a third of the cells inside buildings.
+/// A grid of 1 m over the Hong Kong mesh, 1,226 m x 1,447 m, or a multiple of it: three layers of noise as in
+/// a map of errors, a third of the cells inside buildings.
 struct Map {
   Request request;
   MapSource source;
@@ -37,7 +37,7 @@ struct Map {
       slice.values.reserve(3 * tile.cells());
       for (std::size_t k = 0; k < 3; ++k) {
         for (std::size_t cell = 0; cell < tile.cells(); ++cell) {
-          // SplitMix64's mixing (Steele, Lea and Flood 2014): 24 bits that no compressor shortens.
+          // SplitMix64's mixing (Steele, Lea and Flood 2014): 24 incompressible bits.
           std::uint64_t noise = (cell * 3 + k + (i << 20U)) * 0x9E3779B97F4A7C15U;
           noise = (noise ^ noise >> 30U) * 0xBF58476D1CE4E5B9U;
           noise = (noise ^ noise >> 27U) * 0x94D049BB133111EBU >> 40U;

@@ -30,12 +30,12 @@ namespace canyon::heatmap {
 namespace {
 
 std::mutex library;
-/// A prime, far more than the chunks that fit.
+/// A prime, much larger than the number of cached chunks.
 constexpr std::size_t kCacheSlots = 521;
-/// Of a child process that reads.
+/// Limits of a child process that reads.
 constexpr rlim_t kMostMemory = rlim_t{3} << 29, kLongestRead_s = 10;
 
-/// Calls a function of the library, alone.
+/// Calls a function of the library under the lock.
 template <typename Function, typename... Arguments>
 int call(const Function& function, const Arguments&... arguments) {
   const std::lock_guard<std::mutex> lock(library);
@@ -43,7 +43,7 @@ int call(const Function& function, const Arguments&... arguments) {
   return function(arguments...);
 }
 
-// The library's functions of reading for each type in memory.
+// The library's read function for each type in memory.
 static_assert(sizeof(long long) == sizeof(std::int64_t));
 template <typename T>
 using InLibrary = std::conditional_t<std::is_same_v<T, std::int64_t>, long long, T>;
@@ -57,8 +57,8 @@ constexpr auto kGet<signed char> = nc_get_vara_schar;
 template <>
 constexpr auto kGet<long long> = nc_get_vara_longlong;
 
-// What close() writes behind the end that HDF5 states: readers pass over it, and any program that opens the
-// file for writing cuts it off.
+// Written by close() after the end of the HDF5 content: readers ignore it, and any program that opens the
+// file for writing removes it.
 constexpr std::string_view kMark = "\ncanyon-crc32 ";
 constexpr std::size_t kMarkAndSum = kMark.size() + 9;
 
@@ -79,7 +79,7 @@ InputError damaged(const std::filesystem::path& path) {
   return {path, 0, "is damaged", "copy it again, or write it again with Canyon"};
 }
 
-/// Whether the file is as close() left it; false for one of another program. Throws for one that is damaged.
+/// Whether the file is as written by close(); false for a file of another program. Throws if it is damaged.
 bool is_as_closed(const std::filesystem::path& path) {
   const std::uintmax_t size = std::filesystem::file_size(path);
   std::string end(std::min<std::uintmax_t>(size, kMarkAndSum), '\0');
@@ -90,13 +90,13 @@ bool is_as_closed(const std::filesystem::path& path) {
   return true;
 }
 
-/// Makes this process one whose end by a signal nobody sees, with bounds on what it may take.
+/// Prepares a child process that may crash: no core dump, no output, limits on memory and CPU time.
 void become_expendable() {
   prctl(PR_SET_DUMPABLE, 0);
   for (const int end : {SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGSEGV}) std::signal(end, SIG_DFL);
   const int nowhere = ::open("/dev/null", O_RDWR | O_CLOEXEC);
   for (const int out : {STDOUT_FILENO, STDERR_FILENO}) dup2(nowhere, out);
-  mallopt(M_PERTURB, 0xA5);  // what is read after its end, or before its beginning, is no pointer
+  mallopt(M_PERTURB, 0xA5);  // reads beyond the end, or before the beginning, give no valid pointer
   const auto bound = [](auto resource, rlim_t most) {
     rlimit limit{};
     getrlimit(resource, &limit);
@@ -109,9 +109,9 @@ void become_expendable() {
   bound(RLIMIT_CPU, kLongestRead_s);
 }
 
-/// Whether reads come to their end, or to an InputError, in a child process.
+/// Whether reads finish, or throw an InputError, in a child process.
 bool end_well(const std::filesystem::path& path, const std::function<void()>& reads) {
-  // No other thread is within the library as its state is copied. (glibc sees to malloc.)
+  // No other thread is in the library while its state is copied. (glibc handles malloc.)
   std::unique_lock<std::mutex> lock(library);
   std::array<int, 2> ends{};
   const pid_t child = pipe2(ends.data(), O_CLOEXEC) == 0 ? fork() : -1;
@@ -121,7 +121,7 @@ bool end_well(const std::filesystem::path& path, const std::function<void()>& re
       become_expendable();
       reads();
       static_cast<void>(::write(ends[1], "", 1) == 1);
-    } catch (...) {  // no memory: not well
+    } catch (...) {  // out of memory: failed
     }
     _exit(0);
   }
@@ -140,10 +140,10 @@ bool end_well(const std::filesystem::path& path, const std::function<void()>& re
   return well;
 }
 
-/// Where HDF5 (1.10) cannot close a file, of a full disk or a damaged one, it stays half released in its
-/// tables, and HDF5 crashes when the program ends. So its clean-up at exit is switched off: all files here
-/// are closed by hand. This has no effect where the program has used HDF5 before. The function is looked up
-/// by name, since only libnetcdf links HDF5.
+/// If HDF5 (1.10) cannot close a file, on a full disk or a damaged one, the file stays half released in its
+/// tables, and HDF5 crashes at the end of the program. So its clean-up at exit is disabled: all files are
+/// closed explicitly. This has no effect if the program has used HDF5 before. The function is looked up by
+/// name, since only libnetcdf links HDF5.
 void leave_exit_alone() {
   static const bool left_alone = [] {
     using Function = int (*)();
@@ -169,16 +169,16 @@ double unix_seconds(geodesy::GpsTime t) {
 
 void NetcdfFile::check_written(int status) const {
   if (status == NC_NOERR) return;
-  // HDF5 reports a failed write, not why; the system's word is often still there.
+  // HDF5 reports that a write failed, but not why; errno often still has the reason.
   const int code = errno;
   const bool named = code == ENOSPC || code == EFBIG || code == EDQUOT || code == EIO;
   std::error_code unknown;
   const std::filesystem::path folder = shown_.has_parent_path() ? shown_.parent_path() : ".";
   const auto space = std::filesystem::space(folder, unknown);
   const bool full = code == ENOSPC || code == EDQUOT || (!unknown && space.available < (1U << 20));
-  throw OutputError(
-      shown_, 0, fmt::format("cannot be written: {}", named ? std::strerror(code) : nc_strerror(status)),
-      full ? "free disk space and run again" : "choose a folder that exists and that you may write to");
+  throw OutputError(shown_, 0,
+                    fmt::format("cannot be written: {}", named ? std::strerror(code) : nc_strerror(status)),
+                    full ? "free disk space and run again" : "choose an existing, writable folder");
 }
 
 void NetcdfFile::check_read(int status) const {
@@ -208,7 +208,7 @@ void NetcdfFile::first_in_child(const std::function<void()>& reads) const {
   const auto to_the_end = [&] {
     try {
       reads();
-    } catch (const InputError&) {  // it comes again below
+    } catch (const InputError&) {  // it is thrown again below
     }
     if (id_ >= 0) call(nc_close, id_);
   };
@@ -243,7 +243,7 @@ void NetcdfFile::set_storage(int variable, const std::vector<std::size_t>& chunk
                              std::size_t cache_bytes) {
   check_written(call(nc_def_var_chunking, id_, variable, NC_CHUNKED, chunk.data()));
   check_written(call(nc_def_var_deflate, id_, variable, 1, 1, deflate_level));
-  // HDF5 leaves chunks that do not shrink uncompressed, and then without zlib's checksum.
+  // HDF5 leaves incompressible chunks uncompressed, without zlib's checksum.
   check_written(call(nc_def_var_fletcher32, id_, variable, NC_FLETCHER32));
   check_written(call(nc_set_var_chunk_cache, id_, variable, cache_bytes, kCacheSlots, 1.0F));
 }

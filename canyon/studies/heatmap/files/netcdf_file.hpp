@@ -20,27 +20,26 @@ namespace canyon::heatmap {
 /// Seconds since 1970-01-01 00:00:00 UTC without leap seconds, as CF's standard calendar counts them.
 [[nodiscard]] double unix_seconds(geodesy::GpsTime t);
 
-/// An open NetCDF file. The library is not thread-safe: every call of all files goes through one lock.
-/// Failures are InputErrors that name the file. Part of canyon::io.
+/// An open NetCDF file. The library is not thread-safe: all calls for all files hold one lock. Failures are
+/// InputErrors that name the file. Part of canyon::io.
 class NetcdfFile {
  public:
-  /// Makes `at`, anew; `shown` is its name in messages.
+  /// Creates or replaces `at`; `shown` is its name in messages.
   [[nodiscard]] static NetcdfFile create(const std::filesystem::path& at, const std::filesystem::path& shown);
-  /// Opens a file for reading: one with the checksum of close() must agree with it, any other is opened by
+  /// Opens a file for reading: a file with the checksum of close() must match it, any other is opened by
   /// first_in_child().
   [[nodiscard]] static NetcdfFile open(const std::filesystem::path& path);
-  /// Does not report failures of writing; close() does.
+  /// Ignores write failures; close() reports them.
   ~NetcdfFile();
   NetcdfFile(NetcdfFile&& other) noexcept;
   NetcdfFile& operator=(NetcdfFile&&) = delete;
   NetcdfFile(const NetcdfFile&) = delete;
   NetcdfFile& operator=(const NetcdfFile&) = delete;
 
-  // Defining; NC_GLOBAL is the variable of global attributes.
+  // Definitions; NC_GLOBAL is the variable of global attributes.
   int define_dimension(const std::string& name, std::size_t size);
   int define_variable(const std::string& name, nc_type type, const std::vector<int>& dimensions);
-  /// Chunks, shuffled, deflated and with a checksum. @param cache_bytes of chunks kept in memory while
-  /// writing
+  /// Chunked, shuffled, deflated and with a checksum. @param cache_bytes of chunks in memory while writing
   void set_storage(int variable, const std::vector<std::size_t>& chunk, int deflate_level,
                    std::size_t cache_bytes);
   void put(int variable, const std::string& name, nc_type type, std::size_t count, const void* values);
@@ -60,15 +59,15 @@ class NetcdfFile {
 
   // Values of a box [start, start + count).
   using Index = std::vector<std::size_t>;
-  /// @param values of the type that the variable is defined with
+  /// @param values of the type of the variable's definition
   void write(int variable, const Index& start, const Index& count, const void* values);
-  /// Ends the file with a checksum over all of it, which is no part of its HDF5.
+  /// Ends the file with a checksum over all of it, which is not part of its HDF5 content.
   void close();
 
-  /// Calls `reads`. HDF5 may crash on damaged files, so those without a checksum are first read so by a child
-  /// process with limits; throws InputError where that does not come to its end.
+  /// Calls `reads`. HDF5 may crash on damaged files, so those without a checksum are first read in a child
+  /// process with limits; throws InputError if the child does not finish.
   void first_in_child(const std::function<void()>& reads) const;
-  // Reading, within first_in_child(); empty where there is no such thing (of that type).
+  // Reading, within first_in_child(); empty if there is no such item (of that type).
   [[nodiscard]] std::optional<std::size_t> dimension(const std::string& name) const;
   [[nodiscard]] std::optional<int> variable(const std::string& name) const;
   [[nodiscard]] std::vector<std::string> variable_names() const;
@@ -80,7 +79,7 @@ class NetcdfFile {
   template <typename T>
   void read(int variable, const Index& start, const Index& count, T* values) const;
 
-  /// CRC-32 (zlib's) of values as they lie in memory, continuing that of `before`.
+  /// CRC-32 (zlib's) of values in their memory layout, continuing that of `before`.
   [[nodiscard]] static std::int64_t checksum(std::span<const std::byte> values, std::int64_t before = 0);
 
   [[nodiscard]] const std::filesystem::path& path() const { return shown_; }
@@ -92,7 +91,7 @@ class NetcdfFile {
 
   std::filesystem::path shown_, at_;
   int id_ = -1;
-  bool is_as_closed_ = false;  ///< by its checksum
+  bool is_as_closed_ = false;  ///< its checksum is valid
 };
 
 }  // namespace canyon::heatmap

@@ -25,7 +25,7 @@ namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr int kDeflateLevel = 4;
-/// Latitude and longitude of every cell would outweigh the layers of larger maps.
+/// In larger maps, latitude and longitude of every cell would be larger than the layers.
 constexpr std::size_t kMostCellsWithLatitude = 4'000'000;
 
 class NetcdfWriter {
@@ -133,7 +133,7 @@ class NetcdfWriter {
       file_.put_number(crs, "latitude_of_projection_origin", latitude_deg);
       file_.put_number(crs, "false_easting", 0);
       file_.put_number(crs, "false_northing", 0);
-    }  // CF has no name for a turned one (its oblique_mercator is not rectified to a given angle): crs_wkt
+    }  // CF has no name for a rotated one (its oblique_mercator is not rectified to a given angle): crs_wkt
        // has it
     file_.put_text(crs, "reference_ellipsoid_name", "WGS 84");
     file_.put_number(crs, "semi_major_axis", geodesy::kSemiMajorAxis);
@@ -235,7 +235,7 @@ class NetcdfWriter {
   }
 
   void write_latitudes(const Tile& tile) {
-    // Cut to whole 2^-27 deg (0.8 mm on the ground), which halves their size.
+    // Rounded to multiples of 2^-27 deg (0.8 mm on the ground), which halves their size.
     const auto cut = [](double deg) { return std::ldexp(std::round(std::ldexp(deg, 27)), -27); };
     std::vector<double> latitudes, longitudes;
     latitudes.reserve(tile.cells());
@@ -254,8 +254,8 @@ class NetcdfWriter {
     step();
   }
 
-  /// Chunks have checksums of their own; the index that finds them has none, and a chunk that it has lost
-  /// reads as missing values.
+  /// Chunks have their own checksums; the index of chunks has none, and a chunk missing in it is read as
+  /// missing values.
   void define_checksums() {
     const int tile_dim = file_.define_dimension(layout::kTile, grid_.tile_count());
     checksum_ = file_.define_variable(layout::kChecksum, NC_INT64, {tile_dim, time_dim_, altitude_dim_});
@@ -275,7 +275,7 @@ class NetcdfWriter {
     if (with_latitude_) write_latitudes(tile);
     std::vector<signed char> state;  // [altitude][cell]; empty before the first slice
     std::vector<std::int64_t> checksums(request_.times.size() * altitudes, -1);
-    // Times within tiles: a store keeps a tile's times together.
+    // Times within tiles: a store has a tile's times together.
     for (std::size_t time = 0; time < request_.times.size(); ++time, step()) {
       const std::optional<MapSource::Slice> slice = source_.slice(i, time);
       if (!slice) continue;
@@ -307,12 +307,12 @@ class NetcdfWriter {
     if (source_.progress) source_.progress(++done_, steps_);
   }
 
-  /// Sets the storage of a variable over (y, x) and `outer` dimensions in front.
+  /// Sets the storage of a variable over (y, x) with `outer` dimensions before them.
   void store_by_tile(int variable, std::size_t outer, std::size_t value_size) {
     std::vector<std::size_t> chunk(outer, 1);
     chunk.push_back(std::min(grid_.tile_size, grid_.rows));
     chunk.push_back(std::min(grid_.tile_size, grid_.columns));
-    // Chunks are written whole, one after the other.
+    // Chunks are written completely, one after the other.
     file_.set_storage(variable, chunk, kDeflateLevel, chunk[outer] * chunk[outer + 1] * value_size);
   }
 

@@ -23,7 +23,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// Debian's Python, which sees Debian's packages whatever Python comes first in the path.
+/// Debian's Python, which finds Debian's packages, even if another Python is first in the path.
 constexpr const char* kPython = "/usr/bin/python3";
 
 /// Two times, two altitudes, 40 x 21 cells (3 x 2 tiles).
@@ -150,7 +150,7 @@ TEST(NetcdfWriter, SameMapSameBytesAtAnotherSecond) {
   const test::TemporaryFolder folder;
   const test::SampleMap map = varied();
   write_netcdf(folder / "a.nc", map.source());
-  // Objects of HDF5 may carry the second of their making.
+  // Objects of HDF5 may contain the second of their creation.
   const std::time_t made = std::time(nullptr);
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(5);
   while (std::time(nullptr) == made && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();

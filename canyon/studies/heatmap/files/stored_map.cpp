@@ -73,7 +73,7 @@ struct StoredMap::Impl : About {
     if (!size || *size == 0) refuse(fmt::format("it has no dimension {}", dimension));
     return *size;
   }
-  /// A variable over just these dimensions.
+  /// A variable over exactly these dimensions.
   int over(const char* name, const std::vector<std::string>& dimensions) const {
     const std::optional<int> variable = file.variable(name);
     if (!variable || file.dimensions_of(*variable) != dimensions)
@@ -98,19 +98,19 @@ struct StoredMap::Impl : About {
     grid.south_m = required(layout::kSouth);
     grid.spacing_m = required(layout::kSpacing);
     const double tile_size = required(layout::kTileSize);
-    if (!(grid.spacing_m > 0) || !(tile_size >= 1 && tile_size <= 65536)) refuse("its grid makes no sense");
+    if (!(grid.spacing_m > 0) || !(tile_size >= 1 && tile_size <= 65536)) refuse("its grid is invalid");
     grid.tile_size = static_cast<std::uint32_t>(tile_size);
     const std::size_t columns = size_of(layout::kX), rows = size_of(layout::kY);
     constexpr std::size_t kMost = std::size_t{1} << 31;
-    if (columns > kMost || rows > kMost) refuse("its grid makes no sense");
+    if (columns > kMost || rows > kMost) refuse("its grid is invalid");
     grid.columns = static_cast<std::uint32_t>(columns);
     grid.rows = static_cast<std::uint32_t>(rows);
-    // A part that another tool cut out has these attributes and other axes.
+    // An extract by another tool has these attributes but other axes.
     const auto expect = [&](const char* axis, std::size_t at, double wanted) {
       double found = 0;
       file.read(over(axis, {axis}), {at}, {1}, &found);
       if (!(std::abs(found - wanted) <= 1e-6 * grid.spacing_m))
-        refuse(fmt::format("its {} does not follow its grid", axis));
+        refuse(fmt::format("its {} does not match its grid", axis));
     };
     expect(layout::kX, 0, grid.centre(0, 0).x());
     expect(layout::kX, columns - 1, grid.centre(grid.columns - 1, 0).x());
@@ -124,7 +124,7 @@ struct StoredMap::Impl : About {
     file.read(over(layout::kGpsTime, {layout::kTime}), {0}, {gps.size()}, gps.data());
     for (const std::int64_t t : gps) times.push_back(geodesy::GpsTime::from_nanoseconds(t));
     if (std::adjacent_find(gps.begin(), gps.end(), std::greater_equal<>()) != gps.end())
-      refuse("its times do not ascend");
+      refuse("its times are not ascending");
     altitudes_m.resize(size_of(layout::kAltitude));
     if (altitudes_m.size() > (std::size_t{1} << 20)) refuse("it has too many altitudes");
     file.read(over(layout::kAltitude, {layout::kAltitude}), {0}, {altitudes_m.size()}, altitudes_m.data());
@@ -147,8 +147,8 @@ struct StoredMap::Impl : About {
     }
     if (layers.empty()) refuse("it has no layer");
     checksum = over(layout::kChecksum, {layout::kTile, layout::kTime, layout::kAltitude});
-    if (size_of(layout::kTile) != grid.tile_count()) refuse("its tiles do not follow its grid");
-    // Pieces are kept here, decoded; the library need not keep them too.
+    if (size_of(layout::kTile) != grid.tile_count()) refuse("its tiles do not match its grid");
+    // Decoded pieces are cached here, so the library need not cache them.
     const std::size_t chunk =
         std::size_t{std::min(grid.tile_size, grid.rows)} * std::min(grid.tile_size, grid.columns);
     file.set_cache(state, chunk);
@@ -168,7 +168,7 @@ struct StoredMap::Impl : About {
     }
   }
 
-  /// The caller holds the mutex.
+  /// Precondition: the caller holds the mutex.
   const Piece& piece(std::size_t tile, std::size_t time, std::size_t altitude) {
     const auto same = [&](const Piece& p) {
       return p.tile == tile && p.time == time && p.altitude == altitude;
@@ -217,10 +217,10 @@ struct StoredMap::Impl : About {
   }
 
   NetcdfFile file;
-  std::vector<int> variables;  ///< of the layers
+  std::vector<int> variables;  ///< by layer
   int state = 0, checksum = 0;
-  std::mutex mutex;         ///< over `pieces`
-  std::list<Piece> pieces;  ///< the last asked for first
+  std::mutex mutex;         ///< for `pieces`
+  std::list<Piece> pieces;  ///< most recently used first
 };
 
 StoredMap::StoredMap(const std::filesystem::path& netcdf) : impl_(std::make_unique<Impl>(netcdf)) {

@@ -12,8 +12,8 @@
 
 namespace canyon::heatmap {
 
-/// A map read back from write_netcdf()'s file, for questions of route planners. Tiles are read when they are
-/// asked for, the last ones kept (64 MiB). Thread-safe (one thread reads at a time). Part of canyon::io.
+/// A map read from write_netcdf()'s file, for queries of route planners. Tiles are read on demand, the last
+/// ones cached (64 MiB). Thread-safe (one thread reads at a time). Part of canyon::io.
 class StoredMap final : public MapAnswers {
  public:
   /// Throws InputError for a file that is missing, damaged or not a map of Canyon.

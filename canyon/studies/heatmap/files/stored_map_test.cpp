@@ -194,14 +194,14 @@ TEST(StoredMap, RefusesWhatIsNoMap) {
   EXPECT_THAT(problem(folder / "later.nc"), HasSubstr("is of version 2, this Canyon reads up to 1"));
 }
 
-/// The bytes of a map of 60 x 60 cells without the checksum behind them, as other programs write them.
+/// The bytes of a map of 60 x 60 cells without the final checksum, as other programs write them.
 std::string bytes_without_checksum(const test::TemporaryFolder& folder) {
   write_netcdf(folder / "map.nc", test::SampleMap(60, 60).source());
   const std::string bytes = test::read_bytes(folder / "map.nc");
   return bytes.substr(0, bytes.rfind("\ncanyon-crc32 "));
 }
 
-// HDF5 1.10 reads a global heap with such objects beyond its end, or for ever.
+// HDF5 1.10 reads a global heap with such objects beyond its end, or endlessly.
 TEST(StoredMap, DamagedHeapsAreSaid) {
   const test::TemporaryFolder folder;
   const std::string whole = bytes_without_checksum(folder);
@@ -220,7 +220,7 @@ TEST(StoredMap, DamagedHeapsAreSaid) {
   }
 }
 
-// Of 120 such files 22 ended the program by a signal: HDF5 1.10 frees text of the file as a pointer.
+// Of 120 such files 22 crashed the program: HDF5 1.10 frees text of the file as a pointer.
 TEST(StoredMap, FilesThatCrashHdf5AreRefused) {
   const test::TemporaryFolder folder;
   const std::string whole = bytes_without_checksum(folder);
@@ -277,7 +277,7 @@ TEST(StoredMap, DamageIsSaidOrHarmless) {
         << whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size())));
     EXPECT_THAT(problem(folder / "cut.nc"), HasSubstr("cut.nc: ")) << share;
   }
-  // Compressed chunks (zlib's checksum) fill the file's end.
+  // Compressed chunks (zlib's checksum) are at the file's end.
   std::mt19937 random(1);
   int said = 0;
   for (int i = 0; i < 40; ++i) {

@@ -26,7 +26,7 @@ class Bins {
   }
 
  private:
-  std::vector<std::uint32_t> first_;  ///< of each bin, among items_; then their number
+  std::vector<std::uint32_t> first_;  ///< index into items_ of each bin's first; finally their number
   std::vector<std::uint32_t> items_;
 };
 

@@ -20,8 +20,8 @@ std::size_t tiles_along(std::uint32_t cells, std::uint32_t tile_size) {
   return (std::size_t{cells} + tile_size - 1) / tile_size;
 }
 
-/// East coordinate where the edge a-b crosses the line y, if it does. Half open in y, so that a line through
-/// a corner counts its two edges once or twice as it should.
+/// East coordinate of the intersection of edge a-b with the line y, if any. Half open in y, so that a line
+/// through a corner counts its two edges once or twice as required.
 std::optional<double> crossing(const Vector2d& a, const Vector2d& b, double y) {
   if ((a.y() <= y) == (b.y() <= y)) return std::nullopt;
   return a.x() + (y - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
@@ -55,7 +55,7 @@ void visit(options::Visitor& v, Grid& o) {
   v.number({"spacing_m", "m", "side of a cell"}, o.spacing_m, {0.01, 10'000});
   v.integer({"columns", "cells", "from west to east"}, o.columns, 1, kMost);
   v.integer({"rows", "cells", "from south to north"}, o.rows, 1, kMost);
-  v.integer({"tile_size", "cells", "width of a tile", "256, fewer where these are wider than 1024 m"},
+  v.integer({"tile_size", "cells", "width of a tile", "256, fewer if these are wider than 1024 m"},
             o.tile_size, 1, 4096);
 }
 
@@ -74,7 +74,7 @@ Grid Grid::covering(double west_m, double south_m, double east_m, double north_m
     throw InputError(fmt::format("a grid spacing of {} m is out of range", spacing_m),
                      "give 0.01 to 10,000 m");
   }
-  // A millionth of a cell too much is rounding, not a further cell.
+  // A millionth of a cell more is rounding, not a further cell.
   const auto cells = [&](double low, double high) {
     return std::max(1.0, std::ceil((high - low) / spacing_m - 1e-6));
   };
@@ -89,7 +89,7 @@ Grid Grid::covering(double west_m, double south_m, double east_m, double north_m
   grid.spacing_m = spacing_m;
   grid.columns = static_cast<std::uint32_t>(columns);
   grid.rows = static_cast<std::uint32_t>(rows);
-  // All cells of a tile share the satellites' directions: wide cells get tiles of fewer cells.
+  // All cells of a tile use the same satellite directions: tiles of wide cells have fewer cells.
   while (grid.tile_size > 16 && grid.tile_size * spacing_m > kWidestTile_m) grid.tile_size /= 2;
   return grid;
 }
@@ -108,7 +108,7 @@ bool Area::contains(const Vector2d& point) const {
 std::vector<std::uint8_t> Area::mask(const Grid& grid, const Tile& tile) const {
   std::vector<std::vector<double>> crossings(tile.rows);
   const auto row_below = [&](double y) {
-    // The last row of the tile whose centres lie at or below y, with one of slack; checked exactly below.
+    // The last row of the tile with centres at or below y, plus one; checked exactly below.
     const double row = (y - grid.south_m) / grid.spacing_m - 0.5 - tile.first_row;
     return std::clamp(std::floor(row), -2.0, tile.rows + 1.0);
   };

@@ -12,8 +12,8 @@
 
 namespace canyon::heatmap {
 
-/// Tiles that Grid::covering() makes are no wider, as long as they have more than 16 cells across. The
-/// satellites' directions of a whole tile are those of its centre, 724 m from a corner: with a satellite
+/// Maximum width of tiles of Grid::covering(), as long as they have more than 16 cells across. The
+/// satellites' directions of a whole tile are those of its centre, 724 m from a corner: for a satellite
 /// overhead, 20,200 km away (GPS), 3.6e-5 rad from the corner's (GLONASS: 3.8e-5).
 inline constexpr double kWidestTile_m = 1024;
 
@@ -45,26 +45,26 @@ struct Grid {
   [[nodiscard]] bool operator==(const Grid&) const = default;
 
   /// The grid that covers [west, east] x [south, north] with whole cells. Throws InputError for a box that is
-  /// empty or not finite, a spacing not in [0.01, 10,000] m, and more than 2^31 columns or rows. Tiles are of
-  /// 256 cells across, fewer (down to 16) where they would be wider than kWidestTile_m.
+  /// empty or not finite, a spacing not in [0.01, 10,000] m, and more than 2^31 columns or rows. Tiles are
+  /// 256 cells across, fewer (down to 16) if they would be wider than kWidestTile_m.
   [[nodiscard]] static Grid covering(double west_m, double south_m, double east_m, double north_m,
                                      double spacing_m);
 };
 /// Visits its fields.
 void visit(options::Visitor& v, Grid& o);
 
-/// Polygons in which cells must lie (centres, even-odd rule, holes as further rings), ENU of the city [m].
-/// Rings need not be closed; a last corner that repeats the first is allowed. Points on an edge are on
-/// either side of it, on the same one for all calls.
+/// Polygons in which cells must be (centres, even-odd rule, holes as further rings), ENU of the city [m].
+/// Rings need not be closed; a last corner that repeats the first is allowed. Points on an edge are on either
+/// side of it, on the same one for all calls.
 struct Area {
   std::vector<std::vector<Eigen::Vector2d>> rings;
 
   [[nodiscard]] bool contains(const Eigen::Vector2d& point) const;
-  /// 1 for cells of a tile whose centre contains() has, else 0: row by row, each edge once.
+  /// 1 for cells of a tile for whose centre contains() is true, else 0: row by row, each edge once.
   [[nodiscard]] std::vector<std::uint8_t> mask(const Grid& grid, const Tile& tile) const;
   /// Bounds: min and max corner. The area must have a ring.
   [[nodiscard]] std::pair<Eigen::Vector2d, Eigen::Vector2d> bounds() const;
-  /// Throws InputError where there is no ring, for one of fewer than three corners, and for a corner that is
+  /// Throws InputError if there is no ring, for a ring of fewer than three corners, and for a corner that is
   /// not finite.
   void validate() const;
 };

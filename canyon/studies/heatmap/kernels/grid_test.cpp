@@ -25,7 +25,7 @@ TEST(Grid, CoversTheBoxWithWholeCells) {
   EXPECT_EQ(grid.centre(0, 0), Vector2d(-9, -19));
   EXPECT_EQ(grid.centre(12, 24), Vector2d(15, 29));
   EXPECT_EQ(grid.cells(), 325U);
-  // 0.1 is no whole part of 0.3 in doubles: rounding makes no further column.
+  // 0.1 does not divide 0.3 in doubles: rounding does not add a column.
   EXPECT_EQ(Grid::covering(0, 0, 0.3, 0.7, 0.1).columns, 3U);
   EXPECT_EQ(Grid::covering(0, 0, 0.3, 0.7, 0.1).rows, 7U);
   EXPECT_EQ(Grid::covering(0, 0, 0.005, 0.005, 1).cells(), 1U);
@@ -77,7 +77,7 @@ TEST(Grid, TilesOfWideCellsAreNotWiderThanASharedDirectionBears) {
 }
 
 TEST(Area, HolesAndSeveralPolygonsByEvenOdd) {
-  // A square of 10 with a hole of 4, and a triangle apart from it.
+  // A square of 10 with a hole of 4, and a separate triangle.
   const Area area{{{{0, 0}, {10, 0}, {10, 10}, {0, 10}},
                    {{3, 3}, {7, 3}, {7, 7}, {3, 7}, {3, 3}},
                    {{20, 0}, {30, 0}, {25, 10}}}};
@@ -104,7 +104,7 @@ TEST(Area, MaskOfTilesIsThatOfEachCell) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> unit(-50, 50);
   for (int i = 0; i < 40; ++i) star.emplace_back(unit(random), unit(random));  // crosses itself
-  // Corners at the very centres of cells.
+  // Corners exactly at the centres of cells.
   const std::vector<Vector2d> on_centres{{-49.5, -49.5}, {-29.5, -49.5}, {-29.5, -29.5}, {-49.5, -29.5}};
   Grid grid = Grid::covering(-50, -50, 50, 50, 1);
   grid.tile_size = 32;

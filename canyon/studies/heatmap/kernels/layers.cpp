@@ -99,7 +99,7 @@ void visit(options::Visitor& v, LimitOptions& o) {
   v.number({"alert_m", "m", "protected_availability: largest horizontal protection level"}, o.alert_m,
            {0, 1e6, true});
   v.number({"protection_factor", "",
-            "protection level over the larger half axis of the stated standard deviations"},
+            "protection level over the larger half axis of the reported standard deviations"},
            o.protection_factor, {0, 100, true});
   v.integer({"rtk_s", "s", "rtk_...: time for which the receiver has corrections"}, o.rtk_s, 1, 3600);
 }

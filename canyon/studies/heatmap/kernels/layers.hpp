@@ -10,11 +10,11 @@
 
 namespace canyon::heatmap {
 
-/// A quantity that a map gives for each cell, time and altitude. Values are floats, NaN where there is none.
+/// A quantity that a map has for each cell, time and altitude. Values are floats, NaN if there is none.
 enum class Layer : std::uint8_t {
   HorizontalError,      ///< without noise [m]; NaN without a fix, as all errors
   VerticalError,        ///< without noise, up positive [m]
-  HorizontalErrorMean,  ///< over noise draws [m]
+  HorizontalErrorMean,  ///< over noise realizations [m]
   HorizontalErrorRms,
   HorizontalErrorP50,
   HorizontalErrorP95,
@@ -22,7 +22,7 @@ enum class Layer : std::uint8_t {
   VerticalErrorRms,
   VerticalErrorP50,
   VerticalErrorP95,
-  Availability,  ///< 1 with a fix, 0 without; with strength: share of the draws [1]
+  Availability,  ///< 1 with a fix, 0 without; with strength: fraction of the realizations [1]
   Hdop,          ///< NaN without a fix, as all DOPs
   Pdop,
   Vdop,
@@ -32,15 +32,16 @@ enum class Layer : std::uint8_t {
   SatellitesBlocked,  ///< above the mask, not received
   NlosShare,          ///< of the received ones, NaN for none [1]
   LargestExcess,      ///< of received satellites [m], NaN for none
-  SkyView,  ///< share of the sky's hemisphere (by solid angle) that is clear [1]; the same at all times
-  HorizontalErrorExceedance,  ///< share of the draws with a fix whose error is above LimitOptions::error_m
+  SkyView,            ///< clear fraction of the sky's hemisphere (by solid angle) [1]; the same at all times
+  HorizontalErrorExceedance,  ///< fraction of realizations with a fix whose error exceeds
+                              ///< LimitOptions::error_m
   ProtectionLevel,            ///< positioning::horizontal_protection_level_m() of the fix without noise [m]
-  /// Share of the draws that have a fix with a protection level up to LimitOptions::alert_m [1].
+  /// Fraction of the realizations that have a fix with a protection level up to LimitOptions::alert_m [1].
   ProtectedAvailability,
-  MisleadingShare,  ///< share of the draws with a fix whose horizontal error is above the protection level
-  // Layers of a receiver with RTK that is at rest and takes its base's corrections for LimitOptions::rtk_s:
-  RtkFixedShare,     ///< share of the epochs of all draws whose solution is fixed [1]
-  RtkTimeToFix,      ///< median over the draws [s]; NaN where half of them or more have no fixed solution
+  MisleadingShare,  ///< fraction of realizations with a fix and a horizontal error above the protection level
+  // Layers of a stationary receiver with RTK that uses its base's corrections for LimitOptions::rtk_s:
+  RtkFixedShare,     ///< fraction of the epochs of all realizations whose solution is fixed [1]
+  RtkTimeToFix,      ///< median over the realizations [s]; NaN if half of them or more have no fixed solution
   RtkFixedErrorP95,  ///< 95th percentile of the horizontal error while fixed [m]; NaN without
 };
 inline constexpr std::size_t kLayerCount = static_cast<std::size_t>(Layer::RtkFixedErrorP95) + 1;
@@ -51,11 +52,11 @@ struct LayerInfo {
   std::string_view long_name;  ///< for people
   std::string_view unit;       ///< UDUNITS: "m", "1", "s"
   bool error = false;          ///< needs a fix (its errors, geometry or satellites)
-  bool draws = false;          ///< needs noise draws
-  /// Needs to know what arrives beyond the line of sight: all but SatellitesLos and SkyView.
+  bool draws = false;          ///< needs noise realizations
+  /// Needs all arriving paths beyond the line of sight: all but SatellitesLos and SkyView.
   bool received = true;
 };
-/// Limits with which layers for planners compare.
+/// Limits of the layers for planners.
 struct LimitOptions {
   double error_m = 10;  ///< of HorizontalErrorExceedance; (0, 1e6]
   /// Alert limit of ProtectedAvailability; (0, 1e6]. Default: horizontal alert limit of APV-I and LPV
@@ -63,7 +64,7 @@ struct LimitOptions {
   double alert_m = 40;
   /// K of protection levels, (0, 100]. Default: K_H,PA of RTCA DO-229D appendix J.2.1; K_H,NPA is 6.18.
   double protection_factor = 6.0;
-  int rtk_s = 60;  ///< corrections are taken for so long [s]; [1, 3600]
+  int rtk_s = 60;  ///< time with corrections [s]; [1, 3600]
   [[nodiscard]] bool operator==(const LimitOptions&) const = default;
   /// Throws InputError naming the field and its bound.
   void validate() const;
@@ -73,11 +74,11 @@ void visit(options::Visitor& v, LimitOptions& o);
 /// All layers, in the order of Layer.
 [[nodiscard]] std::span<const LayerInfo> all_layers();
 [[nodiscard]] const LayerInfo& info(Layer layer);
-/// Whether receivers are run for it second by second.
+/// Whether its receivers are run second by second.
 [[nodiscard]] constexpr bool of_rtk(Layer layer) {
   return layer >= Layer::RtkFixedShare;
 }
-/// Whether the solver of cells gives it: all but SkyView, which needs none, and those of RTK.
+/// Whether the solver of cells computes it: all but SkyView, which needs none, and those of RTK.
 [[nodiscard]] constexpr bool of_solver(Layer layer) {
   return layer != Layer::SkyView && !of_rtk(layer);
 }
@@ -93,10 +94,9 @@ void visit(options::Visitor& v, LimitOptions& o);
 /// The layers of these names in their order, each once; "all" is layers_of_one_look(). No name:
 /// default_layers(). Throws as layer_by_name().
 [[nodiscard]] std::vector<Layer> layers_named(const std::vector<std::string_view>& names);
-/// The limit with which a layer compares, for people: "more than 10 m, of the draws with a fix"; empty for
-/// most.
+/// The limit of a layer, for people: "more than 10 m, of the draws with a fix"; empty for most layers.
 [[nodiscard]] std::string limits_text(Layer layer, const LimitOptions& limits);
-/// Layers that "all" selects: those that one epoch in each cell gives.
+/// Layers that "all" selects: those that need one epoch in each cell.
 [[nodiscard]] std::vector<Layer> layers_of_one_look();
 /// HorizontalError, SatellitesVisible, Hdop: the paper's panels.
 [[nodiscard]] std::vector<Layer> default_layers();

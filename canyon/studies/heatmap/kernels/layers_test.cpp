@@ -54,7 +54,7 @@ TEST(Layers, AnotherNameIsAnErrorThatNamesTheClosest) {
   EXPECT_THROW((void)layer_by_name(""), InputError);
 }
 
-// "all" must not cost a hundred times what it did: what is run through time is asked for by name.
+// "all" must not become a hundred times slower: layers that run through time must be requested by name.
 TEST(Layers, OneLookGivesAllThatDoNotRunOn) {
   const std::vector<Layer> layers = layers_of_one_look();
   EXPECT_EQ(layers.size(), all_layers().size() - 3);

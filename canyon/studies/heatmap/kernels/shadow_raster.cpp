@@ -24,8 +24,7 @@ constexpr ByteOfBits kBytes = make_bytes();
 }  // namespace
 
 // Computes the ends of spans in doubles and rounds them, four rows at a time. The first cell is the least one
-// that is not below u: the whole part of u + 1, except where u is whole to the last bit; the margin covers
-// that.
+// not below u: the integer part of u + 1, except if u is exactly an integer; the margin covers that.
 CANYON_CLONES
 void row_spans(const RowBounds& bounds, int row, int count, int* first, int* last) {
   const RowBounds b = bounds;
@@ -66,10 +65,10 @@ void RangeRaster::add(const RasterPoint& a, const RasterPoint& b, const RasterPo
   const double bu = b.u - a.u, bv = b.v - a.v, cu = c.u - a.u, cv = c.v - a.v;
   const double bt = b.range - a.range, ct = c.range - a.range;
   const double twice_area = bu * cv - cu * bv;
-  if (twice_area == 0) return;  // seen from its edge: a ray in its plane meets its neighbours
+  if (twice_area == 0) return;  // seen edge-on: a ray in its plane hits its neighbours
   const double along_u = (bt * cv - ct * bv) / twice_area;
   const double along_v = (ct * bu - bt * cu) / twice_area;
-  // Where a triangle is seen nearly from its edge the slopes are badly known; its corners are not.
+  // If a triangle is seen nearly edge-on, the slopes are inaccurate, but its corners are exact.
   const double least = std::min(std::min(a.range, b.range), c.range);
   const double most = std::max(std::max(a.range, b.range), c.range);
   scan_triangle(a, b, c, columns_, ranges_.size() / columns_, [&](int row, int first, int last) {

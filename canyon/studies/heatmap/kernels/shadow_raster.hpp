@@ -16,11 +16,11 @@ struct RasterPoint {
   double range = 0;  ///< from the plane along the direction to the corner [m]
 };
 
-/// Spans are this much longer on either side [cells], so that rounding leaves no cell between triangles that
-/// share a side: it moves an end by some 1e-12 for tiles about a city's centre.
+/// Spans are extended by this much on either side [cells], so that rounding leaves no cell between triangles
+/// with a common side: rounding moves an end by about 1e-12 for tiles near a city's centre.
 constexpr double kSpanMargin = 1e-9;
 
-/// Whole numbers without a call into libm (SSE2 has no rounding); x in [-2, 2^30].
+/// Floor without a call into libm (SSE2 has no rounding); x in [-2, 2^30].
 [[nodiscard]] inline int floor_of(double x) {
   return static_cast<int>(x + 2) - 2;
 }
@@ -39,9 +39,9 @@ constexpr int kRowsAtOnce = 64;
 /// First and last cells of `count` rows from `row` on (at most kRowsAtOnce); last below first: none.
 void row_spans(const RowBounds& bounds, int row, int count, int* first, int* last);
 
-/// Calls span(row, first, last) for the cells of a tile whose centres lie in the closed triangle, row by row.
-/// A side gives the same ends to both triangles that share it, since it is always followed from its lower to
-/// its higher corner.
+/// Calls span(row, first, last) for the cells of a tile whose centres are in the closed triangle, row by row.
+/// A common side gives the same ends for both triangles, since it is always followed from its lower to its
+/// higher corner.
 template <class Span>
 void scan_triangle(RasterPoint a, RasterPoint b, RasterPoint c, std::size_t columns, std::size_t rows,
                    Span&& span) {
@@ -93,7 +93,7 @@ void scan_triangle(RasterPoint a, RasterPoint b, RasterPoint c, std::size_t colu
 /// One bit for each cell.
 class BitRaster {
  public:
-  /// Clears it for a size; keeps its memory.
+  /// Clears it for a size; its memory is reused.
   void reset(std::uint32_t columns, std::uint32_t rows) {
     columns_ = columns;
     rows_ = rows;
@@ -117,7 +117,7 @@ class BitRaster {
     for (int i = from + 1; i < to; ++i) words[i] = ~std::uint64_t{0};
     words[to] |= tail;
   }
-  /// One byte for each cell, row by row: 1 where marked, else 0.
+  /// One byte for each cell, row by row: 1 if marked, else 0.
   void expand(std::span<std::uint8_t> bytes) const;
 
  private:

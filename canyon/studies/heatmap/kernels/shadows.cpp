@@ -27,16 +27,16 @@ constexpr double kLeastRise = 0.01;
   return std::abs(direction.squaredNorm() - 1) < 1e-6 && direction.z() > kLeastRise;
 }
 
-/// The space that can throw a shadow onto a rectangle of a horizontal plane: points p above it, at most
-/// `highest` over it, whose place along the direction, p - (p.z - z) shear, lies in the rectangle.
+/// The space from which objects throw a shadow onto a rectangle of a horizontal plane: points p above it, up
+/// to `highest`, whose projection along the direction, p - (p.z - z) shear, is in the rectangle.
 struct ShadowReach {
   Vector2d min, max;   ///< of the rectangle
   double z = 0;        ///< of the plane
-  Vector2d shear;      ///< horizontal way per metre of height, direction.xy / direction.z
+  Vector2d shear;      ///< horizontal distance per metre of height, direction.xy / direction.z
   double highest = 0;  ///< above the plane; may be infinite
 
   /// Whether a box may throw a shadow. Exact by the separating axes of a rectangle and a box swept along the
-  /// shear, but for rounding on its edges, where the answer is true.
+  /// shear; true if rounding on the edges leaves it undecided.
   [[nodiscard]] bool meets(const Vector3d& low, const Vector3d& high) const {
     const double top = std::min(high.z() - z, highest), base = std::max(low.z() - z, 0.0);
     if (!(high.z() > z) || base > highest) return false;
@@ -54,8 +54,8 @@ struct ShadowReach {
   }
 };
 
-/// Boxes around boxes around the triangles of a mesh (split at the median of the longest side), so that those
-/// which throw a shadow onto a tile are found without looking at the others.
+/// A tree of bounding boxes of a mesh's triangles (split at the median of the longest side), to find those
+/// that throw a shadow onto a tile without testing all.
 class ShadowTree {
  public:
   explicit ShadowTree(const city::Mesh& mesh) : order_(mesh.triangles.size()) {
@@ -109,7 +109,7 @@ class ShadowTree {
   /// The triangles in the order of visit().
   [[nodiscard]] const std::vector<std::uint32_t>& order() const { return order_; }
 
-  /// Calls leaf(first, count) for runs of order() that hold every triangle which may reach.
+  /// Calls leaf(first, count) for runs of order() that contain every triangle in reach.
   template <class Leaf>
   void visit(const ShadowReach& reach, Leaf&& leaf) const {
     if (nodes_.empty()) return;
@@ -130,7 +130,7 @@ class ShadowTree {
 
  private:
   static constexpr std::uint32_t kLeafTriangles = 8;
-  /// Halving 2^32 triangles takes 32 steps, each of which leaves one node waiting.
+  /// Halving 2^32 triangles takes 32 steps, each of which leaves one node pending.
   static constexpr std::size_t kDeepest = 64;
   struct Node {
     Vector3d min, max;
@@ -168,14 +168,14 @@ class Projection {
   double range_per_metre_;
 };
 
-/// Where a side leaves the plane; `above` and `below` are its ends. Both triangles that share the side get
+/// The point where a side crosses the plane; `above` and `below` are its ends. Both triangles of the side get
 /// the same point.
 RasterPoint cut(const RasterPoint& above, const RasterPoint& below) {
   const double share = above.range / (above.range - below.range);
   return {above.u + share * (below.u - above.u), above.v + share * (below.v - above.v), 0};
 }
 
-/// Draws the part of a triangle above the plane (range 0): a triangle or two.
+/// Rasterises the part of a triangle above the plane (range 0): a triangle or two.
 template <class Raster>
 void add_above(const std::array<RasterPoint, 3>& corner, Raster& raster) {
   const int above = (corner[0].range > 0) + (corner[1].range > 0) + (corner[2].range > 0);
@@ -183,7 +183,7 @@ void add_above(const std::array<RasterPoint, 3>& corner, Raster& raster) {
     raster.add(corner[0], corner[1], corner[2]);
     return;
   }
-  // Turns the triangle so that its first corner is alone on its side of the plane.
+  // Permutes the corners so that the first one is alone on its side of the plane.
   const bool alone = above == 1;
   const std::size_t k = (corner[0].range > 0) == alone ? 0 : (corner[1].range > 0) == alone ? 1 : 2;
   const RasterPoint& a = corner[k];
@@ -217,8 +217,8 @@ struct ShadowCaster::Impl {
     }
   }
 
-  /// Calls draw(corners in cells) for the triangles that reach above the plane, may cover the tile, and are
-  /// not seen exactly from their edge.
+  /// Calls draw(corners in cells) for the triangles that extend above the plane, may cover the tile, and are
+  /// not seen exactly edge-on.
   template <class Draw>
   void project(const CellPlane& plane, const Vector3d& direction, double max_range_m, Draw&& draw) const {
     const Projection projection(plane, direction);
@@ -252,7 +252,7 @@ void ShadowCaster::shadows(const CellPlane& plane, const Vector3d& direction,
   assert(is_plane(plane) && is_direction(direction));
   assert(blocked.size() == std::size_t{plane.columns} * plane.rows);
   if (blocked.empty()) return;
-  static thread_local BitRaster raster;  // keeps its memory from tile to tile
+  static thread_local BitRaster raster;  // static to reuse its memory from tile to tile
   raster.reset(plane.columns, plane.rows);
   impl_->project(plane, direction, std::numeric_limits<double>::infinity(),
                  [&](const std::array<RasterPoint, 3>& corner) { add_above(corner, raster); });

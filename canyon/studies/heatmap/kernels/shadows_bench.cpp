@@ -1,10 +1,10 @@
-// Shadows of a whole city beside a bare Embree loop over the same rays, in one program.
+// Shadows of a whole city compared with a bare Embree loop over the same rays, in one program.
 //
 // The rays are those of a map: from every cell of a 1 m grid over the city at 15 m (in tiles of 256 x 256) to
-// twelve satellites, in the Hong Kong mesh where the shared data are, else in the synthetic city. After the
-// benchmarks the program runs all ways of answering them in turns, tile by tile, and prints the median ratios
-// of the rates: ratios do not depend on the machine as rates do. CPU time of the thread, so that
-// other programs on the machine do not count.
+// twelve satellites, in the Hong Kong mesh if the shared data are available, else in the synthetic city.
+// After the benchmarks the program runs all methods alternately, tile by tile, and prints the median ratios
+// of the rates, which depend less on the machine than rates. It uses CPU time of the thread, so that other
+// programs on the machine do not count.
 
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
@@ -44,7 +44,7 @@ constexpr std::uint32_t kMostCells = kTile * kTile;
 constexpr double kMirrorRange_m = 100;
 constexpr int kRounds = 5;
 
-/// The loop that one would write with Embree alone: a robust scene and floats prepared beforehand.
+/// The loop of a typical program with Embree alone: a robust scene and floats prepared beforehand.
 class BareEmbree {
  public:
   explicit BareEmbree(const Mesh& mesh) : bare_(mesh) {
@@ -258,7 +258,7 @@ void print_ratios() {
   struct Way {
     const char* name;
     std::function<void()> answer;
-    bool compared;  ///< its answers are in `other`
+    bool compared;  ///< its results are in `other`
     std::vector<double> seconds, ratios;
   };
   std::vector<Way> ways{
@@ -329,8 +329,8 @@ void print_ratios() {
       different, beyond_1_mm, 1e3 * farthest);
 }
 
-/// Tiles shared out to threads: the wall time of short runs with one and two in turns. Runs during which
-/// another program took a core (a thread's CPU time is less than 0.97 of its wall time) do not count.
+/// Tiles distributed to threads: the wall time of short runs with one and two threads alternately. Runs with
+/// a core used by another program (CPU time of a thread below 0.97 of its wall time) do not count.
 void print_threads() {
   const Fixture& f = fixture();
   struct Run {

@@ -65,7 +65,7 @@ std::vector<float> ranges(const ShadowCaster& caster, const CellPlane& plane, co
   return result;
 }
 
-/// Cells whose answer differs from RayScene's, and how far from an edge the farthest of them lies.
+/// Cells whose result differs from RayScene's, and the distance of the farthest of them from an edge.
 struct Differences {
   std::size_t cells = 0, blocked = 0, different = 0, beyond_1_mm = 0;
   double farthest_m = 0;
@@ -102,11 +102,11 @@ void compare_shadows(const Mesh& mesh, const raytrace::RayScene& scene, const Sh
   }
 }
 
-/// Ranges against RayScene::cast(): cells where one is hit and the other not, or both at different ranges,
-/// must lie near an edge.
+/// Compares ranges with RayScene::cast(): cells where only one is hit, or both at different ranges, must be
+/// near an edge.
 struct RangeDifferences {
   std::size_t cells = 0, hits = 0, different = 0;
-  double farthest_m = 0, largest_m = 0;  ///< from an edge; of the ranges that agree
+  double farthest_m = 0, largest_m = 0;  ///< from an edge; of the matching ranges
 };
 
 void compare_ranges(const Mesh& mesh, const raytrace::RayScene& scene, const ShadowCaster& caster,
@@ -130,7 +130,7 @@ void compare_ranges(const Mesh& mesh, const raytrace::RayScene& scene, const Sha
         sum.largest_m = std::max(sum.largest_m, difference);
         continue;
       }
-      // A range at the limit may be in or out.
+      // A range at the limit may be inside or outside.
       if (hit && std::abs(hit->range_m - max_range_m) < 1e-3) continue;
       if (!hit && std::abs(static_cast<double>(our) - max_range_m) < 1e-3) continue;
       ++sum.different;
@@ -153,8 +153,8 @@ TEST(ShadowCaster, ABrokenMeshIsRefused) {
   EXPECT_THROW(ShadowCaster{mesh}, InputError);
 }
 
-// Closed form: the shadow of [0, 10] x [0, 4] x [0, 20] with the satellite in the west at 45 degrees covers
-// x in [max(0, -z), 30 - z] at height z below 20, y in [0, 4]. Cells at quarters lie on no edge.
+// Closed form: the shadow of [0, 10] x [0, 4] x [0, 20] with the satellite in the west at 45 degrees covers x
+// in [max(0, -z), 30 - z] at height z below 20, y in [0, 4]. Cells at quarters are not on edges.
 TEST(ShadowCaster, TheShadowOfABoxLiesAwayFromTheSatellite) {
   const ShadowCaster caster(box({0, 0, 0}, {10, 4, 20}));
   for (const double z : {-3.0, 0.0, 5.0, 19.0, 20.0}) {
@@ -171,8 +171,8 @@ TEST(ShadowCaster, TheShadowOfABoxLiesAwayFromTheSatellite) {
   }
 }
 
-// Row 0 is the southernmost, column 0 the westernmost: the shadow of a satellite in the south-south-east
-// lies in the north-north-west, and no symmetry hides a swap.
+// Row 0 is the southernmost, column 0 the westernmost: the shadow of a satellite in the south-south-east is
+// in the north-north-west, and no symmetry hides a swap.
 TEST(ShadowCaster, RowsCountNorthAndColumnsEast) {
   const ShadowCaster caster(box({-1, -1, 0}, {1, 1, 10}));
   const CellPlane plane{{-20.25, -30.25}, 1, 50, 60, 0};
@@ -191,7 +191,7 @@ TEST(ShadowCaster, RowsCountNorthAndColumnsEast) {
   EXPECT_EQ(south, 0u);
 }
 
-// A tile's answers do not depend on how the plane is cut into tiles: spans at the borders of tiles.
+// A tile's results do not depend on the division into tiles: spans at the borders of tiles.
 TEST(ShadowCaster, TilesFitTogether) {
   const Mesh mesh = city::synthetic_city({}).mesh;
   const ShadowCaster caster(mesh);
@@ -265,9 +265,9 @@ TEST(ShadowCaster, RangesToAWallGrowWithDistance) {
   }
 }
 
-// Cells on an edge to the last bit: no cell within is left out, none beyond the margin is marked.
+// Cells exactly on an edge: no cell inside is missed, none beyond the margin is marked.
 TEST(ShadowCaster, CellsOnEdgesLeaveNoGaps) {
-  // A fan of 16 open triangles about a corner that is a cell's centre; its sides run through cells as well.
+  // A fan of 16 open triangles around a corner at a cell's centre; its sides also pass through cells.
   std::vector<Vector3d> vertices{{0, 0, 8}};
   std::vector<std::array<std::uint32_t, 3>> triangles;
   const std::array<Vector2d, 16> rim{{{8, 0},
@@ -311,7 +311,7 @@ TEST(ShadowCaster, CellsOnEdgesLeaveNoGaps) {
   }
 }
 
-// A wall is seen from its edge only along its plane, and throws no shadow then; nor does one under the plane.
+// A wall is edge-on only along its plane, and then throws no shadow; nor does a wall under the plane.
 TEST(ShadowCaster, WhatIsSeenFromItsEdgeOrLiesBelowThrowsNoShadow) {
   Mesh mesh;
   city::append_object(mesh, "wall", Surface::Building, Material::Concrete,
@@ -388,7 +388,7 @@ TEST(ShadowCaster, AgreesWithEveryTriangleTestedByItself) {
   EXPECT_LE(farthest, 1e-7);
 }
 
-/// Boxes that overlap, stand on one another, inside out, without floor, on stilts; a bow-tie.
+/// Boxes that overlap, are on top of one another, inside out, without floor, on stilts; a bow-tie.
 Mesh odd_city() {
   Mesh mesh;
   std::mt19937_64 random(5);

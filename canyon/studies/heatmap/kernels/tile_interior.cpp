@@ -17,10 +17,10 @@ using Point = std::array<double, 3>;
 using raytrace::kLevelRays;
 
 constexpr std::size_t kBands = 1024;
-/// With more ends in sight of each cell, the rays of placement() cost less (about 20 us a cell).
+/// With more visible ends per cell, the rays of placement() cost less (about 20 us a cell).
 constexpr std::size_t kMostEnds = 400;
 
-/// Where the edge from `a` to `b` meets the plane; the same bits from whichever side it is asked.
+/// The intersection of the edge from `a` to `b` with the plane; bit-identical for both orders of the ends.
 std::array<double, 2> cut(const Point& a, const Point& b, double z) {
   const Point &low = a < b ? a : b, &high = a < b ? b : a;
   const double share = (z - low[2]) / (high[2] - low[2]);
@@ -31,10 +31,10 @@ bool is_above(const Point& point, double z) {
   return point[2] > z;
 }
 
-/// Horizontal part of the normal of surfaces that are followed to where they come near a place.
+/// Surfaces whose normal has a smaller horizontal part are not followed to their intersection with the plane.
 constexpr double kLeastLean = 0.02;
 
-/// Rows of cells, none where last < first.
+/// Rows of cells, none if last < first.
 struct RowRange {
   std::int64_t first = 0, last = -1;
 };
@@ -72,7 +72,7 @@ Interiors::Interiors(const city::Mesh& mesh) {
       triangle.building = object.surface == city::Surface::Building;
       for (std::size_t k = 0; k < 3; ++k) {
         const Eigen::Vector3d& v = mesh.vertices[mesh.triangles[t][k]];
-        triangle.corner[k] = {v.x() + 0.0, v.y() + 0.0, v.z() + 0.0};  // no -0: equal places have equal keys
+        triangle.corner[k] = {v.x() + 0.0, v.y() + 0.0, v.z() + 0.0};  // no -0: equal points have equal keys
         south_m_ = std::min(south_m_, v.y());
         north_m = std::max(north_m, v.y());
       }
@@ -80,7 +80,7 @@ Interiors::Interiors(const city::Mesh& mesh) {
       if (!triangle.building) continue;
       for (std::size_t k = 0; k < 3; ++k) {
         const Point &from = triangle.corner[k], &to = triangle.corner[(k + 1) % 3];
-        if (from[2] == to[2]) continue;  // no plane crosses it
+        if (from[2] == to[2]) continue;  // no plane intersects it
         const bool up = from[2] < to[2];
         runs[{upwards_key(up ? from : to), upwards_key(up ? to : from)}] += up ? 1 : -1;
       }
@@ -122,7 +122,7 @@ std::size_t Interiors::open_ends(double z) const {
   return count;
 }
 
-/// call(triangle, from, to) for every segment in the plane that may come within `margin_m` of the tile's
+/// Calls call(triangle, from, to) for every segment in the plane that may be within `margin_m` of the tile's
 /// rows.
 template <class Call>
 void Interiors::for_each_segment(const CellPlane& plane, double margin_m, const Call& call) const {
@@ -154,7 +154,7 @@ void Interiors::for_each_segment(const CellPlane& plane, double margin_m, const 
 
 /// crossings[i] is the count for the ray from cell i towards the east.
 void Interiors::count_rows(const CellPlane& plane, std::vector<std::int32_t>& crossings) const {
-  // At first crossings[row, c] counts the segments east of cell c but not of cell c + 1.
+  // First, crossings[row, c] counts the segments east of cell c but not of cell c + 1.
   crossings.assign(std::size_t{plane.columns} * plane.rows, 0);
   for_each_segment(plane, 0, [&](const Triangle& triangle, const auto& from, const auto& to) {
     if (!triangle.building || from[1] == to[1]) return;
@@ -162,7 +162,7 @@ void Interiors::count_rows(const CellPlane& plane, std::vector<std::int32_t>& cr
     const RowRange rows = rows_between(plane, std::min(from[1], to[1]), std::max(from[1], to[1]));
     for (std::int64_t r = rows.first; r <= rows.last; ++r) {
       const double y = plane.first.y() + static_cast<double>(r) * plane.spacing_m;
-      // Half open, so that chains are crossed once where they pass a vertex.
+      // Half open, so that a chain through a vertex is crossed once.
       if ((from[1] <= y) == (to[1] <= y)) continue;
       const double x = from[0] + (y - from[1]) / (to[1] - from[1]) * (to[0] - from[0]);
       const double west = std::ceil((x - plane.first.x()) / plane.spacing_m);  // cells west of it
@@ -184,7 +184,7 @@ void Interiors::count_rows(const CellPlane& plane, std::vector<std::int32_t>& cr
 std::vector<std::uint32_t> Interiors::on_surfaces(const CellPlane& plane, double distance_m) const {
   std::vector<std::uint32_t> cells;
   if (plane.columns == 0 || plane.rows == 0) return cells;
-  // A surface that leans is this much farther away in the plane than it is; flatter ones are not followed.
+  // A sloping surface is up to this much farther in the plane than in space; flatter ones are not followed.
   const double most_m = distance_m / kLeastLean;
   for_each_segment(plane, most_m, [&](const Triangle& triangle, const auto& from, const auto& to) {
     const Eigen::Map<const Eigen::Vector3d> a(triangle.corner[0].data()), b(triangle.corner[1].data()),
@@ -197,7 +197,7 @@ std::vector<std::uint32_t> Interiors::on_surfaces(const CellPlane& plane, double
         rows_between(plane, std::min(from[1], to[1]) - reach_m, std::max(from[1], to[1]) + reach_m);
     for (std::int64_t r = rows.first; r <= rows.last; ++r) {
       const double y = plane.first.y() + static_cast<double>(r) * plane.spacing_m;
-      // The part of the segment that may be within reach of the row.
+      // The part of the segment that may be near the row.
       double share1 = 0, share2 = 1;
       if (std::abs(side.y()) > reach_m) {
         share1 = std::clamp((y - reach_m - start.y()) / side.y(), 0.0, 1.0);
@@ -236,7 +236,7 @@ bool Interiors::find(const CellPlane& plane, std::span<const std::uint8_t> wante
     if (wanted[i] == 0) continue;
     const double x = plane.first.x() + static_cast<double>(i % plane.columns) * plane.spacing_m;
     const double y = plane.first.y() + static_cast<double>(i / plane.columns) * plane.spacing_m;
-    // Chains that begin between east and a ray are crossed by it and not by the ray to the east.
+    // A ray crosses chains that begin between it and east; the ray to the east does not.
     std::array<int, kLevelRays> leaves{};
     leaves.fill(crossings[i]);
     for (const End& end : open) {

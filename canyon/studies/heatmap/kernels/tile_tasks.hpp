@@ -10,12 +10,12 @@
 
 namespace canyon::heatmap {
 
-/// call(i) for i in [0, count) on the threads of the task arena that this is called in, each i a task.
-/// Isolated: a thread that waits here takes no other work of the arena in hand, so that memory stays that of
-/// one unit a thread and nobody meets the thread-local lists of a caller. Exceptions of call() come out.
+/// Calls call(i) for i in [0, count) on the threads of the calling task arena, each i a task. Isolated: a
+/// waiting thread does not start other work of the arena, so that memory stays that of one unit per thread,
+/// and a caller's thread-local lists are not used concurrently. Rethrows exceptions of call().
 template <class Call>
 void spread(std::size_t count, const Call& call) {
-  // Tasks order the threads already; this says so to ThreadSanitizer, which cannot see into TBB.
+  // Tasks already order the threads; ThreadSanitizer cannot see into TBB and needs this.
   std::atomic<std::size_t> begun{0}, done{0};
   begun.store(1, std::memory_order_release);
   tbb::this_task_arena::isolate([&] {

@@ -15,10 +15,10 @@ using city::cross;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Share of a triangle's size by which cells beyond its edges still belong to it, so that rounding leaves no
-/// gap between neighbours.
+/// Tolerance, as a fraction of a triangle's size, within which cells beyond its edges still belong to it, so
+/// that rounding leaves no gaps.
 constexpr double kSeam = 1e-9;
-/// A triangle with a smaller area seen from above [m^2] stands upright.
+/// A triangle with a smaller horizontal area [m^2] is vertical.
 constexpr double kUpright_m2 = 1e-12;
 
 struct Bounds {

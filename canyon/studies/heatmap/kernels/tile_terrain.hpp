@@ -12,18 +12,18 @@
 
 namespace canyon::heatmap {
 
-/// Heights of a city's terrain under whole tiles, by drawing its triangles instead of casting a ray for each
-/// cell. Const, thread-safe after construction.
+/// Heights of a city's terrain under whole tiles, by rasterising its triangles instead of casting a ray for
+/// each cell. Const, thread-safe after construction.
 class TerrainHeights {
  public:
-  /// @param mesh as city::check_mesh() demands; it is copied as far as needed
+  /// @param mesh valid by city::check_mesh(); the needed parts are copied
   explicit TerrainHeights(const city::Mesh& mesh);
 
-  /// Whether the city has no terrain at all.
+  /// True if the city has no terrain.
   [[nodiscard]] bool empty() const { return triangles_.empty(); }
-  /// heights[i]: ENU z of the highest terrain sheet at the centre of the tile's cell i, NaN where there is
-  /// none. Same answers as RayScene::terrain_height(), but within 1e-9 of a triangle's size beyond an outer
-  /// edge there still is terrain. Linear over a triangle: exact to 1e-9 m for triangles up to 10 km.
+  /// heights[i]: ENU z of the highest terrain sheet at the centre of the tile's cell i, NaN if there is none.
+  /// Same result as RayScene::terrain_height(), but terrain extends 1e-9 of a triangle's size beyond an outer
+  /// edge. Linear over a triangle: exact to 1e-9 m for triangles up to 10 km.
   void heights(const Grid& grid, const Tile& tile, std::span<double> heights) const;
 
  private:

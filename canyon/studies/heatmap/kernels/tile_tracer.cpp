@@ -28,9 +28,9 @@ using raytrace::Ray;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-/// Heights of one tile that differ by less are one [m].
+/// Height differences within a tile below this are ignored [m].
 constexpr double kFlat_m = 1e-3;
-/// ShadowCaster needs directions that rise by more.
+/// ShadowCaster needs directions with a larger vertical component.
 constexpr double kLeastCastRise = 0.01;
 
 CellState state_of(Placement placement) {
@@ -48,7 +48,7 @@ CellState state_of(Placement placement) {
   return CellState::Computed;
 }
 
-/// Surfaces of a mesh that matter for how it is computed.
+/// Kinds of surfaces in a mesh that affect the method.
 struct Surfaces {
   bool foliage = false, vehicles = false;
 
@@ -60,7 +60,7 @@ struct Surfaces {
   }
 };
 
-/// Batches of rays, kept by each thread.
+/// Batches of rays, one for each thread.
 struct RayBatch {
   std::vector<Ray> rays;
   std::vector<std::uint32_t> cells;
@@ -75,7 +75,7 @@ struct RayBatch {
     rays.push_back({from, direction});
     cells.push_back(cell);
   }
-  /// Sets out[cell] = 1 for the blocked ones, 0 for the others.
+  /// Sets out[cell] = 1 for blocked cells, else 0.
   void cast(const raytrace::RayScene& scene, double min_range_m, std::span<std::uint8_t> out) {
     if (rays.empty()) return;
     if (size < rays.size()) {
@@ -126,17 +126,17 @@ struct TileTracer::Impl {
         first_signal(std::move(first)) {}
 
   [[nodiscard]] bool specular() const { return options.model == propagation::Model::Specular; }
-  /// Only Propagator looks through foliage.
+  /// Only Propagator handles partly transparent foliage.
   [[nodiscard]] bool looks_through_foliage() const {
     return specular() && options.through_foliage && surfaces.foliage;
   }
-  /// Whether anything but a direct path can arrive.
+  /// Whether only direct paths can arrive.
   [[nodiscard]] bool only_direct() const {
     return specular() && options.reflection_order == 0 && !options.diffraction && !options.diffuse;
   }
 
-  /// Heights of the cells' places, and of the terrain below them (NaN: none), which is left empty where no
-  /// place can lie under it.
+  /// Heights of the cells' points, and of the terrain below them (NaN: none); the latter is empty if no point
+  /// can be under the terrain.
   void set_heights(const Grid& grid, double altitude_m, AltitudeKind kind, TileCells& cells,
                    std::vector<double>& ground) const {
     const std::size_t count = cells.tile.cells();
@@ -148,7 +148,7 @@ struct TileTracer::Impl {
     if (kind == AltitudeKind::Ellipsoid) {
       const geodesy::LocalFrame& frame = environment->city().frame;
       for (std::size_t i = 0; i < count; ++i) {
-        // The ray goes up the city's vertical, which leans from the place's by less than 1e-2 rad within 60
+        // The ray follows the city's vertical, which differs from the point's by less than 1e-2 rad within 60
         // km.
         Vector3d place = cells.place(i);
         place.z() = 0;
@@ -175,8 +175,7 @@ struct TileTracer::Impl {
     if (high - low > kFlat_m) cells.z.assign(z.begin(), z.end());
   }
 
-  /// Marks places inside buildings or under terrain. Only places with something above them can be such
-  /// places.
+  /// Marks points inside buildings or under terrain. Only points with something above them are candidates.
   void mark_hidden_places(const std::vector<double>& ground, TileCells& cells) const {
     const std::size_t count = cells.tile.cells();
     std::vector<std::uint8_t> covered(count), inside(count);
@@ -184,11 +183,11 @@ struct TileTracer::Impl {
     std::vector<std::uint8_t> ask(count);
     for (std::size_t i = 0; i < count; ++i) {
       covered[i] &= cells.state[i] == CellState::Computed ? 1 : 0;
-      // A sheet above the place may or may not hide it.
+      // A sheet above the point may or may not cover it.
       ask[i] = covered[i] && !ground.empty() && !(ground[i] < cells.place(i).z());
     }
     if (cells.flat() && interiors.find(cells.plane, covered, inside)) {
-      // Foliage or a vehicle above is no roof; walls that close have a roof, others may lack it.
+      // Foliage or a vehicle above is not a roof; closed walls have a roof, others may lack it.
       const bool roof_above = !(surfaces.foliage || surfaces.vehicles) && ground.empty();
       const bool certain = roof_above || interiors.open_ends(cells.plane.z) == 0;
       for (std::size_t i = 0; i < count; ++i) {
@@ -207,7 +206,7 @@ struct TileTracer::Impl {
     });
   }
 
-  /// blocked[i] = 1 where anything lies from Computed cell i towards `direction`, else 0.
+  /// blocked[i] = 1 if there is an obstacle from Computed cell i towards `direction`, else 0.
   void block(const TileCells& cells, const Vector3d& direction, std::span<std::uint8_t> blocked) const {
     if (cells.flat() && direction.z() > kLeastCastRise) {
       shadows.shadows(cells.plane, direction, blocked);
@@ -262,7 +261,7 @@ struct TileTracer::Impl {
     std::vector<float>& excess_m = result.excess_m[satellite];
     const auto receive = [&](std::size_t cell, double range_m) {
       visibility[cell] = CellVisibility::NLOS;
-      // It is negative only by rounding, at the zenith.
+      // Negative only by rounding, at the zenith.
       excess_m[cell] =
           static_cast<float>(std::max(0.0, propagation::mirror_excess_m(range_m, elevation_rad)));
     };
@@ -293,12 +292,12 @@ struct TileTracer::Impl {
     });
   }
 
-  /// Propagator::trace() for what is blocked so far, or for `all`.
+  /// Propagator::trace() for cells blocked so far, or for `all`.
   void add_traced(const TileCells& cells, bool all, bool excess, TileSignals& result) const {
     struct Lists {
       std::vector<std::uint32_t> satellites;
       std::vector<Vector3d> directions;
-      std::vector<propagation::SatellitePaths> paths;  // never shrinks: the lists within keep their memory
+      std::vector<propagation::SatellitePaths> paths;  // never shrinks, to reuse the memory of the lists
     };
     spread(cells.tile.rows, [&](std::size_t row) {
       static thread_local Lists lists;
@@ -336,7 +335,7 @@ TileTracer::TileTracer(const simulation::Environment& environment,
                        FirstSignal first_signal) {
   if (!(elevation_mask_rad >= 0 && elevation_mask_rad < geodesy::kPi / 2)) {
     throw InputError(fmt::format("an elevation mask of {} rad is out of range", elevation_mask_rad),
-                     "give 0 up to but not pi/2");
+                     "give 0 to less than pi/2");
   }
   impl_ = std::make_unique<Impl>(environment, options, elevation_mask_rad, std::move(first_signal));
   assert(environment.scene().placed_instances().empty());
@@ -369,7 +368,7 @@ TileCells TileTracer::cells(const Grid& grid, const Tile& tile, const Area* area
   impl_->set_heights(grid, altitude_m, kind, cells, ground);
   impl_->mark_hidden_places(ground, cells);
   if (cells.flat()) {
-    // The offset grows with the distance from the city's centre: the largest is a corner's.
+    // The offset grows with the distance from the city's centre: the maximum is at a corner.
     double offset_m = 0;
     for (const std::size_t corner :
          {std::size_t{0}, std::size_t{tile.columns} - 1, tile.cells() - tile.columns, tile.cells() - 1})

@@ -102,7 +102,7 @@ Mesh odd_buildings(double lift = 0) {
   return mesh;
 }
 
-/// Whether a place within a millimetre of `at` has another answer of placement().
+/// Whether placement() differs at a point within a millimetre of `at`.
 bool is_at_a_wall(const raytrace::RayScene& scene, const Vector3d& at) {
   const auto here = scene.placement(at);
   for (int i = 0; i < 16; ++i) {
@@ -115,7 +115,7 @@ bool is_at_a_wall(const raytrace::RayScene& scene, const Vector3d& at) {
 struct StateCount {
   std::size_t cells = 0, inside = 0, under = 0, different = 0;
 };
-/// Every `step`-th cell of a tile against placement(); what differs must lie at a wall.
+/// Compares every `step`-th cell of a tile with placement(); differences must be at a wall.
 StateCount compare_states(const raytrace::RayScene& scene, const TileCells& cells, std::size_t step = 1) {
   StateCount count;
   for (std::size_t i = 0; i < cells.state.size(); i += step) {
@@ -138,8 +138,8 @@ struct SignalCount {
   std::size_t signals = 0, nlos = 0, blocked = 0, different = 0;
   double largest_difference_m = 0;
 };
-/// Every `step`-th computed cell against Propagator::trace() at its own place with its own directions to the
-/// satellites. Reception may differ near an edge only: within `edge_m` of it, found by moving the place.
+/// Compares every `step`-th computed cell with Propagator::trace() at its own point with its own directions
+/// to the satellites. Reception may differ only within `edge_m` of an edge, found by moving the point.
 SignalCount compare_signals(const simulation::Environment& environment, const PropagationOptions& options,
                             const TileCells& cells, const TileSignals& signals, std::size_t step,
                             double edge_m) {
@@ -175,7 +175,7 @@ SignalCount compare_signals(const simulation::Environment& environment, const Pr
       count.blocked += expected == CellVisibility::Blocked;
       const double difference =
           std::abs(static_cast<double>(signals.excess_m[k][i]) - paths[k].tracked_excess_m());
-      // Floats; directions turned by 1e-5 rad change a detour of some hundred metres by millimetres.
+      // Floats; directions rotated by 1e-5 rad change an excess of some hundred metres by millimetres.
       if (signals.visibility[k][i] == expected && difference < 0.02) {
         count.largest_difference_m = std::max(count.largest_difference_m, difference);
         continue;
@@ -272,7 +272,7 @@ TEST(TileTracer, StatesAreThoseOfPlacement) {
   EXPECT_GT(Interiors(odd_buildings()).open_ends(6.3), 4U);
 }
 
-// Trees over streets and over buildings without a roof, and a plane in which more walls end than are counted.
+// Trees over streets and over buildings without a roof, and a plane with more wall ends than are counted.
 TEST(TileTracer, FoliageIsNoRoofAndManyOpenWallsAreLeftToRays) {
   Mesh mesh = odd_buildings();
   canyon::test::append_box(mesh, "crown", Surface::Foliage, Material::Foliage, {-60, -60, 30}, {60, 60, 34});
@@ -316,7 +316,7 @@ TEST(TileTracer, StatesOverSlopesAndBelowThem) {
   }
   EXPECT_GT(without, 1000U);
 
-  // At a level: partly below the ground. Without terrain there still is a place.
+  // At a level: partly below the ground. Without terrain the points still exist.
   for (const double altitude : {0.5, -1.0}) {
     const TileCells level = tracer.cells(grid, whole(grid), nullptr, altitude, AltitudeKind::Ellipsoid);
     const StateCount count = compare_states(environment.scene(), level);
@@ -425,7 +425,7 @@ TEST(TileTracer, SlopesAreTracedByRays) {
   }
 }
 
-// Without `excess` the line of sight alone, the same as with it.
+// Without `excess` only the line of sight, the same as with it.
 TEST(TileTracer, LineOfSightAloneNeedsNoReflections) {
   Mesh mesh = city::synthetic_city({}).mesh;
   canyon::test::append_box(mesh, "tree", Surface::Foliage, Material::Foliage, {-20, -20, 18}, {20, 20, 30});
@@ -448,7 +448,7 @@ TEST(TileTracer, LineOfSightAloneNeedsNoReflections) {
       for (std::size_t i = 0; i < cells.state.size(); ++i) {
         ASSERT_NE(without.visibility[k][i], CellVisibility::NLOS);
         const bool clear = without.visibility[k][i] == CellVisibility::LOS;
-        // At edges Propagator's rays may still find a path clear that was drawn as blocked.
+        // At edges Propagator's rays may find a path clear that was rasterised as blocked.
         different += clear != (with.visibility[k][i] == CellVisibility::LOS);
         los += clear;
       }
@@ -475,7 +475,7 @@ TEST(TileTracer, AnyThreadsAndTilesGiveTheSame) {
   }
   EXPECT_EQ(results[0].visibility, results[1].visibility);
   EXPECT_EQ(results[0].excess_m, results[1].excess_m);
-  // A result that was used before.
+  // A result object that was used before.
   TileSignals again = results[0];
   tracer.trace(tracer.cells(grid, whole(grid), nullptr, 15, AltitudeKind::AboveTerrain),
                kTime + std::chrono::hours(3), true, again);
@@ -483,8 +483,8 @@ TEST(TileTracer, AnyThreadsAndTilesGiveTheSame) {
   EXPECT_EQ(again.excess_m, results[0].excess_m);
 }
 
-// Closed form: a wall of height h without end, d away, covers the lune between the horizon and the plane
-// through its top: a share atan(h / d) / pi of the hemisphere.
+// Closed form: an infinite wall of height h, d away, covers the lune between the horizon and the plane
+// through its top: a fraction atan(h / d) / pi of the hemisphere.
 TEST(TileTracer, SkyViewBesideAWallAndInTheOpen) {
   Mesh mesh;
   canyon::test::append_box(mesh, "wall", Surface::Building, Material::Concrete, {-10, -1e5, 0}, {0, 1e5, 30});
@@ -536,7 +536,7 @@ TEST(TileTracer, HongKongAgreesWithRays) {
     const TileCells cells = tracer.cells(grid, grid.tile(t), nullptr, 15, AltitudeKind::AboveTerrain);
     const bool terrain =
         std::find(cells.state.begin(), cells.state.end(), CellState::NoTerrain) == cells.state.end();
-    if (!terrain) continue;  // cells without a place
+    if (!terrain) continue;  // cells without a point
     const StateCount of_tile = compare_states(city.scene(), cells, 23);
     states.cells += of_tile.cells;
     states.inside += of_tile.inside;

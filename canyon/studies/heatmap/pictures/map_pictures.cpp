@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 /// A middle dot, with spaces.
 constexpr const char* kDot = "  \u00b7  ";
-/// Values to draw stay in memory up to this; the others are read from the source a second time.
+/// Values to draw are kept in memory up to this size; the rest is read from the source a second time.
 constexpr std::size_t kMostKeptBytes = std::size_t{256} << 20;
 
 /// "2019-04-28 04:44:00 UTC".
@@ -96,7 +96,7 @@ class Writer {
     if (source_.progress) source_.progress(++done_, 2 * request_.times.size());
   }
 
-  /// @param keep whether they will be asked for again
+  /// @param keep whether they will be requested again
   Rasters rasters(std::size_t time, bool keep) {
     if (kept_[time]) return std::move(*kept_[time]);
     Rasters rasters = reduce(source_, time, layout_.raster_size());
@@ -109,7 +109,7 @@ class Writer {
     return rasters;
   }
 
-  /// One look at everything, so that colours mean the same on all pictures.
+  /// Reads everything once, so that colours mean the same on all pictures.
   void find_scales() {
     kept_.resize(request_.times.size());
     std::vector<ValueCounts> histograms(request_.layers.size());
@@ -152,7 +152,7 @@ class Writer {
     lines[0] = readable_place(source_) + kDot + readable_utc(request_.times[time], decimals_) + kDot +
                fmt::format("{:g} m {}", request_.altitudes_m[altitude], above) + kDot +
                fmt::format("cells of {:g} m", request_.grid.spacing_m);
-    using Word = std::pair<const char*, const char*>;  // an attribute, and what people call it
+    using Word = std::pair<const char*, const char*>;  // an attribute, and its name for people
     for (const auto& [key, word] :
          {Word{"model", "model"}, Word{"propagation_model", "model"}, Word{"receiver", "receiver"},
           Word{"systems", "systems"}, Word{"space_errors", "errors from space"}}) {

@@ -28,8 +28,8 @@ constexpr double kTop = 94;  ///< below the title and its two lines
 constexpr double kTitleSize = 12, kTitleLine = 16, kTitleFoot = 7;
 constexpr double kBarGap = 9, kBarHeight = 11, kBarFoot = 34;
 constexpr double kLegendHeight = 52;
-constexpr double kBarPoint = 9;  ///< of a bar whose end values exceed
-/// Taller maps get paper to their sides, flatter ones above and below.
+constexpr double kBarPoint = 9;  ///< extension of a bar whose end values are exceeded
+/// Taller maps get margins at their sides, flatter ones above and below.
 constexpr double kTallest = 1.6, kFlattest = 0.5;
 
 constexpr Colour kBuilding = drawing::rgb(0xC9C9C9), kUnderground = drawing::rgb(0xA89F91);
@@ -38,7 +38,7 @@ double map_width_for(std::size_t columns) {
   return columns == 1 ? 600 : columns == 2 ? 430 : 286;
 }
 
-/// Pixels without a value have patterns, so that no colour of a map is taken for one of them.
+/// Pixels without a value have patterns, so that they are not mistaken for a colour of the map.
 std::uint32_t pixel_of(CellShade shade, std::uint32_t x, std::uint32_t y) {
   static const std::uint32_t paper = packed(kPaper), building = packed(kBuilding),
                              underground = packed(kUnderground), stripe = packed(drawing::kSkyBlue),
@@ -76,7 +76,7 @@ std::string heading(Layer layer, const ColourScale& scale) {
   return scale.unit.empty() ? text : fmt::format("{} [{}]", text, scale.unit);
 }
 
-/// The text in one line where it fits, else in two that are about as long.
+/// The text in one line if it fits, else in two of about equal length.
 std::vector<std::string> wrapped(Canvas& canvas, const std::string& text, const drawing::TextStyle& style,
                                  double room) {
   std::vector<std::string> best{text};
@@ -110,7 +110,7 @@ void draw_heading(Canvas& canvas, const Rect& map, const std::string& text) {
   }
 }
 
-/// Draws labels below a bar, within its place: the ends first, and then those that do not touch others.
+/// Draws labels below a bar, within `place`: the ends first, then those that do not overlap others.
 void draw_labels(Canvas& canvas, const Rect& place, const Rect& bar, const ColourScale& scale) {
   constexpr double kOverhang = 3, kApart = 5;
   const drawing::TextStyle style{.size = 11, .align = Align::Centre, .level = TextLevel::Top};
@@ -149,7 +149,7 @@ void draw_bar(Canvas& canvas, const Rect& place, const ColourScale& scale) {
   const int steps = scale.classes > 0 ? scale.classes : static_cast<int>(2 * bar.width);
   for (int i = 0; i < steps; ++i) {
     const double x = bar.x + bar.width * i / steps;
-    // A little over the next one's begin, so that no seam shows.
+    // A little beyond the next one's begin, so that no seam is visible.
     const double width = std::min(bar.width / steps + 0.3, bar.right() - x);
     canvas.rectangle({x, bar.y, width, bar.height}, scale.colour_at((i + 0.5) / steps));
   }
@@ -183,7 +183,7 @@ SheetLayout::SheetLayout(const Grid& grid, const std::vector<Layer>& layers) {
   grid_corner_ = {(map_pixels_.columns - grid_pixels_.columns) / 2,
                   (map_pixels_.rows - grid_pixels_.rows) / 2};
   raster_size_ = {std::min(grid.columns, grid_pixels_.columns), std::min(grid.rows, grid_pixels_.rows)};
-  // Bold letters are about 0.63 of their size wide; draw_heading() shrinks what still is too long.
+  // Bold letters are about 0.63 of their size wide; draw_heading() shrinks texts that are still too long.
   for (const Layer layer : layers) {
     const double letters = static_cast<double>(info(layer).long_name.size() + 4);
     if (0.63 * kTitleSize * letters > map_width_) title_lines_ = 2;
@@ -255,7 +255,7 @@ std::vector<std::uint32_t> map_image(const Sheet::Panel& panel, const std::vecto
 
 void draw_legend(Canvas& canvas, const Sheet& sheet, const SheetLayout& layout, double top) {
   const Rect first = layout.map(0);
-  // The marks stand where a map of this shape would have them: below the panels they hide nothing.
+  // The marks have the positions for a map of this shape: below the panels they hide nothing.
   drawing::draw_scale_bar(canvas, {first.x - 26, top + 36 - first.height, first.width, first.height},
                           layout.extent());
   drawing::draw_north_arrow(canvas, {0, top - 22, canvas.width() - kMargin + 14, 40});
@@ -310,7 +310,7 @@ namespace {
 
 /// Sums of one layer at one altitude.
 struct Sums {
-  std::vector<float> values;  ///< float: colours need no more, and there are many
+  std::vector<float> values;  ///< float is precise enough for colours and saves memory
   std::vector<std::uint32_t> counts;
 };
 

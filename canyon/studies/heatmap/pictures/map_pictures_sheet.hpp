@@ -28,9 +28,9 @@ enum class CellShade : std::uint8_t {
 };
 inline constexpr std::size_t kShades = 6;
 
-/// One layer at one time and altitude, averaged down; rows from the top (north).
+/// One layer at one time and altitude, averaged over cells; rows from the top (north).
 struct PanelRaster {
-  std::vector<float> values;  ///< NaN where the shade is not Value
+  std::vector<float> values;  ///< NaN if the shade is not Value
   std::vector<CellShade> shades;
 };
 
@@ -40,9 +40,9 @@ struct RasterSize {
   [[nodiscard]] bool operator==(const RasterSize&) const = default;
 };
 
-/// All layers and altitudes of one time, [altitude][layer], tile by tile. Every cell goes to the one pixel
-/// that its centre is in: to column c * size.columns / columns of the grid, and rows likewise. A pixel is
-/// Value with their mean where at least half of its cells have one, else what most of them are.
+/// All layers and altitudes of one time, [altitude][layer], tile by tile. Every cell belongs to the one pixel
+/// that contains its centre: column c * size.columns / columns of the grid, and rows likewise. A pixel is
+/// Value, with the mean, if at least half of its cells have a value, else the most frequent shade.
 /// @param size neither side larger than the grid's (asserted)
 [[nodiscard]] std::vector<std::vector<PanelRaster>> reduce(const MapSource& source, std::size_t time,
                                                            const RasterSize& size);
@@ -51,8 +51,8 @@ inline constexpr std::size_t kMostPanels = 6;
 /// Text is 11 units high.
 inline constexpr double kPixelsPerUnit = 2;
 
-/// Places of the parts of a sheet. A sheet has up to six panels of one size: up to three in one row, more in
-/// two rows. Lengths are in units of the canvas.
+/// Positions of the parts of a sheet. A sheet has up to six panels of one size: up to three in one row, more
+/// in two rows. Lengths are in units of the canvas.
 class SheetLayout {
  public:
   /// @param layers of the fullest sheet, [1, kMostPanels]
@@ -65,7 +65,7 @@ class SheetLayout {
   [[nodiscard]] drawing::Rect map(std::size_t panel) const;
   [[nodiscard]] double legend_top(std::size_t panels) const;
 
-  /// Extent of a map [m, ENU]: the grid, with paper around it where it is very slim. z is 0.
+  /// Extent of a map [m, ENU]: the grid, with margins if it is very slim. z is 0.
   [[nodiscard]] const city::Box& extent() const { return extent_; }
   /// Pixels of a whole map, and of the grid on it.
   [[nodiscard]] const RasterSize& map_pixels() const { return map_pixels_; }
@@ -83,11 +83,11 @@ class SheetLayout {
   std::array<std::uint32_t, 2> grid_corner_{};
 };
 
-/// The part of each pixel of a map that outlines cover, 0 to 255.
+/// The fraction of each pixel of a map that outlines cover, 0 to 255.
 [[nodiscard]] std::vector<std::uint8_t> outline_coverage(const drawing::Outlines& outlines,
                                                          const SheetLayout& layout);
 
-/// Which shades a sheet's legend explains.
+/// Shades that a sheet's legend explains.
 using ShadesSeen = std::array<bool, kShades>;
 
 /// Contents of a sheet.
@@ -102,7 +102,7 @@ struct Sheet {
   std::vector<Panel> panels;
   /// Shades on any picture of this sheet, so that all have the same legend.
   ShadesSeen seen{};
-  std::string no_value = "no fix";  ///< what NoValue means
+  std::string no_value = "no fix";  ///< meaning of NoValue
   const std::vector<std::uint8_t>* outlines = nullptr;
   bool has_outlines = false;
 };

@@ -34,7 +34,7 @@ using ::testing::HasSubstr;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-/// A map made up by functions of the cell, south-western one first.
+/// A map defined by functions of the cell, south-western one first.
 struct MadeUpMap {
   Request request;
   std::function<float(Layer, std::size_t time, std::uint32_t column, std::uint32_t row)> value =
@@ -228,7 +228,7 @@ TEST(MapPictures, ValuesHaveTheSameColoursAtAllTimes) {
   EXPECT_THAT(names, ElementsAre("map_t20190428T044400Z.png", "map_t20190428T044430Z.png",
                                  "map_t20190428T044500Z.png"));
   EXPECT_THAT(steps, ElementsAre(1, 2, 3, 4, 5, 6));
-  // 10 m has one colour at both times.
+  // 10 m has the same colour at both times.
   const SheetLayout layout(map.request.grid, map.request.layers);
   const drawing::Rect area = layout.map(0);
   const auto at = [&](std::size_t time) {
@@ -288,7 +288,7 @@ TEST(MapPictures, OddShapes) {
     const PngPixels png(test::read_bytes(folder / "map.png"));
     EXPECT_GE(png.height(), 2 * (94 + 215));  // of a map at least half as high as wide
     EXPECT_LE(png.height(), 2 * 920);
-    // The middle of the map has the value's colour: the grid lies there, however slim.
+    // The middle of the map has the value's colour: the grid is there, however slim.
     const SheetLayout layout(map.request.grid, map.request.layers);
     const drawing::Point middle = layout.map(1).centre();
     std::set<std::uint32_t> colours;
@@ -348,7 +348,7 @@ TEST(MapPictures, RealCityWithItsOutlines) {
   const SheetLayout layout(map.request.grid, map.request.layers);
   const drawing::Outlines outlines = drawing::building_outlines(city.mesh, layout.extent());
   EXPECT_GT(outlines.size(), 2000U);
-  // Lines are seen and leave the map readable.
+  // Lines are visible and leave the map readable.
   const auto coverage = outline_coverage(outlines, layout);
   std::size_t covered = 0;
   for (const std::uint8_t c : coverage) covered += c > 127 ? 1U : 0U;

@@ -14,15 +14,15 @@ using drawing::Colour;
 using drawing::rgb;
 
 constexpr double kRobustShare = 0.98;
-/// A scale's end that is more than this times the median leaves most of a linear map in one colour.
+/// If a scale's end is more than this times the median, most of a linear map has one colour.
 constexpr double kSkewed = 6;
 /// A scale's end that is smaller than this is drawn as zero.
 constexpr double kNearZero = 1e-3;
 constexpr int kMostClasses = 10;
-/// The darkest of inferno: nearly black would hide outlines and the hue.
+/// The darkest part of inferno: nearly black would hide outlines and the hue.
 constexpr double kDarkestInferno = 0.1;
 
-/// Knots stand at entries 0, 16, ... 240 and 255 of a table of 256.
+/// Knots are at entries 0, 16, ... 240 and 255 of a table of 256.
 template <std::size_t N>
 Colour of_table(const std::array<Colour, N>& knots, double t) {
   const double entry = 255 * (std::isnan(t) ? 0 : std::clamp(t, 0.0, 1.0));
@@ -35,7 +35,7 @@ Colour bright_inferno(double t) {
   return inferno(kDarkestInferno + (1 - kDarkestInferno) * t);
 }
 
-/// Part of the bar that a label has to itself, at least.
+/// Minimum part of the bar for each label.
 constexpr double kLabelRoom = 0.1;
 
 void add_tick(ColourScale& scale, double value) {
@@ -48,7 +48,7 @@ void label_evenly(ColourScale& scale, double step) {
   for (double k = first; k <= last; ++k) add_tick(scale, k * step + 0.0);
 }
 
-/// Round values from the largest down, as far as they stand apart, and the low end (or zero) itself.
+/// Round values from the largest down, if far enough apart, and the low end (or zero) itself.
 void label_unevenly(ColourScale& scale) {
   const double low = std::max(scale.low, 0.0);
   std::vector<double> values{scale.high};
@@ -63,7 +63,7 @@ void label_unevenly(ColourScale& scale) {
 
 void scale_lengths(ColourScale& scale, const ValueCounts& values) {
   const double robust = values.quantile(kRobustShare), least = values.quantile(1 - kRobustShare);
-  // A micrometre is as good as nothing, and its rounding errors would look like a pattern.
+  // Values below a micrometre count as zero: their rounding errors would look like a pattern.
   const bool some = robust > 1e-6, both = scale.style.kind == ValueKind::SignedLength;
   const double step = some ? drawing::nice_ceil(robust / (both ? 3 : 5)) : 0.5;
   scale.high = some ? step * std::ceil(robust / step - 1e-9) : 1;
@@ -76,7 +76,7 @@ void scale_lengths(ColourScale& scale, const ValueCounts& values) {
   scale.progression = ColourScale::Progression::SquareRoot;
   if (!both && least > kNearZero * scale.high) {
     scale.progression = ColourScale::Progression::Logarithm;
-    // Rounds to one digit: a rounder end would leave the bright colours unused.
+    // Rounded to one digit: a rounder end would leave the bright colours unused.
     const double unit = std::pow(10, std::floor(std::log10(least)));
     scale.low = unit * std::floor(least / unit);
   }
@@ -103,7 +103,7 @@ void scale_counts(ColourScale& scale, const ValueCounts& values) {
   scale.high = scale.low + scale.classes * scale.class_width;
   const bool single = scale.class_width == 1;
   for (int i = 0; i < scale.classes + (single ? 0 : 1); ++i) {
-    // A class of one number has it below its middle; wider ones begin and end at their labels.
+    // A class of one number has its label below its middle; wider ones begin and end at their labels.
     scale.ticks.emplace_back((i + (single ? 0.5 : 0.0)) / scale.classes,
                              drawing::tick_label(scale.low + i * scale.class_width));
   }
@@ -189,7 +189,7 @@ ColourScale make_colour_scale(Layer layer, const ValueCounts& values) {
       scale_shares(scale);
       return scale;
   }
-  // A step past the end that its colour hides is not worth a mark.
+  // A step beyond the end that is invisible in its colour is not marked.
   constexpr double kSlack = 1e-6;
   scale.below = values.count() > 0 && values.least() < scale.low - kSlack;
   scale.above = values.count() > 0 && values.greatest() > scale.high + kSlack;

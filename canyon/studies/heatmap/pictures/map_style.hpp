@@ -15,16 +15,16 @@
 namespace canyon::heatmap {
 
 /// Matplotlib's inferno (Smith, van der Walt 2015, CC0), from black at 0 to pale yellow at 1, within 1.5 % of
-/// it: even in lightness. `t` is clamped, NaN counts as 0.
+/// it: uniform in lightness. `t` is clamped, NaN counts as 0.
 [[nodiscard]] drawing::Colour inferno(double t);
 /// Cividis (Nunez, Anderton, Renslow, PLoS ONE 13(7), 2018, e0199239), from dark blue at 0 to yellow at 1,
-/// within 3.5 % of Matplotlib's table: the same to people who see red and green alike.
+/// within 3.5 % of Matplotlib's table: looks the same with red-green colour blindness.
 [[nodiscard]] drawing::Colour cividis(double t);
 /// ColorBrewer's PuOr in 11 steps (Brewer, Harrower 2003), from orange at 0 over near-white to purple at 1:
-/// for signed values. Grey shows how far from zero, not to which side.
+/// for signed values. In grey it shows the magnitude, not the sign.
 [[nodiscard]] drawing::Colour orange_purple(double t);
 
-/// The kind of a layer's values, which decides about scale and colours.
+/// The kind of a layer's values, which determines scale and colours.
 enum class ValueKind : std::uint8_t {
   Length,  ///< [m], from 0
   SignedLength,
@@ -40,7 +40,7 @@ struct LayerStyle {
 };
 [[nodiscard]] LayerStyle style_of(Layer layer);
 
-/// Larger DOPs are drawn as this one: a fix with them says little.
+/// Larger DOPs are drawn as this one: a fix with such a DOP is hardly usable.
 inline constexpr double kLargestDrawnDop = 20;
 
 /// Maps values to colours, and has the labels of the colour bar.
@@ -48,7 +48,7 @@ struct ColourScale {
   LayerStyle style;
   double low = 0, high = 1;  ///< of values, in the layer's unit
   /// The function of the value that is linear along the bar: the value itself, or its square root or
-  /// logarithm where few values are far above the others.
+  /// logarithm if few values are far above the others.
   enum class Progression : std::uint8_t { Linear, SquareRoot, Logarithm };
   Progression progression = Progression::Linear;
   int classes = 0;                    ///< of a Count; 0: continuous
@@ -65,10 +65,10 @@ struct ColourScale {
   [[nodiscard]] drawing::Colour colour(double value) const { return colour_at(at(value)); }
 };
 
-/// The scale for a layer's values: lengths from 0 to their 98th percentile, by the square root where it is
-/// more than six times the median, signed ones to both sides; DOPs from about the least to the 98th
-/// percentile, at most kLargestDrawnDop; counts from the least to the largest in at most ten classes of equal
-/// width; shares from 0 to 100 %. Ends are rounded outwards to round numbers.
+/// The scale for a layer's values: lengths from 0 to their 98th percentile, by the square root if it is more
+/// than six times the median, signed ones to both sides; DOPs from about the least to the 98th percentile, at
+/// most kLargestDrawnDop; counts from the least to the largest in at most ten classes of equal width;
+/// fractions from 0 to 100 %. Ends are rounded outwards to round numbers.
 /// @param values of a signed layer without their signs
 [[nodiscard]] ColourScale make_colour_scale(Layer layer, const ValueCounts& values);
 

@@ -51,7 +51,7 @@ std::vector<std::string> labels(const ColourScale& scale) {
   return labels;
 }
 
-// Entries of Matplotlib 3's _inferno_data and _cividis_data half-way between the knots, where the distance is
+// Entries of Matplotlib 3's _inferno_data and _cividis_data half-way between the knots, where the error is
 // largest.
 TEST(MapStyle, FollowsPublishedTables) {
   expect_near(&inferno,
@@ -86,7 +86,7 @@ TEST(MapStyle, GreyTellsOrder) {
       EXPECT_LT(lightness(map(i / 100.0)), lightness(map((i + 1) / 100.0)));
     }
   }
-  // The grey of signed values tells how far they are from zero.
+  // The grey of signed values shows their distance from zero.
   for (int i = 0; i < 50; ++i) {
     EXPECT_LT(lightness(orange_purple(i / 100.0)), lightness(orange_purple((i + 1) / 100.0)));
     EXPECT_LT(lightness(orange_purple(1 - i / 100.0)), lightness(orange_purple(1 - (i + 1) / 100.0)));
@@ -129,7 +129,7 @@ TEST(MapStyle, SkewedLengthsGoByRootOrLogarithm) {
   EXPECT_EQ(root.progression, ColourScale::Progression::SquareRoot);
   EXPECT_EQ(root.high, 100);
   EXPECT_DOUBLE_EQ(root.at(25), 0.5);
-  // "5" would stand within a tenth of the bar from "10".
+  // "5" would be within a tenth of the bar from "10".
   EXPECT_THAT(labels(root), ElementsAre("0", "2", "10", "20", "50", "100"));
 
   std::vector<float> twos(90, 2.05F);

@@ -25,9 +25,9 @@ using heatmap::Grid;
 using heatmap::MapAnswers;
 
 constexpr double kNoHeight = std::numeric_limits<double>::quiet_NaN();
-/// Places of one frame that are nearer than this in another are the same [m].
+/// Positions of one frame that differ by less than this in another are the same [m].
 constexpr double kSamePlace_m = 0.05;
-/// Colours of a bar: so many show no steps.
+/// Colours of a bar: enough to show no steps.
 constexpr int kColours = 65;
 
 std::string hex(const drawing::Colour& colour) {
@@ -74,11 +74,11 @@ void check_place(const MapAnswers& map, const city::City& city) {
     const Eigen::Vector3d there = city.frame.local_from_ecef(map.frame().ecef_from_local(place));
     if ((there - place).norm() < kSamePlace_m) continue;
     throw InputError(fmt::format("the map's coordinates are not those of the city {}", city.name),
-                     "give --city the city or scenario that the map was made with");
+                     "give --city the city or scenario of the map");
   }
 }
 
-/// z of a cell's centre in the city's frame, as the map's engine puts it there [m]; NaN without terrain.
+/// z of a cell's centre in the city's frame, as in the map's engine [m]; NaN without terrain.
 double cell_height(const MapAnswers& map, const Eigen::Vector2d& centre, double altitude_m,
                    const raytrace::RayScene* terrain) {
   if (map.altitude_kind() == heatmap::AltitudeKind::AboveTerrain) {
@@ -109,7 +109,7 @@ class Writer {
     const double altitude_m = map_.altitudes_m()[altitude];
     for_each_cell([&](const Eigen::Vector2d& centre) {
       const auto answer = map_.at(centre, altitude_m, map_.times().front());
-      // To a centimetre: finer slopes are not seen and pack badly.
+      // Rounded to a centimetre: finer slopes are invisible and compress badly.
       const double up_m = cell_height(map_, centre, altitude_m, terrain);
       cells.add({static_cast<double>(answer->state), std::round(up_m * 100) / 100});
     });
@@ -163,7 +163,7 @@ class Writer {
   [[nodiscard]] const Json& chunks() const { return chunks_; }
 
  private:
-  /// Row by row from the south-west corner. A cell has an answer: its centre lies in the grid, and its time
+  /// Row by row from the south-west corner. Every cell has a value: its centre is in the grid, and its time
   /// is one of the map's.
   template <typename Each>
   void for_each_cell(Each each) const {
@@ -191,9 +191,9 @@ void add_map(const MapAnswers& map, const std::string& name, const city::City& c
              const std::filesystem::path& folder) {
   check_place(map, city);
   if (map.grid().cells() > kMostMapCells || std::max(map.grid().columns, map.grid().rows) > kMostMapColumns) {
-    throw InputError(fmt::format("the map has {} by {} cells; {} are shown at most, and {} in a row",
+    throw InputError(fmt::format("the map has {} by {} cells; the view shows at most {}, and {} in a row",
                                  map.grid().columns, map.grid().rows, kMostMapCells, kMostMapColumns),
-                     "compute one of a smaller area (--bbox, --enu-box) or with a wider --spacing");
+                     "compute a map of a smaller area (--bbox, --enu-box) or with a wider --spacing");
   }
   std::optional<raytrace::RayScene> terrain;
   if (has_terrain(city)) terrain.emplace(city.mesh);
