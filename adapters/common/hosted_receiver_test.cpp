@@ -306,7 +306,7 @@ TEST(HostedReceiver, NoStreamReplacesAFileThatWasRead) {
             settings, identity, {}, geodesy::gps_from_utc(geodesy::CalendarTime{2019, 4, 28, 12, 10, 0}), 0,
             [](live::Tone, const std::string&) {}));
       }),
-      HasSubstr("is read by this run and would be replaced"));
+      HasSubstr("is an input of this run and would be replaced"));
   std::string kept;
   std::getline(std::ifstream(sky), kept);
   EXPECT_THAT(kept, testing::StartsWith("     3.04"));

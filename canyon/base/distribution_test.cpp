@@ -10,7 +10,7 @@
 namespace canyon {
 namespace {
 
-// Beyond kExact values quantiles stay within 0.1 % of those of all.
+// Above kExact values quantiles are within 0.1 % of those of all values.
 TEST(Distribution, OfManyValuesIsNearlyThatOfAll) {
   Distribution growing;
   EXPECT_FALSE(growing.quantile(0.5));

@@ -30,7 +30,7 @@ bool is_navigation(std::string_view head) {
   return std::string_view("\0OCM", 4).find(rinex_type(head)) == std::string_view::npos;
 }
 
-/// A comment that names columns of "Raw", "Fix" or "Status", or a line of "Raw".
+/// A comment with the column names of "Raw", "Fix" or "Status", or a line of "Raw".
 bool is_gnss_logger(std::string_view head) {
   const auto lines = split(head, '\n');
   return std::any_of(lines.begin(), lines.end(), [](std::string_view line) {
@@ -54,8 +54,8 @@ bool is_sp1(std::string_view head) {
          split_blanks(line).size() > 8;
 }
 
-/// A preamble, the six zero bits behind it, the number of a message, and behind the message another one, a
-/// sentence of NMEA, a message of UBX or the end: other bytes have the first three now and then.
+/// The preamble, its six zero bits, the message number; and after the message another one, an NMEA sentence,
+/// a UBX message or the end. Other data match the first three now and then.
 bool is_rtcm(std::string_view head) {
   if (head.starts_with("\xB5\x62")) return false;
   const auto byte = [head](std::size_t at) { return static_cast<unsigned char>(head[at]); };
@@ -71,7 +71,7 @@ bool is_rtcm(std::string_view head) {
   return false;
 }
 
-/// Whether there is "$GPGGA," or another address of letters.
+/// Whether the text has "$GPGGA," or another address of letters.
 bool is_nmea(std::string_view head) {
   for (std::size_t at = head.find('$'); at != std::string_view::npos; at = head.find('$', at + 1)) {
     const std::size_t end = head.find_first_of(",\n", at);
@@ -84,7 +84,7 @@ bool is_nmea(std::string_view head) {
   return false;
 }
 
-/// A line of four numbers and more, perhaps behind a date, with blanks between.
+/// A line of four or more numbers separated by blanks, optionally after a date.
 bool is_blank_separated(std::string_view line) {
   const auto words = split_blanks(line);
   return std::count_if(words.begin(), words.end(), [](auto word) { return parse_double(word).has_value(); }) >
@@ -99,19 +99,18 @@ bool is_columns(std::string_view head) {
          std::any_of(lines.begin(), lines.end(), is_blank_separated);
 }
 
-/// MAVLink 1 or 2 behind a time from 1996 to 2103, in microseconds, big-endian.
+/// MAVLink 1 or 2 after a time from 1996 to 2103, in microseconds, big-endian.
 bool is_tlog(std::string_view head) {
   return head.size() > 9 && head[0] == 0 && head[1] > 2 && head[1] < 16 &&
          (head[8] == '\xFD' || head[8] == '\xFE');
 }
 
-/// How a file of positions becomes a track, or observations.
+/// Conversion of a bag to a track.
 constexpr std::string_view kBagUse =
-    "it is not read: play it (ros2 bag play BAG) and ros2 topic echo --csv /fix > fix.csv makes CSV of the "
-    "fixes "
-    "of a topic /fix; trajectory.columns names its columns";
+    "it is not read: convert the fixes of its topic /fix to CSV: play it (ros2 bag play BAG) and run "
+    "ros2 topic echo --csv /fix > fix.csv; name the columns in trajectory.columns";
 
-/// The kinds in the order in which they are asked: text of one kind may stand in another.
+/// The kinds in the order of detection; a text of one kind may contain another kind.
 struct Row {
   FileKind kind;
   bool (*is)(std::string_view head);
@@ -120,21 +119,21 @@ struct Row {
 constexpr Row kKinds[] = {
     {FileKind::Foreign, [](auto head) { return head.starts_with("ULog\x01\x12\x35"); },
      "a flight log of PX4 (ULog)", "",
-     "it is not read: ulog2csv -m vehicle_gps_position FILE (of pyulog) makes CSV of its fixes; "
-     "trajectory.columns: {unix_time: \"time_utc_usec [us]\", latitude: \"latitude_deg [deg]\", longitude: "
-     "\"longitude_deg [deg]\", height: \"altitude_ellipsoid_m [m]\"} reads it"},
+     "it is not read: convert its fixes to CSV with ulog2csv -m vehicle_gps_position FILE (of pyulog); read "
+     "this with trajectory.columns: {unix_time: \"time_utc_usec [us]\", latitude: \"latitude_deg [deg]\", "
+     "longitude: \"longitude_deg [deg]\", height: \"altitude_ellipsoid_m [m]\"}"},
     {FileKind::Foreign, [](auto head) { return head.starts_with("\xA3\x95\x80"); },
      "a flight log of ArduPilot (DataFlash)", "",
-     "it is not read: mavlogdump.py --format csv --types GPS FILE > gps.csv (of pymavlink) makes CSV of its "
-     "fixes; trajectory.columns: {unix_time: \"timestamp [s]\", latitude: \"Lat [deg]\", longitude: "
-     "\"Lng [deg]\", height_msl: \"Alt [m]\"} reads it"},
+     "it is not read: convert its fixes to CSV with mavlogdump.py --format csv --types GPS FILE > gps.csv "
+     "(of pymavlink); read this with trajectory.columns: {unix_time: \"timestamp [s]\", latitude: \"Lat "
+     "[deg]\", longitude: \"Lng [deg]\", height_msl: \"Alt [m]\"}"},
     {FileKind::Foreign, is_tlog, "a telemetry log of MAVLink (tlog)", "",
-     "it is not read: mavlogdump.py --format csv --types GLOBAL_POSITION_INT FILE > gps.csv (of pymavlink) "
-     "makes CSV of its positions; trajectory.columns: {unix_time: \"timestamp [s]\", latitude: \"lat [e7]\", "
-     "longitude: \"lon [e7]\", height_msl: \"alt [mm]\"} reads it"},
+     "it is not read: convert its positions to CSV with mavlogdump.py --format csv --types "
+     "GLOBAL_POSITION_INT FILE > gps.csv (of pymavlink); read this with trajectory.columns: {unix_time: "
+     "\"timestamp [s]\", latitude: \"lat [e7]\", longitude: \"lon [e7]\", height_msl: \"alt [mm]\"}"},
     {FileKind::Foreign, [](auto head) { return head.starts_with("#ROSBAG V"); }, "a bag of ROS 1", "",
-     "it is not read: rostopic echo -b FILE -p /fix > fix.csv makes CSV of the fixes of a topic /fix; "
-     "trajectory.columns names its columns"},
+     "it is not read: convert the fixes of its topic /fix to CSV with rostopic echo -b FILE -p /fix > "
+     "fix.csv; name the columns in trajectory.columns"},
     {FileKind::Foreign, [](auto head) { return head.starts_with("\x89MCAP0\r\n"); }, "a bag of ROS 2 (MCAP)",
      "", kBagUse},
     {FileKind::Foreign,
@@ -143,41 +142,40 @@ constexpr Row kKinds[] = {
     {FileKind::Foreign, [](auto head) { return has(head, "rosbag2_bagfile_information"); }, "a bag of ROS 2",
      "", kBagUse},
     {FileKind::RinexObservation, [](auto head) { return rinex_type(head) == 'O'; },
-     "a RINEX observation file", "", "canyon validate --obs and canyon rtk take it"},
+     "a RINEX observation file", "", "give it to canyon validate --obs or canyon rtk"},
     {FileKind::RinexNavigation, is_navigation, "a RINEX navigation file", "",
-     "a scenario's sky takes it: sky: {navigation: [FILE]}"},
+     "use it in a scenario's sky: sky: {navigation: [FILE]}"},
     {FileKind::GnssLogger, is_gnss_logger, "a log of Android's GnssLogger", "gnsslogger",
-     "canyon validate --obs takes its observations, format gnsslogger its fixes"},
-    {FileKind::Sp3, is_sp3, "an SP3 file", "", "a scenario's sky takes it: sky: {sp3: [FILE]}"},
+     "give it to canyon validate --obs, or use it as a trajectory of format gnsslogger"},
+    {FileKind::Sp3, is_sp3, "an SP3 file", "", "use it in a scenario's sky: sky: {sp3: [FILE]}"},
     {FileKind::Gpx, [](auto head) { return has(head, "<gpx") || has(head, ":gpx "); }, "a GPX file", "gpx",
-     "as a trajectory its format is gpx"},
+     "use it as a trajectory of format gpx"},
     {FileKind::Kml, [](auto head) { return has(head, "<kml") || has(head, ":kml "); }, "a KML file", "kml",
-     "as a trajectory its format is kml"},
-    {FileKind::Rtcm, is_rtcm, "a stream of RTCM 3", "", "canyon rtk takes it as the base"},
+     "use it as a trajectory of format kml"},
+    {FileKind::Rtcm, is_rtcm, "a stream of RTCM 3", "", "give it to canyon rtk as the base"},
     {FileKind::Foreign, [](auto head) { return rinex_type(head) == 'C'; }, "a RINEX clock file", "",
-     "it is not read: the orbits of sky: {sp3: [FILE]} have clocks, too"},
-    {FileKind::Foreign, [](auto head) { return rinex_type(head) == 'M'; }, "a RINEX file of the weather", "",
+     "it is not read: use the clocks in the orbits of sky: {sp3: [FILE]}"},
+    {FileKind::Foreign, [](auto head) { return rinex_type(head) == 'M'; }, "a RINEX meteorological file", "",
      "it is not read"},
     {FileKind::Foreign, [](auto head) { return has(first_line(head), "IONEX VERSION / TYPE"); },
-     "a map of the ionosphere (IONEX)", "", "it is not read"},
+     "an ionosphere map (IONEX)", "", "it is not read"},
     {FileKind::Foreign, [](auto head) { return has(first_line(head), "ANTEX VERSION / SYST"); },
-     "a file of antennas (ANTEX)", "", "it is not read"},
-    {FileKind::Foreign, is_sp1, "a file of orbits of the format SP1", "",
-     "it is not read: give SP3-c or SP3-d"},
+     "an antenna file (ANTEX)", "", "it is not read"},
+    {FileKind::Foreign, is_sp1, "an orbit file in format SP1", "", "it is not read: give SP3-c or SP3-d"},
     {FileKind::Foreign, [](auto head) { return has(first_line(trim(head)), "almanac for PRN"); },
      "an almanac (YUMA)", "", "it is not read: give a RINEX navigation file of that day"},
     {FileKind::Foreign, [](auto head) { return has(head, "<osmChange"); },
-     "a file of changes of OpenStreetMap (.osc)", "",
-     "apply it to a map, such as by osmium apply-changes, and give that map"},
+     "an OpenStreetMap change file (.osc)", "",
+     "apply it to a map (osmium apply-changes) and give the new map"},
     {FileKind::Foreign,
      [](auto head) { return has(head, "<osm") || (head.starts_with('\0') && has(head, "OSMHeader")); },
-     "a map of OpenStreetMap", "", "a scenario's city takes it: city: {osm: FILE}"},
+     "a map of OpenStreetMap", "", "use it in a scenario's city: city: {osm: FILE}"},
     {FileKind::Nmea, is_nmea, "a log of NMEA sentences", "nmea",
-     "as a trajectory its format is nmea; RTKLIB's convbin makes RINEX of what else is in it"},
+     "use it as a trajectory of format nmea; convert other contents to RINEX with RTKLIB's convbin"},
     {FileKind::Foreign, [](auto head) { return head.starts_with("\xB5\x62"); }, "a log of UBX", "",
-     "it is not read: RTKLIB's convbin -r ubx makes RINEX observations of its RXM-RAWX"},
+     "it is not read: convert its RXM-RAWX to RINEX observations with RTKLIB's convbin -r ubx"},
     {FileKind::Foreign, [](auto head) { return head.starts_with("$@"); }, "a log of SBF", "",
-     "it is not read: RTKLIB's convbin -r sbf makes RINEX observations and navigation of it"},
+     "it is not read: convert it to RINEX observations and navigation with RTKLIB's convbin -r sbf"},
     {FileKind::Columns, is_columns, "a text of columns", "", ""},
 };
 
@@ -193,7 +191,7 @@ std::string head_of(const std::filesystem::path& path) {
   return head;
 }
 
-/// The first row that it holds of; null where there is none.
+/// The first row for which `holds` is true; null if there is none.
 template <typename Holds>
 const Row* row_where(const Holds& holds) {
   const auto* const at = std::find_if(std::begin(kKinds), std::end(kKinds), holds);

@@ -9,7 +9,7 @@
 
 namespace canyon {
 
-/// The kind of a file of measurements, by its first bytes.
+/// The kind of a measurement file, detected from its first bytes.
 enum class FileKind : std::uint8_t {
   Other,
   RinexObservation,  ///< plain or in Hatanaka's compression
@@ -20,11 +20,11 @@ enum class FileKind : std::uint8_t {
   Kml,
   Rtcm,
   Nmea,
-  Foreign,  ///< of a kind that Canyon knows, and does not read
+  Foreign,  ///< of a kind that Canyon recognises but does not read
   Columns   ///< text with commas, semicolons, tabs or blanks
 };
 
-/// Whether a file is a scenario, by the ending of its name: .yaml or .yml.
+/// Whether a file is a scenario, judged by its name extension: .yaml or .yml.
 [[nodiscard]] bool is_scenario(const std::filesystem::path& path);
 
 /// @param head the first bytes, unpacked: 16 KiB suffice
@@ -34,20 +34,20 @@ enum class FileKind : std::uint8_t {
 
 /// "an SP3 file", for messages.
 [[nodiscard]] std::string_view name(FileKind kind);
-/// The name of a kind as a format of trajectories; empty for other kinds and for columns.
+/// The name of a kind as a trajectory format; empty for other kinds and for columns.
 [[nodiscard]] std::string_view trajectory_format(FileKind kind);
 /// The kind of the files of a trajectory format; columns for any other.
 [[nodiscard]] FileKind kind_of_trajectory(std::string_view format);
 
-/// The message for a file that a reader of `wanted` refuses by `fault`: it names the other kind that the file
-/// is and what takes it; else it is `fault`. Precondition: not FileKind::Other or Foreign.
+/// The error for a file that a reader of `wanted` rejected with `fault`. If the file is of another known
+/// kind: an error with this kind and its use; else `fault`. Precondition: not FileKind::Other or Foreign.
 [[nodiscard]] InputError explained(const InputError& fault, const std::filesystem::path& path,
                                    FileKind wanted);
 
-/// The same for a reader of files that are of no FileKind. @param wanted "a city"
+/// The same for a reader whose files have no FileKind. @param wanted "a city"
 [[nodiscard]] InputError explained(const InputError& fault, const std::filesystem::path& path,
                                    std::string_view wanted);
-/// The same for the first bytes of a file; nothing where they are of no known kind, or of columns.
+/// The same for the first bytes of a file; empty if their kind is unknown or is columns.
 [[nodiscard]] std::optional<InputError> of_other_kind(std::string_view head,
                                                       const std::filesystem::path& path,
                                                       std::string_view wanted);

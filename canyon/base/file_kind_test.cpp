@@ -80,11 +80,11 @@ TEST(FileKind, ReadersSayWhatAFileIsInstead) {
   };
   std::ofstream(path) << "<gpx></gpx>";
   EXPECT_EQ(message(FileKind::Sp3),
-            path.string() + ": is a GPX file, not an SP3 file; as a trajectory its format is gpx");
+            path.string() + ": is a GPX file, not an SP3 file; use it as a trajectory of format gpx");
   EXPECT_EQ(message(FileKind::Gpx), path.string() + ":3: is bad");
   std::ofstream(path) << "1,2,3\n";
   EXPECT_EQ(message(FileKind::Sp3), path.string() + ":3: is bad") << "columns may be anything";
-  // A log with lines of both is of the kind that was asked for.
+  // A log with lines of both kinds has the requested kind.
   std::ofstream(path) << "# Raw,TimeNanos\nNMEA,$GPGGA,123519\n";
   EXPECT_EQ(message(FileKind::Nmea), path.string() + ":3: is bad");
   EXPECT_EQ(read_as(FileKind::Sp3, path, [] { return 7; }), 7);

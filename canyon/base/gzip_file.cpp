@@ -15,20 +15,20 @@
 namespace canyon {
 namespace {
 
-constexpr std::size_t kHead = 512;  // bytes that tell what a file is: tar's mark stands at 257
+constexpr std::size_t kHead = 512;  // bytes to detect the kind of a file: tar's mark is at 257
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 constexpr std::size_t kUtf16Mark = 2;  // bytes
 
 using namespace std::string_view_literals;
 
-/// Overpass's pages of errors are XHTML.
+/// Overpass sends error pages in XHTML.
 bool is_web_page(std::string_view head) {
   std::string text = lower_case(trim(head.substr(0, 256)));
   if (text.starts_with("<?xml")) text = trim(text.substr(std::min(text.find("?>"), text.size() - 2) + 2));
   return text.starts_with("<!doctype html") || text.starts_with("<html");
 }
 
-/// What cannot be read here: its mark at a place of the file, and what to do.
+/// A format that cannot be read: its mark, the mark's offset, and the hint.
 struct Refused {
   std::string_view mark;
   std::size_t at;
@@ -61,7 +61,7 @@ GzipFile::GzipFile(std::filesystem::path path) : path_(std::move(path)), file_(n
   try {
     ready_.resize(read_some(ready_.data(), kHead, 0));
   } catch (const InputError&) {
-    // read() meets the same error and reports it.
+    // read() gets the same error and reports it.
     ready_.clear();
     gzrewind(file_.get());
   }
@@ -121,11 +121,11 @@ std::size_t GzipFile::read_some(char* to, std::size_t size, int line) {
   const int n = gzread(file_.get(), to, static_cast<unsigned>(size));
   int code = Z_OK;
   const char* detail = gzerror(file_.get(), &code);
-  // zlib gives all that it could unpack of a stream that stops early, and then Z_BUF_ERROR.
+  // For a truncated stream zlib returns all that it could unpack, then Z_BUF_ERROR.
   if (code == Z_BUF_ERROR) {
     cut_short_ = true;
   } else if (n < 0 || code == Z_DATA_ERROR) {
-    throw InputError(path_, line, std::string("gzip data is damaged or cut short here (") + detail + ")",
+    throw InputError(path_, line, std::string("gzip data are damaged or cut short here (") + detail + ")",
                      "fetch the file again");
   }
   return static_cast<std::size_t>(n < 0 ? 0 : n);
@@ -138,12 +138,12 @@ std::string read_bytes(const std::filesystem::path& path, std::size_t max_bytes)
   while (const std::size_t n = file.read(buffer, sizeof buffer, 0)) {
     bytes.append(buffer, n);
     if (bytes.size() > max_bytes) {
-      throw InputError(path, 0, "holds more than " + std::to_string(max_bytes >> 20) + " MiB",
+      throw InputError(path, 0, "has more than " + std::to_string(max_bytes >> 20) + " MiB",
                        "is it the right file?");
     }
   }
   if (file.cut_short())
-    throw InputError(path, 0, "gzip data is damaged or cut short", "fetch the file again");
+    throw InputError(path, 0, "gzip data are damaged or cut short", "fetch the file again");
   return bytes;
 }
 
@@ -156,7 +156,7 @@ void check_input_file(const std::filesystem::path& path, std::uint64_t largest) 
     throw InputError(path, 0, "cannot be opened: " + code.message());
   if (std::filesystem::is_directory(status)) throw InputError(path, 0, "is a folder, not a file");
   if (!std::filesystem::is_regular_file(status))
-    throw InputError(path, 0, "is a pipe or a device, not a regular file", "save what it gives to a file");
+    throw InputError(path, 0, "is a pipe or a device, not a regular file", "save its output to a file");
   const std::uintmax_t size = std::filesystem::file_size(path, code);
   if (!code && size > largest) {
     throw InputError(path, 0, "is larger than " + std::to_string(largest >> 20) + " MiB",
@@ -178,9 +178,8 @@ void refuse_foreign_bytes(const std::filesystem::path& path, std::string_view he
     if (head.size() > kind.at && head.substr(kind.at, kind.mark.size()) == kind.mark)
       throw InputError(path, 0, "is " + std::string(kind.name), kind.cure);
   if (is_web_page(head)) {
-    throw InputError(
-        path, 0, "is a web page (HTML), not data",
-        "the server may want you to sign in: open the address in a browser, then fetch it again");
+    throw InputError(path, 0, "is a web page (HTML), not data",
+                     "the server may require a login: open the address in a browser, then fetch it again");
   }
 }
 

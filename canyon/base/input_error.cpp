@@ -31,7 +31,7 @@ std::string printable(std::string_view bytes) {
   return text;
 }
 
-/// Whether a key of an address's query stands for a secret: "api_key", "access_token", "sig".
+/// Whether a key of an address's query is for a secret: "api_key", "access_token", "sig".
 bool is_secret(std::string_view key) {
   const std::string word = lower_case(key);
   const auto has = [&word](std::string_view part) { return word.find(part) != std::string::npos; };
@@ -39,8 +39,8 @@ bool is_secret(std::string_view key) {
          has("auth") || has("credential") || has("signature") || word == "sig" || word == "pass";
 }
 
-/// A host, path and query with "..." for the values of secret keys. @param all of an address: long values of
-/// any key may be a session or a signature
+/// A host, path and query with "..." for the values of secret keys. @param all for an address: a long value
+/// of any key may be a session or a signature
 std::string hide_keys(std::string_view word, bool all) {
   constexpr std::size_t kLong = 8;
   const std::size_t query = word.find_first_of("?;#");
@@ -59,7 +59,7 @@ std::string hide_keys(std::string_view word, bool all) {
   return shown;
 }
 
-/// "user:" of "user:password"; empty of a word alone, which may be a token, and of a mail address.
+/// "user:" of "user:password"; empty for a single word, which may be a token, and for a mail address.
 std::string_view user_of(std::string_view word) {
   const std::size_t colon = std::min(word.find(':'), lower_case(word).find("%3a"));
   const std::string_view user = word.substr(0, colon);
@@ -68,17 +68,17 @@ std::string_view user_of(std::string_view word) {
                                                  : word.substr(0, colon + (word[colon] == ':' ? 1 : 3));
 }
 
-/// The same of a word without a scheme, which somebody forgot: "user:...@host" of "user:password@host".
+/// The same for a word without its scheme: "user:...@host" of "user:password@host".
 std::string hide_without_scheme(std::string_view word) {
   const std::size_t host = word.rfind('@'), colon = word.find(':');
   if (host == std::string_view::npos || colon >= host) return hide_keys(word, false);
-  // "serial:/dev/ttyS0@9600" has a rate there.
+  // In "serial:/dev/ttyS0@9600" the number is a baud rate.
   const bool rate = word.find_first_not_of("0123456789", host + 1) == std::string_view::npos;
   if (rate) return std::string(word);
   return std::string(user_of(word.substr(0, host))) + "..." + hide_keys(word.substr(host), false);
 }
 
-/// A word of a text, perhaps an address.
+/// A word of a text that may be an address.
 std::string hide_in(std::string_view word) {
   constexpr std::string_view kScheme = "://", kExplained = "USER:PASSWORD";
   if (word.find(kExplained) != std::string_view::npos) return std::string(word);
@@ -92,8 +92,8 @@ std::string hide_in(std::string_view word) {
   return shown + "..." + hide_keys(address.substr(host), true);
 }
 
-/// The end of a quotation that begins at a quotation mark, whose words may be one address; where it does not
-/// begin one, `at`.
+/// The end of a quotation that begins with a quotation mark at `at`, whose words may be one address; `at` if
+/// no quotation begins there.
 std::size_t quotation_end(std::string_view text, std::size_t at) {
   constexpr std::size_t kLongest = 2000;
   const bool opens =

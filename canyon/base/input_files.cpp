@@ -23,9 +23,9 @@ fs::path without_links(const fs::path& path) {
   return error ? path : whole.has_filename() ? whole : whole.parent_path();
 }
 
-/// Whether some have the file, a folder about it, or a file below it.
+/// Whether `some` contains the file, a folder above it, or a file below it.
 bool meet(const std::multiset<fs::path>& some, const fs::path& path) {
-  // Paths are in the order of their parts: what lies in a folder stands right behind it.
+  // Paths are sorted by their parts: the contents of a folder directly follow the folder.
   const auto at = some.lower_bound(path);
   if (at != some.end() && std::mismatch(path.begin(), path.end(), at->begin(), at->end()).first == path.end())
     return true;
@@ -37,7 +37,7 @@ bool meet(const std::multiset<fs::path>& some, const fs::path& path) {
 }
 
 InputError refused(const fs::path& path) {
-  return {path, 0, "is read by this run and would be replaced", "choose another --out or name"};
+  return {path, 0, "is an input of this run and would be replaced", "choose another --out or name"};
 }
 
 }  // namespace
@@ -115,8 +115,8 @@ fs::path file_named_by(const fs::path& by, std::string_view name) {
   if (name.starts_with(kScheme)) name.remove_prefix(kScheme.size());
   fs::path path = by.parent_path() / name;
   if (!lies_beside(path, by))
-    throw InputError(by, 0, fmt::format("names '{}', which lies outside the folder of this file", name),
-                     "put it into the folder, and name it from there");
+    throw InputError(by, 0, fmt::format("names '{}', which is outside the folder of this file", name),
+                     "move it into the folder, and name it relative to the folder");
   return path;
 }
 

@@ -7,31 +7,31 @@
 
 namespace canyon {
 
-/// The files that a run reads, and those that it writes: no output may replace an input, and links do not
-/// hide one. Thread-safe. check_input_file(), which every reader calls, adds to current(); OutputFile asks
+/// The files that a run reads and those that it writes. No output may replace an input; links are resolved.
+/// Thread-safe. check_input_file(), which every reader calls, adds to current(); OutputFile checks against
 /// it.
 class InputFiles {
  public:
-  /// Those of this thread's newest Scope, else of the process.
+  /// The set of this thread's newest Scope, else of the process.
   [[nodiscard]] static InputFiles& current();
-  /// For a program that is one run: from here on the process notes what it reads. Before, it notes nothing.
+  /// For a program that is one run: the process records its inputs from this call on, and none before.
   static void begin_run();
 
-  /// Notes a file that is read. Throws InputError where it is, or lies in, one of the outputs.
+  /// Adds a file that is read. Throws InputError if it is one of the outputs or inside one.
   void add(const std::filesystem::path& path);
   void add(const InputFiles& others);
-  /// Forgets a file of the program's own that it writes anew.
+  /// Removes a file that the program itself rewrites.
   void remove(const std::filesystem::path& path);
-  /// Whether it is an input, or a folder with one.
+  /// Whether the path is an input, or a folder with one.
   [[nodiscard]] bool has(const std::filesystem::path& path) const;
 
-  /// Notes an output before it is written; returns what remove_output() takes. Throws InputError where has().
+  /// Adds an output before it is written; returns the key for remove_output(). Throws InputError if has().
   std::filesystem::path add_output(const std::filesystem::path& path);
   void remove_output(const std::filesystem::path& noted);
   /// Throws as add_output() does.
   void refuse(const std::filesystem::path& path) { remove_output(add_output(path)); }
 
-  /// While it lives, `files` are current() on this thread.
+  /// During its lifetime, `files` is current() on this thread.
   class Scope {
    public:
     explicit Scope(InputFiles& files);
@@ -45,16 +45,16 @@ class InputFiles {
 
  private:
   mutable std::mutex mutex_;
-  std::multiset<std::filesystem::path> inputs_, outputs_;  ///< without links
+  std::multiset<std::filesystem::path> inputs_, outputs_;  ///< links resolved
 };
 
-/// Whether a file or folder, all links followed, lies in the folder of the file `by` or below: in that of its
-/// name, or of what its name is a link to. @param other a folder as seen from by's, which takes its place
+/// Whether a file or folder, with all links resolved, is in or below the folder of `by`: that of the name
+/// itself or of the file it links to. @param other a folder relative to by's, used instead of by's folder
 [[nodiscard]] bool lies_beside(const std::filesystem::path& path, const std::filesystem::path& by,
                                const std::filesystem::path& other = {});
 
-/// The file that `by` names: an address without file://, from by's folder. Every reader asks it of what a
-/// file says. Throws InputError unless the file lies_beside() `by`.
+/// The path of a file that is named in the file `by`: an address without file://, relative to by's folder.
+/// All readers resolve such names by it. Throws InputError unless the file lies_beside() `by`.
 [[nodiscard]] std::filesystem::path file_named_by(const std::filesystem::path& by, std::string_view name);
 
 }  // namespace canyon

@@ -15,13 +15,13 @@ class InputFilesTest : public testing::Test {
  protected:
   InputFilesTest() { std::ofstream(input) << "mine"; }
 
-  /// Whether an output of that name is refused, and the input whole.
+  /// Whether an output of that name is rejected, and the input unchanged.
   [[nodiscard]] bool refused(const fs::path& path) const {
     bool threw = false;
     try {
       write_file(path, "other");
     } catch (const InputError& error) {
-      threw = error.problem() == "is read by this run and would be replaced" &&
+      threw = error.problem() == "is an input of this run and would be replaced" &&
               error.cure() == "choose another --out or name" && error.file() == path.string();
     }
     EXPECT_EQ(test::read_bytes(input), "mine");

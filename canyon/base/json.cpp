@@ -132,7 +132,7 @@ bool operator==(const Json& a, const Json& b) {
 
 namespace {
 
-/// A text with null for NaN and Infinity as Python and C write them; empty where it has none.
+/// A text with null for NaN and Infinity as Python and C write them; empty if it has none.
 std::string without_nan(std::string_view text) {
   std::string plain;
   bool quoted = false, any = false;
@@ -155,7 +155,7 @@ std::string without_nan(std::string_view text) {
 
 }  // namespace
 
-/// The library's parser calls it for each part of a text.
+/// Callbacks of the library's parser, one for each part of a text.
 class Json::Builder {
  public:
   Json root;
@@ -166,7 +166,7 @@ class Json::Builder {
   bool number_unsigned(std::uint64_t value) { return put(value) != nullptr; }
   bool number_float(double value, const std::string& /*text*/) { return put(value) != nullptr; }
   bool string(std::string& value) { return put(std::move(value)) != nullptr; }
-  bool binary(nlohmann::json::binary_t& /*value*/) { return false; }  // texts have none
+  bool binary(nlohmann::json::binary_t& /*value*/) { return false; }  // does not occur in texts
   bool start_array(std::size_t /*unknown*/) { return open(array()); }
   bool start_object(std::size_t /*unknown*/) { return open(object()); }
   bool key(std::string& key) {
@@ -183,7 +183,7 @@ class Json::Builder {
   }
   [[noreturn]] bool parse_error(std::size_t byte, const std::string& /*token*/,
                                 const nlohmann::json::exception& problem) {
-    // "[json.exception.parse_error.101] parse error at line 1, column 5: ...": without the library's number.
+    // "[json.exception.parse_error.101] parse error at line 1, column 5: ...": removes the library's number.
     const std::string what = problem.what();
     const std::size_t number = what.find("] ");
     const bool syntax = dynamic_cast<const nlohmann::json::parse_error*>(&problem) != nullptr;
@@ -191,7 +191,7 @@ class Json::Builder {
   }
 
  private:
-  static constexpr std::size_t kMostLevels = 1000;  ///< so that no text exhausts the stack
+  static constexpr std::size_t kMostLevels = 1000;  ///< so that no text overflows the stack
 
   Json* put(Json value) {
     if (open_.empty()) return &(root = std::move(value));
@@ -204,7 +204,7 @@ class Json::Builder {
     open_.push_back(put(std::move(value)));
     return true;
   }
-  /// Leaves one of several members with the same key: in the first one's place, with the last one's value.
+  /// Keeps one of several members with the same key: at the first one's position, with the last one's value.
   static void merge_repeated(Object& members) {
     std::unordered_map<std::string_view, Json*> first;
     std::vector<bool> repeated;

@@ -16,23 +16,23 @@
 
 namespace canyon {
 
-/// A text is not JSON, or a value is not of the type that is asked for.
+/// A text is not JSON, or a value has another type than requested.
 class JsonError : public std::runtime_error {
  public:
   explicit JsonError(const std::string& problem, std::size_t byte = 0)
       : std::runtime_error(problem), byte_(byte) {}
-  /// Where a text ceases to be JSON, counted from 1; 0: the error is not one of syntax.
+  /// Position of the syntax error in the text, counted from 1; 0: no syntax error.
   [[nodiscard]] std::size_t byte() const { return byte_; }
 
  private:
   std::size_t byte_;
 };
 
-/// A value of JSON (RFC 8259). An object keeps its members in the order in which they were added; find() and
-/// operator[] look at one after the other. A number is an integer of 64 bits or a double; one that is not
-/// finite becomes null, because JSON has none.
+/// A value of JSON (RFC 8259). An object keeps its members in the order of insertion; find() and operator[]
+/// search linearly. A number is an integer of 64 bits or a double; non-finite numbers become null, because
+/// JSON has none.
 ///
-/// A list in braces is an object where each of its elements is a pair whose first is a text, else an array:
+/// A list in braces is an object if each of its elements is a pair whose first item is a text, else an array:
 ///   Json{{"name", "rover"}, {"enu_m", {1, 2, 3}}}
 class Json {
  public:
@@ -52,7 +52,7 @@ class Json {
   Json(const std::vector<T>& values) : Json(array()) {
     for (const T& value : values) push_back(value);
   }
-  /// Null where it is empty.
+  /// Null if it is empty.
   template <typename T>
   Json(const std::optional<T>& value) : Json(value ? Json(*value) : Json()) {}
   Json(const Json& other);
@@ -63,14 +63,14 @@ class Json {
   static Json array(std::initializer_list<Json> items = {});
   static Json object();
 
-  /// The last of several members with the same key counts. Throws JsonError: "parse error at line 1, column
-  /// 5: ...", also for values that are nested deeper than 1,000 levels. NaN and Infinity, as Python and C
-  /// write them, are null.
+  /// Of several members with the same key, the last one is used. Throws JsonError: "parse error at line 1,
+  /// column 5: ...", also for values nested deeper than 1,000 levels. NaN and Infinity, as written by Python
+  /// and C, are null.
   static Json parse(std::string_view text);
-  /// Empty where parse() throws.
+  /// Empty if parse() throws.
   static std::optional<Json> try_parse(std::string_view text);
-  /// Text in UTF-8, on one line, or with each level indented by so many spaces. Bytes that are not UTF-8
-  /// become U+FFFD. Doubles have the fewest digits that read back as the same.
+  /// Text in UTF-8, on one line, or with `indent` spaces per level. Bytes that are not UTF-8 become U+FFFD.
+  /// Doubles have the fewest digits that read back exactly.
   [[nodiscard]] std::string dump(int indent = -1, Order order = Order::AsAdded) const;
 
   [[nodiscard]] bool is_null() const { return holds<std::nullptr_t>(); }
@@ -82,7 +82,7 @@ class Json {
   [[nodiscard]] bool is_object() const { return holds<Box<Object>>(); }
 
   /// The value as a bool, a number (doubles are cut to integers), a std::string or a std::vector of these.
-  /// Throws JsonError where it is of another type.
+  /// Throws JsonError if it is of another type.
   template <typename T>
   [[nodiscard]] T get() const {
     if constexpr (std::is_same_v<T, bool>) {
@@ -103,12 +103,12 @@ class Json {
   [[nodiscard]] const Array& items() const;
   [[nodiscard]] const Object& members() const;
 
-  /// Null pointer where this is not an object or has no such member.
+  /// Null pointer if this is not an object or has no such member.
   [[nodiscard]] const Json* find(std::string_view key) const;
   [[nodiscard]] bool contains(std::string_view key) const { return find(key) != nullptr; }
-  /// Throws JsonError where it is not there.
+  /// Throws JsonError if there is no such member.
   [[nodiscard]] const Json& at(std::string_view key) const;
-  /// Null where it is not there.
+  /// Null if there is no such member.
   const Json& operator[](std::string_view key) const;
   /// Adds a missing key; null becomes an object first. Throws JsonError on anything but an object.
   Json& operator[](std::string_view key);
@@ -126,13 +126,13 @@ class Json {
   [[nodiscard]] auto begin() const { return is_null() ? Array::const_iterator() : items().begin(); }
   [[nodiscard]] auto end() const { return is_null() ? Array::const_iterator() : items().end(); }
 
-  /// Numbers are equal by value, objects in any order of their members.
+  /// Numbers are equal by value; objects are equal in any order of their members.
   friend bool operator==(const Json& a, const Json& b);
 
  private:
   class Builder;
   struct Converter;
-  /// A text or list on the heap, copied with its owner: a Json takes 16 bytes, and files have millions.
+  /// A text or list on the heap, copied with its owner. A Json takes 16 bytes, because files have millions.
   template <typename T>
   struct Box : std::unique_ptr<T> {
     Box(T value) : std::unique_ptr<T>(std::make_unique<T>(std::move(value))) {}
@@ -168,7 +168,7 @@ struct Json::Member {
 };
 
 /// The shortest number within half a unit of the last of `decimals` digits, and never -0. Infinity and NaN
-/// stay: JSON has null for them.
+/// are returned unchanged; JSON writes them as null.
 inline double rounded(double value, int decimals) {
   const double scale = std::pow(10.0, decimals);
   const double result = std::round(value * scale) / scale;

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-// nlohmann/json is asked as another program would be: what it reads and writes is what Json must.
+// nlohmann/json is the reference: Json must read and write the same.
 
 namespace canyon {
 namespace {
@@ -24,7 +24,7 @@ std::string problem(const std::string& text) {
   return {};
 }
 
-/// A random value, of so many levels at most.
+/// A random value with at most `levels` levels.
 Theirs random_value(std::mt19937_64& random, int levels) {
   switch (random() % (levels > 0 ? 8 : 6)) {
     case 0:
@@ -100,7 +100,7 @@ TEST(Json, NumbersThatAreNotFiniteAreNull) {
   EXPECT_EQ(Json(std::vector<double>{std::numeric_limits<double>::infinity(), 1}).dump(), "[null,1.0]");
 }
 
-// Python's json writes them, and reads them.
+// Python's json writes and reads them.
 TEST(Json, NanAndInfinityOfTextsAreNull) {
   const Json json = Json::parse(R"({"a": NaN, "b": [Infinity, -Infinity, 1], "NaN": "NaN \" Infinity"})");
   EXPECT_TRUE(json["a"].is_null());

@@ -13,8 +13,8 @@
 
 namespace canyon {
 
-/// The cure for a name that is not among the known ones: "did you mean 'X'? known: X, Y". More than 20 are
-/// listed only where none is close.
+/// The hint for an unknown name: "did you mean 'X'? known: X, Y". More than 20 known names are listed only if
+/// none is close.
 [[nodiscard]] inline std::string known_names(std::string_view name, const std::vector<std::string>& known) {
   const std::optional<std::string> similar = closest(name, known);
   std::string text = similar ? "did you mean '" + *similar + "'?" : "";
@@ -32,7 +32,7 @@ namespace canyon {
                     known_names(name, known));
 }
 
-/// The entry of a table with that `name`. Throws unknown_name() where there is none.
+/// The entry of a table with that `name`. Throws unknown_name() if there is none.
 template <typename Table>
 [[nodiscard]] const auto& entry_named(const Table& table, std::string_view name, std::string_view kind) {
   std::vector<std::string> known;
@@ -43,8 +43,8 @@ template <typename Table>
   throw unknown_name(kind, name, known);
 }
 
-/// Maps each word of the lists ("glass|mirror", literals) to its list's value; the first of equal words
-/// counts.
+/// Maps each word of the lists ("glass|mirror", literals) to its list's value; of equal words, the first one
+/// is used.
 template <typename Value>
 [[nodiscard]] std::map<std::string_view, Value> dictionary(
     std::initializer_list<std::pair<std::string_view, Value>> lists) {

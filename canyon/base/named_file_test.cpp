@@ -34,10 +34,10 @@ TEST(NamedFile, LiesInTheFolderOfTheFile) {
        {std::string("../out.bin"), std::string("sub/../../out.bin"), std::string("link.bin"),
         std::string("up/out.bin"), std::string("/etc/passwd"), std::string("file:///etc/passwd"),
         (folder / "out.bin").string(), std::string("../in2/b.bin")})
-    EXPECT_NE(test::refusal([&] { (void)file_named_by(by, name); }).find("lies outside the folder"),
+    EXPECT_NE(test::refusal([&] { (void)file_named_by(by, name); }).find("is outside the folder"),
               std::string::npos)
         << name;
-  // Where the file itself is a link, what lies beside either of both counts; so do links of folders.
+  // If the file is a link, files next to the link and next to its target count; so do links of folders.
   EXPECT_TRUE(lies_beside(folder / "in/b.bin", folder / "x.gltf"));
   EXPECT_TRUE(lies_beside(folder / "out.bin", folder / "x.gltf"));
   EXPECT_TRUE(lies_beside(folder / "way/b.bin", folder / "way/x.gltf"));

@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kCure = "choose a folder that exists and that you may write to";
-// Temporary names: the output's, this, and so many of these letters.
+constexpr std::string_view kCure = "choose an existing, writable folder";
+// Temporary names: the output's name, this mark, and kPartRandom of these letters.
 constexpr std::string_view kPartMark = ".part-", kPartLetters = "0123456789abcdefghijklmnopqrstuv";
 constexpr std::size_t kPartRandom = 12;
 constexpr std::string_view kListHead = "# files of canyon ";
@@ -41,7 +41,7 @@ bool is_the_machine(int code) {
 
 [[noreturn]] void fail(int code) {
   throw OutputError(std::filesystem::temp_directory_path(), 0,
-                    std::string("a temporary file cannot be kept there: ") + std::strerror(code),
+                    std::string("a temporary file cannot be written there: ") + std::strerror(code),
                     "free disk space, or name another folder in TMPDIR");
 }
 
@@ -53,7 +53,7 @@ std::FILE* open_nameless() {
   return ::fdopen(handle, "w+b");
 }
 
-/// Removes temporary files and folders that nobody holds. @param with_folders also those in the folder's own
+/// Removes unlocked temporary files and folders. @param with_folders also those in the folder's own
 void remove_left(const fs::path& folder, bool with_folders) {
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
@@ -71,8 +71,8 @@ void remove_left(const fs::path& folder, bool with_folders) {
   }
 }
 
-/// What killed processes left in a folder, and in those in it, which they may have made for other receivers;
-/// once in each folder.
+/// Removes the leftovers of killed processes in a folder and in its subfolders, which they may have made for
+/// other receivers; once per folder.
 void sweep(const fs::path& folder) {
   static std::mutex mutex;
   static std::set<fs::path> swept;
@@ -119,7 +119,7 @@ Temporary::Temporary(fs::path path, Kind kind)
     if (handle_ >= 0) {
       ::flock(handle_, LOCK_EX);
       if (::access(temporary_.c_str(), F_OK) == 0) return;
-      ::close(std::exchange(handle_, -1));  // another process swept it before it was locked
+      ::close(std::exchange(handle_, -1));  // another process removed it before it was locked
     } else if (const int code = errno; code != EEXIST) {
       files_->remove_output(noted_);
       if (is_the_machine(code)) throw_failure(path_, "cannot be written", code);
@@ -150,16 +150,16 @@ void Temporary::put_in_place() {
   std::error_code error;
   bool exchanged = false;
   if (fs::is_directory(temporary_, error) && fs::exists(path_, error)) {
-    // The two change names, and the old folder goes with the temporary name.
+    // The two exchange their names, and the old folder is removed under the temporary name.
     exchanged = ::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, path_.c_str(), RENAME_EXCHANGE) == 0;
     if (!exchanged) fs::remove_all(path_, error);
   }
   if (!exchanged) {
     fs::rename(temporary_, path_, error);
-    if (error) throw InputError(path_, 0, "cannot be put in place: " + error.message());
+    if (error) throw InputError(path_, 0, "cannot be renamed to this name: " + error.message());
     temporary_.clear();
   }
-  std::exchange(files_, nullptr)->remove_output(noted_);  // from here on it may be read
+  std::exchange(files_, nullptr)->remove_output(noted_);  // from now on it may be read
 }
 
 OutputFile::OutputFile(fs::path path)
@@ -247,7 +247,7 @@ void ResultFiles::read_list() {
   listed_at_ = fs::last_write_time(list_, error);
   std::ifstream last(list_);
   std::string head;
-  std::map<std::string, std::string> heads;  // of each name, the last one
+  std::map<std::string, std::string> heads;  // the last head for each name
   for (std::string line; std::getline(last, line);)
     if (line.starts_with(kListHead))
       head = line;
@@ -294,16 +294,16 @@ void ResultFiles::check(const fs::path& path) {
   const auto is_listed = [&] { return last_.count(name) + mine_.count(name) + earlier_.count(name) > 0; };
   std::error_code error;
   if (name.empty() || is_listed() || !fs::is_regular_file(path, error)) return;
-  read_list();  // another process may work in this folder
+  read_list();  // another process may use this folder
   if (is_listed()) return;
-  throw InputError(path, 0, "is there already, and no run of Canyon wrote it",
+  throw InputError(path, 0, "exists already and was not written by Canyon",
                    "move it, or choose another folder");
 }
 
 void ResultFiles::add(const fs::path& path) {
   const std::string name = name_of(path);
   if (name.empty() || !mine_.insert(name).second || last_.count(name) > 0) return;
-  // Listed before it appears, so that a run after a killed one may replace it.
+  // Listed before the rename, so that a run after a killed one may replace it.
   const std::string line = (std::exchange(begun_, true) ? "" : head_ + "\n") + name + "\n";
   const int handle = ::open(list_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
   if (handle < 0) return;
@@ -336,7 +336,7 @@ std::size_t ResultFiles::finish() {
         InputFiles::current().has(file))
       continue;
     removed += fs::remove(file, error) ? 1U : 0U;
-    if (file.parent_path() != folder_) fs::remove(file.parent_path(), error);  // where empty
+    if (file.parent_path() != folder_) fs::remove(file.parent_path(), error);  // if empty
   }
   std::string text;
   for (const std::string& name : earlier_) text += mine_.count(name) > 0 ? "" : name + "\n";
@@ -356,7 +356,7 @@ FolderLock::FolderLock(const fs::path& folder, bool shared) {
   struct stat status {};
   ::fstat(handle_, &status);
   ::close(handle_);
-  // A line of it: "1: FLOCK ADVISORY WRITE 1234 08:01:5678 0 EOF".
+  // A line of the file: "1: FLOCK ADVISORY WRITE 1234 08:01:5678 0 EOF".
   std::string who, number, kind, how, what, process, file;
   std::ifstream locks("/proc/locks");
   for (std::string line; std::getline(locks, line);) {
@@ -364,8 +364,8 @@ FolderLock::FolderLock(const fs::path& folder, bool shared) {
     if (kind == "FLOCK" && file.ends_with(":" + std::to_string(status.st_ino)))
       who = " (process " + process + ")";
   }
-  throw InputError(folder, 0, "another run works in this folder" + who,
-                   "wait until it has ended, or choose another folder");
+  throw InputError(folder, 0, "another run uses this folder" + who,
+                   "wait for its end, or choose another folder");
 }
 
 FolderLock::~FolderLock() {

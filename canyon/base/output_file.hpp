@@ -16,33 +16,33 @@
 
 namespace canyon {
 
-/// The machine does not take an output: a full disk, a quota, a disk that is gone. The input is not to blame,
-/// so the CLI exits 1. An InputError, so that what reports a file and its cure reports both.
+/// The machine cannot store an output: a full disk, a quota, a disk that is gone. The CLI exits 1, because
+/// the input is not to blame. Derived from InputError, so that handlers report its file and hint as well.
 class OutputError final : public InputError {
  public:
   using InputError::InputError;
 };
 
-/// A new file or folder under a random name beside an output's, locked while it lives and removed at its end
-/// with all that it holds, unless it was put in place. What killed processes left in a folder nobody holds
-/// any more: it goes when this process first writes there.
+/// A new file or folder under a random name in the folder of an output. It is locked during its lifetime and
+/// removed at its end with all contents, unless it was renamed to the output's name. Leftovers of killed
+/// processes are unlocked; they are deleted at this process's first write to the folder.
 class Temporary {
  public:
   enum class Kind : std::uint8_t { File, Folder };
-  /// Throws InputError where the folder is missing or not writable, OutputError where the disk is full or too
-  /// many files are open, and as InputFiles::add_output() does.
+  /// Throws InputError if the folder is missing or not writable, OutputError if the disk is full or too many
+  /// files are open, and as InputFiles::add_output() does.
   Temporary(std::filesystem::path path, Kind kind);
   ~Temporary();
   Temporary(Temporary&& other) noexcept;
   Temporary& operator=(Temporary&& other) = delete;
 
-  /// Gives it the output's name; what had that name goes. Throws InputError where that cannot be.
+  /// Renames it to the output's name and replaces an older file. Throws InputError if this fails.
   void put_in_place();
 
-  /// The output's name, and its own.
+  /// The output's name; and the temporary name.
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   [[nodiscard]] const std::filesystem::path& temporary_path() const { return temporary_; }
-  /// Changes the open handle, which holds the lock and is closed with this; gives the one before.
+  /// Replaces the open handle, which holds the lock and is closed by the destructor; returns the old one.
   [[nodiscard]] int hold(int handle) { return std::exchange(handle_, handle); }
 
  private:
@@ -53,12 +53,12 @@ class Temporary {
   int handle_ = -1;
 };
 
-/// Whether a file has a name as Temporary gives them.
+/// Whether a file name has the form of Temporary's names.
 [[nodiscard]] bool is_temporary_name(const std::string& name);
 
-/// A file that appears whole or not at all: bytes go to a temporary name in the same folder, commit() flushes
-/// and renames. Without commit() the destructor removes the temporary file and leaves an older file of that
-/// name as it was. A file that the disk did not take never appears.
+/// A file that is written completely or not at all: bytes go to a temporary name in the same folder; commit()
+/// flushes and renames. Without commit() the destructor removes the temporary file and leaves an older file
+/// of the name unchanged. A file that could not be stored completely never appears.
 class OutputFile {
  public:
   /// Opens the temporary file. Throws as Temporary does.
@@ -69,18 +69,18 @@ class OutputFile {
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
-  /// Throws OutputError where the disk does not take it (full, quota, gone).
+  /// Throws OutputError if the bytes cannot be stored (full, quota, gone).
   void write(std::string_view bytes);
-  /// Replaces bytes that were written before, from byte `offset`; later write()s go on at the end. For
-  /// headers that name what is only known at the end. Throws like write(). Precondition: offset + size within
-  /// the file.
+  /// Replaces bytes that were written before, from byte `offset`; later write()s continue at the end. For
+  /// headers with values that are known only at the end. Throws like write(). Precondition: offset + size
+  /// within the file.
   void overwrite(std::size_t offset, std::string_view bytes);
-  /// Makes the file appear under its name. Throws like write(), also where an earlier write() failed, and
-  /// InputError where the name is taken by a folder. Call once.
+  /// Renames the file to its final name. Throws like write(), also if an earlier write() failed, and
+  /// InputError if the name is a folder. Call once.
   void commit();
 
   [[nodiscard]] const std::filesystem::path& path() const { return temporary_.path(); }
-  /// Where the bytes are until commit(): for libraries that write to a name themselves. They may lock it.
+  /// The temporary file before commit(), for libraries that open a name themselves. They may lock it.
   [[nodiscard]] const std::filesystem::path& hand_over() const;
 
  private:
@@ -93,20 +93,20 @@ class OutputFile {
 
 /// Writes a whole file. Throws as OutputFile does.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
-/// write_file() over a file of the program's own that it may have read: of a cache, of a view.
+/// write_file() over a file of the program itself that it may have read, such as a cache or a view.
 void write_own_file(const std::filesystem::path& path, std::string_view bytes);
 
-/// Creates the folder (with parents) where needed and proves that files can be made in it.
-/// Throws InputError otherwise.
+/// Creates the folder (with parents) if needed and tests that files can be created in it. Throws InputError
+/// otherwise.
 void make_output_folder(const std::filesystem::path& folder);
 
-/// Keeps all other commands out of a folder while it lives, on this machine. A process that ends, however,
-/// holds it no longer.
+/// Locks a folder against all other commands on this machine during its lifetime. The lock of a process ends
+/// with the process, also if it is killed.
 class FolderLock {
  public:
-  /// Makes the folder where needed; it goes again where it stays empty. Throws InputError where another
-  /// command works there.
-  /// @param shared several that say so may work together
+  /// Creates the folder if needed; the destructor removes a created folder that is still empty. Throws
+  /// InputError if another command has locked it.
+  /// @param shared commands that all set it may use the folder at the same time
   explicit FolderLock(const std::filesystem::path& folder, bool shared = false);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;
@@ -117,32 +117,32 @@ class FolderLock {
   int handle_ = -1;
 };
 
-/// A folder of results while a command works in it: locked, with its list FOLDER/.canyon-results. Files that
-/// stand there already are replaced where this command has written them, and refused where they are the
-/// user's. No link is followed.
+/// A folder of results while a command writes to it: locked, with its list FOLDER/.canyon-results. Existing
+/// files are replaced if this command has written them; the user's files are not replaced (an error). Links
+/// are not followed.
 class ResultFiles {
  public:
-  /// Throws InputError where another command works there, or where results of another one stand.
-  /// @param command its word: simulate
-  /// @param store a folder in it whose files are listed elsewhere
-  /// @param shared of FolderLock
+  /// Throws InputError if another command has locked the folder, or if it has results of another command.
+  /// @param command the command's word: simulate
+  /// @param store a subfolder whose files are listed elsewhere
+  /// @param shared as for FolderLock
   ResultFiles(std::filesystem::path folder, const std::string& command, std::string store = {},
               bool shared = false);
   ~ResultFiles();
   ResultFiles(const ResultFiles&) = delete;
   ResultFiles& operator=(const ResultFiles&) = delete;
 
-  /// Removes what earlier runs of this command wrote and this one did not, unless it has changed since. Call
-  /// it after a run that writes all results anew. Returns how many files it removed.
+  /// Removes files that earlier runs of this command wrote and this run did not, unless they were changed
+  /// since. Call it after a run that has rewritten all results. Returns the number of removed files.
   std::size_t finish();
 
-  /// Whether earlier runs wrote files that stand there still, and that this one did not write.
+  /// Whether files of earlier runs exist that this run did not write.
   [[nodiscard]] bool has_others() const;
 
-  /// Throws InputError where an output would replace an input, a folder, or the user's file in a folder of
-  /// results. For names that are written at the end of the work, before it.
+  /// Throws InputError if an output would replace an input, a folder, or the user's file in a folder of
+  /// results. Call it before the work for outputs that are written at the end.
   static void refuse(const std::filesystem::path& path);
-  /// Lists a file that gets its name in another way than by Temporary.
+  /// Lists a file that is not written by Temporary.
   static void note(const std::filesystem::path& path);
 
  private:
@@ -156,20 +156,20 @@ class ResultFiles {
   std::string head_, store_;  ///< head_: the line of the list before this command's names
   FolderLock lock_;
   std::filesystem::file_time_type listed_at_{};
-  bool begun_ = false;  ///< the list ends in names of this command
-  /// Names within the folder; those of `earlier_` are of versions that noted no command.
+  bool begun_ = false;  ///< the list ends with names of this command
+  /// Names within the folder; `earlier_` is from versions that did not record the command.
   std::set<std::string> last_, mine_, earlier_;
 };
 
-/// Texts that grow side by side and are read at the end of a run of any length. All but their last bytes wait
-/// in one file in the folder for temporary files, which has no name and goes with the process.
+/// Texts that grow at the same time and are read at the end of a run of any length. All but their last bytes
+/// are in one unnamed file in the folder for temporary files, which is deleted with the process.
 class Spool {
  public:
   /// One of the texts. The spool must outlive it.
   class Text {
    public:
     explicit Text(Spool& spool) : spool_(&spool) {}
-    /// Throws OutputError where the disk does not take it.
+    /// Throws OutputError if the bytes cannot be stored.
     void add(std::string_view bytes);
     [[nodiscard]] bool empty() const { return rest_.empty() && places_.empty(); }
     void read(const std::function<void(std::string_view)>& put) const;
@@ -186,7 +186,7 @@ class Spool {
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
-  std::unique_ptr<std::FILE, Close> file_;  // null: nothing waits in it yet
+  std::unique_ptr<std::FILE, Close> file_;  // null: nothing written to it yet
   std::uint32_t blocks_ = 0;
 };
 

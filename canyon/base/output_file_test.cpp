@@ -64,7 +64,7 @@ TEST(OutputFile, FolderThatIsNotThere) {
     FAIL() << "no InputError";
   } catch (const InputError& error) {
     EXPECT_EQ(error.file(), "/nowhere/at/all/a.txt");
-    EXPECT_NE(std::string(error.what()).find("choose a folder"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("choose an existing"), std::string::npos) << error.what();
   }
 }
 
@@ -75,7 +75,7 @@ TEST(OutputFile, DiskThatIsFullLeavesTheOlderFile) {
     file.write("old");
     file.commit();
   }
-  // A limit on the size of files stands for a full disk: both fail in write(2).
+  // A limit on the size of files simulates a full disk: both fail in write(2).
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);
@@ -108,7 +108,7 @@ TEST(OutputFile, WhatTheDiskDidNotTakeNeverAppears) {
     ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
     EXPECT_THROW(file.write(std::string(100'000, 'x')), OutputError);
     setrlimit(RLIMIT_FSIZE, &before);
-    // There is room again, as after another program's end.
+    // There is space again, as after the end of another program.
     EXPECT_THROW(file.write("end"), OutputError);
     EXPECT_THROW(file.commit(), OutputError);
   }
@@ -180,7 +180,7 @@ TEST(FolderLock, KeepsAnotherRunOut) {
       const FolderLock other(folder.path());
       FAIL() << "no InputError";
     } catch (const InputError& error) {
-      EXPECT_NE(error.problem().find("another run works in this folder (process " + std::to_string(getpid())),
+      EXPECT_NE(error.problem().find("another run uses this folder (process " + std::to_string(getpid())),
                 std::string::npos)
           << error.what();
     }
@@ -231,8 +231,8 @@ TEST(OutputFile, IsWrittenInOneCall) {
   EXPECT_THROW(write_file(folder / "missing/a.txt", "three"), InputError);
 }
 
-// Results replace what a run wrote, also one that was killed; a file of the user stays.
-// A file that is renamed into its place would take the device's.
+// Results replace those written by a run, also by a killed one; a file of the user is kept.
+// A file renamed to a device's name would replace the device.
 TEST(OutputFile, RefusesADevice) {
   const test::TemporaryFolder folder;
   ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
@@ -266,7 +266,7 @@ TEST(ResultFiles, ReplaceWhatARunWrote) {
   EXPECT_FALSE(std::filesystem::exists(folder / "a.csv"));
 }
 
-// Two runs of one process, each with a folder, and one whose store has a list of its own.
+// Two runs of one process, each with a folder; one has a store with its own list.
 TEST(ResultFiles, AreOfTheirFolders) {
   const test::TemporaryFolder one, two;
   make_output_folder(one / "tiles");
@@ -283,7 +283,7 @@ TEST(ResultFiles, AreOfTheirFolders) {
   EXPECT_EQ(test::read_bytes(two / ".canyon-results"), "# files of canyon view\nb.csv\n");
 }
 
-// What a command removes is of its own kind; beside another one, and in its results, it is refused at once.
+// A command removes only files of its own kind; it rejects a folder with another command's results at once.
 TEST(ResultFiles, AreOfOneCommand) {
   const test::TemporaryFolder folder;
   const auto list = [&] { return test::read_bytes(folder / ".canyon-results"); };
@@ -306,7 +306,7 @@ TEST(ResultFiles, AreOfOneCommand) {
 
 TEST(ResultFiles, OtherCommandsMayComeWhenResultsAreGone) {
   const test::TemporaryFolder folder;
-  // Versions before noted no command: theirs may be replaced, and are not removed.
+  // Older versions recorded no command: their files may be replaced, and are not removed.
   std::ofstream(folder / ".canyon-results") << "old.csv\nmap.nc\n# files of canyon heatmap\nhdop.tif\n";
   std::ofstream(folder / "old.csv") << "1";
   std::ofstream(folder / "map.nc") << "1";

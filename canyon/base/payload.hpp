@@ -8,8 +8,8 @@
 
 namespace canyon {
 
-/// The bytes of a binary message in the making, numbers little-endian. A number that its field cannot hold
-/// becomes the nearest one that it can.
+/// Builds the bytes of a binary message, numbers little-endian. A number that does not fit its field becomes
+/// the nearest one that fits.
 class Payload {
  public:
   /// The low bytes of a whole number, which may be negative.
@@ -25,7 +25,7 @@ class Payload {
   Payload& u4(T value) {
     return put(static_cast<std::uint64_t>(value), 4);
   }
-  /// A number over `step`, to the nearest; NaN is 0.
+  /// A number divided by `step`, rounded to the nearest; NaN is 0.
   Payload& unsigned_field(double value, double step, int bytes);
   Payload& signed_field(double value, double step, int bytes);
   Payload& r4(float value);
@@ -45,7 +45,7 @@ class Payload {
 
 /// RFC 4648, section 4, padded.
 [[nodiscard]] std::string base64(std::string_view bytes);
-/// The bytes of such a text, whose padding may lack; empty where a character is none of its digits.
+/// The decoded bytes; padding is optional. Empty if a character is not in the alphabet.
 [[nodiscard]] std::optional<std::string> from_base64(std::string_view text);
 
 }  // namespace canyon

@@ -23,7 +23,7 @@ std::uint64_t split_mix(std::uint64_t& state) {
 }  // namespace
 
 RandomStream::RandomStream(std::uint64_t seed, std::string_view key) {
-  // Neighbouring seeds are spread over all bits before the key comes in.
+  // Spreads neighbouring seeds over all bits before the key is mixed in.
   std::uint64_t mixer = split_mix(seed) ^ fnv1a(key);
   for (std::uint64_t& word : state_) word = split_mix(mixer);
 }
@@ -52,13 +52,13 @@ double RandomStream::uniform() {
 }
 
 double RandomStream::normal() {
-  // (u, v) uniform on (0, 1] x [-sqrt(2/e), sqrt(2/e)); v/u is normal where u <= exp(-(v/u)^2 / 4).
+  // (u, v) uniform on (0, 1] x [-sqrt(2/e), sqrt(2/e)); v/u is normal if u <= exp(-(v/u)^2 / 4).
   constexpr double kTwoSqrtTwoOverE = 1.7155277699214135;
   for (;;) {
     const double u = static_cast<double>((next() >> 11) + 1) * 0x1.0p-53;
     const double v = kTwoSqrtTwoOverE * (uniform() - 0.5);
     const double x = v / u;
-    // The tangent of -4 ln(u) at exp(-1/4) lies below it: most draws need no logarithm.
+    // The tangent of -4 ln(u) at exp(-1/4) is below the curve, so most samples need no logarithm.
     constexpr double kFourFourthRootOfE = 5.136101666750966;
     if (x * x <= 5 - kFourFourthRootOfE * u || x * x <= -4 * std::log(u)) return x;
   }

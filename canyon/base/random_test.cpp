@@ -13,8 +13,8 @@ namespace canyon {
 
 namespace {
 
-// Statistical bounds are five standard deviations of the estimator: with fixed seeds a test either always
-// passes or finds something that chance brings once in a million.
+// Statistical bounds are five standard deviations of the estimator: a failure with a fixed seed has a
+// probability of one in a million if the code is right.
 constexpr double kSigmas = 5;
 
 std::vector<double> normals(std::uint64_t seed, const std::string& key, int n) {
@@ -127,7 +127,7 @@ TEST(RandomStream, SuccessiveNormalsAreUncorrelated) {
   }
 }
 
-// McKay, Beckman and Conover's definition: of n points each stratum of each axis has exactly one.
+// McKay, Beckman and Conover's definition: each stratum of each axis has exactly one of n points.
 TEST(SampleDesign, LatinHypercubeHasOnePointInEachStratum) {
   constexpr std::size_t kN = 101;
   const RandomStream of_a(3, "a"), of_b(3, "b");
@@ -140,7 +140,7 @@ TEST(SampleDesign, LatinHypercubeHasOnePointInEachStratum) {
   }
   EXPECT_NE(a, b);
   EXPECT_EQ(a, draw_sample(of_a, kN, true));
-  // Alone, all strata of 101 are hit with probability 101!/101^101 = 1e-43.
+  // With independent samples, all strata of 101 are hit with probability 101!/101^101 = 1e-43.
   std::set<std::size_t> strata;
   for (const double u : draw_sample(of_a, kN, false)) strata.insert(static_cast<std::size_t>(u * kN));
   EXPECT_LT(strata.size(), kN);

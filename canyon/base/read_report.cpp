@@ -16,7 +16,7 @@ bool begins_number(std::string_view text) {
   return !text.empty() && std::isdigit(static_cast<unsigned char>(text[0])) != 0;
 }
 
-/// A file and a reason without its numbers and quoted parts.
+/// Key of a note: the file, and the reason without its numbers and quoted parts.
 std::string key(const std::string& file, std::string_view what) {
   std::string common = file + '\n';
   bool word_begins = true;

@@ -14,32 +14,31 @@
 
 namespace canyon {
 
-/// What a reader says of a file beside what it has read: one note for each reason, with the first place and
-/// how many records it concerns. Reasons that differ in numbers and in quoted texts alone are one.
+/// Notes of a reader about a file: one note per reason, with its first location and the number of records.
+/// Reasons that differ only in numbers and quoted texts are the same reason.
 ///
-/// A reader does one of three things: it reads a record; it skips the record and says so here; or it refuses
-/// the file by an InputError. It checks what the format promises, not whether a value looks odd beside
-/// others.
+/// A reader either reads a record, or skips the record with a note here, or rejects the file with an
+/// InputError. It checks the rules of the format; it does not check whether a value is plausible.
 class ReadReport {
  public:
   enum class Level : std::uint8_t {
-    Loss,   ///< a record or a piece of the world that should have been read, and is missing from the results
-    Guess,  ///< the input leaves open what is meant, or is probably a mistake; results may be off by metres
+    Loss,   ///< a record or a piece of the world that should have been read and is missing in the results
+    Guess,  ///< the input is ambiguous or probably mistaken; results may be off by metres
     Remark  ///< worth knowing, such as sound records that Canyon does not use
   };
   /// "loss", "guess", "remark".
   [[nodiscard]] static std::string_view name(Level level);
-  /// The first twenty losses of a file by reason are listed; the records of the rest are counted.
+  /// The first twenty losses of a file are listed by reason; the records of the rest are counted.
   static constexpr std::size_t kListed = 20;
-  /// So many ids of a kind are listed.
+  /// Number of ids of a kind that are listed.
   static constexpr std::size_t kIds = 20;
   static constexpr std::string_view kLeftOut = "left out";
 
   ReadReport() = default;
-  /// @param path of places that are lines alone
+  /// @param path for locations that are only a line
   explicit ReadReport(std::filesystem::path path) : path_(std::move(path)) {}
 
-  /// `count` records that are damaged. @param outcome what becomes of them
+  /// `count` records that are damaged. @param outcome what is done with them
   void loss(const InputError& reason, std::size_t count = 1, std::string_view outcome = kLeftOut) {
     if (!first_loss_) first_loss_ = reason;
     losses_ += count;
@@ -48,15 +47,15 @@ class ReadReport {
   void loss(int line, std::string_view what, std::string_view outcome = kLeftOut) {
     loss(InputError(path_, line, what), 1, outcome);
   }
-  /// A sound record that has no value where one is needed, or that is not used: a loss that does not count in
-  /// losses() and require_most().
+  /// A sound record that lacks a required value, or is not used: a loss that does not count in losses() and
+  /// require_most().
   void drop(const InputError& reason, std::string_view outcome = kLeftOut) {
     add(Level::Loss, reason, 1, outcome);
   }
   void drop(int line, std::string_view what, std::string_view outcome = kLeftOut) {
     drop(InputError(path_, line, what), outcome);
   }
-  /// Calls `read`; a record that it refuses by an InputError is a loss.
+  /// Calls `read`; if it throws InputError, the record is a loss.
   template <typename Read>
   void guard(const Read& read) {
     try {
@@ -65,7 +64,7 @@ class ReadReport {
       loss(error);
     }
   }
-  /// @param taken how it is taken
+  /// @param taken how it is interpreted
   void guess(int line, std::string_view what, std::string_view taken) {
     count_or_add(Level::Guess, line, what, taken);
   }
@@ -73,41 +72,42 @@ class ReadReport {
     count_or_add(Level::Remark, line, what, outcome);
   }
   void remark(const InputError& note) { add(Level::Remark, note, 1, note.cure()); }
-  /// A whole line. Lines that are equal are one.
+  /// A whole line. Equal lines are one note.
   void say(Level level, std::string_view line);
   void say(Level level, const std::vector<std::string>& lines) {
     for (const std::string& line : lines) say(level, line);
   }
   /// `count` things of one kind.
-  /// @param what "{} ways without nodes, left out": the first {} stands for how many; without one, the line
-  ///   ends in "(3 times)" or in their ids
+  /// @param what "{} ways without nodes, left out": the first {} is the count; without {}, the line ends in
+  /// "(3 times)" or in the ids
   /// @param id of one of them; may be empty
   void tell(Level level, std::string_view what, std::string_view id = {}, std::size_t count = 1);
 
-  /// Adds the notes of another report behind its own. @param file of notes that name none
+  /// Appends the notes of another report. @param file for notes that name no file
   void append(const ReadReport& other, const std::filesystem::path& file = {});
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   /// Records that are damaged, and the first of them.
   [[nodiscard]] std::size_t losses() const { return losses_; }
   [[nodiscard]] const std::optional<InputError>& first_loss() const { return first_loss_; }
-  /// How many records have been noted for a reason.
+  /// Number of records noted for a reason.
   [[nodiscard]] std::size_t count(std::string_view what) const;
 
-  /// Throws the first loss where no more than half of all records are good: then the file is of another kind.
+  /// Throws the first loss unless more than half of all records are good: the file is probably of another
+  /// kind.
   void require_most(std::size_t good) const;
 
   /// A line with its level.
   using Entry = std::pair<Level, std::string>;
-  /// "FILE:LINE: what (the first of 5); left out" up to a level, in the order in which the reasons came up.
+  /// "FILE:LINE: what (the first of 5); left out" up to a level, in the order of first occurrence.
   [[nodiscard]] std::vector<Entry> entries(Level up_to = Level::Remark) const;
   [[nodiscard]] std::vector<std::string> lines(Level up_to = Level::Remark) const;
-  /// What commands, hosts and Python show unasked: losses, then guesses.
+  /// The notes that commands, hosts and Python show by default: losses, then guesses.
   [[nodiscard]] std::vector<std::string> warnings() const;
-  /// So many of them are shown by commands.
+  /// Number of warnings that commands show.
   static constexpr std::size_t kShown = 5;
-  /// The first kShown warnings, losses first, with two guesses among them where there are; then "7 more
-  /// warnings: WHERE".
+  /// The first kShown warnings, losses first, with up to two guesses among them; then "7 more warnings:
+  /// WHERE".
   [[nodiscard]] std::vector<std::string> shown(std::string_view where) const;
   /// Writes FOLDER/report.txt: "loss: LINE", "guess: LINE" and "remark: LINE" of each entry, without
   /// passwords.

@@ -46,7 +46,7 @@ TEST(ReadReport, WholeLinesAndThingsByKind) {
   EXPECT_EQ(lines[0].substr(0, 50), "map.osm: 22 ways without nodes, left out: way/0, w");
   EXPECT_EQ(lines[0].substr(lines[0].size() - 17), "way/19 and 2 more");
   EXPECT_EQ(lines[1], "map.osm: replaced by its parts (2 times)");
-  // A report of a run that has heard the same twice says it once.
+  // A report that gets the same note twice in a run lists it once.
   ReadReport run;
   run.append(city);
   run.append(city);

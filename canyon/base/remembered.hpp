@@ -8,14 +8,14 @@
 
 namespace canyon {
 
-/// A number that nothing else has, for remembered().
+/// A process-wide unique number, for remembered().
 [[nodiscard]] inline std::uint64_t new_owner() {
   static std::atomic<std::uint64_t> last = 0;
   return ++last;
 }
 
-/// The value of an owner's key (below 1024) at an instant: the thread keeps the latest one of each key, and
-/// makes it where it has another. Owners may take each other's places.
+/// The value of an owner's key (below 1024) at an instant. Each thread caches the latest value of a key and
+/// computes it again for another instant. Owners may evict each other's entries.
 template <typename Value, typename Make>
 [[nodiscard]] const Value& remembered(std::uint64_t owner, std::size_t key, std::int64_t instant,
                                       const Make& make) {

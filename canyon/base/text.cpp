@@ -26,8 +26,8 @@ locale_t c_locale() {
   return locale;
 }
 
-/// The value of a sign, up to 15 digits and a point, as most numbers in files are written: digits and power
-/// of ten are exact doubles, so that their quotient is the nearest one, as strtod's. Empty of anything else.
+/// The value of a sign, up to 15 digits and a point, the form of most numbers in files. Digits and power of
+/// ten are exact doubles, so their quotient is the nearest double, as with strtod. Empty for any other text.
 std::optional<double> plain_decimal(std::string_view text) {
   static constexpr std::array<double, 16> kPowers{1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                                   1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
@@ -125,14 +125,14 @@ std::vector<std::string_view> split_blanks(std::string_view text) {
 
 std::optional<double> parse_double(std::string_view text) {
   text = trim(text);
-  // 63 characters hold any number that a person or a fixed-column format writes.
+  // 63 characters hold any number written by a person or a fixed-column format.
   char buffer[64];
   if (text.empty() || text.size() >= sizeof buffer) return std::nullopt;
   if (const auto value = plain_decimal(text)) return value;
   std::size_t n = 0;
   for (char c : text) {
     if (c == 'D' || c == 'd') c = 'e';
-    // Keeps strtod's hexadecimal floats, "nan" and "infinity" out.
+    // Excludes strtod's hexadecimal floats, "nan" and "infinity".
     const bool plain = (c >= '0' && c <= '9') || c == '+' || c == '-' || c == '.' || c == 'e' || c == 'E';
     if (!plain) return std::nullopt;
     buffer[n++] = c;
@@ -251,7 +251,7 @@ std::string valid_utf8(std::string_view text) {
 
 std::size_t display_width(std::string_view utf8) {
   return static_cast<std::size_t>(std::count_if(utf8.begin(), utf8.end(), [](char c) {
-    return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;  // continuation bytes take no column
+    return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;  // continuation bytes have no width
   }));
 }
 

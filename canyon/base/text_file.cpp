@@ -7,8 +7,8 @@
 namespace canyon {
 namespace {
 
-/// Whether carriage returns alone end the lines of a text, as old spreadsheets write them. Bytes with other
-/// control characters are not text.
+/// Whether the lines of a text end with carriage returns alone, as written by old spreadsheets. Bytes with
+/// other control characters are not text.
 bool has_lone_returns(std::string_view text) {
   const auto is_no_text = [](char c) {
     return static_cast<unsigned char>(c) < ' ' && c != '\r' && c != '\t' && c != '\f';
@@ -16,7 +16,7 @@ bool has_lone_returns(std::string_view text) {
   return text.find('\r') != std::string_view::npos && std::none_of(text.begin(), text.end(), is_no_text);
 }
 
-/// Makes the carriage returns of a text line ends from `from` on; one before a line feed stays.
+/// Replaces the carriage returns of a text by line feeds from `from` on; one before a line feed stays.
 void end_lines(std::string& text, std::size_t from) {
   for (std::size_t at = text.find('\r', from); at != std::string::npos; at = text.find('\r', at + 1))
     if (at + 1 == text.size() || text[at + 1] != '\n') text[at] = '\n';
@@ -30,15 +30,15 @@ TextFile::TextFile(const std::filesystem::path& path, std::size_t max_bytes, Cut
   while (const std::size_t n = file.read(buffer, sizeof buffer, 0)) {
     text_.append(buffer, n);
     if (text_.size() > max_bytes) {
-      throw InputError(path, 0, "holds more than " + std::to_string(max_bytes >> 20) + " MiB of text",
+      throw InputError(path, 0, "has more than " + std::to_string(max_bytes >> 20) + " MiB of text",
                        "is it the right file?");
     }
   }
   if (has_lone_returns(text_)) end_lines(text_, 0);
   if (!file.cut_short()) return;
   if (cut == CutGzip::Refuse)
-    throw InputError(path, 0, "gzip data is damaged or cut short", "fetch the file again");
-  // Half a line may read as another number.
+    throw InputError(path, 0, "gzip data are damaged or cut short", "fetch the file again");
+  // Drops the last line: half a line may parse as another number.
   text_.resize(text_.rfind('\n') + 1);
   note_cut(static_cast<int>(std::count(text_.begin(), text_.end(), '\n')));
 }
@@ -72,17 +72,17 @@ std::optional<std::string_view> TextFile::peek_line() {
     char chunk[1 << 15];
     const std::size_t n = rest_->read(chunk, sizeof chunk, line_);
     text_.append(chunk, n);
-    // The first piece decides for all: a later one may have a single long line.
+    // The first piece decides for the whole file: a later one may consist of a single long line.
     if (first_piece_) lone_returns_ = has_lone_returns(text_.substr(0, text_.size() - 1));
     first_piece_ = false;
     if (lone_returns_) {
-      // A line feed behind the last carriage return belongs to it.
+      // A line feed after the last carriage return belongs to it.
       if (n > 0 && text_.back() == '\r') text_.append(chunk, rest_->read(chunk, 1, line_));
       end_lines(text_, searched);
     }
     if (n == 0) {
       if (rest_->cut_short()) {
-        text_.clear();  // half a line may read as another number
+        text_.clear();  // half a line may parse as another number
         note_cut(line_);
       }
       rest_.reset();

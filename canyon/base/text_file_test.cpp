@@ -81,7 +81,7 @@ TEST(TextFile, CarriageReturnsAloneEndLines) {
     EXPECT_EQ(file->line(), 4);
     EXPECT_FALSE(file->next_line());
   }
-  // Bytes that are no text, as a study keeps them, stay.
+  // Bytes that are no text, as stored by a study, are unchanged.
   const std::string bytes("one\rtwo\0", 8);
   write(temporary.path() / "a.bin", bytes);
   EXPECT_EQ(TextFile(temporary.path() / "a.bin").text(), bytes);
@@ -321,7 +321,7 @@ std::string bzip2(const std::string& text) {
   return packed.substr(0, size);
 }
 
-// Several streams in one file, as parallel compressors write them, and with filling behind.
+// Several streams in one file, as written by parallel compressors, followed by padding.
 TEST(TextFile, ReadsBzip2) {
   const test::TemporaryFolder folder;
   const auto path = folder.path() / "some.bz2";
@@ -344,7 +344,7 @@ TEST(TextFile, ReadsBzip2) {
 
 TEST(TextFile, NamesWhatItCannotRead) {
   EXPECT_THAT(message(test::case_file("containers/page.n")),
-              HasSubstr("is a web page (HTML), not data; the server may want"));
+              HasSubstr("is a web page (HTML), not data; the server may require"));
   const test::TemporaryFolder folder;
   const auto path = folder.path() / "file";
   write(path, "BZh91AY&SY");
@@ -374,7 +374,7 @@ TEST(TextFile, BombsAreRefused) {
   EXPECT_THAT(message(path, std::size_t{1} << 31), HasSubstr("unpacks to more than 256 MiB"));
 }
 
-// A streamed file comes in pieces of 32 KiB: line ends must not depend on where these end.
+// A streamed file is read in pieces of 32 KiB: line ends must not depend on the ends of the pieces.
 TEST(TextFile, LineEndsAtTheEndOfAPiece) {
   const test::TemporaryFolder folder;
   const auto path = folder.path() / "file";
@@ -393,7 +393,7 @@ TEST(TextFile, LineEndsAtTheEndOfAPiece) {
     write(path, "ab\r" + std::string(length, 'a') + "\rcde\rf");
     EXPECT_THAT(lines_of(), ElementsAre(2, length, 3, 1));
   }
-  // A line feed behind a carriage return at the end of a piece, in a file whose first piece has none.
+  // A line feed after a carriage return at the end of a piece, in a file whose first piece has none.
   write(path, "ab\r" + std::string(kPiece - 4, 'a') + "\r\ncde\r\n");
   EXPECT_THAT(lines_of(), ElementsAre(2, kPiece - 4, 3));
 }
@@ -410,8 +410,8 @@ TEST(ReadBytes, KeepsBytes) {
 }
 
 TEST(Secrets, PasswordsOfAddressesAreHidden) {
-  EXPECT_EQ(hide_passwords("poses from ntrip://somebody:SECRET/W@RD@127.0.0.1:9/MOUNT: nobody answers"),
-            "poses from ntrip://somebody:...@127.0.0.1:9/MOUNT: nobody answers");
+  EXPECT_EQ(hide_passwords("poses from ntrip://somebody:SECRET/W@RD@127.0.0.1:9/MOUNT: no response"),
+            "poses from ntrip://somebody:...@127.0.0.1:9/MOUNT: no response");
   EXPECT_EQ(hide_passwords("ntrip://me@example.com:SECRET@h:1/M me@example.com:SECRET@h:1/M"),
             "ntrip://...@h:1/M ...@h:1/M");
   EXPECT_EQ(hide_passwords("ntrip://me%40example.com:SECRET@h:1/M"), "ntrip://...@h:1/M");

@@ -126,7 +126,7 @@ TEST(Named, AnUnknownNameIsAnErrorWithTheCloseOneAndTheKnown) {
   };
   EXPECT_EQ(message("hdob"), "there is no layer 'hdob'; did you mean 'hdop'? known: hdop, vdop");
   EXPECT_EQ(message("elevation"), "there is no layer 'elevation'; known: hdop, vdop");
-  // A long list is no help beside the close name.
+  // A long list is no help in addition to the close name.
   while (table.size() < 21) table.push_back({"number " + std::to_string(table.size()), 0});
   EXPECT_EQ(message("hdob"), "there is no layer 'hdob'; did you mean 'hdop'?");
 }
@@ -136,7 +136,7 @@ TEST(Text, LowerCaseTouchesAsciiLettersOnly) {
   EXPECT_EQ(lower_case("\xC3\x84"), "\xC3\x84");  // a UTF-8 letter
 }
 
-// The published vectors of the hash: offset basis for nothing, then "a" and "foobar" (FNV test suite).
+// The published vectors of the hash: offset basis for empty input, then "a" and "foobar" (FNV test suite).
 TEST(Text, Fnv1aOfPublishedVectors) {
   EXPECT_EQ(fnv1a(""), 0xcbf29ce484222325U);
   EXPECT_EQ(fnv1a("a"), 0xaf63dc4c8601ec8cU);

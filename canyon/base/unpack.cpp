@@ -28,7 +28,7 @@ const char* kind_of(std::string_view packed) {
   return is_zip(packed) ? "zip" : is_bzip2(packed) ? "bzip2" : "compress";
 }
 
-/// While it lives, names in UTF-8 are characters to libarchive on this thread, whatever the program's locale.
+/// During its lifetime libarchive reads names as UTF-8 on this thread, independent of the program's locale.
 class Utf8Names {
  public:
   Utf8Names() : locale_(newlocale(LC_CTYPE_MASK, "C.UTF-8", nullptr)), before_(uselocale(locale_)) {}
@@ -64,8 +64,8 @@ std::string name_of(archive_entry* entry) {
   return name == nullptr ? std::string() : std::string(name);
 }
 
-/// The next file of an archive, without folders and what macOS adds; of a KMZ file, which has its icons and
-/// pictures beside it, the KML file. Null behind the last one.
+/// The next file of an archive, without folders and macOS metadata; for a KMZ file, which also has icons and
+/// pictures, the KML file. Null after the last one.
 archive_entry* next_file(const Archive& reader, const std::filesystem::path& path, std::string_view packed) {
   const bool kmz = lower_case(path.extension().string()) == ".kmz";
   archive_entry* entry = nullptr;
@@ -112,7 +112,7 @@ std::string unpack(const std::filesystem::path& path, std::string_view packed) {
     if (n < 0) {
       const char* const why = archive_error_string(reader.get());
       if (why != nullptr && std::string_view(why).starts_with("Unsupported"))
-        throw InputError(path, 0, "is a zip archive of a method that is not known here", "unpack it first");
+        throw InputError(path, 0, "is a zip archive with an unsupported method", "unpack it first");
       throw damaged(path, kind_of(packed));
     }
     text.append(block, 0, static_cast<std::size_t>(n));

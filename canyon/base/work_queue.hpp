@@ -7,11 +7,11 @@
 
 namespace canyon {
 
-/// A queue of work by its places 0, 1, 2, ..., for the threads of one process, and where `next` counts over
-/// several processes for all of theirs: each place is taken once, in order. Thread-safe.
+/// Distributes the indices 0, 1, 2, ... of work items over the threads of one process; with `next`, over all
+/// threads of several processes. Each index is taken once, in order. Thread-safe.
 class WorkQueue {
  public:
-  /// @param next the next place over all processes, asked from one thread at a time; empty: counts by itself
+  /// @param next the next index over all processes, called by one thread at a time; empty: counts by itself
   explicit WorkQueue(std::function<std::size_t()> next = {}) : next_(std::move(next)) {}
 
   [[nodiscard]] std::size_t take() {

@@ -23,7 +23,7 @@ City rows_of_houses(int count) {
   return city;
 }
 
-/// Height of each building's top over its foot [m].
+/// Height of each building's top above its base [m].
 std::vector<double> heights(const City& city) {
   std::vector<double> found;
   for (const Building& building : buildings_of(city.mesh)) {

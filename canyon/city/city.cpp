@@ -19,7 +19,7 @@ constexpr double kFarthestVertex_m = 1e6;
 /// Cells of summarize()'s sampling along the longer side.
 constexpr int kSummaryCells = 2048;
 
-/// Marks the cells of a grid whose centres lie under upward-facing triangles.
+/// Marks the cells of a grid whose centres are under upward-facing triangles.
 class RoofSampler {
  public:
   explicit RoofSampler(const Box& bounds) : origin_(bounds.min.head<2>()) {
@@ -33,12 +33,12 @@ class RoofSampler {
 
   void add(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
     const double twice = cross((b - a).head<2>(), (c - a).head<2>());
-    if (covered_.empty() || !(twice > 0)) return;  // walls and undersides cover nothing
+    if (covered_.empty() || !(twice > 0)) return;  // walls and undersides cover no cell
     const int first_row = row(std::min({a.y(), b.y(), c.y()}));
     const int last_row = row(std::max({a.y(), b.y(), c.y()}));
     for (int j = first_row; j <= last_row; ++j) {
       const double y = origin_.y() + (j + 0.5) * cell_;
-      // The part of the row's line that is left of all three sides.
+      // The part of the row's line that is to the left of all three sides.
       double from = std::min({a.x(), b.x(), c.x()}), to = std::max({a.x(), b.x(), c.x()});
       const auto cut = [&](const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
         const double rise = v.y() - u.y();
@@ -108,8 +108,8 @@ void check_mesh(const Mesh& mesh, const std::string& name) {
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     for (const std::uint32_t index : mesh.triangles[i]) {
       if (index >= mesh.vertices.size()) {
-        throw InputError(fmt::format("mesh '{}': triangle {} names vertex {} of {}", name, i, index,
-                                     mesh.vertices.size()));
+        throw InputError(
+            fmt::format("mesh '{}': triangle {} uses vertex {} of {}", name, i, index, mesh.vertices.size()));
       }
     }
   }
@@ -149,7 +149,7 @@ std::size_t append_object(Mesh& mesh, std::string name, Surface surface,
     for (const std::uint32_t index : triangle) {
       if (index >= vertices.size()) {
         throw InputError(
-            fmt::format("object '{}': a triangle names vertex {} of {}", name, index, vertices.size()));
+            fmt::format("object '{}': a triangle uses vertex {} of {}", name, index, vertices.size()));
       }
     }
   }
@@ -182,7 +182,7 @@ std::size_t append_object(Mesh& mesh, std::string name, Surface surface,
 void note_degenerate(ReadReport& notes, std::size_t dropped) {
   if (dropped == 0) return;
   notes.tell(ReadReport::Level::Loss,
-             "{} degenerate triangles (area below 1e-8 m^2) dropped: no ray meets them", {}, dropped);
+             "{} degenerate triangles (area below 1e-8 m^2) dropped: no ray can hit them", {}, dropped);
 }
 
 CitySummary summarize(const City& city) {

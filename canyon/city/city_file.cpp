@@ -20,19 +20,19 @@
 #include "canyon/city/city.hpp"
 
 // Layout, everything little-endian:
-//   magic     8 bytes, 0x89 "CANYON" 0x0A (a copy in text mode breaks it visibly, as in PNG)
+//   magic     8 bytes, 0x89 "CANYON" 0x0A (a copy in text mode damages it detectably, as in PNG)
 //   version   u32
 //   blocks    "INFO", "VERT", "TRIS", "MATS", each: tag 4 bytes, u64 bytes unpacked, u64 bytes packed, u32
 //   CRC-32
 //             (zlib's, of the 20 bytes before it and of the packed bytes), the packed bytes (zlib stream)
 // INFO  u64 vertices, u64 triangles, f64 latitude, longitude [rad], height [m], heading [rad],
-//       from version 2 on f64 geoid undulation [m], in 3 u8 that nothing reads, name, u32 notes and each
+//       from version 2 on f64 geoid undulation [m], in 3 u8 that is not read, name, u32 notes and each
 //       note, u32 objects and of each: name, u8 surface, u32 triangles; from version 2 on u8 facades of each
 //       object. A text is u32 bytes and its bytes; notes of a loss or a guess begin with its name and ": ".
 // VERT  f64 x y z of each vertex [m]; byte planes: all first bytes of the 3 n numbers, all second bytes, ...
-// TRIS  u32 a b c of each triangle, each number less the one before it (modulo 2^32); byte planes
+// TRIS  u32 a b c of each triangle, each number minus the one before it (modulo 2^32); byte planes
 // MATS  u8 material of each triangle
-// Planes and differences cost nothing to undo and let zlib find what repeats.
+// Planes and differences are cheap to undo and improve zlib's compression.
 
 namespace canyon::city {
 namespace {
@@ -41,7 +41,7 @@ constexpr std::string_view kMagic{
     "\x89"
     "CANYON\n",
     8};
-/// A city is written as the first version that has what it has: older programs read that.
+/// A city is written in the oldest version that can represent it, so that older programs can read it.
 constexpr std::uint32_t kVersion = 3;
 constexpr std::size_t kBlockHeader = 24;
 /// A zlib stream unpacks to at most this many bytes for each byte (zlib's documentation: 1032).
@@ -83,7 +83,7 @@ std::uint32_t crc_of(std::string_view head, std::string_view body) {
   return static_cast<std::uint32_t>(crc32_z(crc32_z(0, bytes(head), head.size()), bytes(body), body.size()));
 }
 
-/// Numbers of `Number`, count of them given by number(i), as byte planes.
+/// `count` values number(i) of type `Number`, as byte planes.
 template <typename Number, typename At>
 std::string planes_of(std::size_t count, const At& number) {
   std::string planes(count * sizeof(Number), '\0');
@@ -227,7 +227,7 @@ class CityFileReader {
     if (unpacked / kMostUnpacked > packed) damaged(name, "its size is impossible");
     std::string raw(static_cast<std::size_t>(unpacked), '\0');
     auto size = static_cast<uLongf>(raw.size());
-    // zlib wants room to write to even where there is nothing to write.
+    // zlib needs an output buffer even for no output.
     std::array<Bytef, 1> nothing{};
     Bytef* to = raw.empty() ? nothing.data() : reinterpret_cast<Bytef*>(raw.data());
     if (uncompress(to, &size, reinterpret_cast<const Bytef*>(body.data()), static_cast<uLong>(body.size())) !=
@@ -253,10 +253,10 @@ class CityFileReader {
     return text;
   }
 
-  /// A count of things that take at least `smallest` bytes each: safe to allocate.
+  /// A count of items of at least `smallest` bytes each, limited so that it is safe to allocate.
   std::uint32_t take_count(std::string_view& from, std::size_t smallest) const {
     const auto count = take<std::uint32_t>(from);
-    if (count > from.size() / smallest) damaged("header", "it counts more than it can hold");
+    if (count > from.size() / smallest) damaged("header", "a count exceeds its size");
     return count;
   }
 

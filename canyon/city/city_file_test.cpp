@@ -67,7 +67,7 @@ void write_bytes(const std::filesystem::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;
 }
 
-/// The InputError's words; "" where the file is read after all.
+/// The InputError's text; "" if the file is read.
 std::string error_of(const std::filesystem::path& path, const std::string& bytes) {
   write_bytes(path, bytes);
   try {
@@ -91,7 +91,7 @@ std::string number(std::uint64_t value, std::size_t size) {
   return text;
 }
 
-/// The file with block number `index` unpacked, changed and packed again under a good checksum.
+/// The file with block number `index` unpacked, changed and repacked with a valid checksum.
 template <typename Change>
 std::string with_block(const std::string& bytes, int index, const Change& change) {
   std::size_t at = kFirstBlock;
@@ -121,7 +121,7 @@ TEST(CityFile, GivesBackExactlyWhatWasWritten) {
   expect_equal(city, read_city_file(folder / "c.canyon"));
 }
 
-// The version is the first that has what the city has.
+// The version is the oldest that can represent the city.
 TEST(CityFile, HoldsTheGeoidUndulation) {
   const TemporaryFolder folder;
   City city = small_city();
@@ -136,7 +136,7 @@ TEST(CityFile, HoldsTheGeoidUndulation) {
   EXPECT_THAT(error_of(folder / "d.canyon", read_bytes(folder / "c.canyon")), HasSubstr("undulation"));
 }
 
-// Cities without what a map says of facades stay files that an older Canyon reads.
+// Cities without facade data from a map remain files that an older Canyon reads.
 TEST(CityFile, VersionTwoHoldsWhatAMapSaysOfFacades) {
   const TemporaryFolder folder;
   City city = small_city();
@@ -239,7 +239,7 @@ TEST(CityFile, ChecksWhatAGoodChecksumHides) {
                       raw.replace(raw.size() / 8 * 6, raw.size() / 4, raw.size() / 4, '\x7F');
                     }),
               HasSubstr("vertex"));
-  EXPECT_THAT(error(2, [](std::string& raw) { raw[5] = 77; }), HasSubstr("names vertex"));
+  EXPECT_THAT(error(2, [](std::string& raw) { raw[5] = 77; }), HasSubstr("uses vertex"));
   EXPECT_THAT(error(3, [](std::string& raw) { raw[5] = 77; }), HasSubstr("material 77"));
 }
 
@@ -272,7 +272,7 @@ TEST(CityFile, NeverReadsADamagedFileAsAnother) {
     if (bad == bytes) continue;
     ASSERT_NE(error_of(folder / "f.canyon", bad), "") << round;
   }
-  // A change under good checksums may give another city; that city must then be sound.
+  // A change with valid checksums may give another city; this city must be valid.
   for (int round = 0; round < 500; ++round) {
     const std::string bad = with_block(bytes, static_cast<int>(random() % 4), [&](std::string& raw) {
       for (std::uint64_t n = 1 + random() % 3; n > 0 && !raw.empty(); --n) {

@@ -65,7 +65,7 @@ TEST(City, SummaryOfOpenField) {
   EXPECT_EQ(summary.built_area_fraction, 0);
 }
 
-// Volume by the divergence theorem and a point inside by the signs of all planes: closed forms of a box.
+// Volume by the divergence theorem and containment by the signs of all planes: closed forms of a box.
 TEST(AppendBox, FrontSidesOutwardsAlsoTurned) {
   for (const double yaw : {0.0, 0.3, -2.0}) {
     Mesh mesh;
@@ -86,9 +86,9 @@ TEST(AppendBox, FrontSidesOutwardsAlsoTurned) {
 }
 
 TEST(AppendBox, YawTurnsCounterClockwise) {
-  Mesh mesh;  // long towards east; a quarter turn makes it long towards north
+  Mesh mesh;  // long towards east; a quarter turn rotates it to north
   canyon::test::append_box(mesh, "box", Surface::Building, Material::Unknown, {-10, -1, 0}, {10, 1, 1}, 0.1);
-  // The east end's middle (10, 0) goes to (10 cos, 10 sin): north of the axis.
+  // The east end's middle (10, 0) moves to (10 cos, 10 sin): north of the axis.
   double north_of_east_end = 0;
   for (const auto& v : mesh.vertices) {
     if (v.x() > 5) north_of_east_end += v.y() / 4;
@@ -130,7 +130,7 @@ TEST(CheckMesh, AcceptsGoodOnes) {
 TEST(CheckMesh, NamesTheFault) {
   Mesh mesh = two_boxes_on_ground();
   mesh.triangles[5][1] = 999;
-  EXPECT_THAT(message_of(mesh), HasSubstr("mesh 'test mesh': triangle 5 names vertex 999"));
+  EXPECT_THAT(message_of(mesh), HasSubstr("mesh 'test mesh': triangle 5 uses vertex 999"));
 
   mesh = two_boxes_on_ground();
   mesh.vertices[3].y() = std::numeric_limits<double>::quiet_NaN();

@@ -18,9 +18,9 @@
 namespace canyon::city {
 namespace {
 
-/// The kind of a facade to radio waves at L band: a word of FacadeOptions::shares. Coated glass
-/// (low-emissivity, solar control) is a metal film and so Material::Metal; tile is a thin skin on reinforced
-/// concrete, render one on brickwork.
+/// The electrical kind of a facade at L band: a word of FacadeOptions::shares. Coated glass (low-emissivity,
+/// solar control) has a metal film and is therefore Material::Metal; tile is a thin layer on reinforced
+/// concrete, render is one on brickwork.
 struct FacadeType {
   std::string_view name;
   Material material;
@@ -52,7 +52,7 @@ const FacadeType& draw(const std::map<std::string, double>& shares, double unifo
     sum += share->second;
     if (uniform < sum) break;
   }
-  return *last;  // shares add up to 1
+  return *last;  // the fractions add up to 1
 }
 
 // Assumed; docs/results.md compares it with recordings.
@@ -80,7 +80,7 @@ void FacadeOptions::validate() const {
     }
     sum += share;
   }
-  if (!(sum > 0)) throw InputError("shares of the facades are all 0", "give at least one above 0");
+  if (!(sum > 0)) throw InputError("the weights of the facades are all 0", "give at least one above 0");
 }
 
 void visit(options::Visitor& v, FacadeOptions& o) {
@@ -88,15 +88,15 @@ void visit(options::Visitor& v, FacadeOptions& o) {
                                              "europe",   "east_asia",   "by_building"};
   static constexpr std::string_view kNamed[]{"by_source", "keep", "redraw"};
   v.choice({"mix", "",
-            "mix from which the facades of each building are drawn: by_building (by its tags and height), "
-            "traditional, thermally_efficient, urban_stock, europe, east_asia; as_given draws nothing"},
+            "mix from which the facades of each building are sampled: by_building (by its tags and height), "
+            "traditional, thermally_efficient, urban_stock, europe, east_asia; as_given samples nothing"},
            o.mix, kMixes);
-  v.named_numbers(
-      {"shares", "",
-       "shares of facades instead of a mix, divided by their sum: [coated_glass=30, concrete=50, brick=20]"},
-      o.shares, {0, 100}, "FACADE=SHARE");
+  v.named_numbers({"shares", "",
+                   "weights of facade types instead of a mix, normalised by their sum: [coated_glass=30, "
+                   "concrete=50, brick=20]"},
+                  o.shares, {0, 100}, "FACADE=SHARE");
   v.choice({"named", "",
-            "materials named by the source: by_source keeps a map's tags and redraws a mesh's names of "
+            "materials named by the source: by_source keeps a map's tags and resamples a mesh's names of "
             "textures; keep; redraw"},
            o.named, kNamed);
 }

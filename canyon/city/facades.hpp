@@ -9,43 +9,43 @@
 
 namespace canyon::city {
 
-/// Materials of the walls of a city whose source does not state them.
+/// Wall materials of a city whose source does not give them.
 struct FacadeOptions {
   enum class Named : std::uint8_t {
-    BySource,  ///< a map's tags stay, names of a mesh's textures do not
+    BySource,  ///< keeps a map's tags, but not the names of a mesh's textures
     Keep,
     Redraw
   };
   FacadeMix mix = FacadeMix::ByBuilding;
-  std::map<std::string, double> shares;  ///< instead of the mix: by facade type, [0, 100], over their sum
-  Named named = Named::BySource;         ///< materials that the source names
+  std::map<std::string, double> shares;  ///< weights by facade type instead of the mix, [0, 100]; any sum
+  Named named = Named::BySource;         ///< materials named by the source
 
-  /// Whether anything is drawn at all.
+  /// Whether anything is sampled.
   [[nodiscard]] bool drawn() const { return mix != FacadeMix::AsGiven || !shares.empty(); }
-  /// Whether walls keep a material that is not Unknown, from a source whose names are materials or not.
+  /// Whether walls keep a known material. @param source_is_trusted the source's names are real materials
   [[nodiscard]] bool keeps_named(bool source_is_trusted) const {
     return named == Named::Keep || (named == Named::BySource && source_is_trusted);
   }
-  /// Throws InputError naming the field and its bound.
+  /// Throws InputError with the field and its bound.
   void validate() const;
 };
 /// Visits its fields.
 void visit(options::Visitor& v, FacadeOptions& o);
 
-/// The shares that a building draws from, by facade type, 1 in all; empty where nothing is drawn.
+/// The probabilities of a building's facade types, with sum 1; empty if nothing is sampled.
 /// @param height_m of the building, from its lowest to its highest point: for FacadeMix::ByBuilding
 /// @param named Object::facades of the building: likewise
 [[nodiscard]] std::map<std::string, double> facade_shares(const FacadeOptions& options, double height_m = 0,
                                                           FacadeMix named = FacadeMix::ByBuilding);
 
-/// Draws one facade type for each building and gives its material to the building's walls: the triangles of
-/// Surface::Building steeper than 60 deg. Roofs, floors, ground, foliage and vehicles stay. A building is an
-/// object; where all buildings are one object it is each of that object's connected parts. The draw depends
-/// on the seed and the object's name alone, and where names repeat on the number among equal ones, so that a
-/// building has its facade whatever conflicts with it.
-/// @param keep_named walls whose material is not Unknown stay
-/// @return "facades drawn: 62 coated_glass, 38 concrete; 3 of 103 buildings keep theirs", empty where nothing
-///   is drawn. Throws InputError like options.validate().
+/// Samples one facade type for each building and sets its material on the building's walls: the triangles of
+/// Surface::Building steeper than 60 deg. Roofs, floors, ground, foliage and vehicles are unchanged. A
+/// building is an object; if all buildings are one object, it is each of that object's connected parts. The
+/// sample depends only on the seed and the object's name, and for repeated names on the number among equal
+/// ones, so that a building's facade does not depend on the other objects.
+/// @param keep_named walls with a material other than Unknown keep it
+/// @return "facades drawn: 62 coated_glass, 38 concrete; 3 of 103 buildings keep theirs", empty if nothing
+///   is sampled. Throws InputError like options.validate().
 std::string dress_facades(City& city, const FacadeOptions& options, bool keep_named, std::uint64_t seed);
 
 }  // namespace canyon::city

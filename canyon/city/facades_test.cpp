@@ -32,7 +32,7 @@ FacadeOptions of(std::map<std::string, double> shares) {
   return options;
 }
 
-// Boxes in a row, each an object of its own.
+// Boxes in a row, each a separate object.
 City row_of_boxes(int count, Material material = Material::Unknown) {
   City city;
   for (int i = 0; i < count; ++i) {
@@ -47,7 +47,7 @@ bool level(const Mesh& mesh, std::size_t t) {
   return mesh.vertices[a].z() == mesh.vertices[b].z() && mesh.vertices[a].z() == mesh.vertices[c].z();
 }
 
-// The material of an object's walls, which must be one.
+// The material of an object's walls, which must have only one.
 Material wall_material(const Mesh& mesh, const Object& object) {
   std::optional<Material> found;
   for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
@@ -101,8 +101,8 @@ TEST(Facades, AMapsWordsOverrideTheHeight) {
   }
 }
 
-// TR 38.901: 70 % of the high-loss facade are coated glazing; deviation of a share of n draws,
-// sqrt(p (1 - p) / n), taken four times.
+// TR 38.901: 70 % of the high-loss facade are coated glazing; four standard deviations of a fraction of n
+// samples, sqrt(p (1 - p) / n).
 TEST(Facades, SharesAreThoseOfTheMix) {
   constexpr int kCount = 4000;
   City city = row_of_boxes(kCount);
@@ -120,7 +120,7 @@ TEST(Facades, SharesAreThoseOfTheMix) {
 
 TEST(Facades, RoofsFloorsGroundAndVehiclesStay) {
   City city = row_of_boxes(2, Material::Brick);
-  // A roof of 45 deg is none of the walls, one of 80 deg is: a mansard.
+  // A roof of 45 deg is not a wall, one of 80 deg is: a mansard.
   append_object(city.mesh, "roof", Surface::Building, Material::Brick, {{0, 50, 0}, {10, 50, 0}, {0, 60, 10}},
                 {{0, 1, 2}});
   append_object(city.mesh, "mansard", Surface::Building, Material::Brick,
@@ -151,7 +151,7 @@ TEST(Facades, HangOnSeedAndNameAlone) {
   (void)dress_facades(other, of(FacadeMix::EastAsia), false, 8);
   EXPECT_EQ(whole.mesh.materials, again.mesh.materials);
   EXPECT_NE(whole.mesh.materials, other.mesh.materials);
-  // The last boxes alone, as of a smaller cut of the map.
+  // Only the last boxes, as in a smaller part of the map.
   City cut;
   for (int i = 150; i < 200; ++i) {
     canyon::test::append_box(cut.mesh, fmt::format("way/{}", i), Surface::Building, Material::Unknown,

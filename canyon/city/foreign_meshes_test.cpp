@@ -1,4 +1,4 @@
-// Meshes as other programs write them: what their formats leave unsaid, or say in their own ways.
+// Meshes written by other programs: unspecified or unusual uses of their formats.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ class ForeignMeshes : public ::testing::Test {
   test::TemporaryFolder folder_;
 };
 
-/// A tetrahedron; `tail` stands behind the numbers of each vertex.
+/// A tetrahedron; `tail` follows the numbers of each vertex.
 std::string obj(const std::string& tail) {
   std::string text;
   for (const char* place : {"0 0 0", "9 0 0", "0 9 0", "0 0 9"})
@@ -88,17 +88,17 @@ TEST_F(ForeignMeshes, LengthsAndVersionsOfGlb) {
   EXPECT_THAT(refusal_of("a.glb", good.substr(0, good.size() - 4)), HasSubstr("the data end early"));
   std::string other = good;
   other[4] = 1;
-  EXPECT_THAT(refusal_of("a.glb", other), HasSubstr("is glTF 1, which is not read"));
+  EXPECT_THAT(refusal_of("a.glb", other), HasSubstr("is glTF 1, which is not supported"));
   other = good;
-  other[14] = 9;  // of the length of the chunk of JSON
+  other[14] = 9;  // in the length of the JSON chunk
   EXPECT_THAT(refusal_of("a.glb", other), HasSubstr("the data end early"));
   EXPECT_THAT(refusal_of("a.gltf", R"({"asset": {"version": "1.0"}})"),
-              HasSubstr("is glTF '1.0', which is not read"));
+              HasSubstr("is glTF '1.0', which is not supported"));
   EXPECT_THAT(refusal_of("a.gltf", R"({"asset": {"version": "2.0", "minVersion": "2.1"}})"),
-              HasSubstr("is glTF '2.1', which is not read"));
+              HasSubstr("is glTF '2.1', which is not supported"));
 }
 
-// glTF 2.0, 5.25: a matrix stands alone and is affine. Rotations are unit quaternions; others are made so.
+// glTF 2.0, 5.25: a matrix excludes other transforms and is affine. Rotations are normalised quaternions.
 TEST_F(ForeignMeshes, TransformsOfGltf) {
   const auto with = [](const std::string& node) {
     return test::box_glb(10, 20, 30, ",\"name\":\"n\"" + node);
@@ -118,7 +118,7 @@ TEST_F(ForeignMeshes, TransformsOfGltf) {
               HasSubstr("'scale' is not a list of 3 numbers"));
   const std::string identity = R"(,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1])";
   for (const char* part : {R"(,"translation":[1,0,0])", R"(,"rotation":[0,0,0,1])", R"(,"scale":[2,2,2])"})
-    EXPECT_THAT(refusal_of("a.glb", with(identity + part)), HasSubstr("a matrix beside a translation"))
+    EXPECT_THAT(refusal_of("a.glb", with(identity + part)), HasSubstr("both a matrix and a translation"))
         << part;
   EXPECT_THAT(refusal_of("a.glb", with(R"(,"matrix":[1,0,0,0.1,0,1,0,0,0,0,1,0,0,0,0,1])")),
               HasSubstr("'matrix' is not an affine matrix"));
@@ -160,10 +160,10 @@ TEST_F(ForeignMeshes, LinesOfObjThatAreNotRead) {
   const City city = read("a.obj", "curv 0 1 1 2\nvn 0 0 1\ns off\n<html>\n" + obj(""));
   EXPECT_EQ(city.mesh.triangles.size(), 4U);
   EXPECT_THAT(city.notes.lines(),
-              Contains(HasSubstr("2 lines are of no kind that is read (line 1: 'curv 0 1 1 2')")));
+              Contains(HasSubstr("2 lines are of an unsupported kind (line 1: 'curv 0 1 1 2')")));
 }
 
-// 20 x 10 with two holes of 2 x 2, one behind the other, and a spur: 192 m2.
+// 20 x 10 with two holes of 2 x 2 in a row, and a spur: 192 m2.
 TEST_F(ForeignMeshes, FacesThatGoToTheirHolesAndBack) {
   const City city = read("a.obj",
                          "v 0 0 0\nv 20 0 0\nv 20 10 0\nv 0 10 0\nv 4 4 0\nv 4 6 0\nv 6 6 0\nv 6 4 0\n"
@@ -184,12 +184,12 @@ TEST_F(ForeignMeshes, FacesThatCrossThemselvesAreCounted) {  // a star of five p
 }
 
 TEST_F(ForeignMeshes, DataBeyondWhatThePlyHeaderCounts) {
-  const auto note = Contains(HasSubstr("that the header counts"));
+  const auto note = Contains(HasSubstr("counted in the header"));
   const std::string whole = ply("", "element face 4\n", kPlyFaces);
   EXPECT_THAT(read("a.ply", whole + "\n \n").notes.lines(), Not(note));
   const City more = read("a.ply", whole + "3 0 1 2\n\n3 0 1 3\n");
   EXPECT_EQ(more.mesh.triangles.size(), 4U);
-  EXPECT_THAT(more.notes.lines(), Contains(HasSubstr("17 bytes follow the data that the header counts")));
+  EXPECT_THAT(more.notes.lines(), Contains(HasSubstr("17 bytes follow the data counted in the header")));
   std::string binary =
       "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
       "property float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n" +
@@ -199,13 +199,14 @@ TEST_F(ForeignMeshes, DataBeyondWhatThePlyHeaderCounts) {
   EXPECT_THAT(read("a.ply", binary).notes.lines(), Not(note));
   EXPECT_THAT(read("a.ply", binary + "\n").notes.lines(), Not(note));
   EXPECT_THAT(read("a.ply", binary + face(0, 1, 2)).notes.lines(),
-              Contains(HasSubstr("13 bytes follow the data that the header counts")));
+              Contains(HasSubstr("13 bytes follow the data counted in the header")));
 }
 
 TEST_F(ForeignMeshes, BinaryStlOfAnotherSizeThanItSays) {
   for (const char* head : {"made by a program", "solid made by a program"}) {
     EXPECT_EQ(read("a.stl", stl(head)).mesh.triangles.size(), 4U) << head;
-    EXPECT_THAT(refusal_of("a.stl", stl(head, 3)), HasSubstr("whose size is not that of the triangles"))
+    EXPECT_THAT(refusal_of("a.stl", stl(head, 3)),
+                HasSubstr("whose size does not match its number of triangles"))
         << head;
   }
 }
@@ -224,17 +225,17 @@ TEST_F(ForeignMeshes, GltfWithoutSceneIsReadWhole) {
   EXPECT_EQ(city.mesh.triangles.size(), 12U);
   EXPECT_LT((city.bounds().max - city.bounds().min - Eigen::Vector3d(10, 10, 20)).norm(), 1e-6);
   EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("has no scene; all its nodes are read")));
-  // Children stand where their parents put them, once.
+  // Children are placed by their parents, once.
   std::string text = test::read_bytes(test::case_file("gltf-no-scene/library.gltf"));
   text.replace(text.find("\"nodes\": ["), 10,
                "\"nodes\": [{\"children\": [1], \"translation\": [0, 5, 0]}, ");
   const City moved = read("a.gltf", text);
   EXPECT_EQ(moved.mesh.triangles.size(), 12U);
   EXPECT_NEAR(moved.bounds().min.z(), 5, 1e-6);
-  // A scene without nodes is one.
+  // A scene without nodes is a scene.
   text.replace(1, 0, "\"scenes\": [{}], ");
   EXPECT_THAT(refusal_of("b.gltf", text),
-              HasSubstr("holds no triangle that is read; 1 meshes are not in the scene and left out"));
+              HasSubstr("has no triangle that is read; 1 meshes are not in the scene and left out"));
 }
 
 TEST_F(ForeignMeshes, GltfNamesOnlyFilesOfItsFolder) {
@@ -256,14 +257,13 @@ TEST_F(ForeignMeshes, GltfNamesOnlyFilesOfItsFolder) {
   const std::string outside = (folder_ / "out.bin").string();
   for (const std::string& uri : {std::string("../out.bin"), std::string("%2e%2e/out.bin"), outside,
                                  "file://" + outside, std::string("link.bin")})
-    EXPECT_THAT(refusal_of("in/a.gltf", naming(uri)), HasSubstr("lies outside the folder of this file"))
-        << uri;
+    EXPECT_THAT(refusal_of("in/a.gltf", naming(uri)), HasSubstr("is outside the folder of this file")) << uri;
 }
 
 TEST_F(ForeignMeshes, PointsAndLinesAreNoCity) {
   for (const std::string& text :
        {std::string("v 0 0 0\nv 9 0 0\np 1 2\n"), std::string("v 0 0 0\nv 9 0 0\nl 1 2\n")})
-    EXPECT_THAT(refusal_of("a.obj", text), HasSubstr("holds no triangle, points or lines alone"));
+    EXPECT_THAT(refusal_of("a.obj", text), HasSubstr("has no triangle, only points or lines"));
 }
 
 }  // namespace

@@ -6,7 +6,7 @@ namespace canyon::city {
 
 enum class Surface : std::uint8_t { Building, Terrain, Foliage, Vehicle };
 
-/// The material of facades, roofs and ground; it decides the strength of reflections. `Unknown` counts as
+/// The material of facades, roofs and ground; it determines the strength of reflections. `Unknown` counts as
 /// concrete.
 enum class Material : std::uint8_t {
   Unknown,
@@ -21,12 +21,12 @@ enum class Material : std::uint8_t {
   Foliage
 };
 
-/// Shares of facade types among the buildings of a district. docs/city.md has the numbers and their sources.
+/// Mixes of facade types among the buildings of a district. docs/city.md has the numbers and their sources.
 enum class FacadeMix : std::uint8_t {
-  AsGiven,             ///< what the source says
+  AsGiven,             ///< as given by the source
   Traditional,         ///< 3GPP TR 38.901, 7.4.3: the building of its low-loss model
   ThermallyEfficient,  ///< the same, high-loss model: coated glazing
-  UrbanStock,          ///< four buildings of five Traditional, one ThermallyEfficient (ITU-R M.2412)
+  UrbanStock,          ///< four of five buildings Traditional, one ThermallyEfficient (ITU-R M.2412)
   Europe,              ///< assumed
   EastAsia,            ///< assumed
   ByBuilding  ///< each building Traditional, UrbanStock or ThermallyEfficient: by its tags, else height
@@ -35,6 +35,6 @@ enum class FacadeMix : std::uint8_t {
 struct Mesh;
 struct Object;
 struct City;
-struct Box;  // NOLINT(bugprone-forward-declaration-namespace): other libraries have one too
+struct Box;  // NOLINT(bugprone-forward-declaration-namespace): other libraries also have one
 
 }  // namespace canyon::city

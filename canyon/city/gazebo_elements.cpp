@@ -79,7 +79,7 @@ std::vector<meshes::Polygon2> area_within(const std::vector<Polyline>& polylines
   return geos::polygons(geos::Geometry(GEOSBuildArea_r(geos::context(), crossed.get())).get());
 }
 
-/// Adds the closed surface between the plane and a height over it.
+/// Adds the closed surface between z = 0 and `height` above a polygon.
 void add_extrusion(const meshes::Polygon2& polygon, double height, MeshNode& node) {
   const auto first = static_cast<std::uint32_t>(node.vertices.size());
   const auto add_ring = [&](const std::vector<meshes::Point2>& ring) {
@@ -103,9 +103,9 @@ void add_extrusion(const meshes::Polygon2& polygon, double height, MeshNode& nod
   }
 }
 
-/// SDF's polylines extruded from 0 to `height` [m], an Extrude for those who have no simulator: a closed
-/// surface about what an odd number of the closed paths surrounds, so that a path within another is its hole.
-/// Empty where the paths surround nothing.
+/// SDF's polylines extruded from 0 to `height` [m], an Extrude without a simulator: a closed surface around
+/// the area inside an odd number of the closed paths, so that a path inside another is its hole. Empty if the
+/// paths enclose no area.
 std::optional<MeshNode> extruded_polylines(const std::string& name, const std::vector<Polyline>& polylines,
                                            double height) {
   MeshNode node{name, {}, {}, {}};
@@ -131,7 +131,7 @@ bool is_frame(std::string_view kind) {
   return kind == "link" || kind == "model" || kind == "frame" || kind == "joint" || kind == "include";
 }
 
-/// The frame that an element's <pose> names; empty for its parent. Before SDF 1.7 its attribute is `frame`.
+/// The frame named by an element's <pose>; empty for its parent. Before SDF 1.7 the attribute is `frame`.
 std::string relative_to(const Element& element) {
   const Element* const pose = element.FirstChildElement("pose");
   if (pose == nullptr) return {};
@@ -186,14 +186,14 @@ bool add_polylines(const SdfFile& source, const Element& geometry, LinkShapes& s
       path.emplace_back(at[0], at[1]);
     }
   }
-  // GEOS takes the square of the paths.
+  // GEOS needs time proportional to the square of the number of paths.
   constexpr std::size_t kMostPaths = 500;
   if (polylines.size() > kMostPaths)
     throw source.error(*first, fmt::format("{} <polyline> of a geometry", polylines.size()),
                        fmt::format("give {} at most, the others in geometries of their own", kMostPaths));
   if (geos::is_tangled(polylines))
     throw source.error(*first, "<polyline> whose sides cross thousands of times",
-                       "give the corners in their order along the outline");
+                       "give the corners in order along the outline");
   shapes.polylines(place, polylines, child_numbers(source, *first, "height", 1)[0], extruded_polylines);
   return true;
 }
@@ -214,7 +214,7 @@ Affine3d Frames::numbers_of(const SdfFile& source, const Element& element) {
   const std::vector<double> v = numbers(source, *pose, 6, kLargestPose_m);
   const double unit = is_true(attribute(*pose, "degrees")) ? geodesy::radians(1) : 1;
   result.translate(Vector3d(v[0], v[1], v[2]));
-  // SDF: roll about x, then pitch about y, then yaw about z, all of fixed axes.
+  // SDF: roll about x, then pitch about y, then yaw about z, all about fixed axes.
   result.rotate(AngleAxisd(v[5] * unit, Vector3d::UnitZ()) * AngleAxisd(v[4] * unit, Vector3d::UnitY()) *
                 AngleAxisd(v[3] * unit, Vector3d::UnitX()));
   return result;
@@ -248,7 +248,7 @@ Affine3d Frames::named(const Scope& scope, std::string_view name, const Element&
     if (inner.element == nullptr || depth > kDeepestName) break;
     return pose * named(inner, name.substr(colons + 2), user, depth + 1);
   }
-  throw scope.source->error(user, fmt::format("a pose is relative to '{}', which is not there", name),
+  throw scope.source->error(user, fmt::format("a pose is relative to '{}', which does not exist", name),
                             known.empty() ? std::string("name a frame of the same world or model")
                                           : fmt::format("there are {}", known));
 }
@@ -266,7 +266,7 @@ Affine3d Frames::resolved(const Scope& scope, const Element& child) {
   const std::string_view kind = child.Name();
   if (kind != "include" && kind != "model") return base_of(scope, child) * numbers_of(*scope.source, child);
   const Scope model = kind == "include" ? open_(*scope.source, child) : Scope{scope.source, &child};
-  // A pose of the include takes the place of the model's own.
+  // A pose of the include replaces the model's own.
   const bool own = kind == "model" || child.FirstChildElement("pose") != nullptr || model.element == nullptr;
   Affine3d pose = own ? base_of(scope, child) * numbers_of(*scope.source, child)
                       : numbers_of(*model.source, *model.element);
@@ -293,7 +293,7 @@ Affine3d Frames::of_child(const Scope& scope, const Element& child) {
                               fmt::format("poses are relative to each other more than {} deep", kDeepest),
                               "give poses relative to the model or world");
   open_frames_.push_back(&child);
-  // An error leaves the import, and with it this object.
+  // An error aborts the import, and destroys this object.
   Affine3d pose = resolved(scope, child);
   open_frames_.pop_back();
   return pose;

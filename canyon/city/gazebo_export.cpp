@@ -27,7 +27,7 @@ namespace {
 constexpr std::string_view kModelMark = "A city written by Canyon.";
 constexpr std::size_t kMostTriangles = 100'000'000;
 
-/// Objects that make one link.
+/// Objects that form one link.
 struct Link {
   std::string name;
   std::vector<Object> objects;
@@ -88,7 +88,7 @@ std::vector<Link> links_of(const Mesh& mesh, std::size_t triangles_per_mesh) {
   return links;
 }
 
-/// A folder for a model that appears whole or not at all, in place of one that Canyon wrote.
+/// A folder for a model that is written completely or not at all; it replaces one written by Canyon.
 Temporary model_folder(const std::filesystem::path& path) {
   std::error_code error;
   if (std::filesystem::exists(path, error) && !std::filesystem::is_directory(path, error))
@@ -97,7 +97,7 @@ Temporary model_folder(const std::filesystem::path& path) {
     std::ifstream in(path / "model.config");
     const std::string text{std::istreambuf_iterator<char>(in), {}};
     if (text.find(kModelMark) == std::string::npos) {
-      throw InputError(path, 0, "holds something else than a city of Canyon's",
+      throw InputError(path, 0, "has other contents than a city written by Canyon",
                        "choose another folder, or remove it first");
     }
   }
@@ -122,7 +122,7 @@ void write_meshes(const std::filesystem::path& folder, const City& city, const s
   }
 }
 
-/// The <model> element; mesh files lie in the folder that `meshes` names.
+/// The <model> element; mesh files are in the folder `meshes`.
 std::string model_element(const std::string& name, const std::vector<Link>& links, const std::string& meshes,
                           std::string_view indent) {
   std::string text = fmt::format("{0}<model name=\"{1}\">\n{0}  <static>true</static>\n", indent, name);
@@ -147,7 +147,7 @@ std::string time_comment(const GazeboOptions& options) {
   return options.gps_time.empty() ? "" : fmt::format("<!-- GPS time: {} -->\n", options.gps_time);
 }
 
-/// Fills a model folder's temporary place; `folder_name` is what it will be called.
+/// Fills a model folder at its temporary location; `folder_name` is its final name.
 void fill_model(const std::filesystem::path& temporary, const std::string& folder_name, const City& city,
                 const std::vector<Link>& links, const GazeboOptions& options) {
   write_file(temporary / "model.config",
@@ -161,7 +161,7 @@ void fill_model(const std::filesystem::path& temporary, const std::string& folde
                          geodesy::degrees(city.frame.origin().longitude_rad), city.frame.origin().height_m));
   write_file(temporary / "model.sdf",
              "<?xml version=\"1.0\"?>\n"
-             "<!-- Gazebo finds the meshes when the folder that holds this model's folder is in\n"
+             "<!-- Gazebo finds the meshes if the parent of this model's folder is in\n"
              "     GAZEBO_MODEL_PATH (Classic) or GZ_SIM_RESOURCE_PATH (Sim). -->\n" +
                  time_comment(options) + "<sdf version=\"1.6\">\n" +
                  model_element(options.name, links, "model://" + folder_name + "/meshes", "  ") + "</sdf>\n");
@@ -173,7 +173,7 @@ void check_city(const std::filesystem::path& path, const City& city) {
   if (city.mesh.triangles.empty()) throw InputError(path, 0, "the city has no triangle to write");
 }
 
-/// Errors inside the temporary folder name the folder that was asked for.
+/// Errors inside the temporary folder name the requested folder.
 template <typename Call>
 void in_name_of(const std::filesystem::path& folder, const Call& call) {
   try {
@@ -225,14 +225,14 @@ std::string world_text(const City& city, const std::vector<Link>& links, const s
   const bool has_terrain = !links.empty() && links.back().name == "terrain";
   if (!has_terrain) text += ground_plane(city.bounds());
   text +=
-      "    <!-- Mesh files lie beside this file, named relative to it. Gazebo Classic before 11.2: start it "
+      "    <!-- Mesh files are next to this file, named relative to it. Gazebo Classic before 11.2: start it "
       "in\n"
       "         this folder, or put this folder in GAZEBO_RESOURCE_PATH. -->\n";
   text += model_element(options.name, links, meshes, "    ");
   return text + "  </world>\n</sdf>\n";
 }
 
-/// Letters, digits, '_', '-' and '.' stay.
+/// Keeps letters, digits, '_', '-' and '.'.
 std::string plain_name(std::string name) {
   std::replace_if(
       name.begin(), name.end(), [](char c) { return !is_gazebo_name_character(c); }, '_');
@@ -254,10 +254,10 @@ void GazeboOptions::validate() const {
 }
 
 void visit(options::Visitor& v, GazeboOptions& o) {
-  v.text({"name", "", "of the model and the world"}, o.name);
-  v.integer({"triangles_per_mesh", "", "at most, in one collision mesh"}, o.triangles_per_mesh, 1,
+  v.text({"name", "", "name of the model and the world"}, o.name);
+  v.integer({"triangles_per_mesh", "", "maximum in one collision mesh"}, o.triangles_per_mesh, 1,
             kMostTriangles);
-  v.text({"gps_time", "", "ISO 8601, kept as a comment"}, o.gps_time);
+  v.text({"gps_time", "", "ISO 8601, written as a comment"}, o.gps_time);
 }
 
 void write_gazebo_model(const std::filesystem::path& folder, const City& city, const GazeboOptions& options) {
@@ -289,7 +289,7 @@ void write_gazebo_world(const std::filesystem::path& path, const City& city, con
   world.write(world_text(city, links, name + "/meshes", options));
   Temporary output = model_folder(folder);
   in_name_of(folder, [&] { fill_model(output.temporary_path(), name, city, links, options); });
-  // The folder first: a world without meshes would be worse than meshes without a world.
+  // Renames the folder first: a world without meshes would be worse than meshes without a world.
   output.put_in_place();
   world.commit();
 }

@@ -30,7 +30,7 @@ sdf::Root load(const std::filesystem::path& path) {
   return root;
 }
 
-/// Every mesh of a model is there, given the place of what its URIs begin with; returns how many.
+/// Every mesh of a model exists, with the folder for the prefix of its URIs; returns their number.
 int check_meshes(const sdf::Model& model, const std::filesystem::path& base, const std::string& prefix) {
   int meshes = 0;
   for (std::uint64_t l = 0; l < model.LinkCount(); ++l) {

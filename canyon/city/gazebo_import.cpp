@@ -43,7 +43,7 @@ using sdf::SdfFile;
 using sdf::text_of;
 
 constexpr int kDeepestNesting = 16;
-constexpr const char* kNothingThere = "no signal is blocked or reflected there";
+constexpr const char* kNothingThere = "it blocks and reflects no signal";
 
 class GazeboImport {
  public:
@@ -73,10 +73,9 @@ class GazeboImport {
       if (!absent_.empty()) throw InputError(absent_.front());
       const std::string why = fmt::format("{}", fmt::join(notes_.lines(Level::Loss), ", "));
       throw InputError(
-          path_, 0,
-          why.empty() ? "holds no triangle" : fmt::format("holds no triangle that is read; {}", why),
+          path_, 0, why.empty() ? "has no triangle" : fmt::format("has no triangle that is read; {}", why),
           moving_.empty() ? "give its links collisions or visuals"
-                          : "give the models of the city <static>true</static>: others can move");
+                          : "set <static>true</static> in the models of the city: others can move");
     }
     note_moving();
     note_absent();
@@ -86,7 +85,7 @@ class GazeboImport {
       for (Eigen::Vector3d& v : city_.mesh.vertices) v = enu_from_world * v;
     note_degenerate(notes_, degenerate_);
     if (moved_ > 0)
-      city_.notes.say(Level::Remark, fmt::format("{} models stand where the world's <state> says", moved_));
+      city_.notes.say(Level::Remark, fmt::format("{} models have the poses of the world's <state>", moved_));
     city_.notes.append(notes_, path_);
     check_mesh(city_.mesh, city_.name);
     return std::move(city_);
@@ -100,7 +99,7 @@ class GazeboImport {
 
   using Level = ReadReport::Level;
 
-  /// Gazebo Classic saves where models stood, and which were deleted; it does so again.
+  /// Gazebo Classic saves the poses of models and the deleted models, and restores both.
   void read_state(const SdfFile& source, const Element& world) {
     const Element* const state = world.FirstChildElement("state");
     if (state == nullptr) return;
@@ -121,10 +120,10 @@ class GazeboImport {
       const std::vector<double> s = numbers(source, *scale, 3, 1e6);
       const bool scaled = std::any_of(s.begin(), s.end(), [](double x) { return std::abs(x - 1) > 1e-6; });
       if (scaled)
-        notes_.say(Level::Loss, fmt::format("the world's <state> scales '{}', which is read as it is", name));
+        notes_.say(Level::Loss, fmt::format("the world's <state> scales '{}', which is read unscaled", name));
     }
   }
-  /// The pose of a world's model: its own, or that of the state.
+  /// The pose of a world's model: from the state, else its own.
   Eigen::Affine3d placed(const std::string& name, const Eigen::Affine3d& own, int depth) {
     const auto found = depth == 0 ? state_.find(name) : state_.end();
     if (found == state_.end() || found->second.isApprox(own, 1e-9)) return own;
@@ -132,7 +131,7 @@ class GazeboImport {
     return found->second;
   }
 
-  /// Whether the state says that a world's model was deleted.
+  /// Whether the world's state deletes a model.
   bool is_deleted(const std::string& name, int depth) {
     const bool deleted = depth == 0 && deleted_.count(name) > 0;
     if (deleted) city_.notes.tell(Level::Remark, "{} models that the world's <state> deletes left out");
@@ -157,7 +156,7 @@ class GazeboImport {
                            named == moving_.end() ? "" : ", ..."));
   }
 
-  /// A model's folder stands for the file that its model.config names.
+  /// A model's folder is replaced by the file named in its model.config.
   std::filesystem::path model_file(const std::filesystem::path& path) {
     std::error_code error;
     if (!std::filesystem::exists(path, error)) throw InputError(path, 0, "no such file");
@@ -183,7 +182,7 @@ class GazeboImport {
     }
     const std::filesystem::path file = file_named_by(config, best);
     if (!std::filesystem::exists(file, error))
-      throw InputError(config, 0, fmt::format("names '{}', which is not there", best));
+      throw InputError(config, 0, fmt::format("names '{}', which does not exist", best));
     return file;
   }
 
@@ -225,13 +224,14 @@ class GazeboImport {
         number("latitude_deg", 90), number("longitude_deg", 180), number("elevation", 1e4)));
   }
 
-  /// Whether a world's model is static; <static> of its include takes the place of its own.
+  /// Whether a world's model is static; <static> of its include overrides its own.
   static bool is_static(const Element& model, const Element* include = nullptr) {
     const bool included = include != nullptr && include->FirstChildElement("static") != nullptr;
     return is_true(lower_case(child_text(included ? *include : model, "static")));
   }
 
-  /// <model> and <include> children of a world, a model or <sdf>. @param only_static leaves out what can move
+  /// <model> and <include> children of a world, a model or <sdf>. @param only_static skips models that can
+  /// move
   void read_models(const SdfFile& source, const Element& parent, const Eigen::Affine3d& world_from_parent,
                    const std::string& scope, int depth, bool only_static = false) {
     if (depth > kDeepestNesting) {
@@ -302,7 +302,7 @@ class GazeboImport {
                depth + 1);
   }
 
-  /// The model of an <include>, kept: one that is missing or damaged costs itself.
+  /// The model of an <include>, cached; a missing or damaged model omits only itself.
   Frames::Scope included_model(const SdfFile& source, const Element& include) {
     const auto [known, fresh] = included_.try_emplace(&include);
     if (!fresh) return known->second;
@@ -323,8 +323,8 @@ class GazeboImport {
         city_.notes.say(Level::Remark, fmt::format("'{}' of Gazebo's own collection left out", uri));
         return {};
       }
-      throw source.error(include, fmt::format("'{}' is not beside the file", uri),
-                         "put the model's folder beside the world and name it model://FOLDER");
+      throw source.error(include, fmt::format("'{}' is not in the file's folder", uri),
+                         "put the model's folder next to the world and name it model://FOLDER");
     }
     const SdfFile& file = open(model_file(*found));
     const Element* const model = file.document.RootElement()->FirstChildElement("model");
@@ -332,7 +332,7 @@ class GazeboImport {
     return {&file, model};
   }
 
-  /// Where a URI's file or folder lies, if it does.
+  /// The location of a URI's file or folder, if it exists.
   [[nodiscard]] std::optional<std::filesystem::path> resolve(const SdfFile& source,
                                                              const std::string& uri) const {
     namespace fs = std::filesystem;
@@ -351,8 +351,8 @@ class GazeboImport {
       if (!fs::exists(path, error)) continue;
       if (lies_beside(path, by, folder) || lies_beside(path, top_)) return path;
       throw InputError(source.path, 0,
-                       fmt::format("names '{}', which lies outside the folder of this file", uri),
-                       "put its folder beside the world and name it model://FOLDER");
+                       fmt::format("names '{}', which is outside the folder of this file", uri),
+                       "put its folder next to the world and name it model://FOLDER");
     }
     return std::nullopt;
   }
@@ -407,12 +407,12 @@ class GazeboImport {
     append(std::move(mesh), world_from_mesh);
   }
 
-  /// Where a mesh is; empty, with the reason kept, where it may not be read or is not there.
+  /// The path of a mesh; empty, with the reason stored, if it may not be read or does not exist.
   std::optional<std::filesystem::path> mesh_path(const SdfFile& source, const Element& shape,
                                                  const std::string& uri) {
     try {
       if (auto path = resolve(source, uri)) return path;
-      throw source.error(shape, fmt::format("mesh '{}' is not beside the file", uri),
+      throw source.error(shape, fmt::format("mesh '{}' is not in the file's folder", uri),
                          "put it there, or name it by a path relative to the file");
     } catch (const InputError& fault) {
       absent_.push_back(fault);
@@ -420,7 +420,7 @@ class GazeboImport {
     }
   }
 
-  /// A mesh file; empty, with the reason kept, where it cannot be read.
+  /// A mesh file; empty, with the reason stored, if it cannot be read.
   PartFile part_of(const std::filesystem::path& path) {
     try {
       City part = read_mesh_part(path, {});
@@ -447,16 +447,16 @@ class GazeboImport {
     }
   }
 
-  std::filesystem::path path_, top_;  ///< as given, and the file that is meant
+  std::filesystem::path path_, top_;  ///< as given, and the file it refers to
   City city_;
   double heading_rad_ = 0;
   std::map<std::string, std::unique_ptr<SdfFile>> sources_;
   std::map<std::string, PartFile> meshes_;
-  ReadReport notes_;                              ///< losses and guesses, which name the world
+  ReadReport notes_;                              ///< losses and guesses that name the world
   std::vector<std::string> moving_;               ///< names of the world's models that are not static
   std::map<std::string, Eigen::Affine3d> state_;  ///< poses of the world's models
   std::set<std::string> deleted_;                 ///< names of these
-  std::size_t moved_ = 0;                         ///< models that it moves
+  std::size_t moved_ = 0;                         ///< models moved by the state
   std::size_t degenerate_ = 0;
   Frames frames_;
   std::map<const Element*, Frames::Scope> included_;  ///< models of <include>

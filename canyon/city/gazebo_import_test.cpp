@@ -51,13 +51,13 @@ std::string model(const std::string& name, const std::string& pose, const std::s
 constexpr const char* kBox = "<box><size>2 4 6</size></box>";
 
 TEST_F(GazeboImport, PosesCompose) {
-  // Model at (10, 20, 0) turned 90 deg to the left, link 3 m along its x, box 1 m along that link's x.
+  // Model at (10, 20, 0) rotated 90 deg to the left, link 3 m along its x, box 1 m along that link's x.
   const City city = world(
       "<model name='m'><static>true</static><pose>10 20 0 0 0 1.5707963267948966</pose><link "
       "name='l'><pose>3 0 0 0 0 0"
       "</pose><collision name='c'><pose>1 0 3 0 0 0</pose><geometry>" +
       std::string(kBox) + "</geometry></collision></link></model>");
-  // The box's 2 m lie along north now: middle at (10, 24), 4 m wide to the east.
+  // The box's 2 m are along north now: middle at (10, 24), 4 m wide to the east.
   EXPECT_LT((city.bounds().min - Eigen::Vector3d(8, 23, 0)).norm(), 1e-9);
   EXPECT_LT((city.bounds().max - Eigen::Vector3d(12, 25, 6)).norm(), 1e-9);
   ASSERT_EQ(city.mesh.objects.size(), 1U);
@@ -143,7 +143,7 @@ TEST_F(GazeboImport, ReadsMeshesWithScaleAndMirror) {
   for (const auto& [a, b, c] : city.mesh.triangles) {
     volume += city.mesh.vertices[a].dot(city.mesh.vertices[b].cross(city.mesh.vertices[c])) / 6;
   }
-  EXPECT_NEAR(volume, 4, 1e-6);  // 24 / 6, positive: front sides still look out
+  EXPECT_NEAR(volume, 4, 1e-6);  // 24 / 6, positive: front sides still face out
   EXPECT_EQ(city.mesh.objects[0].name, "m::link::c::wing");
 }
 
@@ -193,10 +193,10 @@ TEST_F(GazeboImport, SaysWhatItLeavesOut) {
 
 TEST_F(GazeboImport, SaysWhatItCouldNotReadWhereNothingIsLeft) {
   EXPECT_THAT(error(model("m", "0 0 0 0 0 0", "<heightmap><uri>file://x.png</uri></heightmap>")),
-              HasSubstr("holds no triangle that is read; 1 <heightmap> geometries left out"));
+              HasSubstr("has no triangle that is read; 1 <heightmap> geometries left out"));
 }
 
-/// By the divergence theorem: positive where front sides are outwards.
+/// By the divergence theorem: positive if front sides face outwards.
 double volume_m3(const Mesh& mesh) {
   double six_volumes = 0;
   for (const auto& [a, b, c] : mesh.triangles)
@@ -221,7 +221,7 @@ TEST_F(GazeboImport, ExtrudesPolylines) {
   EXPECT_NEAR(house.bounds().min.z(), 3, 1e-12);
   EXPECT_NEAR(house.bounds().max.z(), 15, 1e-12);
   EXPECT_NEAR(house.bounds().max.x(), 120, 1e-12);
-  // The other sense, closed, and without the hole.
+  // The opposite orientation, closed, and without the hole.
   const City turned =
       world(model("m", "0 0 0 0 0 0", path("0 20, 10 20, 10 10, 20 10, 20 0, 0 0, 0 20", "5")));
   EXPECT_NEAR(volume_m3(turned.mesh), 300 * 5, 1e-6);
@@ -249,7 +249,7 @@ TEST_F(GazeboImport, ModelsStandWhereTheSavedStateSays) {
   const City city = world(model("a", "100 0 3 0 0 0", kBox) + model("b", "50 0 3 0 0 0", kBox) + state);
   EXPECT_NEAR(city.bounds().min.x(), 49, 1e-9);
   EXPECT_NEAR(city.bounds().max.x(), 301, 1e-9);
-  EXPECT_THAT(city.notes.lines(), Contains("1 models stand where the world's <state> says"));
+  EXPECT_THAT(city.notes.lines(), Contains("1 models have the poses of the world's <state>"));
 }
 
 TEST_F(GazeboImport, TheSavedStateDeletesAndAddsModels) {
@@ -261,7 +261,7 @@ TEST_F(GazeboImport, TheSavedStateDeletesAndAddsModels) {
   EXPECT_NEAR(city.bounds().min.x(), 49, 1e-9);
   EXPECT_NEAR(city.bounds().max.x(), 101, 1e-9);
   EXPECT_THAT(city.notes.lines(), Contains("1 models that the world's <state> deletes left out"));
-  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("<state> scales 'a', which is read as it is")));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("<state> scales 'a', which is read unscaled")));
 }
 
 TEST_F(GazeboImport, OfAWorldOnlyWhatIsStatic) {
@@ -279,15 +279,15 @@ TEST_F(GazeboImport, OfAWorldOnlyWhatIsStatic) {
   EXPECT_THAT(city.notes.lines(),
               Contains(HasSubstr("models that can move (without <static>true</static>) left out: 3 (car, "
                                  "parked, car)")));
-  EXPECT_THAT(error(car), HasSubstr("holds no triangle; give the models of the city <static>true</static>"));
-  // A model alone is the city that it is taken for.
+  EXPECT_THAT(error(car), HasSubstr("has no triangle; set <static>true</static> in the models of the city"));
+  // A single model is read as the city.
   EXPECT_EQ(read_gazebo_world(folder_ / "cart.sdf").mesh.objects.size(), 1U);
 }
 
 TEST_F(GazeboImport, NamesTheLineOfBadInput) {
   EXPECT_THAT(error("<model name='m'><link>"), HasSubstr("w.world:4"));
   EXPECT_THAT(error("<model name='m'><link>"), HasSubstr("not well-formed XML"));
-  EXPECT_THAT(error(""), HasSubstr("holds no triangle"));
+  EXPECT_THAT(error(""), HasSubstr("has no triangle"));
   EXPECT_THAT(error("\n\n" + model("m", "0 0 x 0 0 0", kBox)), HasSubstr("w.world:6: <pose> has 'x'"));
   EXPECT_THAT(error(model("m", "0 0 0", kBox)), HasSubstr("<pose> has 3 numbers instead of 6"));
   EXPECT_THAT(error(model("m", "0 0 1e9 0 0 0", kBox)), HasSubstr("<pose> has '1e9'"));
@@ -296,12 +296,14 @@ TEST_F(GazeboImport, NamesTheLineOfBadInput) {
   EXPECT_THAT(error(model("m", "0 0 0 0 0 0", "<sphere><radius>-1</radius></sphere>")),
               HasSubstr("<sphere>: a sphere without extent"));
   EXPECT_THAT(error(model("m", "0 0 0 0 0 0", "<mesh><uri>none.dae</uri></mesh>")),
-              HasSubstr("mesh 'none.dae' is not beside the file"));
-  EXPECT_THAT(error("<include><uri>model://none</uri></include>"), HasSubstr("'model://none' is not beside"));
-  EXPECT_THAT(error("<include><uri>https://example.org/House</uri></include>"), HasSubstr("is not beside"));
+              HasSubstr("mesh 'none.dae' is not in the file's folder"));
+  EXPECT_THAT(error("<include><uri>model://none</uri></include>"),
+              HasSubstr("'model://none' is not in the file"));
+  EXPECT_THAT(error("<include><uri>https://example.org/House</uri></include>"),
+              HasSubstr("is not in the file"));
   EXPECT_THAT(
       error("<model name='m'><static>true</static><pose relative_to='other'>0 0 0 0 0 0</pose></model>"),
-      HasSubstr("w.world:4: a pose is relative to 'other', which is not there; there are 'm'"));
+      HasSubstr("w.world:4: a pose is relative to 'other', which does not exist; there are 'm'"));
   EXPECT_THAT(error("<spherical_coordinates><latitude_deg>91</latitude_deg></spherical_coordinates>"),
               HasSubstr("latitude_deg"));
   EXPECT_THAT(error("<spherical_coordinates><world_frame_orientation>NED</world_frame_orientation>"
@@ -317,7 +319,7 @@ TEST_F(GazeboImport, NamesTheLineOfBadInput) {
   }
 }
 
-// One of many costs itself.
+// One missing mesh of many omits only itself.
 TEST_F(GazeboImport, MissingAndDamagedFilesCostThemselves) {
   write("bad.obj", "v 0 0 0\nf 1 2 3\n");
   write("broken/model.sdf", "<sdf version='1.6'><model name='b'><link>");
@@ -330,13 +332,14 @@ TEST_F(GazeboImport, MissingAndDamagedFilesCostThemselves) {
             "<include><uri>model://broken</uri></include>");
   ASSERT_EQ(city.mesh.objects.size(), 1U);
   EXPECT_EQ(city.mesh.objects[0].name, "house::link::c");
-  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("w.world:5: mesh 'none.dae' is not beside the file")));
-  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("bad.obj:2: names vertex 2 of 1")));
-  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("'model://none' is not beside the file")));
+  EXPECT_THAT(city.notes.lines(),
+              Contains(HasSubstr("w.world:5: mesh 'none.dae' is not in the file's folder")));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("bad.obj:2: uses vertex 2 of 1")));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("'model://none' is not in the file's folder")));
   EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("model.sdf:1: is not well-formed XML")));
   const std::vector<std::string> losses = city.notes.lines(ReadReport::Level::Loss);
   EXPECT_THAT(losses, SizeIs(4));
-  EXPECT_THAT(losses, Each(HasSubstr("; left out: no signal is blocked or reflected there")));
+  EXPECT_THAT(losses, Each(HasSubstr("; left out: it blocks and reflects no signal")));
   EXPECT_THAT(losses, Contains(HasSubstr("there (2 times)"))) << "included twice";
   std::string many = house;
   for (int i = 0; i < 9; ++i)
@@ -359,20 +362,19 @@ TEST_F(GazeboImport, FilesOutsideTheWorldsFolderAreNotRead) {
   for (const std::string& uri :
        {std::string("../out.obj"), outside, "file://" + outside, std::string("link.obj"),
         std::string("file://../out.obj"), std::string("model://../../out.obj")}) {
-    EXPECT_THAT(test::refusal([&] { (void)of_world(mesh(uri)); }), HasSubstr("lies outside the folder"))
-        << uri;
+    EXPECT_THAT(test::refusal([&] { (void)of_world(mesh(uri)); }), HasSubstr("is outside the folder")) << uri;
     EXPECT_THAT(of_world(mesh("in.obj") + mesh(uri)).notes.lines(ReadReport::Level::Loss),
-                Contains(HasSubstr("lies outside the folder")))
+                Contains(HasSubstr("is outside the folder")))
         << uri;
   }
-  // A model may name what lies in the folder of its world, and model:// reaches the folder above as before.
+  // A model may name files in the folder of its world, and model:// covers the parent folder as before.
   write("w/models/m/model.sdf", "<sdf version='1.6'>" + mesh("../other.obj") + "</sdf>");
   EXPECT_EQ(of_world("<include><uri>model://m</uri></include>").mesh.triangles.size(), 1U);
   EXPECT_EQ(of_world(mesh("model://out.obj")).mesh.triangles.size(), 1U);
   write("w/models/m/model.config", "<model><sdf version='1.6'>../../../out.sdf</sdf></model>");
   write("out.sdf", "<sdf version='1.6'>" + mesh("in.obj") + "</sdf>");
   EXPECT_THAT(test::refusal([&] { (void)of_world("<include><uri>model://m</uri></include>"); }),
-              HasSubstr("lies outside the folder"));
+              HasSubstr("is outside the folder"));
 }
 
 // 6,000 random points took 5.9 GB.
@@ -386,7 +388,7 @@ TEST_F(GazeboImport, TangledPolylinesAreRefused) {
   std::string many;
   for (int i = 0; i < 600; ++i) many += "<polyline><point>0 0</point><height>3</height></polyline>";
   EXPECT_THAT(error(model("m", "0 0 0 0 0 0", many)), HasSubstr("600 <polyline> of a geometry"));
-  // As many corners of a star, in their order: twice the area of its 6,000 triangles about the middle.
+  // A star with as many corners, in order: twice the area of its 6,000 triangles about the middle.
   path.clear();
   for (int i = 0; i < 6000; ++i) {
     const double angle = i * kPi / 3000, radius = i % 2 == 0 ? 90 : 100;
@@ -412,7 +414,7 @@ TEST_F(GazeboImport, PosesRelativeToOtherFrames) {
       shape + "</link>";
   const std::string first = "<model name='m'><static>true</static><pose>100 0 0 0 0 0</pose>";
   EXPECT_NEAR(middle(first + links + "</model>").x(), 111, 1e-9);
-  // Turned by 90 degrees to the left: 10 m along the base's x are 10 m along y.
+  // Rotated by 90 degrees to the left: 10 m along the base's x are 10 m along y.
   const std::string turned =
       "<link name='base'><pose>1 0 0 0 0 1.5707963267948966</pose></link>"
       "<link name='tower'><pose relative_to='base'>10 0 0 0 0 0</pose>" +
@@ -434,7 +436,7 @@ TEST_F(GazeboImport, PosesRelativeToOtherFrames) {
              shape + "</link></model>")
           .x(),
       1005, 1e-9);
-  // Frames: another model's link, a joint (it stands at its child), a collision in another link.
+  // Frames: another model's link, a joint (at its child), a collision in another link.
   EXPECT_NEAR(
       middle(
           "<model name='a'><pose>50 0 0 0 0 0</pose><link name='l'><pose>2 0 0 0 0 0</pose></link></model>"
@@ -450,7 +452,7 @@ TEST_F(GazeboImport, PosesRelativeToOtherFrames) {
              kShape + "</collision></link></model>")
           .x(),
       107, 1e-9);
-  // The placement frame is what the model's pose is of.
+  // The model's pose is that of its placement frame.
   EXPECT_NEAR(
       middle("<model name='m' placement_frame='foot'><static>true</static><pose>100 0 0 0 0 0</pose><link "
              "name='foot'><pose>30 0 0 0 0 0</pose></link><link name='l'>" +

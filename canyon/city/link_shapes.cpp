@@ -21,8 +21,8 @@ struct Ring {
   double radius, z;
 };
 
-/// A closed surface about the z axis: rings of `sides` vertices from the lowest to the highest, between two
-/// points on the axis. Empty where it has no extent.
+/// A closed surface of revolution about the z axis: rings of `sides` vertices from the lowest to the highest,
+/// between two points on the axis. Empty if it has no extent.
 TriangleSet revolve(double bottom, const std::vector<Ring>& rings, double top, int sides) {
   TriangleSet set;
   if (!is_extent({rings.front().radius, top - bottom, 1})) return set;
@@ -52,7 +52,7 @@ bool names_terrain(const std::string& name) {
   return split_surface(name).surface == Surface::Terrain;
 }
 
-/// Turns each connected part so that front sides look outwards; upwards where it is terrain.
+/// Flips each connected part so that front sides face outwards, for terrain upwards.
 void orient(const std::vector<Vector3d>& vertices, TriangleIndices& triangles, bool terrain) {
   const auto components = connected_components(triangles, vertices.size());
   for (const std::vector<std::uint32_t>& component : components) {
@@ -65,7 +65,7 @@ void orient(const std::vector<Vector3d>& vertices, TriangleIndices& triangles, b
   }
 }
 
-/// The middle of a node's bounds, which SDF's <center> brings to the origin.
+/// The middle of a node's bounds, which SDF's <center> moves to the origin.
 Vector3d middle_of(const std::vector<Vector3d>& vertices) {
   if (vertices.empty()) return Vector3d::Zero();
   Box box;
@@ -73,8 +73,8 @@ Vector3d middle_of(const std::vector<Vector3d>& vertices) {
   return middle_of(box);
 }
 
-/// Step between the heights that are taken of a grid that is too fine. It divides both sides, so that the
-/// last row and column are kept.
+/// Step between the heights used of a grid that is too fine. It divides both sides, so that the last row and
+/// column are kept.
 int stride_of(int columns, int rows) {
   int stride = 1;
   for (int n = 2; n < std::min(columns, rows) && (std::max(columns, rows) - 1) / stride >= kFinestHeightmap;
@@ -85,7 +85,7 @@ int stride_of(int columns, int rows) {
 
 }  // namespace
 
-/// Triangles of one object to be.
+/// Triangles of one future object.
 struct LinkShapes::Soup {
   std::vector<Vector3d> vertices;
   TriangleIndices triangles;
@@ -109,7 +109,7 @@ void LinkShapes::leave_out(const Place& place, std::string_view why) const {
   note(place, fmt::format("is left out: {}", why));
 }
 
-/// Takes `soup` (in the frame of `link_from_soup`) as one object.
+/// Adds `soup` (in the frame of `link_from_soup`) as one object.
 void LinkShapes::append(const Place& place, const std::string& object, Surface surface, Soup soup,
                         const Affine3d& link_from_soup, bool orient_it) {
   for (Vector3d& v : soup.vertices) v = link_from_soup * v;
@@ -121,7 +121,7 @@ void LinkShapes::append(const Place& place, const std::string& object, Surface s
     for (const std::uint32_t v : {a, b, c}) {
       if (!(soup.vertices[v].norm() <= kLargestShape_m)) {
         return leave_out(
-            place, fmt::format("it reaches farther than {:.0f} km from its link", kLargestShape_m / 1e3));
+            place, fmt::format("it extends farther than {:.0f} km from its link", kLargestShape_m / 1e3));
       }
     }
     if (is_degenerate(soup.vertices[a], soup.vertices[b], soup.vertices[c])) continue;
@@ -166,7 +166,7 @@ void LinkShapes::mesh(const Place& place, const MeshFile& file, const MeshUse& u
       !use.submesh.empty() && std::any_of(file.nodes.begin(), file.nodes.end(),
                                           [&](const MeshNode& node) { return node.name == use.submesh; });
   if (!use.submesh.empty() && !chosen) {
-    note(place, fmt::format("names submesh '{}', which its mesh does not have: the whole mesh is taken",
+    note(place, fmt::format("names submesh '{}', which its mesh does not have: the whole mesh is used",
                             use.submesh));
   }
   const bool terrain = !file.marked && names_terrain(place.name);
@@ -196,7 +196,7 @@ void LinkShapes::mesh(const Place& place, const MeshFile& file, const MeshUse& u
            std::move(soup), place.link_from_shape * Eigen::Scaling(use.scale), !file.marked);
   }
   if (other > 0) note(place, fmt::format("has {} submeshes without triangles, which are left out", other));
-  if (taken == 0) leave_out(place, "its mesh holds no triangle");
+  if (taken == 0) leave_out(place, "its mesh has no triangle");
 }
 
 void LinkShapes::polylines(const Place& place, const std::vector<Polyline>& polylines, double height,
@@ -222,7 +222,7 @@ void LinkShapes::heights(const Place& place, const HeightGrid& grid) {
     return leave_out(place, "a heightmap without extent");
   const int stride = stride_of(grid.columns, grid.rows);
   if (stride > 1) {
-    note(place, fmt::format("is a heightmap of {} x {} heights, of which each {}th is taken", grid.columns,
+    note(place, fmt::format("is a heightmap of {} x {} heights, of which every {}th is used", grid.columns,
                             grid.rows, stride));
   }
   const double first_row_y = (grid.north_first ? 0.5 : -0.5) * grid.size.y();
@@ -236,7 +236,7 @@ void LinkShapes::heights(const Place& place, const HeightGrid& grid) {
                                  grid.height(column * stride, row * stride));
     }
   }
-  // Each cell is cut as ODE does, from the next column to the next row.
+  // Each cell is split as in ODE, from the next column to the next row.
   for (int row = 0; row + 1 < high; ++row) {
     for (int column = 0; column + 1 < wide; ++column) {
       const auto here = static_cast<std::uint32_t>(row * wide + column);

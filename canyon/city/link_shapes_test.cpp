@@ -17,7 +17,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// Triangles' own: positive where front sides look outwards.
+/// Volume from the triangles: positive if front sides face outwards.
 double volume_of(const Mesh& mesh) {
   double volume = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
@@ -110,7 +110,7 @@ TEST_F(LinkShapesTest, TerrainByItsName) {
 TEST_F(LinkShapesTest, MeshesLookOutwardsHoweverTheyAreScaled) {
   MeshFile file{{corner("wing"), corner("wing"), corner("roof")}, false};
   for (Vector3d& v : file.nodes[1].vertices) v.x() += 5;
-  for (auto& triangle : file.nodes[1].triangles) std::swap(triangle[0], triangle[1]);  // turned inside out
+  for (auto& triangle : file.nodes[1].triangles) std::swap(triangle[0], triangle[1]);  // flipped inside out
   file.nodes[2].triangles.push_back({0, 1, 4});                                        // there is no vertex 4
   shapes_.mesh(place_, file, {{-2, 3, 4}, "", false});
   const Mesh mesh = shapes_.take();
@@ -207,7 +207,7 @@ TEST_F(LinkShapesTest, FineHeightsAreThinned) {
   const Mesh mesh = shapes_.take();
   EXPECT_EQ(mesh.triangles.size(), 2U * (kFinestHeightmap - 1));
   EXPECT_EQ(bounds_of(mesh).max().z(), grid.columns - 1) << "the last column is kept";
-  EXPECT_THAT(notes_, ElementsAre(HasSubstr("2049 x 3 heights, of which each 2th is taken")));
+  EXPECT_THAT(notes_, ElementsAre(HasSubstr("2049 x 3 heights, of which every 2th is used")));
 }
 
 TEST(MaterialByColour, OfEachMaterial) {

@@ -28,7 +28,7 @@ std::string origin_line(const City& city) {
                      origin.height_m);
 }
 
-/// The text as a comment of one line.
+/// The text as a one-line comment.
 std::string one_line(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; }, ' ');
@@ -130,7 +130,7 @@ class ColladaWriter {
     line(
         "    <contributor><authoring_tool>Canyon</authoring_tool><comments>{}{}{}</comments></contributor>\n",
         marked ? kMeshMark : "", marked ? ". " : "", xml_escaped(comment));
-    // The standard asks for times; these are constant so that the same city gives the same bytes.
+    // The standard requires times; these are constant so that the same city gives the same bytes.
     text("    <created>1980-01-06T00:00:00Z</created>\n    <modified>1980-01-06T00:00:00Z</modified>\n");
     line("    <title>{}</title>\n", xml_escaped(title));
     text("    <unit name=\"meter\" meter=\"1\"/>\n    <up_axis>Z_UP</up_axis>\n  </asset>\n");
@@ -220,7 +220,7 @@ class ColladaWriter {
   const Mesh& mesh_;
   Eigen::Vector3d origin_;
   fmt::memory_buffer out_;
-  std::vector<std::vector<Material>> used_;  ///< by each geometry
+  std::vector<std::vector<Material>> used_;  ///< by geometry
 };
 
 // Constants of the standard: componentType and bufferView.target.
@@ -252,13 +252,13 @@ class GltfBuilder {
                              {"byteLength", indices_.bytes().size()},
                              {"target", kElementArrayBuffer}}};
     const std::size_t binary =
-        positions_.bytes().size() + indices_.bytes().size();  // whole numbers of 4 bytes each
+        positions_.bytes().size() + indices_.bytes().size();  // integers of 4 bytes each
     json_["buffers"] = {{{"byteLength", binary}}};
     std::string text = json_.dump();
     text.append((4 - text.size() % 4) % 4, ' ');
     const std::uint64_t total = 12 + 8 + text.size() + 8 + binary;
     if (total > std::numeric_limits<std::uint32_t>::max()) {
-      throw InputError(file.path(), 0, "the city takes more than the 4 GiB that a .glb file can hold",
+      throw InputError(file.path(), 0, "the city needs more than the 4 GiB limit of a .glb file",
                        "write .canyon or .obj");
     }
     Payload head;
@@ -278,7 +278,7 @@ class GltfBuilder {
  private:
   void header() {
     const geodesy::Geodetic& origin = city_.frame.origin();
-    // The mark first: a reader looks for it near the beginning.
+    // The mark first: readers search for it near the beginning.
     json_["asset"] = {{"version", "2.0"},
                       {"generator", std::string(kMeshMark)},
                       {"extras",

@@ -226,7 +226,7 @@ TEST(MeshExportFormats, GlbKeepsTheStandard) {
   EXPECT_LT((bounds.max - city.bounds().max).norm(), 1e-3);
 }
 
-// Read by the few rules of the format itself (Wavefront's appendix B1), in double precision.
+// Read by the basic rules of the format (Wavefront's appendix B1), in double precision.
 TEST(MeshExportFormats, ObjHoldsMicrometres) {
   const TemporaryFolder folder;
   const City city = awkward_city();
@@ -316,7 +316,7 @@ TEST(MeshParts, MetresAreShort) {
   EXPECT_EQ(text(0.0000014), "0.000001");
 }
 
-// Surfaces before names are understood in files of other programs as well.
+// Surface prefixes of names are also read in files of other programs.
 TEST(MeshMarks, AnotherProgramsFileMayNameSurfaces) {
   const TemporaryFolder folder;
   std::ofstream(folder / "a.obj") << "o foliage:oak\nv 0 0 0\nv 9 0 0\nv 0 0 9\nv 9 0 9\nf 1 2 3\n"

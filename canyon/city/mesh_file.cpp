@@ -24,11 +24,11 @@ constexpr double kLargestCity_m = 200e3;
 constexpr double kSmallestCity_m = 1;
 /// A sheet has no face steeper than this: |n_z| at least cos(80 deg).
 constexpr double kSheetNormalZ = 0.17364817766693041;
-/// A connected sheet inside a node of something else is terrain when it lies under this share of the city.
+/// A connected sheet inside a node of other type is terrain if it is under this fraction of the city.
 constexpr double kTerrainShare = 0.5;
 
-/// Rotation that makes z the up axis. Right stays right, towards the viewer becomes south (COLLADA 1.4.1,
-/// "up_axis"; glTF 2.0, 3.4).
+/// Rotation that makes z the up axis. Right stays right, the direction to the viewer becomes south (COLLADA
+/// 1.4.1, "up_axis"; glTF 2.0, 3.4).
 Eigen::Matrix3d z_up_from(char up) {
   Eigen::Matrix3d r = Eigen::Matrix3d::Identity();
   if (up == 'Y') r << 1, 0, 0, 0, 0, -1, 0, 1, 0;
@@ -36,17 +36,17 @@ Eigen::Matrix3d z_up_from(char up) {
   return r;
 }
 
-/// The triangles of one node, in ENU, degenerate ones gone, welded.
+/// The triangles of one node, in ENU, welded, without degenerate ones.
 struct Node {
   std::string name;
   bool named_terrain = false;
-  Surface surface = Surface::Building;  ///< where it is not terrain
+  Surface surface = Surface::Building;  ///< if it is not terrain
   std::vector<Eigen::Vector3d> vertices;
   TriangleIndices triangles;
   std::vector<Material> materials;
 };
 
-/// Whether no face looks sideways, and there is one.
+/// Whether there is a face and no face looks sideways.
 bool is_sheet(const Node& node, const std::vector<std::uint32_t>& triangles) {
   return std::all_of(triangles.begin(), triangles.end(), [&node](std::uint32_t t) {
     const Eigen::Vector3d normal = normal_of(node.vertices, node.triangles[t]);
@@ -114,8 +114,8 @@ class MeshImport {
                        [&name](const std::string& word) { return has_word(name, word); });
   }
 
-  /// Guesses that a city lies on its side: its terrain stands upright, no roof is above the ground, or its
-  /// buildings stand on one plane that is not level.
+  /// Guesses that a city lies on its side: its terrain is upright, no roof is above the ground, or its
+  /// buildings are on one plane that is not level.
   void check_up_axis(const Mesh& mesh, char up) {
     constexpr double kUpright = 0.3, kPlane_m = 1, kApart_m = 10;
     const char other = up == 'Z' ? 'Y' : 'Z';
@@ -146,15 +146,15 @@ class MeshImport {
     };
     std::string why;
     if (level < kUpright * area)
-      why = "its terrain stands upright";
+      why = "its terrain is upright";
     else if (!feet_z.empty() && roofs.max.z() <= (area > 0 ? ground.min.z() : 0))
       why = fmt::format("no building has a roof above the {}", area > 0 ? "terrain" : "origin");
     else if (feet_z.size() > 2 && spread(feet_y) < kPlane_m && spread(feet_z) > kApart_m)
-      why = "its buildings stand on an upright plane";
+      why = "its buildings are on an upright plane";
     if (why.empty()) return;
     notes_.say(ReadReport::Level::Guess,
-               fmt::format("{}: {}; is {} the file's up axis? Then set up_axis: {}",
-                           path_.filename().string(), why, static_cast<char>(other - 'A' + 'a'), other));
+               fmt::format("{}: {}; if {} is the file's up axis, set up_axis: {}", path_.filename().string(),
+                           why, static_cast<char>(other - 'A' + 'a'), other));
   }
 
   void take(meshes::SceneNode& from, const Eigen::Affine3d& enu_from_file) {
@@ -203,27 +203,27 @@ class MeshImport {
       if (degenerate_ == 0) {
         const std::string why = fmt::format("{}", fmt::join(notes.lines(), ", "));
         throw InputError(path_, 0,
-                         why.empty() ? "holds no triangle, points or lines alone"
-                                     : fmt::format("holds no triangle that is read; {}", why),
+                         why.empty() ? "has no triangle, only points or lines"
+                                     : fmt::format("has no triangle that is read; {}", why),
                          "export the buildings as meshes of faces");
       }
       throw InputError(path_, 0,
-                       fmt::format("holds no triangle of 1e-8 m^2 or more, but {} smaller ones", read_),
+                       fmt::format("has no triangle of 1e-8 m^2 or more, only {} smaller ones", read_),
                        "set the city's scale if its unit is wrong");
     }
     const double size = (bounds_.max - bounds_.min).maxCoeff();
     if (size > kLargestCity_m || (size < kSmallestCity_m && whole_city_ && !marked_)) {
       throw InputError(path_, 0, fmt::format("the city would be {:.4g} m large, outside 1 m to 200 km", size),
-                       "set the city's scale: the unit that the file declares seems wrong");
+                       "set the city's scale: the unit declared in the file seems wrong");
     }
     const double distance = (0.5 * (bounds_.min + bounds_.max)).norm();
     if (distance > kLargestCity_m && whole_city_) {
       throw InputError(path_, 0, fmt::format("the city would be {:.0f} km from its origin", distance / 1e3),
-                       "export it about a local origin, or bring it there with the city's offset");
+                       "export it about a local origin, or move it there with the city's offset");
     }
   }
 
-  /// Canyon's own files: nodes as they are.
+  /// Canyon's own files: nodes unchanged.
   void build_as_written(Mesh& mesh) {
     for (Node& node : nodes_) {
       weld(node.vertices, node.triangles);
@@ -269,15 +269,14 @@ class MeshImport {
       }
     }
     if (turned > 0)
-      note(fmt::format("{} triangles of {} objects turned to agree with their neighbours", turned,
+      note(fmt::format("{} triangles of {} objects flipped to agree with their neighbours", turned,
                        turned_objects));
-    if (inside_out > 0) note(fmt::format("{} objects were inside out and have been turned", inside_out));
-    if (tangled > 0)
-      note(fmt::format("{} objects have no consistent outside and are left as they are", tangled));
+    if (inside_out > 0) note(fmt::format("{} objects were inside out and have been flipped", inside_out));
+    if (tangled > 0) note(fmt::format("{} objects have no consistent outside and are unchanged", tangled));
     if (open > 0) note(fmt::format("{} buildings are not closed (a missing floor aside)", open));
   }
 
-  /// Chooses terrain by name where any node of the file is named so. Otherwise terrain is a node that is a
+  /// Chooses terrain by name if any node of the file has such a name. Otherwise terrain is a node that is a
   /// sheet, or a connected sheet under most of the city.
   std::vector<bool> terrain_components(const Node& node,
                                        const std::vector<std::vector<std::uint32_t>>& components,
@@ -294,14 +293,14 @@ class MeshImport {
     for (const auto& component : components) sheets += is_sheet(node, component) ? 1U : 0U;
     if (sheets == components.size()) {
       terrain.assign(components.size(), true);
-      note(fmt::format("node '{}' is taken as terrain: no face looks sideways", node.name));
+      note(fmt::format("node '{}' is read as terrain: no face looks sideways", node.name));
       return terrain;
     }
     for (std::size_t c = 0; c < components.size(); ++c) {
       if (is_sheet(node, components[c]) &&
           plan_area(bounds_of(node, components[c])) >= kTerrainShare * plan_area(bounds_)) {
         terrain[c] = true;
-        note(fmt::format("part {} of node '{}' is taken as terrain: a sheet under most of the city", c + 1,
+        note(fmt::format("part {} of node '{}' is read as terrain: a sheet under most of the city", c + 1,
                          node.name));
       }
     }

@@ -31,7 +31,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-/// A folder of its own for each test, gone afterwards.
+/// A separate folder for each test, removed afterwards.
 class MeshFiles : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -53,8 +53,8 @@ class MeshFiles : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
-/// A lopsided box, so that swapped axes show: 10 m east, 20 m north, 30 m up, its west, south, low corner at
-/// (1, 2, 3).
+/// An asymmetric box, to detect exchanged axes: 10 m east, 20 m north, 30 m up, its west, south, low corner
+/// at (1, 2, 3).
 const Eigen::Vector3d kMin(1, 2, 3);
 const Eigen::Vector3d kMax(11, 22, 33);
 constexpr double kVolume = 10 * 20 * 30;
@@ -76,7 +76,7 @@ Soup sheet(double half_m) {
           {{0, 1, 2}, {0, 2, 3}}};
 }
 
-/// The same, with coordinates turned into a frame whose y axis points up.
+/// The same, with coordinates rotated to a frame whose y axis points up.
 Soup y_up(Soup soup) {
   for (auto& v : soup.vertices) v = Eigen::Vector3d(v.x(), v.z(), -v.y());
   return soup;
@@ -284,8 +284,8 @@ double volume(const Mesh& mesh) {
   return six_volumes / 6;
 }
 
-/// One building, where the box is and with its front sides outwards. Binary files hold floats: 24 bits of
-/// 33 m are 2 um.
+/// One building at the position of the box and with its front sides outwards. Binary files have floats: 24
+/// bits of 33 m are 2 um.
 void expect_box(const City& city, const Eigen::Vector3d& min = kMin, const Eigen::Vector3d& max = kMax) {
   ASSERT_EQ(city.mesh.triangles.size(), 12U);
   ASSERT_EQ(city.mesh.objects.size(), 1U);
@@ -351,7 +351,7 @@ TEST_F(MeshFiles, ColladaUpAxes) {
       read_mesh_city(write("y.dae", dae({{"house", y_up(box())}}, metre, "<up_axis> Y_UP </up_axis>")), {}));
   // COLLADA's default is Y_UP.
   expect_box(read_mesh_city(write("none.dae", dae({{"house", y_up(box())}}, metre, "")), {}));
-  // X_UP: right is -y, up is x, towards the viewer is z (COLLADA 1.4.1, "up_axis"); towards the viewer is
+  // X_UP: right is -y, up is x, the direction to the viewer is z (COLLADA 1.4.1, "up_axis"), which becomes
   // south.
   Soup x_up = box();
   for (auto& v : x_up.vertices) v = Eigen::Vector3d(v.z(), -v.x(), -v.y());
@@ -374,7 +374,7 @@ TEST_F(MeshFiles, ColladaUnits) {
               HasSubstr("bad.dae:5: unit of '' metres"));
 }
 
-// The same XML, written otherwise.
+// The same XML in another notation.
 TEST_F(MeshFiles, ColladaUnitsAndAxesInAnyXml) {
   Soup inches = box();
   for (auto& v : inches.vertices) v /= 0.0254;
@@ -399,7 +399,7 @@ TEST_F(MeshFiles, ColladaUnitsAndAxesInAnyXml) {
   expect_box(read_mesh_city(write("wide.dae", wide), {}));
 }
 
-// Unit and axes together with a node's own translation, which counts in the file's unit and axes.
+// Unit and axes together with a node's own translation, which is in the file's unit and axes.
 TEST_F(MeshFiles, NodeTransformInTheFilesFrame) {
   Soup centimetres = y_up(box());
   for (auto& v : centimetres.vertices) v *= 100;
@@ -412,7 +412,7 @@ TEST_F(MeshFiles, NodeTransformInTheFilesFrame) {
 }
 
 TEST_F(MeshFiles, RotatedNode) {
-  // A quarter turn about z: (x, y) goes to (-y, x).
+  // A quarter turn about z: (x, y) is rotated to (-y, x).
   const City city =
       read_mesh_city(write("a.dae", dae({{"house", box(), "0 -1 0 0  1 0 0 0  0 0 1 0  0 0 0 1"}})), {});
   expect_box(city, {-22, 1, 3}, {-2, 11, 33});
@@ -440,7 +440,7 @@ TEST_F(MeshFiles, Georeference) {
   MeshImportOptions options;
   options.origin = geodesy::Geodetic::from_degrees(22.298251, 114.178761, 4);
   options.scale = 2;
-  options.heading_rad = geodesy::radians(90);  // counter-clockwise: the file's x goes north, its y west
+  options.heading_rad = geodesy::radians(90);  // counter-clockwise: the file's x becomes north, its y west
   options.offset_m = {100, 200, -1};
   const City city = read_mesh_city(write("a.obj", obj(box())), options);
   expect_box(city, {100 - 44, 200 + 2, 6 - 1}, {100 - 4, 200 + 22, 66 - 1});
@@ -472,7 +472,7 @@ TEST_F(MeshFiles, OneWrongTriangleIsTurned) {
   std::swap(soup.triangles[7][0], soup.triangles[7][2]);
   const City city = read_mesh_city(write("a.ply", ply(soup)), {});
   expect_box(city);
-  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("1 triangles of 1 objects turned")));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("1 triangles of 1 objects flipped")));
 }
 
 TEST_F(MeshFiles, InsideOutWithoutFloorIsTurned) {
@@ -509,7 +509,7 @@ TEST_F(MeshFiles, ConnectedPartsBecomeObjects) {
 }
 
 TEST_F(MeshFiles, TerrainByName) {
-  // The second sheet is not terrain: names decide where there is one.
+  // The second sheet is not terrain: names decide if there is one.
   const City city = read_mesh_city(
       write("a.dae",
             dae({{"City-Terrain.001", sheet(100)}, {"Underground_academy", box()}, {"helipad", sheet(5)}})),
@@ -535,7 +535,7 @@ TEST_F(MeshFiles, TerrainByGeometry) {
   const City city = read_mesh_city(write("a.dae", dae({{"plane", sheet(100)}, {"cube", box()}})), {});
   EXPECT_EQ(city.mesh.objects[0].surface, Surface::Terrain);
   EXPECT_EQ(city.mesh.objects[1].surface, Surface::Building);
-  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("node 'plane' is taken as terrain")));
+  EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("node 'plane' is read as terrain")));
 }
 
 TEST_F(MeshFiles, TerrainAsPartOfTheOnlyNode) {
@@ -569,7 +569,7 @@ TEST_F(MeshFiles, BadPaths) {
   EXPECT_THAT(error_of(folder_ / "folder.obj"), HasSubstr("is a folder, not a file"));
 }
 
-// Files of tests/data/cases. The compressed bytes of m.gltf are made up.
+// Files of tests/data/cases. The compressed bytes of m.gltf are synthetic.
 TEST_F(MeshFiles, CompressedGltfThatIsDamagedIsRefused) {
   EXPECT_THAT(error_of(test::case_file("gltf-meshopt/m.gltf")),
               AllOf(HasSubstr("m.gltf: "), HasSubstr("meshopt")));
@@ -622,7 +622,7 @@ TEST_F(MeshFiles, SkewOfColladaIsRefused) {
 }
 
 TEST_F(MeshFiles, TransformsOfColladaApplyInTheirOrder) {
-  // From the right: doubled, turned about an axis of length 2 by a quarter, moved.
+  // From the right: doubled, rotated by a quarter turn about an axis of length 2, moved.
   std::string text = dae({{"house", box()}});
   const std::string matrix = "<matrix>1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</matrix>";
   text.replace(text.find(matrix), matrix.size(),
@@ -641,7 +641,7 @@ TEST_F(MeshFiles, NodesOfColladaMayStandAtSeveralPlaces) {
   text.insert(text.find("<library_visual_scenes>"), "<library_nodes>" + node + "</library_nodes>");
   EXPECT_NEAR(volume(read_mesh_city(write("a.dae", text), {}).mesh), 2 * kVolume, 1e-6);
   text.insert(text.find("<instance_geometry"), "<instance_node url=\"#house\"/>");
-  EXPECT_THAT(error_of(write("a.dae", text)), HasSubstr("stands within itself"));
+  EXPECT_THAT(error_of(write("a.dae", text)), HasSubstr("contains itself"));
 }
 
 // Blender writes none, others do.
@@ -660,9 +660,8 @@ TEST_F(MeshFiles, AMeshOnItsSideIsSaid) {
     const std::filesystem::path path = test::case_file(name);
     return read_mesh_city(path, options).notes.warnings();
   };
-  EXPECT_THAT(
-      caution("obj-y-up/y_up.obj"),
-      ElementsAre(HasSubstr("its terrain stands upright; is y the file's up axis? Then set up_axis: Y")));
+  EXPECT_THAT(caution("obj-y-up/y_up.obj"),
+              ElementsAre(HasSubstr("its terrain is upright; if y is the file's up axis, set up_axis: Y")));
   EXPECT_THAT(caution("obj-y-up/z_up.obj"), IsEmpty());
   EXPECT_THAT(caution("obj-y-up/y_up.obj", 'Y'), IsEmpty());
 }
@@ -684,33 +683,33 @@ TEST_F(MeshFiles, DamagedFiles) {
   };
   const std::size_t faces = points.find("\n3 ");
   const std::string face = points.substr(faces, points.find('\n', faces + 1) - faces);
-  EXPECT_THAT(damaged(face, "\n3 0 1 8"), HasSubstr("bad.ply:18: face 0 names vertex 8 of 8"));
-  EXPECT_THAT(damaged(face, "\n3 0 1 -1"), HasSubstr("names vertex -1 of 8"));
+  EXPECT_THAT(damaged(face, "\n3 0 1 8"), HasSubstr("bad.ply:18: face 0 uses vertex 8 of 8"));
+  EXPECT_THAT(damaged(face, "\n3 0 1 -1"), HasSubstr("uses vertex -1 of 8"));
   EXPECT_THAT(damaged(face, "\n0"), HasSubstr("face 0 has 0 corners"));
-  EXPECT_THAT(damaged(face, "\n3 0 one 2"), HasSubstr("'one' where a number is needed"));
-  EXPECT_THAT(damaged("end_header\n", "end_header\nnan"), HasSubstr("'nan1' where a number is needed"));
+  EXPECT_THAT(damaged(face, "\n3 0 one 2"), HasSubstr("'one' instead of a number"));
+  EXPECT_THAT(damaged("end_header\n", "end_header\nnan"), HasSubstr("'nan1' instead of a number"));
   EXPECT_THAT(damaged("list uchar int", "list float int"), HasSubstr("bad.ply:8: is not a property"));
   const std::string soup = ply_binary(box());
   expect_box(read_mesh_city(write("b.ply", soup), {}));
   std::string far = soup, long_list = soup;
   far[far.size() - 1] = '\x40';  // the high byte of the last vertex of the last face
-  EXPECT_THAT(error_of(write("far.ply", far)), HasSubstr("far.ply: face 11 names vertex "));
+  EXPECT_THAT(error_of(write("far.ply", far)), HasSubstr("far.ply: face 11 uses vertex "));
   long_list[long_list.size() - 13] = '\xff';
   EXPECT_THAT(error_of(write("long.ply", long_list)), HasSubstr("long.ply: ends within its data"));
   // 2^61 elements of 8 bytes are 2^64 bytes: 0 to a counter of 64 bits.
   EXPECT_THAT(error_of(write("many.ply",
                              "ply\nformat binary_little_endian 1.0\nelement vertex 2305843009213693952\n"
                              "property double x\nend_header\n")),
-              HasSubstr("many.ply:3: promises 2305843009213693952 elements in 29 bytes"));
+              HasSubstr("many.ply:3: declares 2305843009213693952 elements in 29 bytes"));
   const std::string facets = stl_ascii(box());
   EXPECT_THAT(error_of(write("facets.stl", facets.substr(0, facets.size() - 100))),
               HasSubstr("ends within a facet"));
   EXPECT_THAT(error_of(write("facets.stl", facets.substr(0, facets.rfind("endsolid")))),
               HasSubstr("has no endsolid"));
-  // "solid" begins binary files, too: this one has a triangle fewer than it says.
+  // Binary files may also begin with "solid": this one has one triangle fewer than declared.
   std::string solid = std::string("solid by a CAD") + std::string(66, ' ') + std::string("\x0d\0\0\0", 4);
   solid += std::string(50 * 12, '\0');
-  EXPECT_THAT(error_of(write("solid.stl", solid)), HasSubstr("binary STL file whose size is not that"));
+  EXPECT_THAT(error_of(write("solid.stl", solid)), HasSubstr("binary STL file whose size does not match"));
   // Windows' Notepad.
   const std::string triangle = "v 0 0 0\nv 9 0 0\nv 9 9 0\nf 1 2 3\n";
   std::string wide = "\xff\xfe";
@@ -726,7 +725,7 @@ TEST_F(MeshFiles, DamagedFiles) {
   }
   std::string missing_vertex = obj(box());
   missing_vertex += "f 1 2 999\n";
-  EXPECT_THAT(error_of(write("index.obj", missing_vertex)), HasSubstr("index.obj:22: names vertex 999 of 8"));
+  EXPECT_THAT(error_of(write("index.obj", missing_vertex)), HasSubstr("index.obj:22: uses vertex 999 of 8"));
   EXPECT_THAT(error_of(write("nan.obj", "v 0 0 0\nv 1 0 0\nv nan 5 0\nf 1 2 3\n")),
               HasSubstr("nan.obj:3: 'nan' is not a coordinate"));
 }
@@ -737,7 +736,7 @@ TEST_F(MeshFiles, NoTriangles) {
                              "property float z\nend_header\n0 0 0\n")),
               HasSubstr("points.ply: "));
   EXPECT_THAT(error_of(write("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")),
-              HasSubstr("holds no triangle of 1e-8 m^2 or more, but 1 smaller ones"));
+              HasSubstr("has no triangle of 1e-8 m^2 or more, only 1 smaller ones"));
 }
 
 TEST_F(MeshFiles, WrongUnitsAndPlaces) {
@@ -781,7 +780,7 @@ TEST_F(MeshFiles, BadOptions) {
 // Checked by an independent reader of the COLLADA arrays (Python's re and float over <float_array> and <p>,
 // no library): 4,018 triangles of "Terrain" and 18,446 of the buildings, of which 1,150 have no area and 494
 // welded components remain; x -613.338 to 613.281, y -723.5918 to 723.616, z 0 to 274. The file's own
-// orientation is right (every component encloses a positive volume), so nothing is turned.
+// orientation is right (every component encloses a positive volume), so no triangle is flipped.
 TEST(HongKong, MatchesAnIndependentReader) {
   CANYON_SHARED_DATA(path, "hongkong/buildings.dae");
   MeshImportOptions options;
@@ -794,7 +793,7 @@ TEST(HongKong, MatchesAnIndependentReader) {
 
   EXPECT_THAT(city.notes.lines().front(), HasSubstr("22464 triangles in 2 nodes; 1 unit is 1 m, Z up"));
   EXPECT_THAT(city.notes.lines(), Contains(HasSubstr("1150 degenerate triangles")));
-  EXPECT_THAT(city.notes.lines(), Not(Contains(HasSubstr("turned"))));
+  EXPECT_THAT(city.notes.lines(), Not(Contains(HasSubstr("flipped"))));
   const CitySummary summary = summarize(city);
   EXPECT_EQ(summary.triangles, 22464U - 1150U);
   EXPECT_EQ(summary.terrain_triangles, 4018U);

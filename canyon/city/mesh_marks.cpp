@@ -226,9 +226,9 @@ void visit(options::Visitor& v, MeshImportOptions& o) {
     v.number({"north_m", "m", "moves it northwards"}, o.offset_m.y(), kLocal_m);
     v.number({"up_m", "m", "moves it upwards"}, o.offset_m.z(), kLocal_m);
   });
-  v.angle({"heading_deg", "deg", "turns the mesh counter-clockwise seen from above"}, o.heading_rad,
+  v.angle({"heading_deg", "deg", "rotates the mesh counter-clockwise seen from above"}, o.heading_rad,
           {-360, 360});
-  v.number({"scale", "", "scale factor in addition to the unit that the file declares"}, o.scale,
+  v.number({"scale", "", "scale factor in addition to the unit declared in the file"}, o.scale,
            {0, 1e6, true});
   std::string axis = o.up_axis ? std::string(1, *o.up_axis) : "";
   v.word({"up_axis", "", "up axis, Y or Z, if the file has none or a wrong one", "the file's"}, axis, kAxes);

@@ -19,10 +19,10 @@ struct MaterialGroup {
 /// One node of a mesh file: some triangles with the vertices that they use.
 struct MeshPart {
   std::vector<Eigen::Vector3d> vertices;  ///< [m], about the origin given
-  std::vector<MaterialGroup> groups;      ///< by first appearance, none empty
+  std::vector<MaterialGroup> groups;      ///< in the order of first use, none empty
 };
 
-/// The triangles of an object, vertices less `origin`.
+/// The triangles of an object, with vertices relative to `origin`.
 [[nodiscard]] MeshPart mesh_part(const Mesh& mesh, const Object& object,
                                  const Eigen::Vector3d& origin = Eigen::Vector3d::Zero());
 
@@ -33,10 +33,10 @@ struct MeshPart {
 /// Objects that have triangles.
 [[nodiscard]] std::vector<Object> objects_with_triangles(const Mesh& mesh);
 
-/// Materials that occur, ascending.
+/// Materials in use, ascending.
 [[nodiscard]] std::vector<Material> materials_of(const Mesh& mesh);
 
-/// Appends metres to a micrometre, without needless zeros; never "-0".
+/// Appends metres to a micrometre, without trailing zeros; never "-0".
 void append_metres(fmt::memory_buffer& out, double metres);
 
 }  // namespace canyon::city

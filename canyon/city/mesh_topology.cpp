@@ -23,13 +23,13 @@ struct PositionHash {
   }
 };
 
-/// Two triangles at one edge, and whether they run along it in opposite directions as neighbours should.
+/// Two triangles at one edge, and whether they traverse it in opposite directions as neighbours should.
 struct Neighbour {
   std::uint32_t triangle = 0;
   bool agrees = true;
 };
 
-/// A component on its base plane.
+/// A component with its base plane.
 class Surroundings {
  public:
   Surroundings(const std::vector<Eigen::Vector3d>& vertices, const TriangleIndices& triangles)
@@ -51,9 +51,8 @@ class Surroundings {
   double lowest_z_;
 };
 
-/// For each triangle those across edges of exactly two. Two walls that stand on one edge of the base plane
-/// are not neighbours: they belong to two extrusions without floors, like a podium and its tower, or two
-/// houses.
+/// For each triangle those across edges of exactly two. Two walls on one edge of the base plane are not
+/// neighbours: they belong to two extrusions without floors, like a podium and its tower, or two houses.
 std::vector<std::vector<Neighbour>> neighbours_of(const TriangleIndices& triangles,
                                                   const Surroundings& around, bool& manifold) {
   std::vector<std::vector<Neighbour>> result(triangles.size());
@@ -70,11 +69,11 @@ std::vector<std::vector<Neighbour>> neighbours_of(const TriangleIndices& triangl
   return result;
 }
 
-/// Triangles joined through neighbours, and which of them must turn so that all agree.
+/// Triangles joined through neighbours, and those that must be flipped so that all agree.
 struct Patch {
   std::vector<std::uint32_t> triangles;
   std::vector<std::uint32_t> turn;  ///< the minority
-  bool orientable = true;           ///< where not, `turn` is empty
+  bool orientable = true;           ///< if not, `turn` is empty
 };
 
 std::vector<Patch> patches_of(const std::vector<std::vector<Neighbour>>& neighbours) {
@@ -108,8 +107,8 @@ std::vector<Patch> patches_of(const std::vector<std::vector<Neighbour>>& neighbo
   return patches;
 }
 
-/// Whether the triangles have no boundary but in the base plane: elsewhere every edge is run along as often
-/// in the one direction as in the other.
+/// Whether the triangles have no boundary except in the base plane: any other edge is traversed equally often
+/// in both directions.
 bool encloses(const TriangleIndices& triangles, const Surroundings& around) {
   bool closed = true;
   each_edge(triangles, [&](std::span<const TriangleSide> sides) {
@@ -125,8 +124,8 @@ void turn_over(std::array<std::uint32_t, 3>& triangle) {
   std::swap(triangle[1], triangle[2]);
 }
 
-/// Volume [m^3] by the divergence theorem, seen from a point in the plane of the lowest vertex: a missing
-/// floor in that plane adds nothing.
+/// Volume [m^3] by the divergence theorem, relative to a point in the plane of the lowest vertex: a missing
+/// floor in that plane contributes nothing.
 double enclosed_volume(const std::vector<Eigen::Vector3d>& vertices, const TriangleIndices& triangles,
                        double lowest_z) {
   Eigen::Vector3d origin = vertices[triangles.front()[0]];
@@ -180,7 +179,7 @@ void weld(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangl
   first_at.reserve(vertices.size());
   std::vector<std::uint32_t> first(vertices.size());
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    // + 0.0 makes one zero of both.
+    // + 0.0 maps -0 to 0.
     const std::array<double, 3> key{vertices[i].x() + 0.0, vertices[i].y() + 0.0, vertices[i].z() + 0.0};
     first[i] = first_at.emplace(key, static_cast<std::uint32_t>(i)).first->second;
   }

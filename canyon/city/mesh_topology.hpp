@@ -13,10 +13,10 @@
 
 namespace canyon::city {
 
-/// Triangles as vertex indices. The functions below find how they are connected.
+/// Triangles as vertex indices. The functions below determine their connections.
 using TriangleIndices = std::vector<std::array<std::uint32_t, 3>>;
 
-/// Area below 1e-8 m^2, or not a number: nothing that a ray can hit. Vertices in metres.
+/// Area below 1e-8 m^2, or not a number: too small for a ray to hit. Vertices in metres.
 [[nodiscard]] bool is_degenerate(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                  const Eigen::Vector3d& c);
 
@@ -25,14 +25,14 @@ std::size_t append_object(Mesh& mesh, std::string name, Surface surface,
                           const std::vector<Material>& materials,
                           const std::vector<Eigen::Vector3d>& vertices, const TriangleIndices& triangles);
 
-/// Gives vertices of exactly equal position one index (the first one's), in `triangles`; vertices stay.
+/// In `triangles`, gives vertices of exactly equal position one index (the first one's); `vertices` stay.
 void weld(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles);
 
 /// One side of a triangle, lower vertex first.
 struct TriangleSide {
   std::uint64_t edge = 0;
   std::uint32_t triangle = 0;
-  std::uint32_t corner = 0;  ///< at which it begins
+  std::uint32_t corner = 0;  ///< start corner
   bool forward = true;       ///< the triangle runs from the lower to the higher vertex
 };
 
@@ -51,35 +51,35 @@ void each_edge(const TriangleIndices& triangles, const Edge& edge) {
 }
 
 inline constexpr std::uint32_t kNoTriangle = 0xFFFFFFFF;
-/// The triangle across each edge: [t][k] lies across the edge from corner k to k + 1 of t; kNoTriangle where
-/// none or several do.
+/// The neighbour across each edge: [t][k] is across the edge from corner k to k + 1 of t; kNoTriangle if
+/// there are none or several.
 [[nodiscard]] std::vector<std::array<std::uint32_t, 3>> neighbours(const TriangleIndices& triangles);
 
-/// Triangles that share vertices, directly or through others, by index: each component's numbers ascend,
-/// components are in order of their first triangle. Every index must be below `vertex_count`.
+/// Triangles that share vertices, directly or through others, by index: indices ascend in each component,
+/// components are in the order of their first triangle. Every index must be below `vertex_count`.
 [[nodiscard]] std::vector<std::vector<std::uint32_t>> connected_components(const TriangleIndices& triangles,
                                                                            std::size_t vertex_count);
 
-/// Findings and changes of orient_outwards() in one connected component.
+/// Results of orient_outwards() for one connected component.
 struct OrientedSolids {
-  bool closed = false;     ///< no boundary but in the horizontal plane of its lowest vertex (a missing floor)
+  bool closed = false;  ///< no boundary except in the horizontal plane of its lowest vertex (a missing floor)
   bool manifold = true;    ///< no edge has more than two triangles
-  bool orientable = true;  ///< its two sides are distinct; parts where they are not are left unchanged
-  std::size_t turned = 0;  ///< triangles turned
-  double volume_m3 = 0;    ///< enclosed, after turning; meaningful when closed
+  bool orientable = true;  ///< its two sides are distinct; parts for which they are not are unchanged
+  std::size_t turned = 0;  ///< flipped triangles
+  double volume_m3 = 0;    ///< enclosed, after flipping; valid if closed
 };
 
-/// Turns triangles of one welded, connected component so that front sides (counter-clockwise) look outwards.
-/// Patches are triangles joined by edges of two; in each the minority is turned to agree with the rest, then
-/// the whole patch where it encloses a negative volume. An extrusion without a floor counts as enclosing: its
-/// boundary lies in the horizontal plane of the component's lowest vertex, within 1 mm. Patches that enclose
+/// Flips triangles of one welded, connected component so that front sides (counter-clockwise) face outwards.
+/// Patches are triangles joined by edges of two; in each the minority is flipped to agree with the rest, then
+/// the whole patch if it encloses a negative volume. An extrusion without a floor counts as enclosing: its
+/// boundary is in the horizontal plane of the component's lowest vertex, within 1 mm. Patches that enclose
 /// nothing keep the majority's orientation. z is up; metres.
 OrientedSolids orient_outwards(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles);
 
-/// Turns a connected sheet over whose front looks down; false where it does not.
+/// Flips a connected sheet whose front faces down; false if it cannot be decided.
 bool face_up(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& triangles);
 
-/// As long as twice the area of the triangle, towards its front.
+/// Length: twice the area of the triangle; direction: towards its front.
 [[nodiscard]] inline Eigen::Vector3d normal_of(const std::vector<Eigen::Vector3d>& vertices,
                                                const std::array<std::uint32_t, 3>& triangle) {
   const auto& [a, b, c] = triangle;
@@ -101,12 +101,12 @@ inline void extend(Box& box, const Mesh& mesh, const Object& object) {
   return 0.5 * (box.min + box.max);
 }
 
-/// The area of a box from above; 0 for an empty one.
+/// The area of a box in plan; 0 for an empty one.
 [[nodiscard]] inline double plan_area(const Box& box) {
   return std::max(0.0, box.max.x() - box.min.x()) * std::max(0.0, box.max.y() - box.min.y());
 }
 
-/// Twice the signed area of the triangle that two sides span, positive where v is to the left of u.
+/// Twice the signed area of the triangle that two sides span, positive if v is to the left of u.
 [[nodiscard]] inline double cross(const Eigen::Vector2d& u, const Eigen::Vector2d& v) {
   return u.x() * v.y() - u.y() * v.x();
 }

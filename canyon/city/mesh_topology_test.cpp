@@ -89,8 +89,8 @@ TEST(OrientOutwards, TurnsAnyMixture) {
   }
 }
 
-// A tower and its podium, both down to the ground without floors, share base edges in the same direction: no
-// fault.
+// A tower and its podium, both down to the ground without floors, share base edges in the same direction,
+// which is valid.
 TEST(OrientOutwards, PodiumAndTowerOnOneOutline) {
   Solid solid;
   solid.add_box({0, 0, 0}, {40, 30, 10}, false);
@@ -102,7 +102,7 @@ TEST(OrientOutwards, PodiumAndTowerOnOneOutline) {
   EXPECT_EQ(result.turned, 0U);
   EXPECT_EQ(solid.triangles, before);
   EXPECT_TRUE(result.closed);
-  // Where only one of the two is inside out, only that one is turned.
+  // If only one of the two is inside out, only that one is flipped.
   for (std::size_t t = 10; t < 20; ++t) std::swap(solid.triangles[t][1], solid.triangles[t][2]);
   EXPECT_EQ(orient_outwards(solid.vertices, solid.triangles).turned, 10U);
   EXPECT_EQ(solid.triangles, before);

@@ -32,7 +32,7 @@ double volume_of(const TriangleSet& set) {
   return volume;
 }
 
-/// Closed, front sides out: every edge stands once in each direction.
+/// Closed, front sides out: every edge occurs once in each direction.
 bool watertight(TriangleSet set) {
   const OrientedSolids orientation = orient_outwards(set.vertices, set.triangles);
   return orientation.closed && orientation.manifold && orientation.turned == 0 && orientation.volume_m3 > 0;
@@ -60,8 +60,7 @@ TEST(PrimitiveMeshes, PlaneFacesItsNormal) {
   }
 }
 
-/// Volume and area come nearer to those of the smooth body with the square of the number of sides, from
-/// below.
+/// Volume and area converge to those of the smooth body with the square of the number of sides, from below.
 void expect_second_order(const std::function<TriangleSet(int sides)>& mesh, double volume, double area) {
   const auto missing = [&](int sides) {
     const TriangleSet set = mesh(sides);

@@ -24,7 +24,7 @@ constexpr double kSmallestLot_m = 14;    ///< lots below twice this (plus the al
 constexpr double kCourtyardWing_m = 11;  ///< depth of a building around a courtyard
 
 /// SplitMix64 (Steele, Lea, Flood 2014, "Fast splittable pseudorandom number generators", figure 16). Only
-/// integer steps and exact scaling, so that a seed makes the same city with every compiler.
+/// integer steps and exact scaling, so that a seed gives the same city with every compiler.
 class SplitMix64 {
  public:
   explicit SplitMix64(std::uint64_t seed) : state_(seed) {}
@@ -49,10 +49,10 @@ struct Rectangle {
   }
 };
 
-/// A closed solid of nested rectangles: the wall of ring k stands on ring k's outline between the roof of
-/// ring k - 1 (the ground for the first) and its own; flat roofs join one outline to the next. A ring that is
-/// higher than the one around it is a tower or a setback, a lower one a light well; with `courtyard` the
-/// innermost outline goes down to the ground and is open to the sky.
+/// A closed solid of nested rectangles: the wall of ring k is on ring k's outline between the roof of ring k
+/// - 1 (the ground for the first) and its own; flat roofs join adjacent outlines. A ring higher than the one
+/// around it is a tower or a setback, a lower one a light well; with `courtyard` the innermost outline
+/// reaches down to the ground and is open to the sky.
 struct Terraces {
   std::vector<Rectangle> outlines;  ///< from the outside inwards, strictly nested
   std::vector<double> roofs_m;      ///< one per outline; the last one unused with a courtyard
@@ -70,7 +70,7 @@ class TerraceMesher {
       const bool yard = terraces.courtyard && k + 1 == rings;
       const double above = yard ? 0 : terraces.roofs_m[k];
       const std::uint32_t low = add_outline(terraces.outlines[k], below);
-      // A wall that goes up from `below` looks outwards; where it goes down, the same quads look inwards.
+      // A wall that goes up from `below` faces outwards; if it goes down, the same quads face inwards.
       const std::uint32_t high = add_outline(terraces.outlines[k], above);
       join(low, high);
       if (k + 1 < rings)
@@ -91,7 +91,7 @@ class TerraceMesher {
  private:
   /// Four corners, counter-clockwise from above; returns the first one's index.
   std::uint32_t add_outline(const Rectangle& r, double z) {
-    // Whole millimetres: fused multiply-adds, which some compilers make, leave no trace.
+    // Rounds to whole millimetres, so that fused multiply-adds of some compilers have no effect.
     const auto snapped = [](double x) { return std::round(x * 1e3) / 1e3; };
     const auto first = static_cast<std::uint32_t>(vertices_.size());
     const double west = snapped(r.min.x());
@@ -137,7 +137,7 @@ class Downtown {
  public:
   explicit Downtown(const SyntheticCityOptions& options) : options_(options), random_(options.seed) {
     pitch_ = options.block_size_m + options.street_width_m;
-    // The central crossing lies after the first half of the blocks, rounded down.
+    // The central crossing is after the first half of the blocks, rounded down.
     const int west = options.blocks_east / 2, south = options.blocks_north / 2;
     first_east_ = -static_cast<double>(west) * pitch_;
     first_north_ = -static_cast<double>(south) * pitch_;
@@ -188,7 +188,7 @@ class Downtown {
     split(high, depth - 1, lots);
   }
 
-  /// Most buildings are low; the chance of a tall one falls with the distance from the middle.
+  /// Most buildings are low; the probability of a tall one falls with the distance from the middle.
   double random_height(const Eigen::Vector2d& place) {
     const Eigen::Vector2d from_middle =
         (place - extent_.centre()).cwiseQuotient(0.5 * extent_.size().cwiseMax(1.0));
@@ -252,7 +252,7 @@ void SyntheticCityOptions::validate() const {
 void visit(options::Visitor& v, SyntheticCityOptions& o) {
   v.integer({"blocks_east", "blocks",
              "synthetic downtown around the origin (default 22.3, 114.17): blocks from west to east; "
-             "'synthetic: {}' takes all defaults"},
+             "'synthetic: {}' uses all defaults"},
             o.blocks_east, 1, 200);
   v.integer({"blocks_north", "blocks", "blocks from south to north"}, o.blocks_north, 1, 200);
   v.number({"block_size_m", "m", "side of a block"}, o.block_size_m, {10, 500});

@@ -8,7 +8,7 @@
 
 namespace canyon::city {
 
-/// A made-up downtown: a grid of streets with one block of buildings between them, seeded heights, flat
+/// A synthetic downtown: a grid of streets with one block of buildings between them, seeded heights, flat
 /// ground.
 struct SyntheticCityOptions {
   geodesy::Geodetic origin = geodesy::Geodetic::from_degrees(22.3, 114.17, 0);
@@ -17,15 +17,15 @@ struct SyntheticCityOptions {
   double block_size_m = 60;    ///< 10 to 500
   double street_width_m = 16;  ///< 4 to 100
   double min_height_m = 12;    ///< 1 to 1000
-  double max_height_m = 120;  ///< at least min_height_m; heights are skewed to low values, tall in the middle
+  double max_height_m = 120;   ///< at least min_height_m; most heights are low, tall ones in the middle
   std::uint64_t seed = 1;
-  /// Throws InputError naming the field and its bound.
+  /// Throws InputError with the field and its bound.
   void validate() const;
 };
 /// Visits its fields.
 void visit(options::Visitor& v, SyntheticCityOptions& o);
 
-/// The origin lies in the middle of the central crossing, on the ground. Same options, same city.
+/// The origin is in the middle of the central crossing, on the ground. Equal options give equal cities.
 [[nodiscard]] City synthetic_city(const SyntheticCityOptions& options);
 
 }  // namespace canyon::city

@@ -141,7 +141,7 @@ TEST(SyntheticCity, SameSeedSameBytesOtherSeedOtherCity) {
   EXPECT_FALSE(synthetic_city(options).mesh.vertices == a.mesh.vertices);
 }
 
-// Pins the generator: seed 1's first building, as this version made it (a change here changes everybody's
+// Pins the generator: seed 1's first building, as made by this version (a change here changes all users'
 // results).
 TEST(SyntheticCity, SeedOneStaysWhatItIs) {
   const City city = synthetic_city({});

@@ -37,8 +37,8 @@ TEST(Klobuchar, FallsWithTheSquareOfTheFrequency) {
   EXPECT_NEAR(b1i / l1, std::pow(1575.42 / 1561.098, 2), 1e-12);
 }
 
-// BDS-SIS-ICD-B1I-3.0, 5.2.4.7, by a script of its own: also over the end of a week of BDT, where the period
-// meets its limits of 172,800 and 72,000 s, and scaled to other carriers.
+// BDS-SIS-ICD-B1I-3.0, 5.2.4.7, by a separate script: also over the end of a week of BDT, with the period at
+// its limits of 172,800 and 72,000 s, and scaled to other carriers.
 TEST(Klobuchar, OfBeiDouIsItsOwnFormula) {
   struct Case {
     double place_deg[2], tow_s, azimuth_deg, elevation_deg, frequency_hz;
@@ -62,13 +62,13 @@ TEST(Klobuchar, OfBeiDouIsItsOwnFormula) {
                                radians(c.azimuth_deg), radians(c.elevation_deg), c.frequency_hz);
     };
     EXPECT_NEAR(delay_m(model), c.delay_m, 1e-5);
-    EXPECT_GT(std::abs(delay_m(model.second) - c.delay_m), 0.01);  // in the formula of GPS
+    EXPECT_GT(std::abs(delay_m(model.second) - c.delay_m), 0.01);  // by the formula of GPS
     EXPECT_EQ(delay_m(SystemKlobuchar{gnss::System::QZSS, model.second}), delay_m(model.second));
   }
 }
 
 TEST(Klobuchar, FollowsTheLocalClockNotGreenwich) {
-  // The maximum lies at 14:00 local time, which at 114 deg east is about 06:23 GPST.
+  // The maximum is at 14:00 local time, which at 114 deg east is about 06:23 GPST.
   double best = 0;
   double best_hour = 0;
   for (double hour = 0; hour < 24; hour += 0.1) {
@@ -90,7 +90,7 @@ TEST(Saastamoinen, IsTwoAndAHalfMetresAtTheZenithOfTheSea) {
 }
 
 // A. Niell's mapping (J. Geophys. Res. 101(B2), 1996) of 2.30 m hydrostatic and 0.12 m wet delay at the
-// zenith of the sea, 30 deg north on 8 January, by a script of its own.
+// zenith at sea level, 30 deg north on 8 January, by a separate script.
 TEST(Saastamoinen, IsMappedAsByNiell) {
   constexpr std::pair<double, double> kNiell_m[] = {{3, 35.572},  {4, 29.156}, {5, 24.564}, {6, 21.150},
                                                     {7, 18.530},  {8, 16.467}, {9, 14.807}, {10, 13.444},
@@ -98,7 +98,7 @@ TEST(Saastamoinen, IsMappedAsByNiell) {
                                                     {45, 3.418},  {60, 2.793}, {90, 2.420}};
   for (const auto& [elevation_deg, niell_m] : kNiell_m)
     EXPECT_NEAR(slant_delay_m(2.42, radians(elevation_deg)), niell_m, 0.17) << elevation_deg;
-  for (double deg = 0.1; deg < 89.8; deg += 0.1)  // one falling curve, with no step at 4 deg
+  for (double deg = 0.1; deg < 89.8; deg += 0.1)  // one falling curve, without a step at 4 deg
     EXPECT_LT(slant_delay_m(1, radians(deg + 0.1)), slant_delay_m(1, radians(deg))) << deg;
   EXPECT_NEAR(slant_delay_m(1, radians(2)), 18.7, 0.05);
   EXPECT_NEAR(slant_delay_m(1, geodesy::kPi / 2), 1, 1e-12);
@@ -126,7 +126,7 @@ TEST(Saastamoinen, FallsWithTheAirAboveTheReceiver) {
   for (double height_m = -490; height_m <= 60e3; height_m += 10) {
     const double here = saastamoinen_zenith_m(Geodetic::from_degrees(22, 114, height_m));
     EXPECT_LE(here, before) << height_m;
-    EXPECT_GT(here, before - 4.5e-3) << height_m;  // the steepest place is sea level
+    EXPECT_GT(here, before - 4.5e-3) << height_m;  // steepest at sea level
     before = here;
   }
   EXPECT_GT(before, 0);

@@ -25,7 +25,7 @@ double polynomial(const std::array<double, 4>& c, double x) {
   return c[0] + x * (c[1] + x * (c[2] + x * c[3]));
 }
 
-/// A delay on a carrier, which a model gives on its own.
+/// Converts a delay that a model gives for its own frequency to another carrier.
 double delay_on_m(double delay_s, double model_hz, double frequency_hz) {
   const double ratio = model_hz / frequency_hz;
   return geodesy::kSpeedOfLight * delay_s * ratio * ratio;
@@ -33,20 +33,20 @@ double delay_on_m(double delay_s, double model_hz, double frequency_hz) {
 
 using geodesy::GpsTime;
 
-/// Ratios of along-track and cross-track errors to that of the range; assumed.
+/// Ratios of along-track and cross-track errors to the range error; assumed.
 constexpr double kAlong = 2, kCross = 1;
-/// The thin shell that stands for the ionosphere, of IS-GPS-200 and IONEX [m from the Earth's centre].
+/// The thin-shell model of the ionosphere, of IS-GPS-200 and IONEX [m from the Earth's centre].
 constexpr double kShell_m = 6371e3 + 350e3;
-/// Travelling ionospheric disturbances of medium scale: vertical delay at 1575.42 MHz, of 0.3 TECU; assumed
+/// Medium-scale travelling ionospheric disturbances: vertical delay at 1575.42 MHz, of 0.3 TECU; assumed
 /// within the usual 0.1 to 1 TECU, 100 to 300 km and 10 to 60 min.
 constexpr double kTravelling_m = 0.05, kTravellingTime_s = 600, kTravellingLength_m = 4e4;
 
-/// Value of the groups that the satellite's first signal belongs to.
+/// Value of the groups of the satellite's first signal.
 double of_satellite(const gnss::GroupValues& values, gnss::SatelliteId id) {
   return gnss::sum_of(values, id, gnss::signals_of(id.system).front(), GpsTime());
 }
 
-/// cos(2 pi turns[k]) in place of turns[k], within 1e-13 for |turns[k]| < 1e9 beside the rounding of the
+/// Replaces turns[k] by cos(2 pi turns[k]), within 1e-13 for |turns[k]| < 1e9 apart from the rounding of the
 /// turns.
 CANYON_CLONES void take_cosines(double* __restrict turns, std::size_t count) {
   constexpr double kWhole = 6755399441055744;  // 1.5 * 2^52: adding it rounds to a whole number
@@ -123,7 +123,7 @@ double klobuchar_delay_m(const SystemKlobuchar& of_system, geodesy::GpsTime t,
 // atmosphere of 15 deg C and 1013.25 hPa at sea level, isothermal above 11 km (ICAO Doc 7488). Below sea
 // level and above 100 km, gravity and weather are those of these heights.
 double saastamoinen_zenith_m(const geodesy::Geodetic& receiver, double relative_humidity) {
-  // All satellites of an epoch ask at one place.
+  // All satellites of an epoch use one position.
   struct Last {
     double latitude_rad = 0, height_m = 0, humidity = 0, zenith_m = 0;
   };
@@ -168,25 +168,25 @@ void visit(options::Visitor& v, SpaceErrorOptions& o) {
   options::visit_switch(
       v,
       {"enabled", "",
-       "errors that broadcast orbits, clocks and atmosphere models leave, shared by all receivers",
+       "range errors of broadcast orbits, clocks and atmosphere models, common to all receivers",
        "true with nominal satellites, navigation files or corrections"},
       o.enabled);
   gnss::visit_group_values(v, {"orbit_clock_m", "m", "rms range error of broadcast orbits and clocks"},
                            o.orbit_clock_m, {0, 1e4});
   v.number({"orbit_clock_time_s", "s", "time constant of these errors"}, o.orbit_clock_time_s, {60, 1e6});
-  v.number({"ionosphere_share", "", "rms error of the broadcast model's delay, as a share of that delay"},
+  v.number({"ionosphere_share", "", "rms error of the broadcast model's delay, as a fraction of this delay"},
            o.ionosphere_share, {0, 2});
-  v.number({"ionosphere_time_s", "s", "time constant of that error"}, o.ionosphere_time_s, {60, 1e6});
-  v.number({"ionosphere_length_m", "m", "correlation length of that error"}, o.ionosphere_length_m,
+  v.number({"ionosphere_time_s", "s", "time constant of this error"}, o.ionosphere_time_s, {60, 1e6});
+  v.number({"ionosphere_length_m", "m", "correlation length of this error"}, o.ionosphere_length_m,
            {1e3, 1e8});
   v.number({"solar_flux_sfu", "sfu",
-            "solar flux at 10.7 cm, for the ionosphere of skies without coefficients of their own",
+            "solar flux at 10.7 cm, for the ionosphere of skies without their own coefficients",
             "nominal satellites: 100; else the mean of the date's year"},
            o.solar_flux_sfu, {50, 400});
   v.number({"troposphere_m", "m", "rms error of the standard atmosphere's zenith delay"}, o.troposphere_m,
            {0, 1});
-  v.number({"troposphere_time_s", "s", "time constant of that error"}, o.troposphere_time_s, {60, 1e6});
-  v.number({"troposphere_length_m", "m", "correlation length of that error"}, o.troposphere_length_m,
+  v.number({"troposphere_time_s", "s", "time constant of this error"}, o.troposphere_time_s, {60, 1e6});
+  v.number({"troposphere_length_m", "m", "correlation length of this error"}, o.troposphere_length_m,
            {1e3, 1e8});
 }
 
@@ -309,8 +309,8 @@ const SystemKlobuchar& klobuchar_of(const std::map<gnss::System, gnss::Klobuchar
   if (found == klobuchar.end()) found = klobuchar.find(gnss::System::GPS);
   if (found == klobuchar.end()) {
     throw InputError(
-        fmt::format("no Klobuchar coefficients for {}, nor GPS's, are known", gnss::name(system)),
-        "give a navigation file whose header has them (GPSA and GPSB), or switch the ionosphere off");
+        fmt::format("there are no Klobuchar coefficients for {} or GPS", gnss::name(system)),
+        "give a navigation file with them in its header (GPSA and GPSB), or disable the ionosphere");
   }
   return *found;
 }

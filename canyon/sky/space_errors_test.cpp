@@ -84,7 +84,7 @@ TEST(RandomWaves, AreTheSumOfTheirCosines) {
   EXPECT_NEAR(waves.at(kNoon, place), sum * std::sqrt(2.0 / 24), 1e-9);
 }
 
-// The published signal-in-space range errors come out, system by system.
+// The published signal-in-space range errors are reproduced, system by system.
 TEST(SpaceErrors, OrbitsAndClocksHaveTheDeviationOfTheirSystem) {
   const Eigen::Vector3d place = kFrame.ecef_from_local({0, 0, 0});
   for (const auto& [id, sigma_m] :
@@ -115,7 +115,7 @@ TEST(SpaceErrors, AreTheSameForAllWhoAsk) {
             delays_of(SpaceErrors({}, 4, std::vector{id}, kKlobuchar), line, kNoon, place).ionosphere_m);
 }
 
-// The errors of a base and a rover cancel nearly over 1 km, and do not over 50 km.
+// The errors of a base and a rover nearly cancel over 1 km, and do not over 50 km.
 TEST(SpaceErrors, CancelOverShortBaselines) {
   const gnss::SatelliteId id{gnss::System::GPS, 7};
   std::map<double, std::array<std::vector<double>, 3>> left;

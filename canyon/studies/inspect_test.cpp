@@ -167,7 +167,7 @@ TEST_F(Inspect, ScenariosAndCities) {
   EXPECT_EQ(mesh.kind, "city (mesh)");
   EXPECT_EQ(value(mesh, "origin"), "not in the file: city.origin");
   EXPECT_THAT(inspect_file(test::case_file("obj-y-up/y_up.obj")).notes.lines(),
-              Contains(HasSubstr("stands upright")));
+              Contains(HasSubstr("is upright")));
 }
 
 TEST_F(Inspect, HeightRasters) {
@@ -205,7 +205,7 @@ TEST_F(Inspect, HeatMapsAndStudies) {
 }
 
 TEST_F(Inspect, RefusesWhatNoReaderTakes) {
-  EXPECT_THAT(fault("a.ubx", "\xB5\x62\x01\x07"), HasSubstr("convbin -r ubx makes RINEX"));
+  EXPECT_THAT(fault("a.ubx", "\xB5\x62\x01\x07"), HasSubstr("to RINEX observations with RTKLIB"));
   EXPECT_THAT(fault("a", "what is this"), HasSubstr("a: is not a known kind of file; known are"));
   EXPECT_THAT(fault("a", "what, is this"), HasSubstr("no column 'latitude'"));
   EXPECT_THAT(fault("a", ""), HasSubstr("a: is empty"));

@@ -41,14 +41,14 @@ class Inputs(unittest.TestCase):
             along = dict(scenario, trajectory={"file": str(way)})
             run = canyon.simulate(along)
             for write in (lambda: run.write(way), lambda: run.write(link), lambda: canyon.simulate(along, out=folder)):
-                with self.assertRaisesRegex(canyon.InputError, "is read by this run and would be replaced"):
+                with self.assertRaisesRegex(canyon.InputError, "is an input of this run and would be replaced"):
                     write()
                 self.assertEqual(way.read_bytes(), whole)
             # The run before did not read it.
             first.write(way)
             city = pathlib.Path(folder, "a.canyon")
             canyon.City.of_scenario(dict(scenario, city={"synthetic": {"seed": 2}})).save(city)
-            with self.assertRaisesRegex(canyon.InputError, "is read by this run and would be replaced"):
+            with self.assertRaisesRegex(canyon.InputError, "is an input of this run and would be replaced"):
                 canyon.City.load(city).save(city)
 
 
@@ -122,7 +122,7 @@ class Run(unittest.TestCase):
             mine = os.path.join(folder, "epochs.csv")
             with open(mine, "w") as file:
                 file.write("notes")
-            with self.assertRaisesRegex(canyon.InputError, "no run of Canyon wrote it"):
+            with self.assertRaisesRegex(canyon.InputError, "was not written by Canyon"):
                 canyon.simulate(scenario, out=folder)
             os.remove(mine)
             for _ in range(2):

@@ -186,7 +186,7 @@ check)
   for command in 'simulate run.yaml --out res --quiet' 'trace run.yaml' 'skyplot run.yaml -o s.png --quiet' 'city info world.sdf' \
                  'heatmap run.yaml --out map --spacing 50 --times 2026-06-01T08:00:00Z --quiet' 'city build world.sdf -o w.obj --quiet'; do
     # shellcheck disable=SC2086
-    runs 0 "$canyon" $command; says err "mesh 'model://tower" "'model://office_block' is not beside" '1 <heightmap> geometries left out'
+    runs 0 "$canyon" $command; says err "mesh 'model://tower" "'model://office_block' is not in" '1 <heightmap> geometries left out'
     [ "$(grep -c ^warning: err)" -eq 3 ] || fail "$command: $(cat err)"
   done
   [ "$(grep -c ^loss: res/report.txt)" -eq 3 ] && [ "$(grep -c ^loss: map/report.txt)" -eq 3 ] || fail "report.txt"
@@ -228,7 +228,7 @@ strangers)
     runs 0 "$canyon" sky --nav $file --at 40,-4,700 --time '2024-05-01T10:00:00 GPST' --all
     says out G05 329.7
   done
-  runs 2 "$canyon" sky --nav containers/page.n --at 40,-4,700 --time '2024-05-01T10:00:00 GPST'; one_line; says err "is a web page" "sign in"
+  runs 2 "$canyon" sky --nav containers/page.n --at 40,-4,700 --time '2024-05-01T10:00:00 GPST'; one_line; says err "is a web page" "require a login"
   runs 2 "$canyon" sky --nav /dev/zero --at 40,-4,700 --time '2024-05-01T10:00:00 GPST'; one_line; says err "a device"
   for name in single list1 list2; do runs 0 "$canyon" simulate sp3-two-days/$name.yaml --out $name --quiet; done
   cmp single/satellites.csv list1/satellites.csv || fail "a list of one file is not the file"
@@ -243,18 +243,18 @@ strangers)
   runs 2 "$canyon" city info gltf-meshopt/m.gltf; one_line; says err meshopt
   runs 2 "$canyon" city info collada-skew-abort/skew.dae; one_line; says err "<skew> is not read"
   runs 0 "$canyon" city info mesh-concave-face/face6.dae; says out "built area    75"
-  runs 0 "$canyon" city info obj-y-up/y_up.obj; says err "stands upright" "up_axis: Y"
+  runs 0 "$canyon" city info obj-y-up/y_up.obj; says err "is upright" "up_axis: Y"
   mkdir t; gzip -dc terrain-impossible/max-N48E011.hgt.gz >t/N48E011.hgt
-  runs 0 "$canyon" city build terrain-impossible/m.osm --terrain t/N48E011.hgt -o c.canyon; says err "posts in use are beyond"
+  runs 0 "$canyon" city build terrain-impossible/m.osm --terrain t/N48E011.hgt -o c.canyon; says err "posts in use are outside"
   runs 0 "$canyon" city info c.canyon; says out 546.1
   timeout 60 "$canyon" live live-password/live.yaml >out 2>err
   grep -rF SECRETWORD out err && fail "a password is printed"; says err "ntrip://somebody:...@127.0.0.1:9/MOUNT"
   runs 0 "$canyon" scenario show live-password/live.yaml; says err "passwords of addresses are shown as '...'"
   grep -rF SECRETWORD out err && fail "a password is printed"; says out "ntrip://somebody:...@127.0.0.1:9/MOUNT"
-  runs 0 "$canyon" city build obj-y-up/y_up.obj -o y_up.canyon --origin 48,11,0; says err "stands upright"
+  runs 0 "$canyon" city build obj-y-up/y_up.obj -o y_up.canyon --origin 48,11,0; says err "is upright"
   sed 's/^city.*/city: {mesh: obj-y-up\/y_up.obj, origin: {latitude_deg: 48, longitude_deg: 11, height_m: 0}}/' small.yaml >y_up.yaml
-  runs 0 "$canyon" heatmap y_up.yaml --out y_up --spacing 40 --format netcdf --quiet; says err "stands upright"
-  runs 0 "$canyon" check obj-y-up/y_up.obj; says out "stands upright" ;;
+  runs 0 "$canyon" heatmap y_up.yaml --out y_up --spacing 40 --format netcdf --quiet; says err "is upright"
+  runs 0 "$canyon" check obj-y-up/y_up.obj; says out "is upright" ;;
 antimeridian)
   # Three buildings over 320 m and the ground 200 m about them, at 180 deg: longitudes on both sides, and a box in two ways of writing.
   { echo '<osm version="0.6">'; n=0
@@ -458,7 +458,7 @@ new)
   runs 2 "$canyon" new 'my map.osm' track.gpx timed.csv -o two.yaml; one_line; says err 'timed.csv: is one file too many'
   runs 2 "$canyon" new track.gpx -o two.yaml; one_line; says err 'no file is a city'
   runs 2 "$canyon" new absent.osm -o two.yaml; one_line; says err 'canyon: absent.osm: no such file'; [ ! -e two.yaml ] || fail "written although refused"
-  runs 2 "$canyon" new bare.osm -o nowhere/two.yaml; one_line; says err 'two.yaml: cannot be written: No such file or directory; choose a folder that exists'
+  runs 2 "$canyon" new bare.osm -o nowhere/two.yaml; one_line; says err 'two.yaml: cannot be written: No such file or directory; choose an existing, writable folder'
   # Heights are those of the ground, so a path needs none; nor times; times of a day begin the run.
   cut -d, -f1-3 timed.csv | sed 's/stamp/time/' >flat.csv; runs 0 "$canyon" new 'my map.osm' flat.csv -o flat.yaml; says out '3 of 6 positions'
   printf 'latitude,longitude\n47.999,11.00075\n48.001,11.00075\n' >bare.csv
@@ -1062,7 +1062,7 @@ city_build)
   runs 0 "$canyon" check tiles; says out "buildings     27"
   printf 'city: {osm: tiles/}\ntrajectory: {position: {east_m: 0, north_m: 0, up_m: 30}}\nduration_s: 1\nstart: 2026-06-01T08:00:00Z\nsky: {nominal: true}\nreceivers: [{name: a}]\n' >tiles.yaml
   runs 0 "$canyon" simulate tiles.yaml --out tiles_out
-  sed -i 's|tiles/|tiles|' tiles.yaml; runs 2 "$canyon" simulate tiles.yaml --out tiles_out; one_line; says err "its name ends in /"
+  sed -i 's|tiles/|tiles|' tiles.yaml; runs 2 "$canyon" simulate tiles.yaml --out tiles_out; one_line; says err "end its name with /"
   head -c 9000 tiles/LoD2_33_381_5810_1_BE.gml >cut && mv cut tiles/LoD2_33_381_5810_1_BE.gml
   runs 0 "$canyon" city build tiles -o tiles.canyon --geoid-undulation 40 --foliage
   says err "tile left out: tiles/LoD2_33_381_5810_1_BE.gml:" "is cut short"; says out "buildings   18"
@@ -1220,7 +1220,7 @@ inputs)
   refuses() {
     local file=$1; shift
     cp -r in before
-    runs 2 "$@"; one_line; says err "$file: is read by this run and would be replaced; choose another --out or name"
+    runs 2 "$@"; one_line; says err "$file: is an input of this run and would be replaced; choose another --out or name"
     diff -r in before || fail "changed by: $*"
     find . -name '*.part*' | grep . && fail "temporary files left"
     rm -r before
@@ -1258,7 +1258,7 @@ inputs)
   keeps() {
     local file=mine/$1; shift
     rm -rf mine; mkdir mine; echo notes >$file
-    runs 2 "$@"; one_line; says err "$file: is there already, and no run of Canyon wrote it"
+    runs 2 "$@"; one_line; says err "$file: exists already and was not written by Canyon"
     [ "$(cat $file)" = notes ] || fail "replaced by: $*"
     rm $file; runs 0 "$@"; runs 0 "$@"
   }
@@ -1314,7 +1314,7 @@ interrupt)
   (trap '' HUP; exec "$canyon" simulate long.yaml --out res >out1 2>err1) &
   program=$!
   for _ in $(seq 200); do ls res/*.part* >/dev/null 2>&1 && break; sleep 0.1; done
-  runs 2 "$canyon" simulate small.yaml --out res; one_line; says err "res: another run works in this folder (process $program)"
+  runs 2 "$canyon" simulate small.yaml --out res; one_line; says err "res: another run uses this folder (process $program)"
   kill -HUP "$program"; sleep 0.5; kill -TERM "$program"; wait "$program"; status=$?
   [ "$status" -eq 130 ] || fail "exit status $status instead of 130" ;;
 heatmap)
@@ -1612,7 +1612,7 @@ heatmap_resume)
   started stopped 5
   "$canyon" "${map[@]}" --out stopped >out2 2>err2; status=$?
   [ "$status" -eq 2 ] || fail "exit status $status of a second run"
-  says err2 "stopped: another run works in this folder (process $program)"
+  says err2 "stopped: another run uses this folder (process $program)"
   "$canyon" simulate small.yaml --out stopped --duration 1 >out2 2>err2; status=$?
   [ "$status" -eq 2 ] || fail "exit status $status of a run beside a map"
   kill -INT "$program"; wait "$program"; status=$?

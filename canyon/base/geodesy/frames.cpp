@@ -18,7 +18,7 @@ Geodetic Geodetic::from_degrees(double latitude_deg, double longitude_deg, doubl
 
 void check_geodetic(const Geodetic& point, const char* what) {
   const auto check = [what](const char* field, double value, double low, double high, const char* unit) {
-    // The condition is negated, so that NaN is refused; a little rounding is allowed at the poles.
+    // The condition is negated to reject NaN; a small rounding error is allowed at the poles.
     if (!(value >= low - 1e-9 && value <= high + 1e-9))
       throw InputError(fmt::format("{}: {} {} {} is out of range", what, field, value, unit),
                        fmt::format("it runs from {} to {} {}", low, high, unit));
@@ -112,8 +112,8 @@ UtmPosition utm_from_geodetic(const Geodetic& point, int zone) {
 
 Utm utm_of_mgrs_square(const std::string& square) {
   const auto fault = [&square](std::string_view reason) {
-    return InputError(fmt::format("'{}' is not a square of MGRS: {}", square, reason),
-                      "write zone, band and the two letters of the square of 100 km, such as 54SUE");
+    return InputError(fmt::format("'{}' is not an MGRS square: {}", square, reason),
+                      "write zone, band and the two letters of the 100 km square, such as 54SUE");
   };
   Utm corner;
   int precision = 0;
@@ -123,8 +123,8 @@ Utm utm_of_mgrs_square(const std::string& square) {
   } catch (const GeographicLib::GeographicErr& e) {
     throw fault(e.what());
   }
-  if (precision != 0) throw fault("it has not just zone, band and two letters");
-  if (corner.zone < 1) throw fault("the poles have no zone of UTM");
+  if (precision != 0) throw fault("it must consist of zone, band and two letters");
+  if (corner.zone < 1) throw fault("the poles have no UTM zone");
   return corner;
 }
 

@@ -15,9 +15,8 @@ struct Geodetic {
   [[nodiscard]] static Geodetic from_degrees(double latitude_deg, double longitude_deg, double height_m);
 };
 
-/// Throws InputError, naming field and bound, unless latitude is within +-90 deg, longitude within +-180 deg
-/// and height within -10 km to 100,000 km (a value in the wrong unit or a NaN falls out). `what` names the
-/// point.
+/// Throws InputError with field and bound unless latitude is within +-90 deg, longitude within +-180 deg and
+/// height within -10 km to 100,000 km. Also rejects values in a wrong unit and NaN. `what` names the point.
 void check_geodetic(const Geodetic& point, const char* what);
 
 /// ECEF [m] on WGS 84. GeographicLib::Geocentric; error below 10 nm.
@@ -25,12 +24,12 @@ void check_geodetic(const Geodetic& point, const char* what);
 /// Geodetic of any finite ECEF position [m].
 [[nodiscard]] Geodetic geodetic_from_ecef(const Eigen::Vector3d& ecef);
 
-/// Rotation taking ECEF vectors to east, north, up at a point.
+/// Rotation from ECEF to east, north, up axes at a point.
 [[nodiscard]] Eigen::Matrix3d enu_from_ecef_rotation(const Geodetic& at);
 
-/// A local cartesian frame: x east, y north, z up, metres, at an origin on WGS 84; the world of cities and
-/// poses (REP-103). With a heading its x axis is turned from east by `heading_rad` counter-clockwise seen
-/// from above (yaw, as Gazebo's `heading_deg`); z stays up.
+/// A local cartesian frame: x east, y north, z up, metres, at an origin on WGS 84; the frame of cities and
+/// poses (REP-103). A heading rotates its x axis from east by `heading_rad` counter-clockwise seen from above
+/// (yaw, as Gazebo's `heading_deg`); z stays up.
 class LocalFrame {
  public:
   LocalFrame() : LocalFrame(Geodetic{}) {}
@@ -75,7 +74,7 @@ struct AzimuthElevation {
 /// Compass azimuth (from north, clockwise, [0, 2 pi)) of an ENU yaw (from east, counter-clockwise).
 [[nodiscard]] double azimuth_from_yaw(double yaw_rad);
 
-/// Universal Transverse Mercator coordinates, for import and export only: the world of Canyon is ENU.
+/// Universal Transverse Mercator coordinates, for import and export only; elsewhere Canyon uses ENU.
 struct Utm {
   int zone = 31;  ///< 1 to 60
   bool north = true;
@@ -83,7 +82,7 @@ struct Utm {
   double northing_m = 0;  ///< from the equator, with false northing 10,000 km in the south
 };
 
-/// A UTM position and how its grid lies there.
+/// A UTM position with the grid's convergence and scale at this position.
 struct UtmPosition {
   Utm utm;
   double convergence_rad = 0;  ///< bearing of grid north, from true north, clockwise
@@ -95,9 +94,9 @@ struct UtmPosition {
 /// zone.
 [[nodiscard]] UtmPosition utm_from_geodetic(const Geodetic& point, int zone = 0);
 
-/// The south-west corner of a square of 100 km of the Military Grid Reference System: "54SUE", without
-/// blanks, in either case. Throws InputError for a text that does not name one, and for the polar squares,
-/// which have no zone. GeographicLib::MGRS.
+/// The south-west corner of a 100 km square of the Military Grid Reference System: "54SUE", without blanks,
+/// in either case. Throws InputError if the text names no square, and for polar squares, which have no zone.
+/// Uses GeographicLib::MGRS.
 [[nodiscard]] Utm utm_of_mgrs_square(const std::string& square);
 
 /// Normal gravity of WGS 84 [m/s^2, ECEF], with the centrifugal acceleration, at any point outside of the
@@ -105,8 +104,8 @@ struct UtmPosition {
 /// Physical Geodesy, 2-8), by GeographicLib. @param ecef [m]
 [[nodiscard]] Eigen::Vector3d normal_gravity(const Eigen::Vector3d& ecef);
 
-/// R C R^T: covariance in axes that `rotation` R turns those of `covariance` C into. Compiled once: Eigen's
-/// product takes half a second for each kind of operand.
+/// R C R^T: rotates covariance `C` into the axes that `rotation` R maps to. Compiled once, because Eigen's
+/// product takes half a second of compile time for each kind of operand.
 [[nodiscard]] Eigen::Matrix3d rotated(const Eigen::Matrix3d& rotation, const Eigen::Matrix3d& covariance);
 
 }  // namespace canyon::geodesy

@@ -49,7 +49,7 @@ TEST(Frames, GeodeticIsNotGeocentric) {
 }
 
 TEST(Frames, EnuRotationPointsEastNorthUp) {
-  // At longitude 90 deg on the equator: east is -x, north is z, up is y. No two of them alike.
+  // At longitude 90 deg on the equator: east is -x, north is z, up is y. All three are different axes.
   const Eigen::Matrix3d r = enu_from_ecef_rotation(Geodetic::from_degrees(0, 90, 0));
   EXPECT_LT((r * Vector3d(-1, 0, 0) - Vector3d(1, 0, 0)).norm(), 1e-15);
   EXPECT_LT((r * Vector3d(0, 0, 1) - Vector3d(0, 1, 0)).norm(), 1e-15);
@@ -83,7 +83,7 @@ TEST(LocalFrame, MovesPointsBothWays) {
       const Vector3d p(metres(random), metres(random), metres(random) / 10);
       EXPECT_LT((turned.local_from_ecef(turned.ecef_from_local(p)) - p).norm(), 1e-8);
       EXPECT_LT((turned.local_from_geodetic(turned.geodetic_from_local(p)) - p).norm(), 1e-8);
-      // The heading turns x and y only: up and distances stay.
+      // The heading rotates x and y only: up and distances are unchanged.
       EXPECT_NEAR(turned.ecef_from_local(p).norm(),
                   frame.ecef_from_local(Eigen::AngleAxisd(heading, Vector3d::UnitZ()) * p).norm(), 1e-8);
     }
@@ -128,7 +128,7 @@ TEST(CheckGeodetic, NamesFieldAndBound) {
   EXPECT_EQ(test::refusal([] { check_geodetic(Geodetic::from_degrees(90, -180, 1e8), "receiver"); }), "");
 }
 
-// No symmetry here that a swap of sine and cosine, or a sign, would survive.
+// No symmetry: an exchange of sine and cosine, or a wrong sign, is detected.
 TEST(AzimuthElevation, AzimuthRunsFromNorthClockwise) {
   const Vector3d v = enu_from_azimuth_elevation(radians(30), radians(20));
   EXPECT_NEAR(v.x(), 0.5 * std::cos(radians(20)), 1e-15);
@@ -184,7 +184,7 @@ TEST(Utm, AgreesWithProj) {
        {Known{kHongKong, {50, true, 209317.97008668, 2468556.67785497}, 0},
         Known{kHongKong, {49, true, 827544.342655514, 2469289.69811038}, 49},
         Known{Geodetic::from_degrees(-22.9, -43.2, 5), {23, false, 684623.673264599, 7466421.40067048}, 0},
-        // Norway: zone 32 reaches west to 3 deg; Svalbard: zone 33 takes all of 9 to 21 deg.
+        // Norway: zone 32 extends west to 3 deg; Svalbard: zone 33 covers all of 9 to 21 deg.
         Known{Geodetic::from_degrees(60.4, 5.3, 5), {32, true, 296191.546954719, 6701684.47512584}, 0},
         Known{Geodetic::from_degrees(78, 15, 5), {33, true, 500000, 8658369.58582748}, 0}}) {
     const UtmPosition p = utm_from_geodetic(k.geodetic, k.forced);
@@ -196,12 +196,12 @@ TEST(Utm, AgreesWithProj) {
 }
 
 TEST(Utm, ConvergenceIsTheBearingOfGridNorth) {
-  // West of its central meridian (117 deg) grid north lies west of true north: tan(c) = tan(dlon) sin(lat) on
+  // West of its central meridian (117 deg) grid north is west of true north: tan(c) = tan(dlon) sin(lat) on
   // the sphere, -1.07 deg here; in zone 49 (111 deg) east of it: +1.21 deg.
   EXPECT_NEAR(degrees(utm_from_geodetic(kHongKong).convergence_rad), -1.0713, 1e-3);
   EXPECT_NEAR(degrees(utm_from_geodetic(kHongKong, 49).convergence_rad), 1.2072, 1e-3);
   for (const int zone : {49, 50}) {
-    // A step to true north, as the grid sees it, has the opposite bearing; its length gives the scale.
+    // A step to true north has the opposite bearing in the grid; its length gives the scale.
     const LocalFrame frame(kHongKong);
     const UtmPosition at = utm_from_geodetic(kHongKong, zone);
     const UtmPosition there = utm_from_geodetic(frame.geodetic_from_local({0, 100, 0}), zone);

@@ -9,7 +9,7 @@ namespace canyon::geodesy {
 /// An instant on the GPS time scale, a whole number of nanoseconds since 1980-01-06 00:00:00 GPST.
 ///
 /// Arithmetic in nanoseconds is exact; the range is 1687 to 2272. Times of other scales (UTC, BDT, GLONASST)
-/// are converted at the border, see time_scales.hpp. Doubles carry intervals in seconds, never instants.
+/// are converted on input and output, see time_scales.hpp. Doubles hold intervals in seconds, never instants.
 class GpsTime {
  public:
   static constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
@@ -21,7 +21,7 @@ class GpsTime {
 
   /// @param week full week number (not modulo 1024); may be negative
   /// @param seconds_of_week [s], rounded to the nearest nanosecond; values outside [0, 604800) carry over
-  /// Throws InputError for a non-finite or absurd value (result outside the years 1700 to 2260).
+  /// Throws InputError for a non-finite value or a result outside the years 1700 to 2260.
   [[nodiscard]] static GpsTime from_week(int week, double seconds_of_week);
   [[nodiscard]] static constexpr GpsTime from_nanoseconds(std::int64_t nanoseconds_since_1980) {
     GpsTime t;
@@ -47,8 +47,8 @@ class GpsTime {
 
   friend constexpr auto operator<=>(GpsTime, GpsTime) = default;
 
-  /// Seconds from b to a: the double closest to it up to 104 days apart (whole seconds are exact), within two
-  /// roundings beyond. Precondition: less than 292 years apart.
+  /// Seconds from b to a. Up to 104 days apart: the closest double (whole seconds are exact); beyond: within
+  /// two roundings. Precondition: less than 292 years apart.
   friend constexpr double operator-(GpsTime a, GpsTime b) {
     return static_cast<double>(a.nanoseconds_ - b.nanoseconds_) / 1e9;
   }
@@ -66,7 +66,7 @@ class GpsTime {
   std::int64_t nanoseconds_ = 0;
 };
 
-/// The nearest multiple of `step_ns` > 0 since 1980-01-06, halves away from that instant.
+/// The nearest multiple of `step_ns` > 0 since 1980-01-06; halves are rounded away from 1980-01-06.
 [[nodiscard]] constexpr GpsTime round_to(GpsTime t, std::int64_t step_ns) {
   const std::int64_t half = t.nanoseconds() < 0 ? -(step_ns / 2) : step_ns / 2;
   return GpsTime::from_nanoseconds((t.nanoseconds() + half) / step_ns * step_ns);

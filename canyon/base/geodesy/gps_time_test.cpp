@@ -46,7 +46,7 @@ TEST(GpsTime, SecondsCarryOverWeeks) {
   EXPECT_EQ(GpsTime::from_week(10, -1), GpsTime::from_week(9, 604'799));
   EXPECT_EQ(GpsTime::from_week(10, -0.25e-9), GpsTime::from_week(10, 0));
   EXPECT_EQ(GpsTime::from_week(0, 1e9), GpsTime::from_nanoseconds(1'000'000'000 * kSecond));
-  // Large parts of opposite sign meet at an ordinary time.
+  // Large terms of opposite sign add up to an ordinary time.
   EXPECT_EQ(GpsTime::from_week(15'000, -14'000.0 * 604'800), GpsTime::from_week(1000, 0));
 }
 
@@ -61,7 +61,7 @@ TEST(GpsTime, EveryNanosecondOfAWeekSurvivesDoubleSeconds) {
 
 TEST(GpsTime, ArithmeticIsExactOverTheWholeRange) {
   std::mt19937_64 random(2);
-  // Years 1700 to 2260 and intervals up to 104 days: exact in nanoseconds both ways.
+  // Years 1700 to 2260 and intervals up to 104 days: exact in nanoseconds in both directions.
   std::uniform_int_distribution<std::int64_t> instant(-280LL * 365 * 86'400 * kSecond,
                                                       280LL * 365 * 86'400 * kSecond);
   std::uniform_int_distribution<std::int64_t> interval(-(1LL << 53), 1LL << 53);
@@ -71,7 +71,7 @@ TEST(GpsTime, ArithmeticIsExactOverTheWholeRange) {
     const GpsTime later = t + nanoseconds(d);
     EXPECT_EQ(later.nanoseconds() - t.nanoseconds(), d);
     EXPECT_EQ(later - nanoseconds(d), t);
-    // The difference is the double closest to d / 1e9, and adding it back lands on the same nanosecond.
+    // The difference is the double closest to d / 1e9, and adding it restores the same nanosecond.
     EXPECT_EQ(later - t, static_cast<double>(d) / 1e9);
     EXPECT_LE(std::abs((t + (later - t)).nanoseconds() - later.nanoseconds()), 1);
     EXPECT_EQ(GpsTime::from_nanoseconds(t.week() * GpsTime::kNanosecondsPerWeek + t.nanosecond_of_week()), t);

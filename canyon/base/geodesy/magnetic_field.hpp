@@ -6,16 +6,16 @@
 
 namespace canyon::geodesy {
 
-/// The Earth's magnetic field by the World Magnetic Model 2025: degree 12, with a constant rate of change.
-/// The fields of the crust, the magnetosphere and everything that people build are not in it; they are some
-/// 150 nT in the open.
+/// The Earth's magnetic field by the World Magnetic Model 2025: degree 12, with a constant rate of change. It
+/// excludes the fields of the crust, the magnetosphere and man-made objects; in the open they are some 150
+/// nT.
 /// @param ecef_m from the Earth's surface to some 1000 km above it
-/// @param t where magnetic_model_is_valid() is false, the field is off by more: against the models of their
-/// time by 34 nT (rms over the globe) in 2021, 93 nT in 2019.3 and 300 nT in 2012
+/// @param t if magnetic_model_is_valid() is false, the error grows: compared with the models of those years
+/// it is 34 nT (rms over the globe) in 2021, 93 nT in 2019.3 and 300 nT in 2012
 /// @return [T] in ECEF axes
 [[nodiscard]] Eigen::Vector3d magnetic_field_tesla(const Eigen::Vector3d& ecef_m, GpsTime t);
 
-/// Whether the model was made for this instant: 2025.0 to 2030.0.
+/// Whether the model covers this instant: 2025.0 to 2030.0.
 [[nodiscard]] bool magnetic_model_is_valid(GpsTime t);
 
 }  // namespace canyon::geodesy

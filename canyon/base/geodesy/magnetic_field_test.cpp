@@ -7,7 +7,7 @@
 namespace canyon::geodesy {
 namespace {
 
-// Rows of the test values that NOAA publishes with the model: years since 2025.0, height [km], latitude,
+// Rows of the test values published by NOAA with the model: years since 2025.0, height [km], latitude,
 // longitude [deg], the field to the north, to the east and downwards [nT].
 TEST(MagneticField, IsThatOfTheTestValues) {
   constexpr double kRows[][7]{{0, 28, 89, -121, -255.388723, -1482.460628, 56194.288771},

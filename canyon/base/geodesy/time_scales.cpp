@@ -65,7 +65,7 @@ constexpr std::array<LeapEntry, 18> kLeapTable{{{1981, 7, 1},
                                                 {2015, 7, 17},
                                                 {2017, 1, 18}}};
 
-/// GPST second at which the entry's UTC day begins, i.e. just after the leap second.
+/// GPST second at which the entry's UTC day begins, just after the leap second.
 constexpr std::int64_t gps_second_of(const LeapEntry& entry) {
   return (days_from_civil(entry.year, entry.month, 1) - kGpsEpochDays) * kSecondsPerDay +
          entry.gpst_minus_utc;
@@ -77,7 +77,7 @@ constexpr std::int64_t floor_seconds(GpsTime t) {
   return s;
 }
 
-/// True during the second 60 that ends in front of a table entry.
+/// True during the second 60 before a table entry.
 bool in_leap_second(GpsTime t) {
   const std::int64_t s = floor_seconds(t);
   for (const LeapEntry& entry : kLeapTable)
@@ -108,13 +108,13 @@ void check_calendar(const CalendarTime& c, int max_second) {
   check_field("nanosecond", c.nanosecond, 0, 999'999'999);
 }
 
-/// Seconds since 1980-01-06 00:00 of the calendar's own scale, no leap seconds.
+/// Seconds since 1980-01-06 00:00 on the calendar's time scale, without leap seconds.
 std::int64_t linear_seconds(const CalendarTime& c) {
   return (days_from_civil(c.year, c.month, c.day) - kGpsEpochDays) * kSecondsPerDay +
          std::int64_t{c.hour} * 3600 + std::int64_t{c.minute} * 60 + c.second;
 }
 
-/// The date and time of a clock that shows `offset` (whole minutes) more; second 60 stays second 60.
+/// Calendar date and time plus `offset` (whole minutes); second 60 stays second 60.
 CalendarTime shifted(const CalendarTime& c, std::chrono::minutes offset) {
   check_calendar(c, 60);
   CalendarTime plain = c;
@@ -133,7 +133,7 @@ std::string format(const CalendarTime& c, int decimals, std::string_view mark) {
   return text;
 }
 
-/// Takes exactly `digits` decimal digits from the front.
+/// Consumes exactly `digits` decimal digits at the front.
 std::optional<int> take_digits(std::string_view& text, std::size_t digits) {
   if (text.size() < digits) return std::nullopt;
   int value = 0;
@@ -151,15 +151,15 @@ bool take(std::string_view& text, std::string_view prefix) {
   return true;
 }
 
-/// A time without the suffixes of RFC 9557 behind it, which leave its instant as it is. One that begins with
-/// '!' must be understood (3.3), and zones are not known here.
+/// A time without its suffixes of RFC 9557, which do not change the instant. Throws for a suffix with '!',
+/// which is mandatory (3.3), because zones are not supported.
 std::string_view without_suffixes(std::string_view time, const InputError& wrong) {
   while (time.ends_with(']')) {
     const std::size_t open = time.rfind('[');
     if (open == std::string_view::npos || open + 2 == time.size()) throw wrong;
     const std::string_view suffix = time.substr(open);
     if (suffix[1] == '!' && suffix != "[!u-ca=iso8601]") {
-      throw InputError(fmt::format("the suffix '{}' of a time must be understood, and is not", suffix),
+      throw InputError(fmt::format("the suffix '{}' of a time is mandatory and not supported", suffix),
                        "check the time, and remove the '!'");
     }
     time = trim(time.substr(0, open));
@@ -217,7 +217,7 @@ GpsTime gps_from_utc(const CalendarTime& utc) {
   check_calendar(utc, 60);
   CalendarTime base = utc;
   if (utc.second == 60) base.second = 59;
-  // Compared on the linear UTC count, so that the offset of the new day holds from its midnight on.
+  // Compares the linear UTC count, so that the offset of the new day is valid from its midnight.
   const GpsTime t_linear = gps_from_calendar(base);
   int offset = 0;
   for (const LeapEntry& entry : kLeapTable) {
@@ -238,7 +238,7 @@ GpsTime gps_from_utc(const CalendarTime& utc) {
 GpsTime gps_from_unix(std::int64_t nanoseconds_since_1970) {
   const GpsTime without_leaps =
       GpsTime::from_nanoseconds(nanoseconds_since_1970 - kGpsEpochUnix_s * GpsTime::kNanosecondsPerSecond);
-  // A second on, so that a leap second is over where its repetition is asked for.
+  // Adds a second, so that a leap second is over at the second occurrence of its repeated second.
   const GpsTime about = without_leaps + std::chrono::seconds(leap_seconds(without_leaps) + 1);
   return without_leaps + std::chrono::seconds(leap_seconds(about));
 }
@@ -310,8 +310,8 @@ GpsTime parse_time(std::string_view whole) {
   const bool colon = take(rest, ":");
   const int minutes = colon || !rest.empty() ? number(2) : 0;
   if (!rest.empty() || hours > 14 || minutes > 59) throw wrong;
-  // Shifted as a calendar, before leap seconds come in: half an hour after a UTC midnight with a leap second
-  // the offset of the day before must not be used, and "07:59:60+08:00" is one.
+  // Shifts the calendar time before leap seconds are applied: half an hour after a UTC midnight with a leap
+  // second the offset of the day before would be wrong, and "07:59:60+08:00" is a leap second.
   const auto offset = std::chrono::minutes(hours * 60 + minutes);
   return gps_from_utc(shifted(c, east ? -offset : offset));
 }
@@ -343,7 +343,7 @@ GpsTime parse_simulated_time(std::string_view text) {
   text = trim(text);
   const InputError out_of_range(fmt::format("the time '{}' is out of range", text),
                                 "times run from 1980-01-06 to 2171-08-31, the GPS weeks 0 to 9999");
-  // Checks the year before parse_time(), which has bounds of its own.
+  // Checks the year before parse_time(), which has its own limits.
   const std::optional<long long> year = parse_integer(column(text, 0, 4));
   if (column(text, 4, 1) == "-" && year && (*year < 1980 || *year > 2171)) throw out_of_range;
   const GpsTime t = parse_time(text);

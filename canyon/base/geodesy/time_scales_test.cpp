@@ -39,8 +39,8 @@ TEST(TimeScales, KnownInstant) {
   EXPECT_EQ(format_gpst(t, 0), "2019-04-28T12:58:21 GPST");
 }
 
-// date -u -d @X gives the calendar; 315,964,800 s is 1980-01-06. GPST has no leap seconds, so no table
-// enters.
+// date -u -d @X gives the calendar; 315,964,800 s is 1980-01-06. GPST has no leap seconds, so the table is
+// not used.
 TEST(TimeScales, CalendarAgreesWithUnixTime) {
   struct Known {
     std::int64_t unix_s;
@@ -57,7 +57,7 @@ TEST(TimeScales, CalendarAgreesWithUnixTime) {
   }
 }
 
-// IERS Bulletin C: UTC days that begin with a new offset, TAI - UTC less 19 s.
+// IERS Bulletin C: UTC days that begin with a new offset, TAI - UTC minus 19 s.
 struct Leap {
   CalendarTime day;
   int offset;
@@ -113,7 +113,7 @@ TEST(LeapSeconds, EveryTableEntryRoundTripsAtItsBorder) {
   }
 }
 
-// The operating system's table, kept by the tz maintainers from IERS's list, has nothing that ours misses.
+// The operating system's table, maintained by the tz project from IERS's list, has no additional entry.
 TEST(LeapSeconds, AgreeWithTheSystemsList) {
   const std::filesystem::path path = "/usr/share/zoneinfo/leap-seconds.list";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "SKIPPED: no " << path << " (package tzdata)";
@@ -192,11 +192,11 @@ TEST(ParseTime, LeapSecond) {
   EXPECT_THAT(message("2016-12-31T23:59:61Z"), HasSubstr("second 61 is out of range"));
 }
 
-// RFC 9557, 3.3: a suffix with '!' that is not understood refuses the time; 4.1: an offset or Z is before it.
+// RFC 9557, 3.3: a time with an unknown suffix with '!' is rejected; 4.1: an offset or Z is before it.
 TEST(ParseTime, RefusesSuffixesThatMustBeUnderstood) {
-  EXPECT_THAT(message("2019-04-28T12:58:03Z[!x-foo=bar]"), HasSubstr("'[!x-foo=bar]' of a time must be"));
+  EXPECT_THAT(message("2019-04-28T12:58:03Z[!x-foo=bar]"), HasSubstr("'[!x-foo=bar]' of a time is "));
   EXPECT_THAT(message("2019-04-28T14:58:03+02:00[!Europe/Berlin][u-ca=iso8601]"),
-              HasSubstr("'[!Europe/Berlin]' of a time must be understood"));
+              HasSubstr("'[!Europe/Berlin]' of a time is mandatory"));
   EXPECT_THAT(message("2019-04-28T14:58:03[Europe/Berlin]"), HasSubstr("no offset from UTC"));
   for (const char* text : {"2019-04-28T12:58:03Z[]", "2019-04-28T12:58:03Z[Europe/Berlin",
                            "2019-04-28T12:58:03Z]", "2019-04-28T12:58:03Z[Europe/Berlin]+02:00"})

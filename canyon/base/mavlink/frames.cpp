@@ -14,7 +14,7 @@ namespace {
 
 constexpr char kMagic1 = '\xFE', kMagic2 = '\xFD';
 constexpr std::size_t kHeader1 = 6, kHeader2 = 10, kChecksum = 2, kSignature = 13;
-constexpr unsigned kSigned = 1;  ///< of the flags that a reader must understand
+constexpr unsigned kSigned = 1;  ///< incompatibility flag of a signed frame
 
 unsigned byte_at(std::string_view bytes, std::size_t i) {
   return static_cast<unsigned char>(bytes[i]);
@@ -44,7 +44,7 @@ Limits limits(Wire type) {
 std::uint64_t bits_of(const WireField& field, double value) {
   if (field.type == Wire::F32) {
     const double count = std::isnan(value) && field.unknown ? *field.unknown : value / field.unit;
-    // A double beyond float's range has no defined float.
+    // A double beyond float's range has no defined conversion to float.
     constexpr double kLargest = std::numeric_limits<float>::max();
     const auto narrow =
         static_cast<float>(std::isfinite(count) ? std::clamp(count, -kLargest, kLargest) : count);
@@ -95,7 +95,7 @@ void read(std::string_view from, std::size_t at, const WireField& field) {
       field.member);
 }
 
-/// Larger elements first, extensions behind all in their own order (mavlink.io, "Field Reordering").
+/// Sorts larger elements first; extensions follow in their own order (mavlink.io, "Field Reordering").
 std::vector<WireField> in_wire_order(Message& message) {
   WireFields fields;
   std::visit([&](auto& m) { m.visit(fields); }, message);
@@ -107,7 +107,7 @@ std::vector<WireField> in_wire_order(Message& message) {
   return order;
 }
 
-/// CRC_EXTRA as mavlink.io, "CRC_EXTRA Calculation", has it.
+/// CRC_EXTRA (mavlink.io, "CRC_EXTRA Calculation").
 template <typename M>
 FrameLayout layout_of() {
   FrameLayout layout{M::kId, M::kName, 0, 0, 0};
@@ -143,11 +143,11 @@ struct Header {
   std::size_t payload_at = 0, payload_bytes = 0, bytes = 0;
   std::uint8_t sequence = 0;
   Sender sender;
-  std::size_t index = 0;  ///< of the message among layouts()
+  std::size_t index = 0;  ///< of the message in layouts()
 };
 
-/// Empty where no frame that can be read begins here.
-/// @param more set where further bytes are needed to decide
+/// Empty if no readable frame begins here.
+/// @param more set if further bytes are needed to decide
 std::optional<Header> header(std::string_view bytes, bool& more) {
   const bool second = bytes[0] == kMagic2;
   const std::size_t header_bytes = second ? kHeader2 : kHeader1;
@@ -169,13 +169,13 @@ std::optional<Header> header(std::string_view bytes, bool& more) {
   const auto& all = layouts();
   const auto found = std::find_if(all.begin(), all.end(), [&](const FrameLayout& l) { return l.id == id; });
   if (found == all.end()) return std::nullopt;
-  // Some senders put extensions into MAVLink 1 all the same.
+  // Some senders nevertheless put extensions into MAVLink 1.
   if (!second && (h.payload_bytes < found->base_bytes || h.payload_bytes > found->bytes)) return std::nullopt;
   h.index = static_cast<std::size_t>(found - all.begin());
   return h;
 }
 
-/// Fields that were cut off are zeros; what a newer definition may have behind them is passed over.
+/// Missing trailing fields are zeros; fields added by a newer definition are skipped.
 Message message_of(std::size_t index, std::string_view payload) {
   Message message = empty_message(index, std::make_index_sequence<std::variant_size_v<Message>>());
   std::string whole(payload);
@@ -243,7 +243,7 @@ std::size_t frame_bytes(std::string_view bytes) {
 }
 
 void MavlinkParser::receive(std::string_view bytes, const std::function<void(const Frame&)>& each) {
-  constexpr std::size_t kStep = 512;  // so that hardly more than a frame is held, whatever comes at once
+  constexpr std::size_t kStep = 512;  // limits the buffer to little more than a frame for any input
   while (!bytes.empty()) {
     held_ += bytes.substr(0, kStep);
     bytes.remove_prefix(std::min(kStep, bytes.size()));
@@ -285,7 +285,7 @@ std::vector<GpsRtcmData> rtcm_data(std::string_view message, std::uint8_t number
     std::copy(bytes.begin(), bytes.end(), part.data.begin());
   };
   for (std::size_t at = 0; at < message.size(); at += kPart) add(message.substr(at, kPart));
-  // The end shows by a part that is not full, or the fourth.
+  // The end is marked by a part that is not full, or by the fourth part.
   if (divided && message.size() % kPart == 0 && parts.size() < kMostParts) add({});
   return parts;
 }

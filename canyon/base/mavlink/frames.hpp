@@ -12,9 +12,9 @@
 
 namespace canyon::mavlink {
 
-// Frames of MAVLink 1 and 2 (mavlink.io, "Packet Serialization"), written by hand from that description:
-// Debian packages no library of it.
-/// The layout of a message's frames; it follows from the fields.
+// Frames of MAVLink 1 and 2 (mavlink.io, "Packet Serialization"), implemented from this specification,
+// because Debian packages no MAVLink library.
+/// The layout of a message's frames, computed from its fields.
 struct FrameLayout {
   std::uint32_t id = 0;
   std::string_view name;
@@ -25,7 +25,7 @@ struct FrameLayout {
 /// The layouts of all alternatives of Message, in their order.
 [[nodiscard]] const std::array<FrameLayout, std::variant_size_v<Message>>& layouts();
 
-/// CRC-16/MCRF4XX (X.25's polynomial, bits reflected) of `bytes`, going on from `crc`.
+/// CRC-16/MCRF4XX (X.25's polynomial, bits reflected) of `bytes`, continued from `crc`.
 [[nodiscard]] std::uint16_t crc16(std::string_view bytes, std::uint16_t crc = 0xFFFF);
 
 struct Sender {
@@ -35,12 +35,12 @@ struct Sender {
 
 enum class Version : std::uint8_t { V1 = 1, V2 = 2 };
 
-/// One frame, unsigned; of MAVLink 2 less the payload's trailing zeros, of MAVLink 1 without extensions.
-/// Precondition: MAVLink 1 has ids to 255 alone.
+/// One unsigned frame. MAVLink 2: without the payload's trailing zeros. MAVLink 1: without extensions.
+/// Precondition: ids above 255 need MAVLink 2.
 [[nodiscard]] std::string encode(const Message& message, std::uint8_t sequence, Sender sender = {},
                                  Version version = Version::V2);
 
-/// Bytes of the frame that begins `bytes`, as encode() made it. Precondition: it is there.
+/// Size of the frame at the start of `bytes`, made by encode(). Precondition: the frame is complete.
 [[nodiscard]] std::size_t frame_bytes(std::string_view bytes);
 
 struct Frame {
@@ -50,14 +50,14 @@ struct Frame {
   Message message;
 };
 
-/// Finds frames in a stream of bytes that may be cut, mixed with anything, or hostile. Holds at most one
-/// frame's bytes. Frames with a wrong checksum and messages that Canyon does not know are passed over; bytes
-/// that only look like a frame cost no frame behind them. Signatures are passed over unchecked.
+/// Finds frames in a byte stream that may be split anywhere, contain other data or be hostile. Buffers at
+/// most one frame. Frames with a wrong checksum and unknown messages are skipped. Bytes that only resemble a
+/// frame do not suppress a later frame. Signatures are skipped unchecked.
 class MavlinkParser {
  public:
-  /// Hands over each frame whose last byte is there, in order.
+  /// Calls `each` for every completed frame, in order.
   void receive(std::string_view bytes, const std::function<void(const Frame&)>& each);
-  /// Bytes so far that belonged to no frame.
+  /// Bytes so far that are not part of a frame.
   [[nodiscard]] std::uint64_t passed_over() const { return passed_over_; }
 
  private:
@@ -66,9 +66,9 @@ class MavlinkParser {
 };
 
 // Messages of RTCM 3 in GPS_RTCM_DATA (common.xml): up to 180 bytes in one, up to 720 in four parts.
-/// The messages that carry `message`. Longer ones than 720 bytes, which parts cannot number, go as successive
-/// whole ones: autopilots pass on the bytes of each at once.
-/// @param number counts messages of RTCM; its low 5 bits are sent
+/// The MAVLink messages that transport `message`. Parts cannot be numbered above 720 bytes; longer messages
+/// are sent as successive whole ones, whose bytes autopilots forward at once.
+/// @param number RTCM message counter; its low 5 bits are sent
 [[nodiscard]] std::vector<GpsRtcmData> rtcm_data(std::string_view message, std::uint8_t number);
 
 }  // namespace canyon::mavlink

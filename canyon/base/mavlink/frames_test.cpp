@@ -25,8 +25,8 @@ AttPosMocap mocap() {
   return m;
 }
 
-// CRC_EXTRA and sizes as the generated headers of the MAVLink project (common.h, MAVLINK_MESSAGE_CRCS) state
-// them: id, CRC_EXTRA, least and greatest payload.
+// CRC_EXTRA and sizes from the generated headers of the MAVLink project (common.h, MAVLINK_MESSAGE_CRCS): id,
+// CRC_EXTRA, minimum and maximum payload.
 TEST(MavlinkFrames, LayoutsAreThePublishedOnes) {
   struct Published {
     std::uint32_t id;
@@ -120,14 +120,14 @@ TEST(MavlinkFrames, PassesOverWhatItDoesNotKnow) {
   std::string unknown = encode(mocap(), 1);
   unknown[7] = 77;  // COMMAND_ACK
   std::string future = encode(mocap(), 1);
-  future[2] = 2;  // a flag that a reader must understand
+  future[2] = 2;  // an incompatibility flag
   MavlinkParser parser;
   const auto frames = received(parser, unknown + future + encode(mocap(), 9));
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(frames[0].sequence, 9);
 }
 
-/// The frame with another payload, its checksum made anew.
+/// The frame with another payload and a new checksum.
 std::string reframed(const std::string& payload, std::uint32_t id, std::uint8_t crc_extra,
                      unsigned char flags) {
   std::string frame = "\xFD";
@@ -161,11 +161,11 @@ TEST(MavlinkFrames, RandomBytesGiveNoFrameAndCostNoneBehindThem) {
   std::string noise(100'000, '\0');
   for (char& c : noise) {
     const auto draw = random();
-    c = draw % 4 == 0 ? "\xFD\xFE"[draw / 4 % 2] : static_cast<char>(draw >> 8);  // rich in magic bytes
+    c = draw % 4 == 0 ? "\xFD\xFE"[draw / 4 % 2] : static_cast<char>(draw >> 8);  // many magic bytes
   }
   MavlinkParser parser;
   EXPECT_LE(received(parser, noise, 33).size(), 2U) << "16 bits of checksum let few pass";
-  // A false beginning of a frame in the noise ends within one frame's length.
+  // A false start of a frame in the noise ends within one frame's length.
   const std::string good = encode(mocap(), 9);
   std::string stream = std::string(280, '\0');
   for (int i = 0; i < 10; ++i) stream += good;

@@ -12,40 +12,40 @@
 #include <vector>
 
 // The messages of MAVLink's minimal.xml, common.xml and development.xml that Canyon sends or reads, in SI
-// units and degrees; NaN: not known. Frames are named: NED (north, east, down), FRD (forward, right, down of
-// the body). Quaternions are w, x, y, z and turn FRD into NED (or into the frame that the message names).
-// Angular rates are about the body's axes. `time_us` is since 1970 (UTC), or since the sender began; `boot_s`
-// since it began.
+// units and degrees; NaN: not known. Names give the frame: NED (north, east, down), FRD (forward, right, down
+// of the body). Quaternions are w, x, y, z and rotate FRD into NED (or into the frame that the message
+// names). Angular rates are about the body's axes. `time_us` is since 1970 (UTC), or since the sender
+// started; `boot_s` since it started.
 
 namespace canyon::mavlink {
 
-/// Types of fields on the wire, with the names that CRC_EXTRA depends on.
+/// Wire types of fields, with the names that are part of CRC_EXTRA.
 enum class Wire : std::uint8_t { U8, I8, U16, I16, U32, I32, U64, F32 };
 [[nodiscard]] std::size_t size_of(Wire type);
 [[nodiscard]] std::string_view name_of(Wire type);
 
-/// A field of a message: as its definition has it, and the member of a struct that holds it.
+/// A field of a message: its definition, and the struct member that holds its value.
 struct WireField {
   std::string_view name;
   Wire type = Wire::U8;
   std::size_t count = 1;   ///< elements
-  bool array = false;      ///< also where `count` is 1
-  bool extension = false;  ///< MAVLink 2 alone, behind the others
+  bool array = false;      ///< also if `count` is 1
+  bool extension = false;  ///< MAVLink 2 only, after the others
   double unit = 1;         ///< SI value of one count
-  /// Count that stands for "not known", NaN in the struct.
+  /// Count for "not known", NaN in the struct.
   std::optional<double> unknown;
-  /// The first of `count` neighbours.
+  /// The first of `count` adjacent values.
   std::variant<double*, std::uint64_t*, std::uint32_t*, std::uint16_t*, std::uint8_t*, std::int8_t*> member;
 };
 
 using Quaternion = std::array<double, 4>;  ///< w, x, y, z
 inline constexpr double kDegE7 = 1e-7;     ///< [deg]
 
-/// Gathers the fields of a message in the order of its definition: what a message's visit() is given.
+/// Collects the fields of a message in the order of its definition; the argument of a message's visit().
 class WireFields {
  public:
-  /// A value with a unit. NaN is written as `unknown`, or without one as NaN (floats) or 0; values
-  /// beyond the type as its nearest that is not `unknown`.
+  /// A value with a unit. NaN is written as `unknown`; without `unknown` as NaN (floats) or 0. Out-of-range
+  /// values become the nearest value of the type that is not `unknown`.
   void number(Wire type, std::string_view name, double& value, double unit = 1,
               std::optional<double> unknown = std::nullopt) {
     add({name, type, 1, false, extension_, unit, unknown, &value});
@@ -59,7 +59,7 @@ class WireFields {
   void array(std::string_view name, std::array<Value, N>& values) {
     add({name, wire_of(values[0]), N, true, extension_, 1, std::nullopt, values.data()});
   }
-  /// Counts, flags, words: on the wire as in the struct. Names and values, one after the other.
+  /// Counts, flags, words, unscaled on the wire. The arguments alternate between name and value.
   template <typename Whole, typename... Rest>
   void whole(std::string_view name, Whole& value, Rest&&... rest) {
     add({name, wire_of(value), 1, false, extension_, 1, std::nullopt, &value});
@@ -76,7 +76,7 @@ class WireFields {
     static constexpr std::array<std::string_view, 4> kNames{"q1", "q2", "q3", "q4"};
     for (std::size_t i = 0; i < kNames.size(); ++i) number(Wire::F32, kNames[i], q[i]);
   }
-  /// The fields behind it are extensions.
+  /// The following fields are extensions.
   void extensions() { extension_ = true; }
 
   [[nodiscard]] std::span<const WireField> all() const { return fields_; }
@@ -98,7 +98,7 @@ inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 /// Upper right triangle of a 6 by 6 matrix, row by row; its first element NaN: not known.
 using CovarianceTriangle = std::array<double, 21>;
 inline constexpr CovarianceTriangle kNoCovariance{kUnknown};
-// Units, and counts that stand for "not known".
+// Units, and counts that mean "not known".
 inline constexpr double kMilli = 1e-3, kCenti = 1e-2, kNo8 = 0xFF, kNo16 = 0xFFFF;
 
 struct Heartbeat {
@@ -242,8 +242,8 @@ struct GlobalPositionInt {
   }
 };
 
-/// Samples of inertial sensors, a magnetometer and a barometer. Values that are not updated are the last
-/// ones.
+/// Samples of inertial sensors, a magnetometer and a barometer. Values without the flag in `updated` repeat
+/// the last sample.
 struct HighresImu {
   static constexpr std::uint32_t kId = 105;
   static constexpr std::string_view kName = "HIGHRES_IMU";
@@ -286,7 +286,7 @@ struct VisionPositionEstimate {
   static constexpr std::string_view kName = "VISION_POSITION_ESTIMATE";
   std::uint64_t time_us = 0;
   Eigen::Vector3d position_ned_m = Eigen::Vector3d::Zero();      ///< in a local frame
-  Eigen::Vector3d roll_pitch_yaw_rad = Eigen::Vector3d::Zero();  ///< FRD to it
+  Eigen::Vector3d roll_pitch_yaw_rad = Eigen::Vector3d::Zero();  ///< FRD to this frame
   CovarianceTriangle covariance = kNoCovariance;                 ///< of both
   std::uint8_t reset_counter = 0;
   void visit(WireFields& f) {
@@ -334,7 +334,7 @@ struct SimState {
   [[nodiscard]] static double known(double fine, double coarse) { return fine == fine ? fine : coarse; }
 };
 
-/// Accuracies are what PX4 reads: standard deviations [m], where the definition has dilutions.
+/// Accuracies are as PX4 reads them: standard deviations [m]; in the definition they are dilutions.
 struct HilGps {
   static constexpr std::uint32_t kId = 113;
   static constexpr std::string_view kName = "HIL_GPS";
@@ -369,7 +369,7 @@ struct HilGps {
 struct GpsRtk {
   static constexpr std::uint32_t kId = 127;
   static constexpr std::string_view kName = "GPS_RTK";
-  double boot_s = 0;  ///< of the corrections in use
+  double boot_s = 0;  ///< time of the corrections in use
   std::uint8_t receiver_id = 0;
   std::uint16_t week = 0;  ///< of GPS
   double time_of_week_s = 0;
@@ -378,8 +378,8 @@ struct GpsRtk {
   std::uint8_t satellites = 0;
   std::uint8_t frame = 1;  ///< RTK_BASELINE_COORDINATE_SYSTEM: 0 ECEF, 1 NED
   Eigen::Vector3d baseline_m = Eigen::Vector3d::Zero();
-  double accuracy_m = 0;        ///< the definition states no unit; millimetres on the wire, as the baseline
-  double hypotheses_count = 0;  ///< of whole ambiguities; 1: fixed
+  double accuracy_m = 0;        ///< the definition has no unit; millimetres on the wire, like the baseline
+  double hypotheses_count = 0;  ///< of integer ambiguities; 1: fixed
   void visit(WireFields& f) {
     f.number(Wire::U32, "time_last_baseline_ms", boot_s, kMilli);
     f.whole("rtk_receiver_id", receiver_id, "wn", week);
@@ -477,7 +477,7 @@ struct GpsInput {
   }
 };
 
-/// RTCM 3 for a vehicle's receivers, a message or a part of one; frames.hpp makes and joins parts.
+/// RTCM 3 for a vehicle's receivers, a whole message or a part; frames.hpp makes and joins parts.
 struct GpsRtcmData {
   static constexpr std::uint32_t kId = 233;
   static constexpr std::string_view kName = "GPS_RTCM_DATA";
@@ -522,7 +522,7 @@ struct CommandLong {
   static constexpr std::string_view kName = "COMMAND_LONG";
   std::array<double, 7> parameters{};
   std::uint16_t command = 0;                             ///< MAV_CMD
-  std::uint8_t target_system = 0, target_component = 0;  ///< 0: everybody
+  std::uint8_t target_system = 0, target_component = 0;  ///< 0: all
   std::uint8_t confirmation = 0;
   void visit(WireFields& f) {
     f.whole("target_system", target_system, "target_component", target_component, "command", command);

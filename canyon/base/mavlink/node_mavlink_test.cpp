@@ -1,4 +1,4 @@
-// Every message, both ways, against npm's node-mavlink.
+// Every message, in both directions, against npm's node-mavlink.
 #include "tests/support/node_mavlink.hpp"
 
 #include <cmath>
@@ -16,7 +16,7 @@ std::vector<WireField> fields_of(Message& message) {
   return {fields.all().begin(), fields.all().end()};
 }
 
-/// Distinct counts without symmetry, negative ones where the type has them.
+/// Distinct counts without symmetry, negative if the type has them.
 double count_of(const WireField& field, std::size_t k) {
   const double step = static_cast<double>(k);
   switch (field.type) {
@@ -98,7 +98,7 @@ void check(Version version) {
   }
   EXPECT_EQ(theirs.messages.size(), at);
 
-  // The way back: frames that node-mavlink made of what it had read.
+  // The reverse direction: frames written by node-mavlink from its own reading.
   std::vector<Frame> back;
   MavlinkParser parser;
   parser.receive(theirs.again, [&](const Frame& frame) { back.push_back(frame); });

@@ -15,8 +15,8 @@ std::string message(std::size_t size) {
   return bytes;
 }
 
-// common.xml, GPS_RTCM_DATA: bit 0 of the flags says that it is a part, bits 1 and 2 which, bits 3 to 7 of
-// which message.
+// common.xml, GPS_RTCM_DATA: bit 0 of the flags marks a part, bits 1 and 2 are its number, bits 3 to 7 the
+// number of the message.
 TEST(RtcmData, PartsAreNumbered) {
   const auto parts = rtcm_data(message(400), 37);
   ASSERT_EQ(parts.size(), 3U);

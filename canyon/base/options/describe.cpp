@@ -70,7 +70,7 @@ Json section_schema() {
           {"additionalProperties", false}};
 }
 
-/// The schema of section `path`, made where it is not there yet.
+/// The schema of section `path`, made if it is not there yet.
 Json& section_at(Json& root, const std::string& path) {
   Json* section = &root;
   for (std::size_t begin = 0; begin < path.size();) {
@@ -224,7 +224,7 @@ std::string json_schema(const Description& description, std::string_view title) 
     schema["description"] = about;
     const std::string name = key.path.substr(dot == std::string::npos ? 0 : dot + 1);
     section["properties"][name] = schema;
-    // Reader takes a word in its place.
+    // Reader accepts a word instead of the section.
     if (name == "enabled") section["type"] = Json::array({"object", "boolean", "null"});
   }
   for (const auto& [section, keys] : description.required_sections)

@@ -11,23 +11,23 @@
 
 namespace canyon::options {
 
-/// A key of a text, for tables, help and schema.
+/// One key of the options, for tables, help and schema.
 struct Key {
   std::string path;  ///< "receivers[].elevation_mask_deg"
   std::string unit;
-  std::string default_value;  ///< as readers take it back, or a word about it
+  std::string default_value;  ///< as readers accept it, or a word about it
   std::string meaning;
   Type type = Type::Text;
   std::optional<Range> range = {};
   std::vector<std::string> words = {};  ///< of a choice
-  bool required = false;                ///< where its section stands
-  std::string value = {};               ///< Value::exact(); empty where there is none
+  bool required = false;                ///< if its section is present
+  std::string value = {};               ///< Value::exact(); empty if there is none
 
-  /// "[0, 90)", "true or false", "sigma, equal, elevation, cn0"; empty where anything goes.
+  /// "[0, 90)", "true or false", "sigma, equal, elevation, cn0"; empty if anything goes.
   [[nodiscard]] std::string values() const;
 };
 
-/// All keys of a struct, in the order of its list, and which of them shut each other out.
+/// All keys of a struct, in the order of its list, and the keys that exclude each other.
 struct Description {
   struct Alternatives {
     std::string section;  ///< path
@@ -36,12 +36,12 @@ struct Description {
   };
   std::vector<Key> keys;
   std::vector<Alternatives> alternatives;
-  std::map<std::string, std::vector<std::string>> required_sections;  ///< by the section they stand in
-  std::map<std::string, std::string> replaced;  ///< cures by the paths of Visitor::replaced()
-  /// Names and paths of Visitor::other_name(). `keys` has them at its end.
+  std::map<std::string, std::vector<std::string>> required_sections;  ///< by their parent section
+  std::map<std::string, std::string> replaced;  ///< hints, by the paths of Visitor::replaced()
+  /// Names and paths of Visitor::other_name(). `keys` lists them at its end.
   std::vector<std::pair<std::string, std::string>> other_names;
 
-  /// Adds another name of the key `path`. @param effect that it has besides, for tables
+  /// Adds another name of the key `path`. @param effect additional effect, for tables
   void add_other_name(const std::string& name, const std::string& path, std::string_view effect = {});
 
   [[nodiscard]] std::vector<std::string> paths() const;
@@ -87,9 +87,9 @@ template <typename Options>
 
 /// Rows of a Markdown table: key, unit, default, values, meaning.
 [[nodiscard]] std::string markdown(const std::vector<Key>& keys);
-/// The same for a terminal, a line a key.
+/// The same for a terminal, one line per key.
 [[nodiscard]] std::string plain_text(const std::vector<Key>& keys);
-/// JSON Schema, draft 7, of the texts that a reader of these keys takes. It does not check what depends on
+/// JSON Schema, draft 7, of the texts that a reader of these keys accepts. It does not cover conditions on
 /// other keys or on files.
 [[nodiscard]] std::string json_schema(const Description& description, std::string_view title);
 

@@ -1,6 +1,6 @@
 #pragma once
 
 namespace canyon::options {
-/// visitor.hpp; headers of options need no more than its name.
+/// Forward declaration of visitor.hpp, sufficient for headers of options.
 class Visitor;
 }  // namespace canyon::options

@@ -23,7 +23,7 @@ int line_of(const YAML::Node& node, int fallback) {
   return mark.line >= 0 ? mark.line + 1 : fallback;
 }
 
-/// Names the kind of a text that is no document. One whose name says YAML or JSON has a fault of its own.
+/// Throws with the detected kind of a text that is no document. Texts named YAML or JSON get their own error.
 void refuse_other_kind(const std::string& text, const Document& document) {
   const std::string ending = document.file.extension().string();
   if (ending == ".yaml" || ending == ".yml" || ending == ".json") return;
@@ -33,7 +33,7 @@ void refuse_other_kind(const std::string& text, const Document& document) {
   if (other) throw InputError(*other);
 }
 
-// Finds where documents begin, and refuses too many nodes.
+// Finds the beginnings of documents, and rejects too many nodes.
 class EventCounter final : public YAML::EventHandler {
  public:
   explicit EventCounter(const Document& document) : document_(document) {}
@@ -69,7 +69,7 @@ class EventCounter final : public YAML::EventHandler {
   int count_ = 0;
 };
 
-// "max_range" of "max_range_m": the key without the unit that its name ends with.
+// "max_range" of "max_range_m": the key without its unit suffix.
 std::string without_unit(const std::string& key) {
   static const std::vector<std::string> units{"_deg", "_rad", "_m",   "_km",      "_cm",  "_mm",  "_ft",
                                               "_s",   "_ms",  "_min", "_h",       "_hz",  "_khz", "_mps",
@@ -80,8 +80,8 @@ std::string without_unit(const std::string& key) {
   return key;
 }
 
-// Aliases share what they stand for in yaml-cpp's tree and are copied in ours: a few lines of them could grow
-// beyond any memory, or never end.
+// In yaml-cpp's tree aliases share their node; in Node they are copied. A few lines of aliases could
+// otherwise exceed any memory, or recurse without end.
 class Converter {
  public:
   explicit Converter(const Document& document) : document_(document) {}
@@ -91,7 +91,7 @@ class Converter {
     node.line = line_of(from, line);
     if (++count_ > 2'000'000 || depth > 100) {
       throw InputError(document_.file, node.line, "the YAML is too large or too deep",
-                       "look for aliases ('*name') that repeat themselves");
+                       "look for aliases ('*name') that refer to themselves");
     }
     if (from.IsScalar()) {
       node.kind = Node::Kind::Scalar;
@@ -169,7 +169,7 @@ std::vector<Node*> items_of(Node& list, const Step& step, std::string_view key) 
   }
   if (chosen.empty() && !step.which.empty()) {
     throw InputError(fmt::format("'{}': {} has no item {}", key, step.name, step.which),
-                     fmt::format("it has {}, the first is 0; or name one", list.items.size()));
+                     fmt::format("it has {}; count from 0, or give a name", list.items.size()));
   }
   return chosen;
 }
@@ -187,7 +187,7 @@ void set_from(Node& node, const std::vector<std::string_view>& steps, std::size_
       set_from(*target, steps, i + 1, key, value);
 }
 
-/// set_at(), whose error is one of the document.
+/// set_at(), with errors reported for the document.
 void set_key(Node& root, const std::string& path, const Node& value, const Document& document) {
   try {
     set_at(root, path, value);
@@ -213,8 +213,8 @@ void put_without_dots(Node& root, const std::string& path, const Node::Entry& fr
   if (!section || (there == nullptr && value.entries.empty())) set_key(root, path, value, document);
 }
 
-/// Takes the value of a dotted key out of a mapping, and sections that it leaves empty. The value has the
-/// line of its key.
+/// Removes the value of a dotted key from a mapping, and sections that become empty. The value has the line
+/// of its key.
 std::optional<Node> take_path(Node& mapping, std::string_view path) {
   const std::size_t dot = path.find('.');
   const auto at = std::find_if(mapping.entries.begin(), mapping.entries.end(),
@@ -232,7 +232,7 @@ std::optional<Node> take_path(Node& mapping, std::string_view path) {
   return taken;
 }
 
-/// Plain where YAML takes it for the same text whatever stands around it.
+/// Plain if YAML reads it as the same text in any context.
 std::string scalar_text(const std::string& text) {
   const auto plain = [](unsigned char c) {
     return c >= 0x80 || (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
@@ -309,7 +309,7 @@ std::string Document::cure_of(const std::string& path, const std::string& key) c
 }
 
 Node parse_yaml(const std::string& text, const Document& document, std::string_view needs) {
-  // YAML has no control characters (YAML 1.2, 5.1), and yaml-cpp does not end at some of them.
+  // YAML forbids control characters (YAML 1.2, 5.1), and yaml-cpp does not terminate for some of them.
   int line = 1;
   for (const char c : text) {
     line += c == '\n';
@@ -321,7 +321,7 @@ Node parse_yaml(const std::string& text, const Document& document, std::string_v
   }
   YAML::Node root;
   try {
-    // A look at the events first: of hostile bytes the parser makes documents or nodes without end.
+    // Checks the events first: for hostile bytes the parser creates documents or nodes without end.
     std::istringstream stream(text);
     YAML::Parser parser(stream);
     EventCounter events(document);
@@ -345,8 +345,8 @@ std::string read_scalar(const Node& node, const Place& place) {
   if (node.kind == Node::Kind::Empty)
     throw place.error("has no value", "write one after the colon, or remove the key");
   if (node.kind != Node::Kind::Scalar) {
-    throw place.error(node.kind == Node::Kind::Mapping ? "is a mapping where one value belongs"
-                                                       : "is a list where one value belongs",
+    throw place.error(node.kind == Node::Kind::Mapping ? "is a mapping instead of one value"
+                                                       : "is a list instead of one value",
                       kOneValue);
   }
   return node.text;
@@ -378,7 +378,7 @@ double to_number(const std::string& text, const Range& range, const Place& place
   std::optional<double> value = parse_double(text);
   if (!value && range.fraction) value = parse_fraction(text);
   if (!value) {
-    // "10 deg", "2m": a number with its unit.
+    // "10 deg", "2m": a number with a unit.
     const std::size_t end = text.find_first_not_of("+-.0123456789eE");
     const bool has_unit =
         end != std::string::npos && end > 0 && parse_double(text.substr(0, end)).has_value();
@@ -440,7 +440,7 @@ bool read_boolean(const Node& node, const Place& place) {
     if (small == "false" || small == "0") return false;
     throw place.error(fmt::format("'{}' is neither true nor false", text), "write true, false, 1 or 0");
   }
-  // YAML 1.1's words: in small letters, in capitals, or with a capital first.
+  // YAML 1.1's words: in lower case, in upper case, or capitalised.
   const bool one_case = text.substr(1) == small.substr(1) || text == [&] {
     std::string large = small;
     for (char& c : large) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
@@ -469,7 +469,7 @@ std::filesystem::path read_file(const std::string& text, const Place& place) {
   const bool meant = !text.empty() && text.back() == '/';
   if (std::filesystem::is_directory(path, ignored) && !meant) {
     throw place.error(fmt::format("'{}' is a folder, not a file", path.string()),
-                      "where a folder is meant, its name ends in /");
+                      "if you mean a folder, end its name with /");
   }
   return path;
 }

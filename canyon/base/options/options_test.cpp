@@ -41,7 +41,7 @@ struct Car {
   std::vector<std::string> extras{"radio"};
   Wheel spare;
   std::vector<Wheel> wheels;
-  int serial = 7;  // C++ alone
+  int serial = 7;  // C++ only
 
   [[nodiscard]] bool operator==(const Car&) const = default;
   void validate() const {
@@ -136,7 +136,7 @@ TEST(Options, ReadersNameFileLineAndCure) {
             "g.yaml:1: unknown key 'tyre' in 'car'; the spare one is 'spare'");
   EXPECT_THAT(fault("wheels: [{}, {radius_m: 3}]"), HasSubstr("g.yaml:1: radius_m: 3"));
   EXPECT_THAT(fault("electric: TrUe"), HasSubstr("'TrUe' is neither true nor false"));
-  // A fault that ranges cannot express stands at the section's line.
+  // An error that ranges cannot express is reported at the section's line.
   EXPECT_EQ(fault<Garage>("\ncar:\n  speed_mps: 60\n"), "g.yaml:2: too fast for its doors; take some off");
 }
 
@@ -269,14 +269,14 @@ TEST(Yaml, RefusesTreesThatAliasesBlowUp) {
   EXPECT_THROW((void)parse_yaml("a: &a [*a]\n", {}, ""), InputError);
 }
 
-// yaml-cpp finds an empty document at such a comma, and then the next one at the same place, without end.
+// At such a comma yaml-cpp finds an empty document, then the next one at the same position, without end.
 TEST(ParseYaml, EndsAtACommaThatStandsAlone) {
   for (const char* text : {"a: 1\n , b: 2\n", " , b: 2\n", "a: 1\n---\nb: 2\n"}) {
     EXPECT_THROW((void)parse_yaml(text, {}, ""), InputError) << text;
   }
 }
 
-// yaml-cpp takes some of these for the end of its input, and began documents without end.
+// yaml-cpp reads some of these as the end of its input, and started documents without end.
 TEST(ParseYaml, RefusesBytesThatAreNoText) {
   for (const char bad : {'\0', '\x04', '\x1a', '\x7f'}) {
     const std::string text = std::string("a: 1\nb: ") + bad + " 2\n";

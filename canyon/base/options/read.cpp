@@ -141,7 +141,7 @@ void Reader::finish() const {
       if (used_.count(&entry) != 0) continue;
       throw document_.error(section.path, entry.key, entry.line,
                             fmt::format("has no effect with the other {}s here", document_.word),
-                            fmt::format("remove it, or see {} for what it belongs to", document_.page));
+                            fmt::format("remove it, or see {} for the keys that it needs", document_.page));
     }
   }
 }

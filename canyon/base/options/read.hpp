@@ -14,14 +14,14 @@
 
 namespace canyon::options {
 
-/// Fills structs from a tree. Keys that are absent leave their fields as they are, so that several trees can
-/// be read over each other. Refuses, naming file and line: keys that the document does not know, repeated
-/// ones, values of the wrong type or out of range; in finish() keys that no field asked for. A section with a
-/// key `enabled` may be a word in its place: "rtk: true" is "rtk: {enabled: true}".
+/// Fills structs from a tree. Absent keys leave their fields unchanged, so several trees can be read over
+/// each other. Throws InputError with file and line for unknown keys, repeated keys, and values of the wrong
+/// type or out of range; finish() throws for keys that no field has read. A section with a key `enabled` may
+/// be given as one word: "rtk: true" is "rtk: {enabled: true}".
 class Reader final : public Visitor {
  public:
-  /// Both must outlive the reader. Throws InputError for a tree that is no mapping, and for a key that stands
-  /// by its other name, too.
+  /// Both must outlive the reader. Throws InputError if the tree is no mapping, or a key is given under both
+  /// of its names.
   Reader(const Node& root, const Document& document);
 
   [[nodiscard]] Purpose purpose() const override { return Purpose::Read; }
@@ -31,7 +31,7 @@ class Reader final : public Visitor {
   [[nodiscard]] bool is_section(std::string_view key) const override;
   [[nodiscard]] InputError fault(std::string_view key, std::string_view problem,
                                  std::string_view cure) const override;
-  /// Throws InputError for a known key that has no effect beside the others.
+  /// Throws InputError for a known key that has no effect with the other keys given.
   void finish() const;
 
  protected:
@@ -54,11 +54,11 @@ class Reader final : public Visitor {
   [[nodiscard]] std::string path_of(std::string_view key) const;
 
   const Document& document_;
-  Node renamed_;  // the tree, where the document has other names
+  Node renamed_;  // the tree with keys renamed, if the document has other names
   std::vector<Section> sections_;
   std::vector<Section> entered_;  // each once, in the order of reading
   std::set<const Node::Entry*> used_;
-  std::deque<Node> switches_;  // sections that stand as one word
+  std::deque<Node> switches_;  // sections given as one word
 };
 
 /// Reads a whole tree into one struct.
@@ -69,9 +69,8 @@ void read(const Node& root, const Document& document, Options& options) {
   reader.finish();
 }
 
-/// Reads a YAML text into a struct. @param document its keys, where it has none, are those of
-/// description_of()
-/// @param needs as parse_yaml() @param change of what was written, before it is read
+/// Reads a YAML text into a struct. @param document if it has no keys, those of description_of() are used
+/// @param needs as for parse_yaml() @param change changes the parsed tree before it is read
 template <typename Options>
 void read_yaml(const std::string& text, Document document, std::string_view needs, Options& options,
                const std::function<void(Node&)>& change = {}) {

@@ -59,7 +59,7 @@ void Writer::field(const Field& field, Value& value) {
   }
 }
 
-// Names of sections come with their first line.
+// Names of sections are written with their first line.
 void Writer::write_line(const std::string& line) {
   std::string indent;
   bool dash = false;

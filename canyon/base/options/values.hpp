@@ -8,7 +8,7 @@
 
 namespace canyon::options {
 
-/// Refuses values out of range.
+/// Rejects values out of range.
 class Checker final : public Visitor {
  public:
   explicit Checker(std::string_view what) : what_(what) {}
@@ -25,8 +25,8 @@ class Checker final : public Visitor {
   std::vector<std::string> path_;
 };
 
-/// Writes every value, one "path: value" a line, numbers so that they read back the same to the bit, or the
-/// text that a Reader takes back, by way of without_dots() if it is of "section.key: value" lines.
+/// Writes every value: either one "path: value" per line, with numbers that read back exactly, or the text
+/// that a Reader reads back. Texts of "section.key: value" lines need without_dots() before reading.
 class Writer final : public Visitor {
  public:
   enum class Form { Lines, Yaml, Dotted };
@@ -55,15 +55,15 @@ class Writer final : public Visitor {
   std::vector<Level> path_;
 };
 
-/// Throws InputError naming the first field that is out of range, and its bound. `what` says whose: "receiver
-/// clock" makes "drift of the receiver clock is 3", "diffraction." makes "diffraction.max_paths is 0".
+/// Throws InputError with the first field out of range, and its bound. `what` names the owner: "receiver
+/// clock" gives "drift of the receiver clock is 3", "diffraction." gives "diffraction.max_paths is 0".
 template <typename Options>
 void check(Options options, std::string_view what = {}) {
   Checker checker(what);
   visit(checker, options);
 }
 
-/// Every field, one a line: equal for equal options, and for no others.
+/// Every field, one per line: the texts of two options are equal only if the options are equal.
 template <typename Options>
 [[nodiscard]] std::string exact_text(Options options) {
   Writer writer(Writer::Form::Lines, false);
@@ -71,7 +71,7 @@ template <typename Options>
   return std::move(writer).take();
 }
 
-/// A YAML text that reads back the same.
+/// A YAML text that reads back to equal options.
 template <typename Options>
 [[nodiscard]] std::string yaml(Options options) {
   Writer writer(Writer::Form::Yaml, true);
@@ -79,7 +79,7 @@ template <typename Options>
   return std::move(writer).take();
 }
 
-/// A line "section.key: value" for every field that has a value, but those of lists, whose items have no
+/// A line "section.key: value" for every field with a value, except fields of lists, whose items have no
 /// names.
 template <typename Options>
 [[nodiscard]] std::string dotted(Options options, bool leave_out_defaults = false) {
@@ -88,11 +88,11 @@ template <typename Options>
   return std::move(writer).take();
 }
 
-/// Checks names that become folders, and words in formats without quotes. Throws `v.fault(key)` unless `name`
-/// is 1 to 60 letters, digits, '-', '_' and '.', a dot not first.
+/// Checks names that are used as folders, and as words in formats without quotes. Throws `v.fault(key)`
+/// unless `name` has 1 to 60 letters, digits, '-', '_' and '.', and does not begin with a dot.
 void check_folder_name(Visitor& v, std::string_view key, const std::string& name);
 
-/// A switch, on or off. Where nobody sets it, the default may depend on other options.
+/// A switch, on or off. If it is not set, the default may depend on other options.
 class Switch {
  public:
   /// A default.
@@ -103,7 +103,7 @@ class Switch {
     set_ = true;
     return *this;
   }
-  /// Sets the value that holds where nobody sets it.
+  /// Sets the default, used if the switch is not set.
   constexpr void set_default(bool value) {
     if (!set_) value_ = value;
   }

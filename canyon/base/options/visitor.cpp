@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// A text as YAML: plain where that cannot be read as anything else.
+// A text as YAML: plain if it cannot be read as anything else.
 std::string yaml_scalar(const std::string& text) {
   const bool plain = !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
@@ -49,7 +49,7 @@ bool is_one_of(Words words, const std::string& word) {
 std::string flow(const std::vector<std::string>& items) {
   return fmt::format("[{}]", fmt::join(items, ", "));
 }
-/// A list of what `text` makes of each value.
+/// A list of `text` applied to each value.
 template <typename Values, typename Text>
 std::string flow_of(const Values& values, const Text& text) {
   std::vector<std::string> items;
@@ -63,7 +63,7 @@ std::string file_text(const std::filesystem::path& file) {
   return yaml_scalar(std::filesystem::absolute(file).string());
 }
 
-/// A value by functions that write and read it.
+/// A value with functions that write and read it.
 class FieldValue final : public Value {
  public:
   using Text = std::function<std::string()>;
@@ -81,7 +81,7 @@ class FieldValue final : public Value {
     return *this;
   }
 
-  /// The same of a value that may be absent, and of which this one reads `held`.
+  /// The same for a value that may be absent; this object reads and writes `held`.
   template <typename T>
   [[nodiscard]] FieldValue or_absent(std::optional<T>& value, const T& held) && {
     given_ = value.has_value();
@@ -109,7 +109,7 @@ class FieldValue final : public Value {
   bool is_angle() const override { return is_angle_; }
   void read(const Node& node, const Place& place) override { read_(node, place); }
 
-  // Empty: as text(); by range and words.
+  // Empty: the result of text(), by range and words.
   Text exact_, shown_, bound_;
   bool is_angle_ = false;
 
@@ -122,7 +122,7 @@ class FieldValue final : public Value {
   Words words_;
 };
 
-/// Sets a value to what `read` returns.
+/// Sets a value to the result of `read`.
 template <typename T, typename Read>
 FieldValue::Read into(T& value, const Read& read) {
   return [&value, read](const Node& node, const Place& place) { value = read(node, place); };
@@ -163,7 +163,7 @@ FieldValue integer_value(Integer& value, std::int64_t low, std::int64_t high) {
 std::vector<std::string> read_words(const Node& node, Words words, const Place& place) {
   std::vector<std::string> texts = read_texts(node, place);
   for (auto text = texts.begin(); text != texts.end(); ++text) {
-    // Words of Visitor::replaced() below this key, where it may be a list or a section.
+    // Words of Visitor::replaced() below this key, if the key may be a list or a section.
     const auto& replaced = place.document.replaced;
     const std::string path = place.section.empty() ? place.key : place.section + "." + place.key;
     if (const auto cure = replaced.find(path + "." + *text); cure != replaced.end())
@@ -362,7 +362,7 @@ void Visitor::rows(const Field& f, Words words, std::size_t columns, NamedRows& 
       throw place.error(error.problem(), error.cure());
     }
   };
-  // A value of a known name is written by its name.
+  // A value with a known name is written as its name.
   const auto text = [&value] { return flow_of(value.rows(), numbers_text); };
   visit_value(f, FieldValue(Type::Rows, !is_one_of(words, value.name()), text, read));
 }
@@ -377,7 +377,7 @@ std::string show(double value) {
 
 double exact_degrees(double radians) {
   const double degrees = geodesy::degrees(radians);
-  // Numbers that people write have few digits.
+  // Numbers written by people have few digits.
   for (const int digits : {6, 9, 12}) {
     const auto rounded = parse_double(fmt::format("{:.{}g}", degrees, digits));
     if (rounded && geodesy::radians(*rounded) == radians) return *rounded;

@@ -20,11 +20,11 @@ using std::chrono::milliseconds;
 constexpr std::string_view kListen = "tcp://", kConnect = "tcp-connect://", kZmq = "zmq://";
 
 OutputError reader_gone(const std::string& address, std::string_view why) {
-  return {address, 0, fmt::format("the reader is gone{}", why), "start both again"};
+  return {address, 0, fmt::format("the reader is gone{}", why), "restart both"};
 }
 OutputError reader_stalls(const std::string& address, milliseconds patience) {
-  return {address, 0, fmt::format("the reader has taken nothing for {} s", patience.count() * 1e-3),
-          "start both again, and see that the reader reads"};
+  return {address, 0, fmt::format("the reader has read nothing for {} s", patience.count() * 1e-3),
+          "start both again, and check that the reader reads"};
 }
 
 /// Whether a descriptor is ready for `events` in time. @param patience empty: without end
@@ -39,7 +39,7 @@ bool ready(int handle, short events, std::optional<milliseconds> patience) {
   }
 }
 
-/// One reader over TCP; later ones are refused.
+/// One reader over TCP; later ones are rejected.
 class TcpSink final : public ByteSink {
  public:
   TcpSink(std::string_view address, milliseconds patience) : address_(address), patience_(patience) {
@@ -61,7 +61,7 @@ class TcpSink final : public ByteSink {
       if (!ready(acceptor_->native_handle(), POLLIN, std::nullopt)) continue;
       error_code error;
       acceptor_->accept(socket_, error);
-      if (error) continue;  // gone again
+      if (error) continue;  // disconnected again
       make_our_own(socket_);
       acceptor_.reset();
     }
@@ -78,7 +78,7 @@ class TcpSink final : public ByteSink {
   }
   void finish() override {
     if (!socket_.is_open()) return;
-    // A socket that is closed with unread bytes drops those that the other end has not read yet.
+    // Closing a socket with unread input drops bytes that the other end has not read yet.
     error_code error;
     socket_.shutdown(tcp::socket::shutdown_send, error);
     std::array<char, 4096> buffer;
@@ -142,7 +142,7 @@ class ZmqPublisher final : public ByteSink {
   void set(int option, int value) {
     if (socket_ != nullptr) (void)zmq_setsockopt(socket_, option, &value, sizeof value);
   }
-  /// Counts the readers who come or go. @param flags of zmq_recv()
+  /// Counts connecting and disconnecting readers. @param flags of zmq_recv()
   bool take_subscription(int flags) {
     unsigned char message[256];
     const int size = zmq_recv(socket_, message, sizeof message, flags);
@@ -170,7 +170,7 @@ bool is_byte_sink(std::string_view address) {
 
 std::unique_ptr<ByteSink> open_byte_sink(std::string_view address, milliseconds patience) {
   if (!is_byte_sink(address)) {
-    throw InputError(fmt::format("'{}' is not an address of a stream", address),
+    throw InputError(fmt::format("'{}' is not the address of a stream", address),
                      "write tcp://127.0.0.1:PORT or zmq://127.0.0.1:PORT to listen, or "
                      "tcp-connect://HOST:PORT");
   }

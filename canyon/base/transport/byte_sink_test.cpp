@@ -19,7 +19,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// A subscriber of everything, as GNU Radio's ZMQ SUB Source is one.
+/// A subscriber of everything, like GNU Radio's ZMQ SUB Source.
 class Subscriber {
  public:
   explicit Subscriber(int port) : context_(zmq_ctx_new()), socket_(zmq_socket(context_, ZMQ_SUB)) {
@@ -92,7 +92,7 @@ TEST(ByteSink, ASubscriberThatLeavesOrSleepsIsAnError) {
   EXPECT_EQ(problem_of([&] {
               for (int i = 0; i < 10'000; ++i) sink->write(std::string(100'000, 'x'));
             }),
-            "the reader has taken nothing for 0.2 s");
+            "the reader has read nothing for 0.2 s");
 }
 
 TEST(ByteSink, RefusesAddressesThatItCannotHave) {
@@ -166,9 +166,9 @@ TEST(ByteSink, EndsWithOneLineWhereTheReaderStallsOrHangsUp) {
   {
     const auto stream = open_byte_sink(address, 100ms);
     test::LocalConnection connection(port);
-    EXPECT_NE(problem_of([&] { flood(*stream); }).find("has taken nothing for 0.1 s"), std::string::npos);
+    EXPECT_NE(problem_of([&] { flood(*stream); }).find("has read nothing for 0.1 s"), std::string::npos);
     EXPECT_THROW((void)open_byte_sink("tcp-connect://127.0.0.1:" + std::to_string(port)),
-                 OutputError);  // taken already
+                 OutputError);  // taken by another sink
   }
   const auto stream = open_byte_sink(address, 100ms);
   test::LocalConnection connection(port);

@@ -17,7 +17,7 @@
 
 namespace canyon::transport {
 
-// The transports behind open_transport(), and their common parts.
+// The transports that open_transport() creates, and their common parts.
 namespace asio = boost::asio;
 using boost::system::error_code;
 
@@ -28,14 +28,14 @@ inline bool would_block(const error_code& error) {
   return error == asio::error::would_block || error == asio::error::try_again;
 }
 
-/// Makes its calls return at once, and keeps it from programs that this one starts.
+/// Makes a device non-blocking, and closes it in child processes.
 template <class Device>
 void make_our_own(Device& device) {
   device.non_blocking(true);
   fcntl(device.native_handle(), F_SETFD, FD_CLOEXEC);
 }
 
-/// Sends the part of a backlog that a device takes at once; false where the device is gone.
+/// Sends as much of a backlog as a device accepts without waiting; false if the device is gone.
 template <class Device>
 bool flush(Device& device, std::string& backlog) {
   error_code error;
@@ -46,7 +46,7 @@ bool flush(Device& device, std::string& backlog) {
   return !error || would_block(error);
 }
 
-/// Keeps the bytes that were received, up to kMostReceived.
+/// Stores the received bytes, up to kMostReceived.
 class Inbox {
  public:
   void add(std::uint64_t reader, std::string_view bytes) {
@@ -57,7 +57,7 @@ class Inbox {
     else
       received_.push_back({reader, std::string(bytes), whole_});
   }
-  /// Every piece stays by itself.
+  /// Keeps every piece separate.
   void keep_datagrams() { whole_ = true; }
   [[nodiscard]] std::vector<Received> take() {
     size_ = 0;
@@ -70,7 +70,7 @@ class Inbox {
   bool whole_ = false;
 };
 
-/// A transport that keeps what was received, and its notes.
+/// A transport with a buffer of received bytes, and its notes.
 class BufferedTransport : public Transport {
  public:
   [[nodiscard]] std::vector<Received> take_received() override { return received_.take(); }
@@ -84,7 +84,7 @@ class BufferedTransport : public Transport {
 
 enum class Line { Open, Ended, Broken };
 
-/// Reads the bytes that have come; bounded, so that an endless talker cannot hold the caller.
+/// Reads the available bytes; bounded, so that a peer that sends without end cannot block the caller.
 template <class Device>
 Line listen(Device& device, std::uint64_t reader, Inbox& inbox) {
   std::array<char, 4096> buffer;
@@ -107,19 +107,19 @@ struct HostPort {
 struct NtripAddress {
   HostPort at;
   std::string user, password;  ///< both empty: the mount point is open
-  std::string mount;           ///< letters, digits and . _ - + alone
+  std::string mount;           ///< only letters, digits and . _ - +
 
-  /// The credentials behind "Basic" in Authorization (RFC 7617); empty where the mount point is open.
+  /// The credentials after "Basic" in Authorization (RFC 7617); empty if the mount point is open.
   [[nodiscard]] std::string credentials() const;
 };
 
-/// A connection to a server, taken up again where it is lost.
+/// A connection to a server, reconnected after a loss.
 class TcpClient final : public BufferedTransport {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// Looks the host up, which waits for the system's resolver. The first serve() connects. After a failure it
-  /// waits for `first_pause`, each further time twice as long, up to `longest_pause`.
+  /// Resolves the host, which blocks on the system's resolver. The first serve() connects. The pause after a
+  /// failure is `first_pause` and doubles with each further failure, up to `longest_pause`.
   /// Throws InputError for an unknown host.
   explicit TcpClient(const HostPort& to, Clock::duration first_pause = kRetry,
                      Clock::duration longest_pause = kRetry);
@@ -137,7 +137,7 @@ class TcpClient final : public BufferedTransport {
   [[nodiscard]] std::uint64_t failures() const { return failures_; }        ///< to connect, so far
   /// Disconnects until the pause is over.
   void leave();
-  /// After a good answer: the next pause is the first one again.
+  /// After a good response: resets the pause to the first one.
   void reset_pause() { pause_ = first_pause_; }
 
  private:
@@ -164,47 +164,46 @@ class TcpClient final : public BufferedTransport {
 [[nodiscard]] std::unique_ptr<Transport> make_tcp_client(const HostPort& to);
 [[nodiscard]] std::unique_ptr<Transport> make_udp(const HostPort& to);
 [[nodiscard]] std::unique_ptr<Transport> make_udp_listener(const HostPort& at);
-/// @param link becomes a link to it; empty: none @param baud of the line that it stands for; empty: no limit
+/// @param link symbolic link to create; empty: none @param baud simulated baud rate; empty: no limit
 [[nodiscard]] std::unique_ptr<Transport> make_pseudo_terminal(const std::string& link,
                                                               std::optional<int> baud);
 [[nodiscard]] std::unique_ptr<Transport> make_serial(const std::string& device, int baud);
 [[nodiscard]] std::unique_ptr<Transport> make_standard_input();
 [[nodiscard]] std::unique_ptr<Transport> make_ntrip_mount(const NtripAddress& at);
 
-/// "127.0.0.1:10110" as host and port. Throws InputError, naming the whole address, for anything else.
+/// "127.0.0.1:10110" as host and port. Throws InputErrorwith the whole address for anything else.
 [[nodiscard]] HostPort host_and_port(std::string_view rest, std::string_view address);
 /// "ntrip://USER:PASSWORD@HOST:PORT/MOUNT", by any scheme. Throws InputError for anything else.
 [[nodiscard]] NtripAddress ntrip_address(std::string_view address);
-/// The head of a message of HTTP with CR LF behind each line, whether its lines end so or with LF alone, and
-/// the number of bytes that it took; empty: it is not whole yet.
+/// The head of an HTTP message, with each line ended by CR LF (LF alone is accepted), and the number of bytes
+/// consumed; empty: the head is incomplete.
 [[nodiscard]] std::optional<std::pair<std::string, std::size_t>> http_head(std::string_view bytes);
-/// Bytes as one chunk of HTTP/1.1; none are the last chunk (RFC 9112, section 7.1).
+/// Bytes as one chunk of HTTP/1.1; no bytes are the last chunk (RFC 9112, section 7.1).
 [[nodiscard]] std::string http_chunk(std::string_view bytes);
 
 /// An address to listen at. Throws InputError for a text that is not an IPv4 address.
 [[nodiscard]] asio::ip::address_v4 listening_address(const HostPort& at);
-/// Where a host listens; looks it up, which waits for the system's resolver. Throws InputError for an unknown
-/// host.
+/// The endpoint of a host; blocks on the system's resolver. Throws InputError for an unknown host.
 [[nodiscard]] asio::ip::tcp::endpoint tcp_endpoint(const HostPort& to);
-/// Listens; its calls return at once. Throws InputError where TcpServer() does.
+/// A non-blocking listening socket. Throws InputError as TcpServer() does.
 [[nodiscard]] asio::ip::tcp::acceptor listen_on(asio::io_context& io, const HostPort& at);
 /// "port 10110 of 127.0.0.1 cannot be opened: ..."
 [[noreturn]] void refuse_port(const HostPort& at, const error_code& error);
 
 /// Sends one stream to all clients of a TCP port, and receives from them. It has no thread and never waits:
-/// the system takes connections at any time; serve() and send() do the part of the work that needs no
-/// waiting. A client whose first line is HTTP's is dropped: the page of a foreign site in the user's browser
-/// could send poses and commands in a request.
+/// the system accepts connections at any time; serve() and send() do the non-blocking part of the work. A
+/// client whose first line is HTTP is dropped: a foreign web page in the user's browser could send poses and
+/// commands in a request.
 class TcpServer final : public BufferedTransport {
  public:
   /// Listens. Throws InputError for a port outside 1 to 65535, a host that is not an address of this machine,
-  /// and where the system refuses the port (in use, reserved).
-  /// @param most clients at a time @param http its clients speak HTTP
+  /// and if the system refuses the port (in use, reserved).
+  /// @param most maximum number of clients @param http clients use HTTP
   explicit TcpServer(int port, const std::string& host = "127.0.0.1", std::size_t most = kMaxClients,
                      bool http = false);
 
   void begin(std::string_view bytes) override { first_ = bytes; }
-  /// Sends to every client; a client that is dropped gets a part.
+  /// Sends to every client; a client that is dropped gets only a part.
   void send(std::string_view bytes) override;
   void answer(std::uint64_t reader, std::string_view bytes) override;
   void serve() override;
@@ -213,7 +212,7 @@ class TcpServer final : public BufferedTransport {
   [[nodiscard]] std::size_t clients() const { return clients_.size(); }
   /// The connected clients, without those that close() was called for.
   [[nodiscard]] std::vector<std::uint64_t> readers() const override;
-  /// Ends one client's stream behind the bytes sent so far; its further bytes are thrown away.
+  /// Ends one client's stream after the bytes sent so far; its further input is discarded.
   void close(std::uint64_t reader);
 
  private:
@@ -221,18 +220,18 @@ class TcpServer final : public BufferedTransport {
     asio::ip::tcp::socket socket;
     std::uint64_t number;
     std::string backlog;
-    std::optional<std::string> first = {};  ///< that it said; empty: enough to know that it is not HTTP
-    std::optional<std::chrono::steady_clock::time_point> answered = {};  ///< the last time; empty: never
-    /// It closed its side but may still read (`nc` whose input has ended); a send finds out. It is the first
-    /// to be dropped for a new client.
+    std::optional<std::string> first = {};  ///< received start, to detect HTTP; empty: known not to be HTTP
+    std::optional<std::chrono::steady_clock::time_point> answered = {};  ///< last reply; empty: never
+    /// It closed its side but may still read (`nc` after the end of its input); a send finds out. Such a
+    /// client is the first to be dropped for a new one.
     bool silent = false;
     bool leaving = false;  ///< close() was called: it gets its backlog, then the end of the stream
   };
   bool push(Client& client, std::string_view bytes);
   Line hear(Client& client);
   void accept_clients();
-  /// Drops a client for a new one: one that ended, else the first that was never answered, else the one whose
-  /// answer is the longest ago. Clients of HTTP that were answered are at work and stay.
+  /// Drops a client for a new one: a silent one, else the first that never got a reply, else the one with the
+  /// oldest reply. Clients of HTTP that got a reply are in use and stay.
   bool make_room();
 
   asio::io_context io_;
@@ -241,8 +240,8 @@ class TcpServer final : public BufferedTransport {
   bool http_;
   std::vector<Client> clients_;
   std::uint64_t accepted_ = 0;
-  std::string first_;                      ///< every client gets it first
-  bool full_ = false, said_http_ = false;  ///< said so already
+  std::string first_;                      ///< sent first to every client
+  bool full_ = false, said_http_ = false;  ///< already logged
 };
 
 }  // namespace canyon::transport

@@ -16,8 +16,8 @@
 
 namespace canyon::transport {
 
-/// A transport that several use, to send and to listen: messages to an autopilot and its poses go over one
-/// port. Whatever comes is handed to every listener.
+/// A transport that several modules share to send and receive: messages to an autopilot and its poses use one
+/// port. Every listener gets all received bytes.
 class Link {
  public:
   using Listener = std::function<void(const Received& received)>;
@@ -27,14 +27,13 @@ class Link {
   explicit Link(std::unique_ptr<Transport> transport) : transport_(std::move(transport)) {}
 
   [[nodiscard]] Transport& transport() { return *transport_; }
-  /// Returns what forget() takes.
+  /// Returns the id for forget().
   [[nodiscard]] int listen(Listener listener) {
     listeners_.emplace(++last_, std::move(listener));
     return last_;
   }
   void forget(int listener) { listeners_.erase(listener); }
-  /// Serves the transport, and hands on what it received.
-  /// Listeners may send; what they call does not come here again.
+  /// Serves the transport and passes its received bytes on. Listeners may send; serve() is not reentered.
   void serve() {
     if (std::exchange(serving_, true)) return;
     transport_->serve();
@@ -42,7 +41,7 @@ class Link {
       for (const auto& [number, listener] : listeners_) listener(received);
     serving_ = false;
   }
-  /// Forgets a listener, and with the last one ends the transport.
+  /// Removes a listener; the last one also ends the transport.
   void finish(int listener, const std::optional<Correction>& correction) {
     if (listeners_.erase(listener) > 0 && listeners_.empty()) transport_->finish(correction);
   }
@@ -62,8 +61,8 @@ class Link {
   bool serving_ = false;
 };
 
-/// Keeps a value for each sender (Received::reader), for kMost at a time: beyond that the one is forgotten
-/// that was not asked for for longest.
+/// Keeps a value for each sender (Received::reader), at most kMost; then the least recently used one is
+/// removed.
 template <typename Kept>
 class Readers {
  public:
@@ -91,18 +90,18 @@ class Readers {
 
  private:
   std::map<std::uint64_t, Kept> kept_;
-  std::map<std::uint64_t, std::uint64_t> asked_;  // when, counted
+  std::map<std::uint64_t, std::uint64_t> asked_;  // counter at the last use
   std::uint64_t count_ = 0;
 };
 
-/// Joins bytes that are cut anywhere into lines.
+/// Joins bytes that are split anywhere into lines.
 class LineCutter {
  public:
-  /// @param longest bytes of a line; longer ones are passed over
+  /// @param longest maximum bytes of a line; longer ones are skipped
   explicit LineCutter(std::size_t longest) : longest_(longest) {}
 
-  /// @param take gets every line that ends here, without its end; nothing in the place of one that was too
-  /// long
+  /// @param take gets every line that ends here, without its end; an empty optional instead of a line that
+  /// was too long
   template <typename Take>
   void receive(std::string_view bytes, const Take& take) {
     for (std::size_t end = bytes.find('\n'); end != std::string_view::npos; end = bytes.find('\n')) {
@@ -112,15 +111,15 @@ class LineCutter {
     }
     add(bytes);
   }
-  /// The same of bytes that were received: a datagram ends its last line.
+  /// The same for received bytes: the end of a datagram ends its last line.
   template <typename Take>
   void receive(const Received& received, const Take& take) {
     receive(std::string_view(received.bytes), take);
     if (received.whole && (too_long_ || !line_.empty())) finish(take);
   }
-  /// The line without an end so far; empty where it is too long.
+  /// The unfinished line so far; empty if it is too long.
   [[nodiscard]] const std::string& rest() const { return line_; }
-  /// Takes the rest for a line.
+  /// Treats the rest as a line.
   template <typename Take>
   void finish(const Take& take) {
     const std::string line = std::exchange(line_, {});

@@ -96,7 +96,7 @@ struct NtripClient::Impl {
     if (tcp.away()) tcp.begin(request());
     const std::uint64_t connections = tcp.connections(), failures = tcp.failures();
     tcp.serve();
-    (void)tcp.take_notes();  // its own say the same
+    (void)tcp.take_notes();  // its own notes repeat these
     if (tcp.connections() != connections) {
       phase = Phase::Head;
       answer.clear();
@@ -105,7 +105,7 @@ struct NtripClient::Impl {
     }
     for (const Received& piece : tcp.take_received()) take(piece.bytes);
     if (phase == Phase::Over) {
-      if (tcp.failures() != failures) end(State::Closed, "nobody answers");
+      if (tcp.failures() != failures) end(State::Closed, "no response");
     } else if (tcp.away()) {
       lose();
     } else if (!(source && status.state == State::Streaming) && Clock::now() - last_byte > options.patience) {
@@ -137,7 +137,7 @@ struct NtripClient::Impl {
   void read_answer() {
     const std::size_t end_of_line = answer.find('\n');
     if (end_of_line == std::string::npos) {
-      if (answer.size() > kLongestAnswer) misunderstood("the answer is not that of an NTRIP caster");
+      if (answer.size() > kLongestAnswer) misunderstood("the response is not that of an NTRIP caster");
       return;
     }
     const std::string line(trim(std::string_view(answer).substr(0, end_of_line)));
@@ -145,7 +145,7 @@ struct NtripClient::Impl {
       read_code(line);
     } else if (line.starts_with("ICY 200") || (source && line == "OK")) {
       answer.erase(0, end_of_line + 1);
-      // What some casters add.
+      // Skips an empty line that some casters add.
       if (const auto head = http_head(answer.substr(0, 2)); head && head->first == "\r\n")
         answer.erase(0, head->second);
       begin_stream(Phase::Raw);
@@ -155,9 +155,9 @@ struct NtripClient::Impl {
     } else if (lower_case(line).find("password") != std::string::npos) {
       end(State::Refused, kWrongPassword);
     } else if (line.starts_with("ERROR")) {
-      misunderstood(fmt::format("the caster says '{}'", printable(line)));
+      misunderstood(fmt::format("the caster responds '{}'", printable(line)));
     } else {
-      misunderstood("the answer is not that of an NTRIP caster");
+      misunderstood("the response is not that of an NTRIP caster");
     }
   }
 
@@ -176,7 +176,7 @@ struct NtripClient::Impl {
       end(State::Refused, no_such_mount());
       asks_table = !source && status.mounts.empty();
     } else {
-      misunderstood(fmt::format("the caster says '{}'", printable(line)));
+      misunderstood(fmt::format("the caster responds '{}'", printable(line)));
     }
   }
 
@@ -259,7 +259,7 @@ struct NtripClient::Impl {
       end(State::Refused, no_such_mount());
   }
 
-  /// With the caster's mount points, as many as a line holds.
+  /// Adds the caster's mount points, as many as fit in a line.
   [[nodiscard]] std::string no_such_mount() const {
     constexpr std::size_t kShown = 20;
     const std::size_t shown = std::min(kShown, status.mounts.size());
@@ -273,24 +273,24 @@ struct NtripClient::Impl {
     return text;
   }
 
-  /// The connection has ended, or the stream in it.
+  /// Handles the end of the connection, or of its stream.
   void lose() {
     if (phase == Phase::Table || is_table)
       end_table();
     else if (status.state == State::Streaming && phase != Phase::Head)
-      end(State::Closed, "the caster has ended the stream");
+      end(State::Closed, "the caster ended the stream");
     else
-      misunderstood("the caster ends the connection without an answer", State::Closed);
+      misunderstood("the caster closed the connection without a response", State::Closed);
   }
 
-  /// The other revision may be what it understands.
+  /// Tries the other revision, which the caster may support.
   void misunderstood(const std::string& reason, State state = State::Refused) {
     revision = 3 - revision;
     end(state, reason);
   }
 
   void end(State state, const std::string& reason) {
-    if (status.state != state || status.reason != reason) notes.push_back(reason + ": tried again");
+    if (status.state != state || status.reason != reason) notes.push_back(reason + ": retrying");
     status.state = state;
     status.reason = reason;
     phase = Phase::Over;
@@ -300,7 +300,7 @@ struct NtripClient::Impl {
     if (!tcp.away()) tcp.leave();
   }
 
-  /// A caster's words, for messages: without this side's secrets, which it may say back.
+  /// Text from the caster, for messages; removes this client's secrets, which the caster may repeat.
   [[nodiscard]] std::string printable(std::string_view text) const {
     std::string shown(text);
     for (const std::string& secret : {to.credentials(), to.password})
@@ -319,11 +319,11 @@ struct NtripClient::Impl {
   Options options;
   TcpClient tcp;
   int revision = 2;
-  bool asks_table = false;  ///< instead of the mount point, after a 404
-  bool is_table = false;    ///< what HTTP brings
-  bool has_mount = false;   ///< it names the mount point
+  bool asks_table = false;  ///< requests the source table instead of the mount point, after a 404
+  bool is_table = false;    ///< the HTTP body is a source table
+  bool has_mount = false;   ///< the source table has the mount point
   Phase phase = Phase::Over;
-  std::string answer;  ///< that is not read yet
+  std::string answer;  ///< received and not parsed yet
   std::optional<http::response_parser<http::buffer_body>> parser;
   LineCutter lines{kLongestLine};
   std::vector<std::string> table;

@@ -6,46 +6,45 @@
 
 namespace canyon::transport {
 
-/// A client of an NTRIP caster (RTCM 10410.1): receives a mount point's bytes, or sends a stream there. It
-/// asks by revision 2, and by revision 1 where the caster does not understand that. It connects again after
-/// a loss, after pauses that double.
+/// A client of an NTRIP caster (RTCM 10410.1): receives the bytes of a mount point, or sends a stream to it.
+/// It requests revision 2, and revision 1 if the caster does not support 2. It reconnects after a loss, with
+/// pauses that double.
 ///
-/// It keeps at most kMostReceived bytes of a stream, 16 KiB of an answer and 1,000 mount points.
+/// It keeps at most kMostReceived bytes of a stream, 16 KiB of a response and 1,000 mount points.
 class NtripClient final : public Transport {
  public:
   enum class State {
-    Connecting,  ///< no answer so far
-    Streaming,   ///< the caster has agreed
-    Refused,     ///< it has not: see reason; asked again
-    Stalled,     ///< no byte for Options::patience; connected anew
-    Closed,      ///< nobody answers, or the caster has ended the connection; tried again
+    Connecting,  ///< no response so far
+    Streaming,   ///< the caster has accepted
+    Refused,     ///< the caster has refused: see reason; retried
+    Stalled,     ///< no byte for Options::patience; reconnects
+    Closed,      ///< the caster is not reachable or has closed the connection; retried
   };
-  /// The last answer; it stays until there is another one.
+  /// The last status; kept until it changes.
   struct Status {
     State state = State::Connecting;
     std::string reason;               ///< "wrong user or password"; empty while connecting and streaming
-    std::vector<std::string> mounts;  ///< that the caster has, where it was asked for one that it has not
+    std::vector<std::string> mounts;  ///< available mount points, if the requested one does not exist
   };
   struct Options {
     std::chrono::milliseconds first_pause{1000}, longest_pause{60'000};
     std::chrono::milliseconds patience{10'000};
   };
 
-  /// @param address ntrip://[USER:PASSWORD@]HOST:PORT/MOUNT to receive, ntrip-source://... to send; revision
-  /// 1
-  ///                leaves the user of a source out
-  /// Looks the host up, which waits for the system's resolver; the rest is done by serve().
-  /// Throws InputError for an address without these parts, and for an unknown host.
+  /// @param address ntrip://[USER:PASSWORD@]HOST:PORT/MOUNT to receive, ntrip-source://... to send;
+  ///                revision 1 sends no user name for a source
+  /// Resolves the host, which blocks on the system's resolver; serve() does the rest.
+  /// Throws InputError for an address without these parts and for an unknown host.
   explicit NtripClient(std::string_view address) : NtripClient(address, Options()) {}
   NtripClient(std::string_view address, const Options& options);
   ~NtripClient() override;
 
-  /// A client: a GGA sentence, as mount points with a virtual reference station want one, at once and at the
-  /// beginning of later connections. The caller bounds the rate. A source: the stream; lost while the caster
-  /// is not there.
+  /// As a client: sends a GGA sentence, which mount points with a virtual reference station require, at once
+  /// and at the start of later connections. The caller limits the rate. As a source: sends the stream; bytes
+  /// are lost while the caster is not connected.
   void send(std::string_view bytes) override;
   void serve() override;
-  /// The stream, without what HTTP puts around it. Received::reader counts the connections.
+  /// The stream without HTTP framing. Received::reader counts the connections.
   [[nodiscard]] std::vector<Received> take_received() override;
   void add_handles(std::vector<int>& handles) const override;
   void finish(const std::optional<Correction>& correction) override;

@@ -18,17 +18,16 @@ namespace http = boost::beast::http;
 struct Mount {
   NtripAddress address;
   StreamDescription about;
-  std::string first;  ///< every client gets it first
+  std::string first;  ///< sent first to every client
   Inbox received;
 };
 
-/// A caster with the mount points of all addresses of its host and port. Its users may run in several
-/// threads.
+/// A caster with the mount points of all addresses of its host and port. Several threads may use it.
 class NtripCaster {
  public:
   explicit NtripCaster(const HostPort& at) : at_(at), server_(at.port, at.host, kMostVisitors, true) {}
 
-  /// The one at this host and port, which listens as long as it is used.
+  /// The caster at this host and port; it listens as long as it is used.
   static std::shared_ptr<NtripCaster> at(const HostPort& at) {
     static std::mutex mutex;
     static std::map<std::pair<std::string, int>, std::weak_ptr<NtripCaster>> all;
@@ -63,7 +62,7 @@ class NtripCaster {
     change();
   }
 
-  /// @param reader of a client that alone gets it; empty: all of the mount point
+  /// @param reader the only client that gets it; empty: all of the mount point
   void send(const Mount& mount, std::string_view bytes, std::optional<std::uint64_t> reader) {
     if (bytes.empty()) return;
     const std::lock_guard lock(mutex_);
@@ -117,16 +116,16 @@ class NtripCaster {
   struct Visitor {
     Clock::time_point since = Clock::now();
     std::string head;        ///< of its request
-    Mount* mount = nullptr;  ///< that it gets; null: none yet
+    Mount* mount = nullptr;  ///< the mount point it receives; null: none yet
     bool chunked = false;
-    bool over = false;  ///< it has its last answer
+    bool over = false;  ///< its last response is sent
   };
 
   void give(std::uint64_t reader, const Visitor& visitor, std::string_view bytes) {
     if (!bytes.empty()) server_.answer(reader, visitor.chunked ? http_chunk(bytes) : std::string(bytes));
   }
 
-  /// The last that a client gets.
+  /// Sends the last response of a client.
   void dismiss(std::uint64_t reader, Visitor& visitor, std::string_view bytes) {
     server_.answer(reader, bytes);
     server_.close(reader);
@@ -135,7 +134,7 @@ class NtripCaster {
   }
 
   void take(std::uint64_t reader, Visitor& visitor, std::string_view bytes) {
-    // A client that fills half of the common inbox would keep the others' requests out.
+    // A client that fills half of the common inbox would block the others' requests.
     if (bytes.size() > kMostReceived / 2) dismiss(reader, visitor, "");
     if (visitor.over) return;
     if (visitor.mount != nullptr) {
@@ -161,7 +160,7 @@ class NtripCaster {
   void answer(std::uint64_t reader, Visitor& visitor, const http::request<http::empty_body>& request) {
     constexpr const char* kVersion = "Ntrip-Version";
     const bool second = lower_case(text_of(request[kVersion])).find("ntrip/2.0") != std::string::npos;
-    // Behind the status line, of both revisions.
+    // Adds the header lines after the status line, for both revisions.
     const auto head_of = [&](std::string_view status, std::string_view more) {
       return fmt::format("{}\r\n{}Server: NTRIP Canyon\r\nConnection: close\r\n{}\r\n", status,
                          second ? "Ntrip-Version: Ntrip/2.0\r\n" : "", more);
@@ -183,7 +182,7 @@ class NtripCaster {
     }
     Mount& mount = *found->second;
     const std::string wanted = mount.address.credentials();
-    // The scheme's case does not count (RFC 7235, section 2.1).
+    // The scheme is case-insensitive (RFC 7235, section 2.1).
     const auto given = split_blanks(text_of(request[http::field::authorization]));
     if (!wanted.empty() && (given.size() != 2 || lower_case(given[0]) != "basic" || given[1] != wanted)) {
       const std::string more =

@@ -56,7 +56,7 @@ bool serve_until(Transport& served, const std::function<bool()>& holds) {
   return true;
 }
 
-/// The bytes that a transport receives from all, until there are `size`.
+/// The bytes that a transport receives from all peers, until there are `size`.
 std::string take(Transport& served, std::size_t size) {
   std::string bytes;
   serve_until(served, [&] {
@@ -84,7 +84,7 @@ std::string second_revision(const std::string& mount, const std::string& secret)
          authorization(secret) + "\r\n";
 }
 
-/// All that a caster answers to a request that it does not grant.
+/// The complete response of a caster to a request that it rejects.
 std::string refusal(Transport& caster, int port, const std::string& request) {
   LocalConnection client(port);
   client.say(request);
@@ -142,7 +142,7 @@ TEST(NtripCaster, TakesLinesThatEndWithLfAlone) {
   EXPECT_THAT(refusal(*caster, port, lf(second_revision("ELSE", "rover:pw"))), StartsWith("HTTP/1.1 404 "));
 }
 
-// RFC 7235, section 2.1: the case of the scheme does not count.
+// RFC 7235, section 2.1: the scheme is case-insensitive.
 TEST(NtripCaster, TakesTheSchemeInAnyCase) {
   const int port = free_port();
   const auto caster = open_transport(address("ntrip-caster", port, kBase));
@@ -187,7 +187,7 @@ TEST(NtripCaster, SourceTableHasAllMountPointsOfAPort) {
               AllOf(StartsWith("HTTP/1.1 200 OK\r\n"), HasSubstr("Content-Type: gnss/sourcetable\r\n"),
                     HasSubstr(length), EndsWith("\r\n\r\n" + table)));
 
-  // Each has its own clients and password, and goes by itself.
+  // Each has its own clients and password, and ends independently.
   LocalConnection of_base = connected(*base, port, first_revision(kBase, "rover:pw"), kFirstGrants);
   LocalConnection of_open = connected(*base, port, first_revision("OPEN-2", "any:thing"), kFirstGrants);
   base->send("base");
@@ -237,14 +237,14 @@ TEST(NtripCaster, LetsGoOfClientsThatFloodIt) {
   });
   EXPECT_EQ(read_while_serving(*caster, flood, 1), "");
   over = true;
-  // Its further bytes are thrown away.
+  // Its further bytes are discarded.
   while (flooding.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) caster->serve();
   (void)caster->take_received();
   LocalConnection good = connected(*caster, port, first_revision(kBase, "rover:pw") + kGga, kFirstGrants);
   EXPECT_EQ(take(*caster, kGga.size()), kGga);
 }
 
-/// As a base's messages: any bytes.
+/// Arbitrary bytes instead of a base's messages.
 std::string binary(std::size_t size) {
   std::string bytes;
   for (std::size_t i = 0; i < size; ++i) bytes += static_cast<char>((i * 7919 + i / 256) % 256);
@@ -281,7 +281,7 @@ TEST(NtripCaster, ServesRtklibsClient) {
   EXPECT_TRUE(test::read_bytes(file) == bytes);
 }
 
-// Python's http.client takes the chunks apart.
+// Python's http.client decodes the chunks.
 TEST(NtripCaster, Revision2IsHttp) {
   CANYON_NEEDS_PROGRAM("python3");
   const test::TemporaryFolder folder;
@@ -306,12 +306,12 @@ TEST(NtripCaster, Revision2IsHttp) {
   EXPECT_TRUE(test::read_bytes(file) == "200 " + bytes);
 }
 
-/// A caster that says what a test tells it to, to whoever connects.
+/// A caster with scripted responses, for any client.
 class ScriptedCaster {
  public:
   ScriptedCaster() : port(free_port()), server_(port, "127.0.0.1", kMaxClients, true) {}
 
-  /// The next request, whole, while `client` is served.
+  /// The next complete request, while `client` is served.
   std::string request(NtripClient& client) {
     std::string bytes;
     EXPECT_TRUE(serve_until(client, [&] {
@@ -356,7 +356,7 @@ TEST(NtripClient, TakesTheStreamOfOurCasterAndSendsItsPlace) {
   NtripClient client(address("ntrip", port, kBase), kQuick);
   EXPECT_EQ(client.status().state, State::Connecting);
   EXPECT_TRUE(becomes(client, State::Closed));
-  EXPECT_EQ(client.status().reason, "nobody answers");
+  EXPECT_EQ(client.status().reason, "no response");
   client.send(kGga);
   const auto caster = open_transport(address("ntrip-caster", port, kBase));
   std::string said;
@@ -372,7 +372,7 @@ TEST(NtripClient, TakesTheStreamOfOurCasterAndSendsItsPlace) {
   const std::string bytes = binary(30'000);
   send_in_pieces(*caster, bytes);
   EXPECT_TRUE(take(client, bytes.size()) == bytes);
-  EXPECT_THAT(client.take_notes(), ElementsAre("nobody answers: tried again", "the caster streams"));
+  EXPECT_THAT(client.take_notes(), ElementsAre("no response: retrying", "the caster streams"));
   caster->finish({});
   EXPECT_TRUE(becomes(client, State::Closed));
 }
@@ -412,7 +412,7 @@ TEST(NtripClient, AsksForTheTableOfACasterThatHasNoSuchMountPoint) {
   EXPECT_EQ(client.status().reason, "no mount point ROOF; the caster has BASE");
 }
 
-// What a caster says back of a request has the password in it, plain or encoded.
+// A caster may repeat a request, with the password plain or encoded.
 TEST(NtripClient, TellsNoSecretThatACasterSaysBack) {
   const std::string encoded = base64("rover:S3CRET!");
   for (const std::string& answer :
@@ -449,7 +449,7 @@ TEST(NtripClient, TakesChunksHoweverTheyAreCut) {
   EXPECT_EQ(take(client, 16), "one two\r\n three!");
   caster.say("0\r\n\r\n");
   EXPECT_TRUE(becomes(client, State::Closed));
-  EXPECT_EQ(client.status().reason, "the caster has ended the stream");
+  EXPECT_EQ(client.status().reason, "the caster ended the stream");
 }
 
 TEST(NtripClient, TakesWhatHttpDoesNotCut) {
@@ -500,7 +500,7 @@ TEST(NtripClient, SaysWhyItIsRefused) {
   EXPECT_EQ(status_after("HTTP/1.0 401 Unauthorized\r\n").reason, "wrong user or password");
   EXPECT_EQ(status_after("ERROR - Bad Password\r\n").reason, "wrong user or password");
   EXPECT_EQ(status_after("HTTP/1.1 404 Not Found\r\n\r\n").reason, "no mount point BASE");
-  EXPECT_EQ(status_after("HTTP/1.1 503 \x1B[2J\r\n\r\n").reason, "the caster says 'HTTP/1.1 503 ?[2J'");
+  EXPECT_EQ(status_after("HTTP/1.1 503 \x1B[2J\r\n\r\n").reason, "the caster responds 'HTTP/1.1 503 ?[2J'");
   EXPECT_EQ(status_after("SOURCETABLE 200 OK\r\n\r\nSTR;BASE;x\r\nENDSOURCETABLE\r\n").reason,
             "the mount point BASE has no stream now");
   const auto table =
@@ -509,7 +509,7 @@ TEST(NtripClient, SaysWhyItIsRefused) {
   EXPECT_THAT(table.mounts, ElementsAre("A", "B"));
 }
 
-// Each of these goes on without an end: the client lets go by itself, and keeps nothing of it.
+// Each of these responses is endless: the client disconnects by itself, and stores nothing of it.
 TEST(NtripClient, LetsGoOfHostileCasters) {
   const std::string http = "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n";
   struct Attack {
@@ -540,7 +540,7 @@ TEST(NtripClient, KeepsLittleOfAHostileStreamAndTable) {
   ScriptedCaster caster;
   NtripClient client = client_of(caster);
   (void)caster.request(client);
-  // Nothing is kept ready for chunks and contents of this size.
+  // No memory is reserved for chunks and contents of this size.
   caster.say("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n7FFFFFFFFFFFFFFF\r\n");
   for (int i = 0; i < 300; ++i) {
     caster.say(std::string(1000, 'x'));
@@ -582,8 +582,8 @@ TEST(NtripClient, ConnectsAnewWhenACasterStalls) {
   EXPECT_TRUE(becomes(client, State::Stalled)) << "no more bytes";
   EXPECT_GE(Clock::now() - last_byte, std::chrono::milliseconds(90));
   (void)caster.request(client);
-  EXPECT_THAT(client.take_notes(), ElementsAre("no byte for 0.1 s: tried again", "the caster streams",
-                                               "no byte for 0.1 s: tried again"));
+  EXPECT_THAT(client.take_notes(), ElementsAre("no byte for 0.1 s: retrying", "the caster streams",
+                                               "no byte for 0.1 s: retrying"));
 }
 
 TEST(NtripClient, WaitsLongerEachTimeUntilItGetsBytes) {
@@ -597,7 +597,7 @@ TEST(NtripClient, WaitsLongerEachTimeUntilItGetsBytes) {
     EXPECT_GE(Clock::now() - before, std::chrono::milliseconds(least - 2));
     caster.say("ERROR - Bad Password\r\n");
     caster.end();
-    // It lets go when it reads that.
+    // It disconnects when it reads that.
     std::vector<int> handles;
     EXPECT_TRUE(serve_until(client, [&] {
       handles.clear();

@@ -17,7 +17,7 @@ asio::ip::address_v4 listening_address(const HostPort& at) {
   auto address = asio::ip::make_address_v4(at.host, error);
   if (error) {
     throw InputError(fmt::format("'{}' is not an address to listen at", at.host),
-                     "write 127.0.0.1 for programs of this machine, or 0.0.0.0 for everybody");
+                     "write 127.0.0.1 for programs of this machine, or 0.0.0.0 for all");
   }
   return address;
 }
@@ -25,7 +25,7 @@ asio::ip::address_v4 listening_address(const HostPort& at) {
 void refuse_port(const HostPort& at, const error_code& error) {
   throw InputError(fmt::format("port {} of {} cannot be opened: {}", at.port, at.host, error.message()),
                    error == asio::error::access_denied
-                       ? "take one of 1024 to 65535"
+                       ? "use a port of 1024 to 65535"
                        : "give each receiver a different port that no other program uses");
 }
 
@@ -42,10 +42,10 @@ tcp::endpoint tcp_endpoint(const HostPort& to) {
 
 tcp::acceptor listen_on(asio::io_context& io, const HostPort& at) {
   if (at.port < 1 || at.port > 65535)
-    throw InputError(fmt::format("port {} does not exist", at.port), "take one of 1024 to 65535");
+    throw InputError(fmt::format("port {} does not exist", at.port), "use a port of 1024 to 65535");
   tcp::acceptor acceptor(io, tcp::v4());
   error_code error;
-  // A world that is loaded again finds its port although the last one's connections still end.
+  // A reloaded world can use its port although the last one's connections are still closing.
   acceptor.set_option(asio::socket_base::reuse_address(true), error);
   if (!error) acceptor.bind({listening_address(at), static_cast<unsigned short>(at.port)}, error);
   if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
@@ -63,7 +63,7 @@ void set_up(tcp::socket& socket) {
   socket.set_option(asio::socket_base::send_buffer_size(static_cast<int>(kMaxBacklog)), error);
 }
 
-/// Whether a connection that begins so speaks HTTP, "GET ", "OPTIONS "; empty: more of it has to come.
+/// Whether a connection that begins so uses HTTP, "GET ", "OPTIONS "; empty: needs more bytes.
 std::optional<bool> is_http(std::string_view first) {
   constexpr std::size_t kLongestMethod = 16;
   const std::size_t method = first.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ");
@@ -79,7 +79,7 @@ TcpServer::TcpServer(int port, const std::string& host, std::size_t most, bool h
     notes_.push_back(fmt::format("port {} is open to other machines", port));
 }
 
-// Puts bytes behind a client's others; false where it has to go.
+// Appends bytes to a client's backlog; false if it must be dropped.
 bool TcpServer::push(Client& client, std::string_view bytes) {
   if (client.backlog.size() + bytes.size() > kMaxBacklog) {
     notes_.emplace_back("a client that does not read is dropped");
@@ -89,7 +89,7 @@ bool TcpServer::push(Client& client, std::string_view bytes) {
   return flush(client.socket, client.backlog);
 }
 
-// Reads what a client says; Broken where it has to go.
+// Reads a client's input; Broken if the client must be dropped.
 Line TcpServer::hear(Client& client) {
   Inbox nobody, begin;
   if (client.leaving) return listen(client.socket, client.number, nobody);
@@ -124,14 +124,14 @@ bool TcpServer::make_room() {
   }
   if (!std::exchange(full_, true))
     notes_.push_back(
-        fmt::format("more than {} clients: idle ones make room, the rest are turned away", most_));
+        fmt::format("more than {} clients: idle ones are replaced, the others are rejected", most_));
   if (idle == clients_.end()) return false;
   clients_.erase(idle);
   return true;
 }
 
 void TcpServer::accept_clients() {
-  // Bounded, so that a client that connects in a loop cannot hold the caller.
+  // Bounded, so that a client that connects in a loop cannot block the caller.
   for (std::size_t i = 0; i < most_; ++i) {
     tcp::socket socket(io_);
     error_code error;
@@ -163,7 +163,7 @@ void TcpServer::serve() {
     client.silent = line == Line::Ended;
     if (line == Line::Broken || !flush(client.socket, client.backlog)) return true;
     if (!client.leaving || !client.backlog.empty()) return false;
-    // A socket that is closed with unread bytes drops those that the other end has not read yet.
+    // Closing a socket with unread input drops bytes that the other end has not read yet.
     error_code error;
     client.socket.shutdown(tcp::socket::shutdown_send, error);
     return client.silent;
@@ -208,7 +208,7 @@ TcpClient::TcpClient(const HostPort& to, Clock::duration first_pause, Clock::dur
 void TcpClient::send(std::string_view bytes) {
   if (state_ == State::Away) return;
   if (backlog_.size() + bytes.size() > kMaxBacklog) {
-    notes_.push_back(fmt::format("{} does not read: connected anew", name_));
+    notes_.push_back(fmt::format("{} does not read: reconnecting", name_));
     leave();
     return;
   }
@@ -221,7 +221,7 @@ void TcpClient::serve() {
   if (state_ == State::Connecting) see_whether_connected();
   if (state_ != State::Connected) return;
   if (listen(socket_, 0, received_) == Line::Open && flush(socket_, backlog_)) return;
-  notes_.push_back(fmt::format("{} is gone: tried again every second", name_));
+  notes_.push_back(fmt::format("{} is gone: retrying every second", name_));
   leave();
 }
 
@@ -241,7 +241,7 @@ void TcpClient::connect() {
   socket_ = tcp::socket(io_, tcp::v4());
   make_our_own(socket_);
   set_up(socket_);
-  // Asio's own call waits for non-blocking sockets too.
+  // Asio's own call waits even for non-blocking sockets.
   if (::connect(socket_.native_handle(), server_.data(), static_cast<socklen_t>(server_.size())) == 0 ||
       errno == EINPROGRESS)
     state_ = State::Connecting;
@@ -272,7 +272,7 @@ void TcpClient::see_whether_connected() {
 
 void TcpClient::fail() {
   if (!std::exchange(said_away_, true))
-    notes_.push_back(fmt::format("{} does not answer: tried again every second", name_));
+    notes_.push_back(fmt::format("{} does not respond: retrying every second", name_));
   ++failures_;
   leave();
 }

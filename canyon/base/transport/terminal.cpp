@@ -21,14 +21,14 @@ std::string error_text(int error) {
   return error_code(error, asio::error::get_system_category()).message();
 }
 
-/// A terminal device: what sends, keeps and receives.
+/// A terminal device: the common part that sends, buffers and receives.
 class Terminal : public BufferedTransport {
  public:
   void send(std::string_view bytes) override {
     if (!device_.is_open()) return;
     if (line_ && backlog_.size() + bytes.size() > line_->buffer()) {
       if (!std::exchange(behind_, true))
-        notes_.push_back(fmt::format("{} baud are too few: messages are left out", line_->baud));
+        notes_.push_back(fmt::format("{} baud are too slow: messages are dropped", line_->baud));
       return serve();
     }
     if (backlog_.size() + bytes.size() > kMaxBacklog) {
@@ -64,10 +64,10 @@ class Terminal : public BufferedTransport {
 
  protected:
   using Clock = std::chrono::steady_clock;
-  /// Ten bits a byte. Bytes that do not fit into its buffer are left out, as receivers do.
+  /// Ten bits per byte. Bytes that do not fit into its buffer are dropped, as in receivers.
   struct PacedLine {
     int baud;
-    double due = 0;  ///< bytes that may go by now
+    double due = 0;  ///< bytes that may be sent now
     Clock::time_point at = Clock::now();
 
     [[nodiscard]] std::size_t buffer() const { return static_cast<std::size_t>(std::max(4096, baud / 10)); }
@@ -81,19 +81,19 @@ class Terminal : public BufferedTransport {
     }
   };
 
-  /// The device has ended or broken.
+  /// Called if the device has ended or failed.
   virtual void lost() {}
-  /// When the end of a run waits no longer for a reader. @param latest of all
+  /// The time until which the end of a run waits for a reader. @param latest upper limit
   [[nodiscard]] virtual Clock::time_point patience_ends(Clock::time_point latest) const { return latest; }
 
-  std::optional<PacedLine> line_;             ///< empty: as fast as it is read
-  Clock::time_point read_at_ = Clock::now();  ///< bytes were last taken, or there were none
+  std::optional<PacedLine> line_;             ///< empty: no limit
+  Clock::time_point read_at_ = Clock::now();  ///< time of the last bytes read, or of an empty backlog
   asio::io_context io_;
   asio::posix::stream_descriptor device_{io_};
   std::string backlog_;
 
  private:
-  /// Sends what may go now of the backlog; false where the device is gone.
+  /// Sends as much of the backlog as possible now; false if the device is gone.
   bool drain() {
     const std::size_t before = backlog_.size();
     std::string later;
@@ -106,7 +106,7 @@ class Terminal : public BufferedTransport {
     return open;
   }
 
-  bool behind_ = false;  ///< said so already
+  bool behind_ = false;  ///< logged already
 };
 
 class PseudoTerminal final : public Terminal {
@@ -119,11 +119,11 @@ class PseudoTerminal final : public Terminal {
         ptsname_r(master, name.data(), name.size()) != 0) {
       const int error = errno;
       if (master >= 0) close(master);
-      throw InputError("this machine gives no pseudo-terminal: " + error_text(error));
+      throw InputError("cannot open a pseudo-terminal: " + error_text(error));
     }
     device_.assign(master);
     make_our_own(device_);
-    // Open at both ends, so that readers may come and go; raw, so that bytes pass as they are.
+    // Both ends stay open, so that readers may come and go; raw mode, so that bytes pass unchanged.
     other_end_.assign(open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
     termios settings{};
     tcgetattr(other_end_.native_handle(), &settings);
@@ -148,13 +148,13 @@ class PseudoTerminal final : public Terminal {
   PseudoTerminal& operator=(const PseudoTerminal&) = delete;
 
  private:
-  /// Output is processed, and no processing is on: bytes pass as they are.
+  /// Output processing is on without any conversion: bytes pass unchanged.
   static constexpr tcflag_t kUnchangedOutput = OPOST;
 
-  /// A pseudo-terminal has no receiver to switch off, 5 to 7 bits or parity. The C library therefore calls a
-  /// change of settings that asks for it an error (EINVAL), unless something else changes too. PX4's drivers
-  /// leave the receiver (CREAD) out, and give the device up. They switch processing off, so this is what
-  /// changes: it is on again whenever they open the device anew.
+  /// A pseudo-terminal has no receiver to switch off, 5 to 7 bits or parity. The C library reports a request
+  /// for them as an error (EINVAL), unless another setting changes too. PX4's drivers clear the receiver flag
+  /// (CREAD) and abandon the device on an error. They also clear output processing; this is therefore the
+  /// setting that changes: it is set again whenever they reopen the device.
   void accept_settings() {
     termios settings{};
     const int end = other_end_.native_handle();
@@ -164,20 +164,20 @@ class PseudoTerminal final : public Terminal {
     tcsetattr(end, TCSANOW, &settings);
   }
 
-  /// In place of a link that a run before has left; any other file stays.
+  /// Replaces a link left by an earlier run; any other file stays.
   void make_link(const std::filesystem::path& link, const char* name) {
     std::error_code error;
     if (std::filesystem::is_symlink(link, error)) std::filesystem::remove(link, error);
     std::filesystem::create_symlink(name, link, error);
     if (error) {
       throw InputError(
-          fmt::format("'{}' cannot become a link to {}: {}", link.string(), name, error.message()),
-          "give a name that is free in a folder that you may write to");
+          fmt::format("'{}' cannot be made a link to {}: {}", link.string(), name, error.message()),
+          "give an unused name in a writable folder");
     }
     link_ = link;
   }
 
-  /// A terminal that nobody reads stays full.
+  /// A terminal without a reader stays full.
   [[nodiscard]] Clock::time_point patience_ends(Clock::time_point) const override {
     return read_at_ + std::chrono::milliseconds(500);
   }
@@ -193,7 +193,7 @@ class SerialPort final : public Terminal {
     if (error) {
       throw InputError(
           fmt::format("the serial port '{}' cannot be opened at {} baud: {}", name_, baud, error.message()),
-          "check its name, your rights (group dialout) and the baud rate");
+          "check its name, your permissions (group dialout) and the baud rate");
     }
   }
   void serve() override {
@@ -221,7 +221,7 @@ class SerialPort final : public Terminal {
     port.open(name_, error);
     if (!error) port.set_option(asio::serial_port::baud_rate(static_cast<unsigned>(baud_)), error);
     if (error) return error;
-    // Asio's serial ports only know calls that wait.
+    // Asio's serial ports have only blocking calls.
     device_.assign(fcntl(port.native_handle(), F_DUPFD_CLOEXEC, 0));
     make_our_own(device_);
     return error;
@@ -229,7 +229,7 @@ class SerialPort final : public Terminal {
   void lost() override {
     device_.close();
     next_try_ = Clock::now() + kRetry;
-    notes_.push_back(fmt::format("'{}' is gone: tried again every second", name_));
+    notes_.push_back(fmt::format("'{}' is gone: retrying every second", name_));
   }
 
   std::string name_;
@@ -237,12 +237,12 @@ class SerialPort final : public Terminal {
   Clock::time_point next_try_;
 };
 
-/// Reads when something is there: a non-blocking standard input would make the shell's terminal non-blocking.
+/// Reads only available input: a non-blocking standard input would make the shell's terminal non-blocking.
 class StandardInput final : public BufferedTransport {
  public:
   void send(std::string_view) override {}
   void serve() override {
-    // The buffer is small: by stamps all epochs of a piece are computed before other links are served.
+    // The buffer is small: with stamps, all epochs of a piece are computed before other links are served.
     std::array<char, 4096> buffer;
     pollfd wait{STDIN_FILENO, POLLIN, 0};
     if (ended_ || poll(&wait, 1, 0) != 1) return;

@@ -34,7 +34,7 @@ class File final : public Transport {
   OutputFile file_;
 };
 
-/// A log, whose bytes go to the system at once, to PATH.live.part-..., and outlive a process that is killed.
+/// A log. Its bytes are written at once to PATH.live.part-..., and survive if the process is killed.
 class Log final : public BufferedTransport {
  public:
   explicit Log(fs::path path)
@@ -82,7 +82,7 @@ class Log final : public BufferedTransport {
     throw OutputError(path_, 0, fmt::format("cannot be written: {}", std::strerror(failure_)),
                       failure_ == ENOSPC ? "free disk space and run again" : "");
   }
-  /// What killed processes wrote of it gets names that nobody takes away.
+  /// Renames the leftovers of killed processes to names that are never removed.
   void keep_killed() {
     const fs::path folder = path_.has_parent_path() ? path_.parent_path() : fs::path(".");
     const std::string mark = path_.filename().string() + kMark + ".part-";
@@ -92,12 +92,12 @@ class Log final : public BufferedTransport {
       if (!name.starts_with(mark) || !is_temporary_name(name)) continue;
       const int left = ::open(entry.path().c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
       if (left < 0) continue;
-      const bool killed = ::flock(left, LOCK_EX | LOCK_NB) == 0;  // else a process holds it
+      const bool killed = ::flock(left, LOCK_EX | LOCK_NB) == 0;  // else a process has locked it
       if (killed && entry.file_size(error) == 0) fs::remove(entry.path(), error);
       for (int i = 1; killed && fs::exists(entry.path(), error); ++i) {
         const std::string kept = path_.string() + (i == 1 ? ".killed" : fmt::format(".killed-{}", i));
         if (::renameat2(AT_FDCWD, entry.path().c_str(), AT_FDCWD, kept.c_str(), RENAME_NOREPLACE) == 0)
-          notes_.push_back(fmt::format("what a killed run wrote is kept as {}", kept));
+          notes_.push_back(fmt::format("the output of a killed run is kept as {}", kept));
         else if (errno != EEXIST)
           break;
       }
@@ -179,7 +179,7 @@ std::unique_ptr<Transport> open_transport(std::string_view address) {
     const auto baud = baud_behind(*rest, at);
     if (!baud || at == 0) {
       throw InputError(fmt::format("'{}' has no device and baud rate", address),
-                       "write such as serial:/dev/ttyUSB0@115200");
+                       "write it like serial:/dev/ttyUSB0@115200");
     }
     return make_serial(std::string(rest->substr(0, at)), *baud);
   }

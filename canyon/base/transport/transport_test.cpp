@@ -37,7 +37,7 @@ std::chrono::steady_clock::time_point in_20_s() {
   return std::chrono::steady_clock::now() + std::chrono::seconds(20);
 }
 
-/// A server that knows of its `n` clients.
+/// A server that has accepted its `n` clients.
 void serve_until(TcpServer& server, std::size_t n) {
   const auto deadline = in_20_s();
   while (server.clients() != n && std::chrono::steady_clock::now() < deadline) server.serve();
@@ -99,7 +99,7 @@ TEST(TcpServer, DropsAClientThatDoesNotReadAndServesTheOthers) {
   serve_until(server, 2);
   const std::string block(10'000, 'n');
   std::size_t sent = 0, read = 0;
-  // The system's buffers take some before the server has to keep anything: some megabytes at most.
+  // The system's buffers hold some bytes before the server must keep any: some megabytes at most.
   while (server.clients() == 2 && sent < 100'000'000) {
     server.send(block);
     sent += block.size();
@@ -140,7 +140,7 @@ TEST(TcpServer, OneClientMoreTakesThePlaceOfTheOneThatWaitsLongest) {
   serve_until(server, kMaxClients);
   server.answer(1, "one ");
   LocalConnection late(port);
-  // The system has connected it already; the server sees it when it looks.
+  // The system has connected it already; the server accepts it when it is served.
   const auto deadline = in_20_s();
   std::vector<std::string> notes;
   while (notes.empty() && std::chrono::steady_clock::now() < deadline) {
@@ -155,7 +155,7 @@ TEST(TcpServer, OneClientMoreTakesThePlaceOfTheOneThatWaitsLongest) {
   EXPECT_EQ(clients.front().read(5), "one x");
   EXPECT_EQ(clients.back().read(1), "x");
 
-  // A client that has closed its side makes room.
+  // A client that has closed its side is replaced.
   clients.back().end_speech();
   LocalConnection later(port);
   auto reader = std::async(std::launch::async, [&] { return later.read(1); });
@@ -167,7 +167,7 @@ TEST(TcpServer, OneClientMoreTakesThePlaceOfTheOneThatWaitsLongest) {
   EXPECT_EQ(server.clients(), kMaxClients);
 }
 
-// Visitors that say nothing leave those at work alone, and one that asks is heard.
+// Silent visitors do not replace working clients, and one that sends a request gets a reply.
 TEST(TcpServer, SilentVisitorsLockNobodyOut) {
   const int port = free_port();
   TcpServer server(port, "127.0.0.1", 8, true);
@@ -191,7 +191,7 @@ TEST(TcpServer, SilentVisitorsLockNobodyOut) {
   EXPECT_EQ(works.read(5), "200 x");
 }
 
-// A page of a foreign site can make the user's browser send what it likes in the body of a request.
+// A foreign web page can make the user's browser send any bytes in the body of a request.
 TEST(TcpServer, DropsClientsThatSpeakHttp) {
   const int port = free_port();
   TcpServer server(port);
@@ -220,7 +220,7 @@ TEST(TcpServer, DropsClientsThatSpeakHttp) {
   EXPECT_EQ(end_of(slow), "");
   EXPECT_TRUE(received.empty());
   EXPECT_THAT(server.take_notes(), ElementsAre(HasSubstr("speaks HTTP")));
-  // Others are heard, whatever they begin with.
+  // Others are accepted, whatever their first bytes.
   for (const std::string& first : {std::string("P"), std::string("{\"path\": \"/ HTTP/1.1\"}\n"),
                                    std::string("GETTER\n"), std::string(" / HTTP/1.1\n")}) {
     LocalConnection client(port);
@@ -277,7 +277,7 @@ TEST(TcpServer, WaitsAtTheEndForAClientThatIsBehind) {
   LocalConnection slow(port);
   serve_until(*server, 1);
   std::string expected;
-  // More than the system's buffers of both ends take at once, less than what is kept.
+  // More than the system's buffers of both ends hold at once, less than the backlog.
   for (int i = 0; i < 5000 && server->clients() == 1; ++i) {
     const std::string line = std::to_string(i) + std::string(50, '.') + "\r\n";
     server->send(line);
@@ -289,7 +289,7 @@ TEST(TcpServer, WaitsAtTheEndForAClientThatIsBehind) {
   EXPECT_EQ(reader.get(), expected);
 }
 
-/// Bytes that come to a descriptor within 20 s, up to `size`.
+/// Bytes that arrive at a descriptor within 20 s, up to `size`.
 std::string read_from(int descriptor, std::size_t size) {
   std::string text;
   std::array<char, 4096> buffer;
@@ -311,7 +311,7 @@ TEST(Transport, DatagramsEndWithLines) {
   std::string epoch;
   for (int i = 0; i < 40; ++i) epoch += std::string(60, static_cast<char>('A' + i % 26)) + "\r\n";
   transport->send(epoch);
-  transport->send(std::string(3000, 'b'));  // nothing to cut behind
+  transport->send(std::string(3000, 'b'));  // no line end to cut after
   // 62 bytes a line: 22 lines are 1364 bytes, 23 would be 1426. Loopback keeps the order.
   for (const std::size_t size : {1364U, 1116U, 1400U, 1400U, 200U}) {
     pollfd wait{receiver.native_handle(), POLLIN, 0};
@@ -346,7 +346,7 @@ TEST(Transport, PseudoTerminalPassesBytesAsTheyAre) {
   close(reader);
 }
 
-// As PX4's drivers open a device, again after each failure to find a receiver: raw, 8 bits, without CREAD.
+// As PX4's drivers open a device, again after each failure to detect a receiver: raw, 8 bits, without CREAD.
 TEST(Transport, PseudoTerminalIsConfiguredByPx4) {
   const auto transport = open_transport("pty:");
   const std::string device = pseudo_terminal_of(*transport);
@@ -384,7 +384,7 @@ TEST(Transport, PseudoTerminalGoesOnWithoutReaders) {
   EXPECT_THAT(transport->take_notes(), ElementsAre(HasSubstr("no program reads")));
 }
 
-// Nobody reads: no reader is waited for at the end of a run.
+// Without a reader, the end of a run does not wait for one.
 TEST(Transport, UnreadPseudoTerminalEndsAtOnce) {
   const auto transport = open_transport("pty:");
   for (int i = 0; i < 100; ++i) transport->send(std::string(1000, 'x'));
@@ -395,7 +395,7 @@ TEST(Transport, UnreadPseudoTerminalEndsAtOnce) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(500));
 }
 
-// 9,600 baud are 960 bytes a second; 115,200 from then on.
+// 9,600 baud are 960 bytes a second; then 115,200.
 TEST(Transport, PseudoTerminalWithABaudRateIsPaced) {
   const test::TemporaryFolder folder;
   const std::string link = (folder / "gps").string();
@@ -419,7 +419,7 @@ TEST(Transport, PseudoTerminalWithABaudRateIsPaced) {
   EXPECT_NEAR(static_cast<double>(bytes_of(0.5)), 480, 150);
   EXPECT_THAT(transport->take_notes(), ElementsAre(HasSubstr("the pseudo-terminal is")));
   transport->send(std::string(4000, 'y'));  // the buffer is full
-  EXPECT_THAT(transport->take_notes(), ElementsAre(HasSubstr("9600 baud are too few")));
+  EXPECT_THAT(transport->take_notes(), ElementsAre(HasSubstr("9600 baud are too slow")));
   transport->set_baud(115200);
   EXPECT_GT(bytes_of(0.5), 3000U);
   close(reader);
@@ -506,7 +506,7 @@ TEST(Transport, TcpClientConnectsAgainWhenItsServerIsBack) {
     }
     return false;
   };
-  EXPECT_TRUE(serve_until_note("does not answer")) << ::testing::PrintToString(notes);
+  EXPECT_TRUE(serve_until_note("does not respond")) << ::testing::PrintToString(notes);
   std::optional<TcpServer> server(std::in_place, port);
   EXPECT_TRUE(serve_until_note("connected to")) << ::testing::PrintToString(notes);
   serve_until(*server, 1);
@@ -534,7 +534,7 @@ TEST(Transport, UdpListenerSendsToThoseItReceivedFrom) {
   b->send("two");
   const auto more = received_by(*listener, 6);
   ASSERT_EQ(first.size(), 1U);
-  ASSERT_EQ(more.size(), 2U);  // datagrams stay apart
+  ASSERT_EQ(more.size(), 2U);  // datagrams stay separate
   EXPECT_EQ(more[1].bytes, "two");
   listener->answer(first.front().reader, "answer");
   listener->send("all");
@@ -575,7 +575,7 @@ TEST(Transport, PseudoTerminalHearsAndHasALink) {
     const int next = open(link.c_str(), O_RDWR | O_NOCTTY);
     EXPECT_EQ(read_from(next, 1), "x");
     close(next);
-    // A link that a run before has left is replaced; a file of somebody else's is not.
+    // A link left by an earlier run is replaced; another file is not.
     EXPECT_NO_THROW((void)open_transport("pty:" + link));
   }
   EXPECT_FALSE(std::filesystem::is_symlink(link));
@@ -605,7 +605,7 @@ TEST(Transport, SerialPortIsTakenUpAgainAfterItWasUnplugged) {
   EXPECT_TRUE(note("is back"));
   EXPECT_EQ(received_by(**other, 1).front().bytes.front(), 'x');
   serial->set_baud(9600);
-  serial->set_baud(123456);  // whatever the machine makes of it, the port goes on
+  serial->set_baud(123456);  // whatever the machine supports, the port keeps working
   serial->send("y");
   EXPECT_FALSE(received_by(**other, 1).empty());
 }
@@ -621,7 +621,7 @@ TEST(Transport, FileAppearsWholeAndCorrected) {
   EXPECT_EQ(test::read_bytes(path), "time of last: 1\none\n");
 }
 
-// A process that is killed leaves what it had sent; the next one keeps that.
+// The data sent by a killed process are kept by the next one.
 TEST(Transport, FileOutlivesAKilledProcess) {
   const test::TemporaryFolder folder;
   const std::filesystem::path path = folder / "rover.nmea";
@@ -636,7 +636,7 @@ TEST(Transport, FileOutlivesAKilledProcess) {
   waitpid(child, &status, 0);
   ASSERT_TRUE(WIFSIGNALED(status));
   for (const bool first : {true, false}) {
-    (void)open_result(folder / "other");  // which removes what killed processes left of results
+    (void)open_result(folder / "other");  // also removes leftovers of killed processes
     const auto log = open_transport("file:" + path.string());
     const std::string kept = path.string() + ".killed";
     EXPECT_EQ(test::read_bytes(kept), "one two ");

@@ -8,7 +8,7 @@ namespace {
 
 using asio::ip::udp;
 
-/// Hands on datagrams of up to kLargestDatagram bytes, cut behind lines where one does not hold all.
+/// Sends datagrams of up to kLargestDatagram bytes, split after line ends if one is too small.
 template <class Send>
 void cut(std::string_view bytes, const Send& send) {
   while (!bytes.empty()) {
@@ -22,7 +22,7 @@ void cut(std::string_view bytes, const Send& send) {
   }
 }
 
-/// Takes the datagrams that have come, as many as one call may take.
+/// Receives the available datagrams, up to the limit per call.
 template <class Take>
 void receive(udp::socket& socket, const Take& take) {
   std::array<char, 65536> buffer;
@@ -48,7 +48,7 @@ class Udp final : public BufferedTransport {
     }
     make_our_own(socket_);
   }
-  /// Datagrams that the system does not take are lost.
+  /// Datagrams that the system rejects are lost.
   void send(std::string_view bytes) override {
     cut(bytes, [this](const asio::const_buffer& datagram) {
       error_code lost;
@@ -118,8 +118,8 @@ class UdpListener final : public BufferedTransport {
       socket_.send_to(datagram, peer.at, 0, lost);
     });
   }
-  /// The number of the peer at an address. A new one takes the place of the one that is silent for longest
-  /// where there are too many.
+  /// The number of the peer at an address. With too many peers, a new one replaces the one that has been
+  /// silent longest.
   std::uint64_t number_of(const udp::endpoint& from) {
     const auto now = Clock::now();
     const auto found =

@@ -19,7 +19,7 @@ namespace canyon::buildings {
 namespace {
 
 constexpr double kStep_m = 10;
-// A chord of this length lies s^2 / (8 R) = 5 mm below the sphere.
+// The middle of a chord of this length is s^2 / (8 R) = 5 mm below the sphere.
 constexpr double kFlatSpacing_m = 500;
 constexpr double kMetresPerDegree = 111'320;  // of latitude, for step lengths only
 
@@ -47,7 +47,7 @@ double inner_height_m(const TagMap& tags) {
   return is_footway(tags) ? 3 : 5;
 }
 
-/// A stretch of a way over ground that counts as level.
+/// A section of a way over ground that counts as level.
 struct Piece {
   std::vector<Point2> line;
   double ground_m = 0;
@@ -70,7 +70,7 @@ std::vector<Piece> pieces_of(const std::vector<Eigen::Vector3d>& line, bool leve
     if (length < 1e-3) continue;
     const int count = static_cast<int>(std::ceil(length / kPiece_m));
     for (int k = 0; k < count; ++k) {
-      // Pieces overlap within the way, and end at its mouths.
+      // Pieces overlap within the way, but not at its ends.
       const double more = kOverlap_m / length;
       const bool first = i == 0 && k == 0, last = i + 2 == line.size() && k + 1 == count;
       const double from = static_cast<double>(k) / count - (first ? 0 : more);
@@ -92,7 +92,7 @@ bool has_any(const TagMap& tags, std::initializer_list<const char*> keys) {
   return std::any_of(keys.begin(), keys.end(), [&tags](const char* key) { return tags.count(key) > 0; });
 }
 
-/// Takes all of these where there is none of them.
+/// Inherits all of these keys if none of them is present.
 void inherit(TagMap& tags, const TagMap& from, std::initializer_list<const char*> keys) {
   if (has_any(tags, keys)) return;
   for (const char* key : keys) {
@@ -158,7 +158,7 @@ void append_ground(city::Mesh& mesh, const geodesy::LocalFrame& frame, const Ter
                    const Eigen::AlignedBox2d& bounds, double terrain_spacing_m) {
   if (terrain == nullptr) {
     append_sheet(mesh, bounds.min(), bounds.max(), kFlatSpacing_m, [&](const Eigen::Vector2d& at) {
-      // The drop below the frame's plane, to first order in it: what is left is d^4 / (8 R^3), 1 mm at 38 km.
+      // The drop below the frame's plane, to first order; the rest is d^4 / (8 R^3), 1 mm at 38 km.
       return frame.origin().height_m - frame.geodetic_from_local({at.x(), at.y(), 0}).height_m;
     });
     return;
@@ -233,12 +233,10 @@ void add_guesses(ReadReport& notes, const BuildReport& report, const MapData& ma
   const std::size_t all =
       report.heights_tagged + report.heights_from_levels + report.heights_default + report.surveyed;
   if (2 * report.heights_default > all) {
-    notes.say(
-        ReadReport::Level::Guess,
-        fmt::format(
-            "{} of {} heights are guesses: the map has neither heights nor levels there; 'default_height_m', "
-            "'heights' by type or another map change them",
-            report.heights_default, all));
+    notes.say(ReadReport::Level::Guess, fmt::format("{} of {} heights are guesses: the map has neither "
+                                                    "heights nor levels for them; 'default_height_m', "
+                                                    "'heights' by type or another map change them",
+                                                    report.heights_default, all));
   }
   constexpr double kLevel_m = 5;
   const std::vector<double> lowest = level ? lowest_heights_m(map) : std::vector<double>();
@@ -248,8 +246,8 @@ void add_guesses(ReadReport& notes, const BuildReport& report, const MapData& ma
         ReadReport::Level::Guess,
         fmt::format(
             "the lowest points of the buildings differ by {:.0f} m (5 to 95 % of them), but the ground is "
-            "level, since no terrain is given: many buildings stand too high or too low on it; give "
-            "heights of the ground (terrain)",
+            "level, because no terrain is given: many buildings are too high or too low; give heights of the "
+            "ground (terrain)",
             ends[1] - ends[0]));
   }
   std::set<std::string, std::less<>> types;
@@ -273,27 +271,27 @@ std::string format_report(const BuildReport& r) {
   const auto line = [&text](const char* label, const std::string& rest) {
     text += fmt::format("{:<12}{}\n", label, rest);
   };
-  // ", 3 so", only where there are any.
+  // ", 3 so", only if the count is not zero.
   const auto also = [](std::size_t n, const char* what) {
     return n == 0 ? std::string() : fmt::format(", {} {}", n, what);
   };
-  line("buildings", fmt::format("{}{}{}", r.buildings, also(r.outlines_cut, "of them beside or below parts"),
+  line("buildings", fmt::format("{}{}{}", r.buildings, also(r.outlines_cut, "of them next to or below parts"),
                                 also(r.outlines_replaced, "more replaced by their parts")));
   line("parts", fmt::format("{}{}{}", r.parts, also(r.parts_alone, "without an outline"),
-                            also(r.parts_beyond, "reaching beyond theirs")));
+                            also(r.parts_beyond, "extending beyond theirs")));
   if (r.structures > 0)
     line("structures", fmt::format("{} bridges, tunnels, installations, furniture", r.structures));
   if (r.tunnels > 0 || r.bridges > 0)
     line("roads", fmt::format("{} under roofs, {} bridges", r.tunnels, r.bridges));
-  if (r.surveyed > 0) line("surfaces", fmt::format("{} with surfaces of their own", r.surveyed));
+  if (r.surveyed > 0) line("surfaces", fmt::format("{} with their own surfaces", r.surveyed));
   if (r.trees > 0 || r.woods > 0) line("foliage", fmt::format("{} trees, {} woods", r.trees, r.woods));
   if (r.foliage_left_out > 0) {
-    line("foliage", fmt::format("{} trees, rows and woods of the map left out (foliage takes them)",
-                                r.foliage_left_out));
+    line("foliage",
+         fmt::format("{} trees, rows and woods of the map left out (enable foliage)", r.foliage_left_out));
   }
   line("heights",
        fmt::format("{} tagged, {} from levels, {} by default{}", r.heights_tagged, r.heights_from_levels,
-                   r.heights_default, also(r.heights_inherited, "taken from the building of a part")));
+                   r.heights_default, also(r.heights_inherited, "inherited from a part's building")));
   line("guesses",
        fmt::format("{} roof heights, {} facade materials (concrete)", r.roofs_default, r.materials_default));
   line("geometry", fmt::format("{} repaired, {} skipped", r.repaired, r.skipped));

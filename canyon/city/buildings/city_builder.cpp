@@ -1,5 +1,5 @@
-// Map features to a city, in four steps: place outlines in the frame and repair them, find out which part
-// belongs to which building, lay the ground, raise the solids.
+// Builds a city from map features in four steps: transform outlines to the frame and repair them, assign
+// parts to buildings, build the ground, build the solids.
 #include "canyon/city/buildings/city_builder.hpp"
 
 #include <fmt/format.h>
@@ -19,10 +19,10 @@ namespace {
 
 using city::Surface;
 constexpr double kBelowTerrain_m = 1;  // walls on a terrain reach further down
-constexpr double kOnGround_m = 0.5;    // parts whose bottom is lower stand on the ground
+constexpr double kOnGround_m = 0.5;    // parts with a lower bottom are on the ground
 constexpr double kThinnest_m = 0.1;    // solids lower than this are not built
 constexpr const char* kSameOutline = "the same outline as another building";
-constexpr double kBeyond_m2 = 4;  // parts beyond their outline by less are how maps are drawn
+constexpr double kBeyond_m2 = 4;  // smaller areas of parts beyond their outline are drawing inaccuracies
 
 /// A feature after the first step.
 struct Placed {
@@ -89,7 +89,7 @@ class Builder {
     if (progress_) progress_(done, map_.features.size());
   }
 
-  // --- placing and repairing -------------------------------------------------------------------------
+  // --- transforming and repairing --------------------------------------------------------------------
 
   [[nodiscard]] std::vector<Point2> place_ring(const MapRing& ring) {
     std::vector<Point2> points;
@@ -152,7 +152,7 @@ class Builder {
     }
   }
 
-  // --- who belongs to whom ---------------------------------------------------------------------------
+  // --- assigning parts to buildings ------------------------------------------------------------------
 
   [[nodiscard]] bool stands_by_tags(std::size_t i) const {
     return map_.features[i].surfaces.empty() && !placed_[i].polygons.empty();
@@ -194,7 +194,7 @@ class Builder {
       groups[b].push_back(buildings[b].polygons);
       if (groups[b].size() == 1 || !is_tangled(groups[b])) continue;
       groups[b].clear();
-      notes_.tell(Level::Loss, "{} buildings whose parts cross thousands of times, which are taken alone",
+      notes_.tell(Level::Loss, "{} buildings with parts that cross thousands of times; parts read separately",
                   *buildings[b].id);
     }
     for (std::size_t p = 0; p < parts.size(); ++p) {
@@ -270,7 +270,7 @@ class Builder {
     return out;
   }
 
-  // Solids of one shape over polygons, and the feature's record. False where the shape has no height.
+  // Solids of one shape over polygons, and the feature's record. False if the shape has no height.
   bool raise_solids(std::size_t i, Surface surface, const std::vector<Polygon2>& polygons, Shape shape,
                     const Ground& ground, double base_z) {
     BuiltFeature& built = result_.features[i];
@@ -340,7 +340,7 @@ class Builder {
     if (cut) {
       ++report().outlines_cut;
       std::string& reason = result_.features[i].reason;
-      reason += fmt::format("{}beside or below {} parts", reason.empty() ? "" : "; ", placed.parts.size());
+      reason += fmt::format("{}next to or below {} parts", reason.empty() ? "" : "; ", placed.parts.size());
     }
     count_guesses(report(), shape, is_facade_known(feature.tags));
   }
@@ -351,7 +351,7 @@ class Builder {
     bool inherited = false;
     const std::map<std::string, std::string> tags = tags_.of(i, &inherited);
     const Shape shape = read_shape(tags, feature.id);
-    // All parts of a building stand on its base, so that they stack.
+    // All parts of a building are on its base, so that they stack.
     const double base_z =
         placed.building ? placed_[*placed.building].ground->lowest_z : placed.ground->lowest_z;
     if (!raise_solids(i, Surface::Building, placed.polygons, shape, *placed.ground, base_z)) {
@@ -364,7 +364,7 @@ class Builder {
       notes_.tell(Level::Remark, "part without a building outline", feature.id);
     } else if (total_area(subtract(placed.polygons, placed_[*placed.building].polygons)) > kBeyond_m2) {
       ++report().parts_beyond;
-      notes_.tell(Level::Remark, "part reaches beyond its outline", feature.id);
+      notes_.tell(Level::Remark, "part extends beyond its outline", feature.id);
     }
     if (inherited) ++report().heights_inherited;
     count_guesses(report(), shape, is_facade_known(tags));
@@ -397,7 +397,7 @@ class Builder {
     const std::optional<Eigen::Vector3d> ground = map_frame_.ground(feature.bounds().center());
     if (ground && top < ground->z())
       notes_.tell(Level::Guess,
-                  "{} buildings wholly below the ground (heights in another unit, or above another zero?)",
+                  "{} buildings entirely below the ground (heights in another unit, or another datum?)",
                   feature.id);
   }
 

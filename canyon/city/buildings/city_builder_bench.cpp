@@ -1,5 +1,5 @@
-// Imports a made-up extract of 100,000 buildings as a user would: .osm file to mesh, on one core. The goal is
-// below 60 s and 2 GB. Reported: seconds in all and for each 1,000 buildings, and the program's peak memory.
+// Imports a synthetic extract of 100,000 buildings as a user would: .osm file to mesh, on one core. The goal
+// is below 60 s and 2 GB. Reports total seconds, seconds per 1,000 buildings, and the program's peak memory.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -29,8 +29,8 @@ class Random {
   std::uint64_t state_ = 1;
 };
 
-/// A grid of L-shaped blocks 30 m apart; every tenth is two parts on an outline, every fifth has a shaped
-/// roof, heights are tagged, by levels or missing in turns. As a file sorted like real extracts: nodes, ways.
+/// A grid of L-shaped blocks 30 m apart; every tenth is an outline with two parts, every fifth has a shaped
+/// roof; heights are tagged, from levels or missing in rotation. Sorted like real extracts: nodes, ways.
 void write_extract(const std::filesystem::path& path) {
   Random random;
   std::ofstream out(path);

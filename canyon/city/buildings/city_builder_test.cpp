@@ -33,7 +33,7 @@ using ::testing::HasSubstr;
 
 using Tags = std::map<std::string, std::string>;
 
-// A map about a place, drawn in metres; lengths turn out as drawn to 1e-5 within a few hundred metres.
+// A map about a position, drawn in metres; lengths are accurate to 1e-5 within a few hundred metres.
 class Sketch {
  public:
   explicit Sketch(double latitude_deg = 48, double longitude_deg = 11)
@@ -93,7 +93,7 @@ const city::Object* find(const BuiltCity& built, const std::string& name) {
   return nullptr;
 }
 
-// Every building a closed solid with its normals outwards, and of prisms the volume of the footprint.
+// Every building is a closed solid with outward normals; prisms have the volume of the footprint.
 void expect_sound(const BuiltCity& built) {
   city::check_mesh(built.city.mesh, "built");
   for (const BuiltFeature& feature : built.features) {
@@ -153,7 +153,7 @@ TEST(CityBuilder, ABlockStandsWhereItIsDrawn) {
   expect_sound(built);
   ASSERT_NE(find(built, "way/1"), nullptr);
   const city::Box box = box_of(built.city.mesh, *find(built, "way/1"));
-  // 25 m from the origin the ground has dropped by 0.05 mm.
+  // 25 m from the origin the ground is lower by 0.05 mm.
   EXPECT_TRUE(box.min.isApprox(Eigen::Vector3d(10, 20, 0), 1e-4)) << box.min.transpose();
   EXPECT_TRUE(box.max.isApprox(Eigen::Vector3d(40, 35, 12), 1e-4)) << box.max.transpose();
   EXPECT_NEAR(volume_of(built, "way/1"), 30 * 15 * 12, 0.5);
@@ -220,12 +220,12 @@ TEST(CityBuilder, WhatPartsLeaveUncoveredKeepsItsWalls) {
   sketch.part("way/2", {{"building:part", "yes"}, {"height", "20"}}, sketch.box(0, 0, 10, 20));
   const BuiltCity built = sketch.build();
   expect_sound(built);
-  // 30 m is the whole building's; what is left reaches as high as the part beside it.
+  // 30 m is the whole building's; the rest is as high as the part next to it.
   EXPECT_NEAR(volume_of(built, "way/1"), 30 * 20 * 20, 1.5);
   EXPECT_EQ(built.report.outlines_cut, 1U);
   EXPECT_EQ(built.report.outlines_replaced, 0U);
 
-  // A strip of 0.3 m between part and outline is how maps are drawn.
+  // A strip of 0.3 m between part and outline is a drawing inaccuracy.
   Sketch sloppy;
   sloppy.building("way/1", {{"building", "yes"}, {"height", "30"}}, sloppy.box(0, 0, 40, 20));
   sloppy.part("way/2", {{"building:part", "yes"}, {"height", "30"}}, sloppy.box(0.3, 0.3, 39.7, 19.7));
@@ -265,12 +265,12 @@ TEST(CityBuilder, PartsBelongByTheMapsWordThenByArea) {
   sketch.building("way/1", {{"building", "yes"}, {"height", "10"}}, sketch.box(0, 0, 20, 20)).belongs_to =
       "relation/7";
   sketch.building("way/2", {{"building", "yes"}, {"height", "10"}}, sketch.box(20, 0, 40, 20));
-  // Mostly in way/2, but a relation says that it is way/1's.
+  // Mostly in way/2, but a relation assigns it to way/1.
   sketch.part("way/3", {{"building:part", "yes"}, {"height", "50"}}, sketch.box(18, 5, 30, 15)).belongs_to =
       "relation/7";
-  // Pokes out of way/2 by a third.
+  // A third is outside way/2.
   sketch.part("way/4", {{"building:part", "yes"}, {"height", "30"}}, sketch.box(34, 0, 43, 20));
-  // Mostly on the street: on its own.
+  // Mostly on the street: separate.
   sketch.part("way/5", {{"building:part", "yes"}, {"height", "5"}}, sketch.box(-10, 0, 4, 20));
   const BuiltCity built = sketch.build();
   expect_sound(built);
@@ -281,7 +281,7 @@ TEST(CityBuilder, PartsBelongByTheMapsWordThenByArea) {
   EXPECT_EQ(built.report.parts_alone, 1U);
   EXPECT_EQ(built.report.parts_beyond, 2U);
   EXPECT_THAT(built.city.notes.lines(), Contains(HasSubstr("way/5")));
-  EXPECT_THAT(built.city.notes.lines(), Contains(HasSubstr("reaches beyond its outline: way/3, way/4")));
+  EXPECT_THAT(built.city.notes.lines(), Contains(HasSubstr("extends beyond its outline: way/3, way/4")));
 }
 
 TEST(CityBuilder, PartsTakeHeightAndMaterialOfTheirBuildingWhereTheySayNone) {
@@ -369,7 +369,7 @@ TEST(CityBuilder, FarFromTheOriginTheGroundFallsOffAndBuildingsStayWhole) {
   EXPECT_NEAR(box.max.z() - box.min.z(), 50, 1e-6);
   // Radius of curvature in the prime vertical at 48 deg: 6,389.9 km; lowest at its far end, 20,040 m.
   EXPECT_NEAR(box.min.z(), -20040.0 * 20040 / (2 * 6389.9e3), 0.01);
-  // The ground's sheet lies at the origin's height wherever it has a post.
+  // The ground's sheet is at the origin's height at all posts.
   const city::Object& ground = built.city.mesh.objects.front();
   for (std::uint32_t t = 0; t < ground.triangle_count; ++t) {
     for (const std::uint32_t v : built.city.mesh.triangles[t]) {
@@ -378,7 +378,7 @@ TEST(CityBuilder, FarFromTheOriginTheGroundFallsOffAndBuildingsStayWhole) {
   }
 }
 
-// An SRTM tile of 3" posts from 48 N, 11 E, whose ground climbs eastwards by 1 m for each post (about 62 m).
+// An SRTM tile of 3" posts from 48 N, 11 E, whose ground rises eastwards by 1 m per post (about 62 m).
 std::filesystem::path write_slope(const test::TemporaryFolder& folder) {
   constexpr int kPosts = 1201;
   std::string bytes;
@@ -441,7 +441,7 @@ TEST(CityBuilder, TheCityKnowsWhereTheMapsMeanSeaLevelIs) {
   EXPECT_EQ(build_city(map, &terrain, {}).city.geoid_undulation_m, 46.5);
 }
 
-/// A building with six surfaces of its own over a ring of four corners, anticlockwise.
+/// A building with six own surfaces over a ring of four corners, anticlockwise.
 MapFeature& add_block(Sketch& sketch, const char* id, const MapRing& ring, double low, double high) {
   MapFeature& feature = sketch.add(id, FeatureKind::Building, {}, {});
   const auto at = [&](int k, double z) { return Eigen::Vector3d(ring[k].x(), ring[k].y(), z); };
@@ -466,7 +466,7 @@ TEST(CityBuilder, SurfacesOfASlopeNeedATerrain) {
     add_block(slope, id.c_str(), slope.box(20 * i, 0, 20 * i + 10, 10), 40 + 4 * i, 60);
     add_block(level, id.c_str(), level.box(20 * i, 0, 20 * i + 10, 10), 40 + 2 * i, 60);
   }
-  // Of 0, 4 and 8 m the part between 5 and 95 %: 0.9 of them.
+  // Of 0, 4 and 8 m the range between 5 and 95 %: 0.9 of them.
   const BuiltCity built = build_city(slope.map(), nullptr, {});
   EXPECT_THAT(built.city.notes.lines(ReadReport::Level::Guess),
               testing::ElementsAre(
@@ -481,7 +481,7 @@ TEST(CityBuilder, AHouseBelowTheGroundIsTold) {
     add_block(sketch, ("GUID_" + std::to_string(i)).c_str(), sketch.box(20 * i, 0, 20 * i + 10, 10),
               i == 2 ? 10 : 40, i == 2 ? 39 : 60);
   EXPECT_THAT(build_city(sketch.map(), nullptr, {}).city.notes.lines(ReadReport::Level::Guess),
-              testing::Contains(testing::AllOf(testing::HasSubstr("1 buildings wholly below the ground"),
+              testing::Contains(testing::AllOf(testing::HasSubstr("1 buildings entirely below the ground"),
                                                testing::EndsWith(": GUID_2"))));
 }
 
@@ -497,8 +497,8 @@ TEST(CityBuilder, SurfacesAreTakenAsTheyAre) {
   EXPECT_NEAR(check.volume_m3, 1000, 0.2);
   EXPECT_NEAR(box_of(built.city.mesh, *find(built, "GUID_1")).min.z(), 0, 0.001);
 
-  // Floor and four walls, of two triangles each; a roof of two. Untagged surfaces are concrete, or as the
-  // options say.
+  // Floor and four walls, of two triangles each; a roof of two. Untagged surfaces are concrete, or by the
+  // options.
   const auto materials = [&](city::Material untagged) {
     BuildOptions options;
     options.untagged_facade = untagged;
@@ -546,7 +546,7 @@ std::string error_of(const MapData& map, const BuildOptions& options = {}) {
 
 TEST(CityBuilder, BadInputSaysWhy) {
   Sketch nothing;
-  EXPECT_THAT(error_of(nothing.map()), HasSubstr("sketch: there is nothing to build"));
+  EXPECT_THAT(error_of(nothing.map()), HasSubstr("sketch: nothing to build"));
   Sketch line;
   line.building("way/1", {{"building", "yes"}}, {line.at(0, 0), line.at(5, 0)});
   EXPECT_THAT(error_of(line.map()), HasSubstr("way/1"));
@@ -578,7 +578,7 @@ TEST(CityBuilderMoscow, AllBuildingsStandAndTheTowerIs540MetresHigh) {
   std::printf("%s", format_report(built.report).c_str());
   for (const std::string& warning : built.city.notes.lines()) std::printf("  %s\n", warning.c_str());
 
-  // Everything that the reader gave is built, replaced by parts, or skipped with its id.
+  // All features from the reader are built, replaced by parts, or skipped with their id.
   EXPECT_EQ(
       built.report.buildings + built.report.parts + built.report.outlines_replaced + built.report.skipped,
       map.features.size());
@@ -642,7 +642,7 @@ TEST(CityBuilderMoscow, GdalsOsmDriverSeesTheSameBuildings) {
   EXPECT_EQ(missing, 0U);
 }
 
-/// Value of a tag in GDAL's other_tags ("key"=>"value",...) as it prints it; empty where it is not there.
+/// Value of a tag in GDAL's other_tags ("key"=>"value",...) as printed by it; empty if it is missing.
 std::string other_tag(const std::string& tags, const std::string& key) {
   const std::string head = "\"" + key + "\"=>\"";
   const std::size_t at = tags.find(head);
@@ -651,7 +651,7 @@ std::string other_tag(const std::string& tags, const std::string& key) {
   return tags.substr(begin, tags.find('"', begin) - begin);
 }
 
-// Heights by GDAL's reading of the tags and nothing of Canyon's: height as it is, else levels of 3 m; areas
+// Heights from GDAL's reading of the tags, independent of Canyon: height unchanged, else levels of 3 m; areas
 // of GDAL's rings against those of the built footprints.
 TEST(CityBuilderMoscow, GdalsOsmDriverSeesTheSameHeightsAndFootprints) {
   CANYON_SHARED_DATA(path, "osm/moscow.osm.gz");
@@ -695,7 +695,7 @@ TEST(CityBuilderMoscow, GdalsOsmDriverSeesTheSameHeightsAndFootprints) {
       mine_deg2 += std::abs(twice_area(polygon.outer)) / 2;
       for (const MapRing& inner : polygon.inners) mine_deg2 -= std::abs(twice_area(inner)) / 2;
     }
-    // Footprints are put on a grid of 1 mm: a sheet of 10 m2 may change by a thousandth.
+    // Footprints are snapped to a grid of 1 mm: an area of 10 m2 may change by a thousandth.
     const double change = std::abs(mine_deg2 / theirs_deg2 - 1);
     worst = std::max(worst, change);
     EXPECT_LT(change, 2e-3) << id;

@@ -23,7 +23,7 @@ using test::gml_house;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-// The real file's figures by another reading, with Python's xml.etree (its undeclared prefix "energy"
+// The real file's values from an independent reading, with Python's xml.etree (its undeclared prefix "energy"
 // renamed): of each Building the polygons below lod2MultiSurface and their lowest and highest coordinate.
 TEST(CityGmlJudge, PlateauTileAsAnotherReadingHasIt) {
   CANYON_SHARED_DATA(path, "citygml-plateau/53392642_bldg_6697_op2.gml");

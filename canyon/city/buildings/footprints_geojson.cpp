@@ -29,7 +29,7 @@ Json geometry_of(const std::vector<MapPolygon>& polygons) {
   for (const MapPolygon& polygon : polygons) {
     if (polygon.outer.size() < 3) continue;
     Eigen::AlignedBox2d bounds;
-    // Longitudes come within +-180 deg; these are those about the first corner.
+    // Longitudes must be within +-180 deg; these are relative to the first corner.
     const auto unwrapped = [&](MapRing ring) {
       for (LonLat& p : ring) bounds.extend(p = {longitude_near(p.x(), polygon.outer.front().x()), p.y()});
       return ring;
@@ -112,7 +112,7 @@ Json properties_of(const city::Mesh& mesh, const BuiltFeature& feature) {
   return p;
 }
 
-/// Buildings are ways and relations; a lone node is a tree.
+/// Buildings are ways and relations; a single node is a tree.
 bool is_tree(const city::Mesh& mesh, const BuiltFeature& feature) {
   return feature.footprint.empty() && (is_foliage(mesh, feature) || feature.id.rfind("node/", 0) == 0);
 }

@@ -20,7 +20,7 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 
-/// About 10 m squares near Hong Kong, counter-clockwise from the south-west.
+/// Squares of about 10 m near Hong Kong, counter-clockwise from the south-west.
 MapRing square(double west, double south, double size) {
   return {{west, south}, {west + size, south}, {west + size, south + size}, {west, south + size}};
 }
@@ -30,7 +30,7 @@ MapRing reversed(MapRing ring) {
   return ring;
 }
 
-/// A tower with a court, clockwise as some maps have it; two sheds as one part; one outline that failed; a
+/// A tower with a court, clockwise as in some maps; two sheds as one part; one outline that failed; a
 /// building from ready-made surfaces; a tree.
 BuiltCity sample() {
   BuiltCity built;
@@ -72,7 +72,7 @@ BuiltCity sample() {
   failed.reason = "outline without area";
 
   BuiltFeature surveyed;
-  surveyed.id = "GUID_\xC3\xA9_\xFF";  // one character of UTF-8, and a byte that is none
+  surveyed.id = "GUID_\xC3\xA9_\xFF";  // one character of UTF-8, and an invalid byte
   surveyed.built = true;
   surveyed.first_object = box("GUID", city::Surface::Building, 1, 9);
   surveyed.object_count = 1;
@@ -148,7 +148,7 @@ TEST(FootprintsGeojson, RightHandRuleAndClosedRings) {
   EXPECT_NEAR(twice_area(tower["coordinates"][1]), -2 * 1e-8, 1e-12);
 }
 
-// RFC 7946, 3.1.9 and 3.1.6; as canyon city build makes footprints, longitudes are within +-180 deg.
+// RFC 7946, 3.1.9 and 3.1.6; longitudes are within +-180 deg, as in footprints of canyon city build.
 TEST(FootprintsGeojson, IsCutAtTheAntimeridian) {
   BuiltCity built;
   built.features.resize(3);
@@ -240,7 +240,7 @@ TEST(FootprintsGeojson, OgrinfoReadsIt) {
         "height_source (String) = surfaces", "kind (String) = foliage"}) {
     EXPECT_THAT(all.output, HasSubstr(line));
   }
-  // The tower's (3e-4 deg)^2 less its court's (1e-4 deg)^2; two sheds of (1e-4 deg)^2.
+  // The tower's (3e-4 deg)^2 minus its court's (1e-4 deg)^2; two sheds of (1e-4 deg)^2.
   const auto areas = test::run_program(
       "ogrinfo -ro " + file +
       " -sql \"SELECT CAST(OGR_GEOM_AREA * 1e9 + 0.5 AS integer) AS area FROM sample WHERE built = 1\" 2>&1");

@@ -124,7 +124,7 @@ TEST(OsmOfMoscow, ABoxGivesASubsetOfWholeFeatures) {
     EXPECT_EQ(area(*whole), area(feature));
     ids.insert(feature.id);
   }
-  // Nothing that has a corner in the box is missing.
+  // No object with a corner in the box is missing.
   for (const MapFeature& feature : all.features) {
     for (const MapPolygon& polygon : feature.polygons) {
       for (const LonLat& point : polygon.outer) {

@@ -29,7 +29,7 @@ std::string seed_document() {
   return text.text();
 }
 
-// Any damage gives features or one InputError that names the file; never a crash, never a place off the
+// Any damage gives features or one InputError with the file's name; never a crash, never a position off the
 // Earth.
 TEST(OsmReaderFuzz, DamagedDocumentsNeverCrash) {
   const test::TemporaryFolder folder;
@@ -90,7 +90,7 @@ TEST(OsmReaderFuzz, DamagedDocumentsNeverCrash) {
       EXPECT_NE(std::string(error.what()).find("damaged.osm"), std::string::npos) << error.what();
     }
   }
-  // The damage is neither fatal nor harmless throughout.
+  // Some damage is fatal, and some is harmless.
   EXPECT_GT(read, 100);
   EXPECT_GT(refused, 100);
 }

@@ -46,7 +46,7 @@ TEST(Passages, ATunnelHidesAllButItsMouths) {
     for (const int elevation : {1, 10, 40, 80}) {
       const double a = azimuth * geodesy::kPi / 180, e = elevation * geodesy::kPi / 180;
       const Vector3d towards(std::sin(a) * std::cos(e), std::cos(a) * std::cos(e), std::sin(e));
-      // Below 3.2 / 50 of height the mouth to the west is in sight.
+      // Below 3.2 / 50 of height the western opening is visible.
       const bool mouth = elevation == 1 && std::abs(azimuth - 270) <= 3;
       EXPECT_EQ(meets(mesh, inside, towards), !mouth) << azimuth << " " << elevation;
     }
@@ -68,7 +68,7 @@ TEST(Passages, ACoveredWayIsOpenAtItsSidesAndABridgeBelow) {
   EXPECT_FALSE(meets(bridge, {50, 0, 3 + 13.1}, Vector3d::UnitZ())) << "on the deck";
 }
 
-// On a terrain it climbs with the road.
+// On a terrain it follows the slope of the road.
 TEST(Passages, FollowTheGround) {
   city::Mesh mesh;
   ASSERT_TRUE(append_passage(mesh, "way/1", {{"highway", "primary"}, {"tunnel", "yes"}},

@@ -22,7 +22,7 @@ namespace {
 using XmlElement = tinyxml2::XMLElement;
 
 constexpr int kDeepestColladaNode = 100;
-/// Characters that are read, a geometry's once for each instance; elements and nodes count as some.
+/// Limit of characters read, a geometry's once per instance; elements and nodes count as some characters.
 constexpr std::size_t kMostColladaWork = kLargestMesh, kElementWork = 20, kNodeWork = 2000;
 
 /// Visits the children of an element, or those of one kind.
@@ -37,7 +37,7 @@ std::string attribute_of(const XmlElement& element, const char* name) {
   return value == nullptr ? "" : value;
 }
 
-/// All of an element's text: comments and CDATA may divide it.
+/// All text of an element: comments and CDATA may divide it.
 std::string text_of(const XmlElement& element) {
   std::string text;
   for (const tinyxml2::XMLNode* n = element.FirstChild(); n != nullptr; n = n->NextSibling())
@@ -45,7 +45,7 @@ std::string text_of(const XmlElement& element) {
   return text;
 }
 
-/// The vertices of one <vertices>, and what its faces name by VERTEX.
+/// The vertices of one <vertices>, which its faces reference as VERTEX.
 struct Positions {
   std::string id;
   std::vector<Eigen::Vector3d> points;
@@ -119,7 +119,7 @@ class ColladaReader {
     for_each_child(element, nullptr, [this](const XmlElement& child) { index(child); });
   }
 
-  /// The element that "#id" of an attribute names; null where it is in another file.
+  /// The element for "#id" in an attribute; null if it is in another file.
   const XmlElement* referred(const XmlElement& from, const char* attribute, std::string_view kind,
                              std::string_view or_kind = {}) {
     const std::string url = attribute_of(from, attribute);
@@ -129,7 +129,7 @@ class ColladaReader {
     }
     const auto found = by_id_.find(url.empty() ? url : url.substr(1));
     if (found == by_id_.end() || (kind != found->second->Name() && or_kind != found->second->Name()))
-      throw fault(from, fmt::format("names the {} '{}', which is not there", kind, url));
+      throw fault(from, fmt::format("names the {} '{}', which does not exist", kind, url));
     return found->second;
   }
   const XmlElement& named(const XmlElement& from, const char* attribute, std::string_view kind) {
@@ -158,7 +158,7 @@ class ColladaReader {
     std::vector<double> numbers;
     for (const std::string_view word : split_blanks(text)) {
       const std::optional<double> value = parse_double(word);
-      if (!value) throw fault(element, fmt::format("has '{}' where a number is needed", word));
+      if (!value) throw fault(element, fmt::format("has '{}' instead of a number", word));
       numbers.push_back(*value);
     }
     return numbers;
@@ -171,18 +171,17 @@ class ColladaReader {
     for (const std::string_view word : split_blanks(text)) {
       const std::optional<long long> value = parse_integer(word);
       if (!value || *value < 0 || *value > 0xFFFFFFFF)
-        throw fault(element, fmt::format("has '{}' where a number is needed", word));
+        throw fault(element, fmt::format("has '{}' instead of a number", word));
       indices.push_back(static_cast<std::uint32_t>(*value));
     }
     return indices;
   }
 
-  /// @param unread a transform of this node or one above it that is not read: cameras may have one
+  /// @param unread an unsupported transform of this node or of a parent: cameras may have one
   void read_node(const XmlElement& node, Eigen::Affine3d transform, const XmlElement* unread,
                  const std::string& above, int levels_left) {
     spend(node, kNodeWork);
-    if (levels_left == 0)
-      throw fault(node, "is nested too deeply, or stands within itself by <instance_node>");
+    if (levels_left == 0) throw fault(node, "is nested too deeply, or contains itself by <instance_node>");
     for_each_child(node, nullptr, [&](const XmlElement& child) {
       const std::string_view kind = child.Name();
       if (kind == "skew" || kind == "lookat") unread = &child;
@@ -220,7 +219,7 @@ class ColladaReader {
     });
   }
 
-  /// Transforms apply one after the other as they stand in the node.
+  /// Transforms apply in the order of the node's elements.
   void add_transform(const XmlElement& element, Eigen::Affine3d& transform) {
     spend(element, kElementWork);
     const std::string_view kind = element.Name();
@@ -315,7 +314,7 @@ class ColladaReader {
     const std::vector<double> numbers = numbers_of(array);
     if (const std::size_t stated = count_of(array, "count", numbers.size()); stated != numbers.size())
       throw fault(array, fmt::format("has {} of {} numbers", numbers.size(), stated));
-    // Params without a name are passed over.
+    // Params without a name are skipped.
     std::array<std::size_t, 3> axis{0, 1, 2};
     std::size_t param_number = 0;
     for_each_child(*accessor, "param", [&](const XmlElement& param) {
@@ -328,7 +327,7 @@ class ColladaReader {
     const std::size_t offset = count_of(*accessor, "offset", 0),
                       last = *std::max_element(axis.begin(), axis.end());
     if (last >= stride || offset > numbers.size() || count > (numbers.size() - offset) / stride)
-      throw fault(*accessor, fmt::format("takes {} x {} of {} numbers", count, stride, numbers.size()));
+      throw fault(*accessor, fmt::format("needs {} x {} of {} numbers", count, stride, numbers.size()));
     for (std::size_t i = 0; i < count; ++i) {
       const double* at = &numbers[offset + i * stride];
       out.points.emplace_back(at[axis[0]], at[axis[1]], at[axis[2]]);
@@ -346,7 +345,7 @@ class ColladaReader {
       stride = std::max(stride, offset + 1);
       if (attribute_of(input, "semantic") != "VERTEX") return;
       if (attribute_of(input, "source") != '#' + positions.id)
-        throw fault(input, fmt::format("names '{}', which is not there", attribute_of(input, "source")));
+        throw fault(input, fmt::format("names '{}', which does not exist", attribute_of(input, "source")));
       vertex = offset;
     });
     const std::size_t count = count_of(faces, "count", 0);
@@ -369,7 +368,7 @@ class ColladaReader {
         throw fault(p, fmt::format("has {} numbers for {} corners of {}", numbers.size(), wanted, stride));
       for (std::size_t i = vertex.value_or(0); i < numbers.size(); i += stride) {
         if (numbers[i] >= positions.points.size())
-          throw fault(p, fmt::format("names element {} of {}", numbers[i], positions.points.size()));
+          throw fault(p, fmt::format("uses element {} of {}", numbers[i], positions.points.size()));
         corners.push_back(numbers[i]);
       }
       add_faces(kind, corners, sizes, builder);

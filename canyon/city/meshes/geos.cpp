@@ -7,7 +7,7 @@
 namespace canyon::meshes::geos {
 namespace {
 
-/// Makes a geometry of points by a function of GEOS that takes their sequence.
+/// Makes a geometry of points with a GEOS function of their sequence.
 template <typename Make>
 Geometry of_points(std::vector<Point2> points, const Make& make) {
   GEOSCoordSequence* sequence =

@@ -24,7 +24,7 @@
 namespace canyon::meshes {
 namespace {
 
-/// Numbers of an accessor whose bytes are not stored: all zero but for its sparse values.
+/// Limit for accessors without stored bytes: all zero except for sparse values.
 constexpr std::uint64_t kMostZeros = std::uint64_t{1} << 20;
 
 template <typename Stored>
@@ -32,11 +32,11 @@ double number_at(std::string_view bytes, std::size_t offset) {
   return static_cast<double>(little<Stored>(bytes, offset));
 }
 
-/// How accessors store numbers (glTF 2.0, 3.6.2.2).
+/// Storage of an accessor's numbers (glTF 2.0, 3.6.2.2).
 struct Component {
   std::uint64_t type;
   std::size_t size;
-  double full_scale;  ///< the largest value of a normalised integer; 1 of those that are not normalised
+  double full_scale;  ///< the largest value of a normalised integer; 1 if not normalised
   double (*at)(std::string_view bytes, std::size_t offset);
 };
 constexpr std::array kComponents{
@@ -67,7 +67,7 @@ void read_elements(std::string_view bytes, std::size_t stride, const Component& 
   if (stride == 0) stride = element;
   if (stride < element) throw InputError("the elements of an accessor overlap");
   if (out.count > 0) {
-    if (out.count - 1 > bytes.size() / stride) throw InputError("an accessor reaches beyond its buffer view");
+    if (out.count - 1 > bytes.size() / stride) throw InputError("an accessor extends beyond its buffer view");
     (void)piece(bytes, (out.count - 1) * stride, element);
   }
   out.values.resize(out.count * out.width);
@@ -166,7 +166,7 @@ void GltfBuffers::fill_sparse(const Json& sparse, const Json& accessor, Accessor
   for (std::size_t i = 0; i < places.count; ++i) {
     const double place = places.values[i];
     if (!(place >= 0 && place < static_cast<double>(out.count)))
-      throw InputError("a sparse accessor reaches beyond its elements");
+      throw InputError("a sparse accessor extends beyond its elements");
     std::copy_n(
         values.values.begin() + static_cast<std::ptrdiff_t>(i * out.width), out.width,
         out.values.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(place) * out.width));
@@ -189,7 +189,7 @@ AccessorValues GltfBuffers::accessor(std::uint64_t index) {
     if (stride > 252) throw InputError("a buffer view has a stride above 252 bytes");
   }
   if (count > (stored ? bytes.size() : kMostZeros / out.width))
-    throw InputError(fmt::format("an accessor has {} elements, more than its bytes hold", count));
+    throw InputError(fmt::format("an accessor has {} elements, too many for its bytes", count));
   out.count = static_cast<std::size_t>(count);
   if (stored)
     read_elements(bytes, stride, component, out);
@@ -213,13 +213,13 @@ constexpr std::uint64_t kMostUnpacked = std::uint64_t{1} << 30;
 
 std::string unpack_meshopt(std::string_view packed, std::uint64_t count, std::uint64_t stride,
                            const std::string& mode, const std::string& filter) {
-  // 256 vertices take at least two bits for each of their bytes, an index takes a byte.
+  // 256 vertices need at least two bits for each of their bytes, an index needs a byte.
   const bool vertices = mode == "ATTRIBUTES";
   const bool stride_fits =
       vertices ? stride > 0 && stride <= 256 && stride % 4 == 0 : stride == 2 || stride == 4;
   if (!stride_fits || count > kMostUnpacked / std::max<std::uint64_t>(stride, 1) ||
       count * stride / 1024 > packed.size())
-    throw InputError(fmt::format("meshopt data of {} elements of {} bytes are not possible", count, stride));
+    throw InputError(fmt::format("meshopt data of {} elements of {} bytes are impossible", count, stride));
   std::string out(static_cast<std::size_t>(count * stride), '\0');
   const auto* in = reinterpret_cast<const unsigned char*>(packed.data());
   const auto n = static_cast<std::size_t>(count), size = static_cast<std::size_t>(stride);
@@ -260,8 +260,8 @@ const draco::PointAttribute* draco_attribute(const draco::Mesh& mesh, int number
   return number < 0 ? nullptr : mesh.GetAttributeByUniqueId(static_cast<std::uint32_t>(number));
 }
 
-/// Throws for more faces or points than so few bytes hold: Draco takes memory for what the data say. (Its
-/// bitstream 2.2, the one of glTF.)
+/// Throws if the data are too short for their declared faces or points, because Draco allocates memory for
+/// the declared counts. (Bitstream 2.2, as in glTF.)
 void check_draco_counts(std::string_view packed) {
   draco::DecoderBuffer in;
   in.Init(packed.data(), packed.size());

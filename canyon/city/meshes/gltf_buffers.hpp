@@ -19,26 +19,26 @@ namespace canyon::meshes {
 /// The bytes of a data: URI (RFC 2397); empty for any other. Throws InputError for one without data.
 [[nodiscard]] std::optional<std::string> data_of(std::string_view uri);
 
-/// Numbers of an accessor, `width` for each element.
+/// Numbers of an accessor, `width` per element.
 struct AccessorValues {
   std::size_t count = 0;
   std::size_t width = 1;
   std::vector<double> values;
 };
 
-/// The buffers, views and accessors of a glTF asset (glTF 2.0, 3.6). All members throw InputError for what
-/// is out of bounds.
+/// The buffers, views and accessors of a glTF asset (glTF 2.0, 3.6). All members throw InputError for values
+/// out of bounds.
 class GltfBuffers {
  public:
-  /// References are kept. @param binary the binary chunk of a GLB; empty without
+  /// Keeps references. @param binary the binary chunk of a GLB; empty without
   GltfBuffers(const Json& asset, std::string_view binary, const FetchBytes& fetch)
       : asset_(asset), binary_(binary), fetch_(fetch) {}
 
   /// Item `index` of the list `list` of the asset.
   [[nodiscard]] const Json& item(std::string_view list, std::uint64_t index) const;
-  /// Bytes of a buffer view, decompressed where EXT_meshopt_compression says so.
+  /// Bytes of a buffer view, decompressed if EXT_meshopt_compression is present.
   [[nodiscard]] std::string_view view(std::uint64_t index);
-  /// An accessor's numbers, sparse ones put in, normalised integers as fractions.
+  /// An accessor's numbers with sparse values applied and normalised integers as fractions.
   [[nodiscard]] AccessorValues accessor(std::uint64_t index);
 
  private:
@@ -52,18 +52,18 @@ class GltfBuffers {
   std::map<std::uint64_t, std::string> loaded_, unpacked_;
 };
 
-// The parts of compressed glTF that need other libraries. A build without them refuses such files and names
+// The parts of compressed glTF that need other libraries. A build without them rejects such files and names
 // the package.
-/// The bytes of a buffer view that EXT_meshopt_compression packed: `count` elements of `stride` bytes.
+/// The bytes of a buffer view packed by EXT_meshopt_compression: `count` elements of `stride` bytes.
 /// Throws InputError for damaged data, more than 1,024 bytes for each packed byte, and in builds without
 /// meshoptimizer.
 [[nodiscard]] std::string unpack_meshopt(std::string_view packed, std::uint64_t count, std::uint64_t stride,
                                          const std::string& mode, const std::string& filter);
 
-/// The attributes and triangles that are read of a Draco-compressed primitive.
+/// The attributes and triangles used from a Draco-compressed primitive.
 struct DracoMesh {
   std::vector<Eigen::Vector3d> positions;
-  std::vector<double> features;  ///< empty where not asked for
+  std::vector<double> features;  ///< empty if not requested
   TriangleList triangles;
 };
 /// Attributes by their unique numbers in the packed data; -1: none. Throws InputError for damaged data, and

@@ -24,7 +24,7 @@ constexpr std::size_t kLongestCopyright = 300;
 // glTF 2.0, 3.7.2.1.
 constexpr std::uint64_t kTriangleMode = 4, kStripMode = 5, kFanMode = 6;
 
-/// Extensions that geometry does not depend on, or that are read.
+/// Whether geometry does not depend on the extension, or the extension is supported.
 bool can_read(const std::string& extension) {
   static const std::set<std::string> kRead{"KHR_mesh_quantization",
                                            "KHR_draco_mesh_compression",
@@ -53,7 +53,7 @@ GltfParts split_glb(std::string_view bytes) {
   if (bytes.size() < 4 || little<std::uint32_t>(bytes, 0) != kGltfMagic) return {bytes, {}};
   const auto version = little<std::uint32_t>(bytes, 4);
   if (version != 2) {
-    throw InputError(fmt::format("is glTF {}, which is not read", version),
+    throw InputError(fmt::format("is glTF {}, which is not supported", version),
                      "convert it to glTF 2.0, e.g. with gltf-pipeline or 3d-tiles-tools upgrade");
   }
   const std::string_view whole = piece(bytes, 0, little<std::uint32_t>(bytes, 8));
@@ -68,7 +68,7 @@ GltfParts split_glb(std::string_view bytes) {
   return parts;
 }
 
-/// Of three numbers, a quaternion and three factors; null: none.
+/// A transform of three numbers, a quaternion and three factors; null: none.
 Eigen::Matrix4d placed(const double* move, const double* turn, const double* scale) {
   Eigen::Affine3d transform = Eigen::Affine3d::Identity();
   if (move != nullptr) transform.translate(Eigen::Vector3d(move));
@@ -84,7 +84,7 @@ Eigen::Matrix4d placed(const double* move, const double* turn, const double* sca
 Eigen::Matrix4d node_matrix(const Json& node) {
   if (node.contains("matrix")) {
     if (node.contains("translation") || node.contains("rotation") || node.contains("scale"))
-      throw InputError("a node has a matrix beside a translation, rotation or scale");
+      throw InputError("a node has both a matrix and a translation, rotation or scale");
     return matrix_member(node, "matrix");
   }
   const std::vector<double> move = numbers_member(node, "translation", 3);
@@ -96,7 +96,7 @@ Eigen::Matrix4d node_matrix(const Json& node) {
   return placed(given(move), given(turn), given(scale));
 }
 
-/// Triangles of indices in glTF's order; those of strips alternate.
+/// Triangles of indices in glTF's order; strips alternate.
 TriangleList triangles_of(const std::vector<std::uint32_t>& index, std::uint64_t mode) {
   TriangleList triangles;
   if (mode == kTriangleMode) {
@@ -141,19 +141,19 @@ class GltfDecoder {
 
  private:
   void check_asset() const {
-    // 5.9: minVersion is what a reader must know.
+    // 5.9: minVersion is the version that a reader must support.
     const Json& asset = asset_.at("asset");
     const std::string least = text_member(asset, "minVersion");
     const std::string version = least.empty() ? text_member(asset, "version") : least;
     if (least.empty() ? version.rfind("2.", 0) != 0 : least != "2.0") {
-      throw InputError(fmt::format("is glTF '{}', which is not read", version),
+      throw InputError(fmt::format("is glTF '{}', which is not supported", version),
                        "convert it to glTF 2.0, e.g. with gltf-pipeline or 3d-tiles-tools upgrade");
     }
     const Json* required = asset_.find("extensionsRequired");
     if (required == nullptr) return;
     for (const Json& name : *required)
       if (!can_read(name.text()))
-        throw InputError(fmt::format("requires the glTF extension '{}', which is not read", name.text()));
+        throw InputError(fmt::format("requires the unsupported glTF extension '{}'", name.text()));
   }
 
   static std::string name_of(const Json& object) {
@@ -206,7 +206,7 @@ class GltfDecoder {
                 levels_left - 1);
   }
 
-  /// The transforms of a node's mesh: one, or those of EXT_mesh_gpu_instancing.
+  /// The transforms of a node's mesh: one, or several from EXT_mesh_gpu_instancing.
   std::vector<Eigen::Matrix4d> instances(const Json& node, const Eigen::Matrix4d& matrix) {
     const Json& instancing = extension(node, "EXT_mesh_gpu_instancing");
     if (!instancing.is_object()) return {matrix};
@@ -244,7 +244,7 @@ class GltfDecoder {
     read_geometry(primitive, mode, out);
     for (const auto& triangle : out.triangles) {
       for (const std::uint32_t v : triangle)
-        if (v >= out.positions.size()) throw InputError("a triangle names a vertex that is not there");
+        if (v >= out.positions.size()) throw InputError("a triangle uses a vertex that does not exist");
     }
     triangles_ += out.triangles.size() * places.size();
     vertices_ += out.positions.size() * places.size();
@@ -254,7 +254,7 @@ class GltfDecoder {
       GltfPrimitive placed = out;
       for (Eigen::Vector3d& v : placed.positions)
         v = place.topLeftCorner<3, 3>() * v + place.topRightCorner<3, 1>();
-      // A mirroring transform swaps the sides (glTF 2.0, 3.7.4).
+      // A mirroring transform flips the sides (glTF 2.0, 3.7.4).
       if (place.topLeftCorner<3, 3>().determinant() < 0)
         for (auto& triangle : placed.triangles) std::swap(triangle[1], triangle[2]);
       model_.primitives.push_back(std::move(placed));
@@ -265,7 +265,7 @@ class GltfDecoder {
     if (!primitive.contains("material")) return;
     const Json& material = buffers_.item("materials", count_member(primitive, "material"));
     out.material = name_of(material);
-    // Some programs make photographs shine, so that no light changes them.
+    // Some programs make photographs emissive, so that lighting does not change them.
     const Json* base = material.find("pbrMetallicRoughness");
     if (material.contains("emissiveTexture") || (base != nullptr && base->contains("baseColorTexture")))
       out.pictured = true;
@@ -312,13 +312,13 @@ class GltfDecoder {
     index.reserve(values.values.size());
     for (const double value : values.values) {
       if (!(value >= 0 && value < static_cast<double>(vertices)))
-        throw InputError("a triangle names a vertex that is not there");
+        throw InputError("a triangle uses a vertex that does not exist");
       index.push_back(static_cast<std::uint32_t>(value));
     }
     return index;
   }
 
-  /// The attribute that holds features, by EXT_mesh_features or as in a b3dm; empty without any.
+  /// The attribute with feature ids, by EXT_mesh_features or as in a b3dm; empty without any.
   std::string feature_attribute(const Json& primitive, const Json& attributes, GltfPrimitive& out) {
     const Json* sets = extension(primitive, "EXT_mesh_features").find("featureIds");
     if (sets != nullptr && sets->is_array()) {
@@ -340,12 +340,12 @@ class GltfDecoder {
   static void set_features(const std::vector<double>& ids, GltfPrimitive& out) {
     if (ids.size() != out.positions.size()) return;
     for (const double id : ids) {
-      // Whole numbers that were stored as floats.
+      // Integers that were stored as floats.
       out.features.push_back(id >= 0 && id < 4e9 ? static_cast<std::uint32_t>(std::lround(id)) : 0);
     }
   }
 
-  /// The properties of texts of property table `number` (EXT_structural_metadata).
+  /// The text properties of property table `number` (EXT_structural_metadata).
   void read_table(std::uint32_t number) {
     if (model_.tables.count(number) > 0) return;
     auto& columns = model_.tables[number];
@@ -360,7 +360,7 @@ class GltfDecoder {
     }
   }
 
-  /// A property of texts; empty for one of another type, which has no offsets.
+  /// A text property; empty for one of another type, which has no offsets.
   std::vector<std::string> table_texts(const Json& property, std::uint64_t count) {
     std::vector<std::string> texts;
     if (!property.contains("stringOffsets")) return texts;
@@ -377,7 +377,7 @@ class GltfDecoder {
     if (count >= offsets.size()) throw InputError("a property table has more rows than offsets");
     for (std::uint64_t i = 0; i < count; ++i) {
       const std::uint64_t begin = offset(i), end = offset(i + 1);
-      if (end < begin) throw InputError("a property table's offsets do not rise");
+      if (end < begin) throw InputError("a property table's offsets do not increase");
       texts.emplace_back(piece(values, begin, end - begin).substr(0, 120));
     }
     return texts;

@@ -34,7 +34,7 @@ std::string with(std::string text, const std::string& old, const std::string& no
 
 const std::vector<float> kTriangle{0, 0, 0, 2, 0, 0, 0, 3, 0};
 
-/// A GLB of one triangle with this list of accessors, whose first is the positions.
+/// A GLB of one triangle with this list of accessors, the first for the positions.
 std::string with_accessors(const std::string& accessors, const std::string& node = {}) {
   return test::glb(
       fmt::format(
@@ -46,7 +46,7 @@ std::string with_accessors(const std::string& accessors, const std::string& node
       bytes_of(kTriangle));
 }
 
-// 500 bytes that took 4 GB: counts are held against the bytes before anything is allocated.
+// 500 bytes that needed 4 GB: counts are compared with the bytes before any allocation.
 TEST(Gltf, CountsDoNotExceedTheBytes) {
   const std::string positions = R"({"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"})";
   EXPECT_THAT(model_of(with_accessors(positions)).primitives, SizeIs(1));
@@ -80,7 +80,7 @@ TEST(Gltf, LongNamesAreCut) {
 }
 
 TEST(Gltf, NodesMoveTheirMeshes) {
-  // Turned by 90 deg about z (x to y), twice as large, and moved.
+  // Rotated by 90 deg about z (x to y), twice as large, and moved.
   const GltfModel model = model_of(test::triangle_glb(
       kTriangle, {0, 1, 2},
       R"(,"name":"Roof","translation":[10,20,30],"rotation":[0,0,0.7071067811865476,0.7071067811865476],"scale":[2,2,2])",
@@ -144,7 +144,8 @@ TEST(Gltf, StripsAndFansKeepTheirFronts) {
 TEST(Gltf, RefusesWhatIsNotThere) {
   const std::string good = test::triangle_glb(kTriangle, {0, 1, 2});
   EXPECT_EQ(gltf_refusal(good), "");
-  EXPECT_THAT(gltf_refusal(test::triangle_glb(kTriangle, {0, 1, 3})), HasSubstr("vertex that is not there"));
+  EXPECT_THAT(gltf_refusal(test::triangle_glb(kTriangle, {0, 1, 3})),
+              HasSubstr("vertex that does not exist"));
   EXPECT_THAT(gltf_refusal(good.substr(0, good.size() - 8)), HasSubstr("end early"));
   EXPECT_THAT(gltf_refusal(with(good, R"("count":3)", R"("count":9)")), HasSubstr("beyond"));
   EXPECT_THAT(gltf_refusal(with(good, R"("byteLength":36)", R"("byteLength":99)")), HasSubstr("end early"));
@@ -174,7 +175,7 @@ TEST(Gltf, DamagedCompressionIsSaid) {
       R"("nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"extensions":)"
       R"({"KHR_draco_mesh_compression":{"bufferView":0,"attributes":{"POSITION":0}}}}]}],)"
       R"("buffers":[{"byteLength":16}],"bufferViews":[{"buffer":0,"byteLength":16}]})";
-  // Damaged, or in a build without Draco the package's name.
+  // Damaged data, or the package's name in a build without Draco.
   EXPECT_THAT(gltf_refusal(test::glb(json, "DRACO-not-really")), HasSubstr("raco"));
   // 2^28 points, and 2^21 faces, in 16 bytes.
   for (const std::string& claim : {std::string("DRACO\2\2\1\0\0\0\0\377\377\377\177", 16),

@@ -7,10 +7,10 @@
 namespace canyon::meshes {
 namespace {
 
-constexpr double kLargestCount = 9e15;  // whole numbers of doubles
+constexpr double kLargestCount = 9e15;  // integers exact in doubles
 
 [[noreturn]] void fail_member(std::string_view key, std::string_view wanted) {
-  throw InputError(fmt::format("'{}' is not {}", key, wanted), "the program that wrote it has a fault");
+  throw InputError(fmt::format("'{}' is not {}", key, wanted), "check the program that wrote it");
 }
 
 double finite_number(const Json& value, std::string_view key) {
@@ -24,7 +24,7 @@ std::uint64_t count_member(const Json& object, std::string_view key, std::option
   const Json* found = object.find(key);
   if (found == nullptr) {
     if (fallback) return *fallback;
-    throw InputError(fmt::format("'{}' is missing", key), "the program that wrote it has a fault");
+    throw InputError(fmt::format("'{}' is missing", key), "check the program that wrote it");
   }
   const double number = finite_number(*found, key);
   if (number < 0 || number > kLargestCount || std::floor(number) != number)

@@ -12,30 +12,30 @@
 
 namespace canyon::meshes {
 
-// Members of JSON objects with the checks that hostile files need.
-/// A member that counts or points: a whole number of at least 0. `fallback` where it is not there. Throws
-/// InputError for anything else, and where it is missing without a fallback.
+// Members of JSON objects, checked against hostile files.
+/// A member that is a count or index: a whole number of at least 0. `fallback` if it is not there. Throws
+/// InputError for anything else, and if it is missing without a fallback.
 [[nodiscard]] std::uint64_t count_member(const Json& object, std::string_view key,
                                          std::optional<std::uint64_t> fallback = {});
 
-/// A finite number; `fallback` where it is not there. Throws InputError likewise.
+/// A finite number; `fallback` if it is not there. Throws InputError likewise.
 [[nodiscard]] double number_member(const Json& object, std::string_view key,
                                    std::optional<double> fallback = {});
 
-/// A list of exactly `size` finite numbers; empty where it is not there. Throws InputError for anything else.
+/// A list of exactly `size` finite numbers; empty if it is not there. Throws InputError for anything else.
 [[nodiscard]] std::vector<double> numbers_member(const Json& object, std::string_view key, std::size_t size);
 
-/// A text; empty where it is not there or of another type.
+/// A text; empty if it is not there or of another type.
 [[nodiscard]] std::string text_member(const Json& object, std::string_view key);
 
-/// 16 numbers in order of columns; the identity where they are not there. Throws InputError for a matrix that
-/// is not affine (last row 0, 0, 0, 1).
+/// 16 numbers in column order; the identity if missing. Throws InputError for a matrix that is not affine
+/// (last row 0, 0, 0, 1).
 [[nodiscard]] Eigen::Matrix4d matrix_member(const Json& object, std::string_view key);
 
-/// object.extensions[name]; null where it is not there.
+/// object.extensions[name]; null if it is not there.
 [[nodiscard]] const Json& extension(const Json& object, std::string_view name);
 
-/// Bytes [offset, offset + length) of `bytes`. Throws InputError where they are not all there.
+/// Bytes [offset, offset + length) of `bytes`. Throws InputError if they are not all there.
 [[nodiscard]] inline std::string_view piece(std::string_view bytes, std::uint64_t offset,
                                             std::uint64_t length) {
   if (offset > bytes.size() || length > bytes.size() - offset)
@@ -43,7 +43,7 @@ namespace canyon::meshes {
   return bytes.substr(static_cast<std::size_t>(offset), static_cast<std::size_t>(length));
 }
 
-/// The little-endian number at a byte. Throws InputError likewise.
+/// The little-endian number at a byte offset. Throws InputError likewise.
 template <typename T>
 [[nodiscard]] T little(std::string_view bytes, std::uint64_t offset) {
   T value;

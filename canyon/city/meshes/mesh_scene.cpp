@@ -70,7 +70,7 @@ MeshScene read_gltf_file(const std::filesystem::path& path) {
     if (!error.file().empty()) throw;
     throw InputError(path, 0, error.problem(), error.cure());
   } catch (const JsonError& error) {
-    throw InputError(path, 0, fmt::format("is not as glTF 2.0 has it ({})", error.what()), kDamagedMesh);
+    throw InputError(path, 0, fmt::format("is not valid glTF 2.0 ({})", error.what()), kDamagedMesh);
   }
   MeshScene scene;
   scene.up = 'Y';
@@ -95,7 +95,7 @@ MeshScene read_gltf_file(const std::filesystem::path& path) {
     scene.notes.say(ReadReport::Level::Guess, "it has no scene; all its nodes are read as one");
   if (model.centre)
     scene.notes.say(ReadReport::Level::Guess,
-                    "its place on the Earth (CESIUM_RTC) is not read: the city stands at city.origin");
+                    "its position on the Earth (CESIUM_RTC) is not read: the city is at city.origin");
   return scene;
 }
 

@@ -20,7 +20,7 @@ using test::bytes_of;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
-/// Files that are small and claim, or unfold to, much. Each is refused at once.
+/// Files that are small and declare, or expand to, large contents. Each is rejected at once.
 class HostileMeshTest : public testing::Test {
  protected:
   [[nodiscard]] std::string refused(const std::string& name, const std::string& bytes) const {
@@ -44,7 +44,7 @@ class HostileMeshTest : public testing::Test {
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
-// A megabyte of attributes took 44 s.
+// A megabyte of attributes needed 44 s.
 TEST_F(HostileMeshTest, ElementsHaveFewAttributes) {
   std::string many;
   for (int i = 0; i < 100'000; ++i) many += fmt::format(" a{}='>'", i);
@@ -55,7 +55,7 @@ TEST_F(HostileMeshTest, ElementsHaveFewAttributes) {
     EXPECT_THAT(refused("a.dae", before + "<COLLADA><a b='<'><![CDATA[<a ']]></a><b" + many),
                 HasSubstr("more than 1000 attributes"));
   }
-  // What is no element has no attributes.
+  // Items other than elements have no attributes.
   EXPECT_THAT(refused("a.dae", "<COLLADA><!--" + many + "--><![CDATA[" + many + "]]></COLLADA>"),
               HasSubstr("no <scene>"));
   EXPECT_THAT(refused("a.dae", "<COLLADA a='"), HasSubstr("not well-formed"));
@@ -68,7 +68,7 @@ TEST_F(HostileMeshTest, NodesAndGeometriesAreInstancedSoOften) {
         "<node id=\"n{0}\"><instance_node url=\"#n{1}\"/><instance_node url=\"#n{1}\"/></node>", i, i + 1);
   }
   EXPECT_THAT(refused("a.dae", collada(nodes + "<node id=\"n60\"/>")), HasSubstr("instanced too often"));
-  // Faces of two corners make no triangles, but are read for each instance.
+  // Faces of two corners give no triangles, but are read for each instance.
   std::string indices;
   for (int i = 0; i < 1'000'000; ++i) indices += "          ";
   std::string geometry =
@@ -93,7 +93,7 @@ TEST_F(HostileMeshTest, HeadersAreHeldAgainstTheFile) {
           "ply\nformat {} 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
           "element face {}\nproperty list uint int vertex_indices\nend_header\n",
           format, count, count);
-      EXPECT_THAT(refused("a.ply", head + "0 0 0\n"), HasSubstr("promises")) << format;
+      EXPECT_THAT(refused("a.ply", head + "0 0 0\n"), HasSubstr("declares")) << format;
     }
     const std::string face = fmt::format(
         "ply\nformat {} 1.0\nelement vertex 1\nproperty uchar x\nproperty uchar y\nproperty uchar z\n"
@@ -114,7 +114,7 @@ TEST_F(HostileMeshTest, HeadersAreHeldAgainstTheFile) {
   }
 }
 
-// Faces of 20,000 corners did not end.
+// Faces of 20,000 corners did not terminate.
 TEST_F(HostileMeshTest, FacesOfManyCorners) {
   constexpr int kCorners = 20'000;
   std::mt19937 random(1);

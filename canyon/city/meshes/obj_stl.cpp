@@ -26,7 +26,7 @@ class ObjReader {
 
   MeshScene read() {
     while (next_line()) {
-      // A comment may stand behind the data; names may hold its sign.
+      // A comment may follow the data; names may contain its sign.
       const std::string_view line = line_;
       const bool named = line.starts_with("o ") || line.starts_with("g ") || line.starts_with("usemtl");
       const auto words = split_blanks(named ? line : line.substr(0, line.find('#')));
@@ -52,14 +52,14 @@ class ObjReader {
     }
     note_crossed(crossed, scene.notes);
     if (passed_over_ > 0) {
-      scene.notes.say(ReadReport::Level::Loss, fmt::format("{} lines are of no kind that is read ({})",
+      scene.notes.say(ReadReport::Level::Loss, fmt::format("{} lines are of an unsupported kind ({})",
                                                            passed_over_, first_passed_over_));
     }
     return scene;
   }
 
  private:
-  /// A line, with those that a backslash continues it by.
+  /// A line, with its continuation lines after a backslash.
   bool next_line() {
     line_.clear();
     while (const auto piece = file_.next_line()) {
@@ -70,7 +70,7 @@ class ObjReader {
     return !line_.empty();
   }
 
-  /// Lines that are read, or left out, by others: looks, points and lines.
+  /// Lines that other parts read or that are skipped: looks, points and lines.
   static bool has_no_faces(std::string_view word) {
     constexpr std::array kWords{"vt",     "vn",       "vp",       "s",          "l",
                                 "p",      "mtllib",   "mg",       "lod",        "bevel",
@@ -78,7 +78,7 @@ class ObjReader {
     return std::find(kWords.begin(), kWords.end(), word) != kWords.end();
   }
 
-  /// x y z; a weight, which counts for curves alone, or a colour may follow.
+  /// x y z; a weight, used only for curves, or a colour may follow.
   void add_vertex(const std::vector<std::string_view>& words) {
     if (words.size() < 4)
       throw file_.error(fmt::format("has a vertex of {} numbers", words.size() - 1), kDamagedMesh);
@@ -100,7 +100,7 @@ class ObjReader {
       if (!number || *number == 0 || *number < -count)
         throw file_.error(fmt::format("'{}' is not a corner of a face", words[i]), kDamagedMesh);
       if (*number > count)
-        throw file_.error(fmt::format("names vertex {} of {}", *number, count), kDamagedMesh);
+        throw file_.error(fmt::format("uses vertex {} of {}", *number, count), kDamagedMesh);
       corners_.push_back(static_cast<std::uint32_t>(*number < 0 ? count + *number : *number - 1));
     }
     if (corners_.size() < 3) return;
@@ -118,11 +118,11 @@ class ObjReader {
 
   TextFile file_;
   std::string line_, material_;
-  std::string name_ = "defaultobject";  ///< of faces before any o or g; facades are drawn by names
+  std::string name_ = "defaultobject";  ///< of faces before any o or g; facades are sampled by names
   std::vector<Eigen::Vector3d> vertices_;
   std::vector<std::uint32_t> corners_;
   std::vector<NodeBuilder> builders_;
-  std::map<std::string, std::size_t> builder_of_;  ///< by name: a group may go on later
+  std::map<std::string, std::size_t> builder_of_;  ///< by name: a group may continue later
   NodeBuilder* builder_ = nullptr;
   std::size_t passed_over_ = 0;
   std::string first_passed_over_;
@@ -151,7 +151,7 @@ MeshScene read_binary_stl(std::string_view bytes) {
   return scene;
 }
 
-/// The words of an ASCII file one by one: a facet has three corners of three numbers.
+/// The words of an ASCII file in sequence: a facet has three corners of three numbers.
 class StlText {
  public:
   explicit StlText(TextFile file) : file_(std::move(file)) {}
@@ -177,7 +177,7 @@ class StlText {
   void take(std::string_view word) {
     if (numbers_ > 0) {
       const std::optional<double> value = parse_double(word);
-      if (!value) throw file_.error(fmt::format("'{}' where a number is needed", word), kDamagedMesh);
+      if (!value) throw file_.error(fmt::format("'{}' instead of a number", word), kDamagedMesh);
       --numbers_;
       if (corners_ > 0) node().vertices.back()[2 - numbers_] = *value;
     } else if (word == "facet") {
@@ -221,7 +221,7 @@ MeshScene read_stl(const std::filesystem::path& path) {
     if (bytes.size() == kStlHeader + triangles * kStlTriangle) return read_binary_stl(bytes);
   }
   if (!lower_case(bytes.substr(0, 5)).starts_with("solid") || bytes.find('\0') != std::string::npos) {
-    throw InputError(path, 0, "is a binary STL file whose size is not that of the triangles that it says",
+    throw InputError(path, 0, "is a binary STL file whose size does not match its number of triangles",
                      kDamagedMesh);
   }
   return StlText(TextFile::from_string(std::move(bytes), path)).read();

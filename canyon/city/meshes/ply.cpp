@@ -71,7 +71,7 @@ class PlyReader {
     if (rest_.find_first_not_of(std::string_view(" \t\r\n\0", 5)) != std::string_view::npos) {
       scene.notes.say(
           ReadReport::Level::Loss,
-          fmt::format("{} bytes follow the data that the header counts and are left out", rest_.size()));
+          fmt::format("{} bytes follow the data counted in the header and are left out", rest_.size()));
     }
     scene.nodes.push_back(std::move(node_));
     return scene;
@@ -122,9 +122,9 @@ class PlyReader {
     if (words[1] == "tristrips")
       throw InputError(path_, line_, "has strips of triangles", "export it with faces");
     const std::optional<long long> count = parse_integer(words[2]);
-    // A record takes one byte or more.
+    // A record has at least one byte.
     if (!count || *count < 0 || static_cast<std::uint64_t>(*count) > rest_.size())
-      throw fault(fmt::format("promises {} elements in {} bytes", words[2], rest_.size()));
+      throw fault(fmt::format("declares {} elements in {} bytes", words[2], rest_.size()));
     elements_.push_back({std::string(words[1]), static_cast<std::uint64_t>(*count), {}});
   }
 
@@ -161,7 +161,7 @@ class PlyReader {
         if (vertex && is_axis(property)) node_.vertices.back()[property.name[0] - 'x'] = value;
         if (!corners) continue;
         if (!(value >= 0 && value < static_cast<double>(node_.vertices.size())))
-          throw fault(fmt::format("face {} names vertex {} of {}", number, value, node_.vertices.size()));
+          throw fault(fmt::format("face {} uses vertex {} of {}", number, value, node_.vertices.size()));
         corners_.push_back(static_cast<std::uint32_t>(value));
       }
       if (corners_.size() >= 3 && !add_face(node_.vertices, corners_, node_.faces[0].triangles)) ++crossed_;
@@ -173,7 +173,7 @@ class PlyReader {
     const std::string_view word = word_ < words_.size() ? words_[word_++] : std::string_view();
     const std::optional<double> value = parse_double(word);
     if (word.empty() && rest_.empty()) throw cut();
-    if (!value) throw fault(fmt::format("'{}' where a number is needed", word));
+    if (!value) throw fault(fmt::format("'{}' instead of a number", word));
     return *value;
   }
 
@@ -187,7 +187,7 @@ class PlyReader {
 
   const std::filesystem::path& path_;
   const std::string bytes_;
-  std::string_view rest_;  ///< what is not read yet
+  std::string_view rest_;  ///< not read yet
   int line_ = 0;
   bool binary_ = false, big_ = false;
   std::vector<PlyElement> elements_;

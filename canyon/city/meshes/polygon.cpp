@@ -20,8 +20,8 @@ Edge sorted_edge(std::uint32_t from, std::uint32_t to) {
   return (static_cast<Edge>(from) << 32) | to;
 }
 
-/// Sign of the turn a, b, c: +1 to the left, exactly. The filter is Shewchuk's ccwerrboundA (1997, "Adaptive
-/// precision floating-point arithmetic", section 4.3); what it leaves open, GEOS decides in double-double.
+/// Orientation of a, b, c: +1 for a left turn, exact. The filter is Shewchuk's ccwerrboundA (1997, "Adaptive
+/// precision floating-point arithmetic", section 4.3); undecided cases are computed by GEOS in double-double.
 int turn(const Point2& a, const Point2& b, const Point2& c) {
   const double left = (a.x() - c.x()) * (b.y() - c.y());
   const double right = (a.y() - c.y()) * (b.x() - c.x());
@@ -31,8 +31,8 @@ int turn(const Point2& a, const Point2& b, const Point2& c) {
   return GEOSOrientationIndex_r(geos::context(), a.x(), a.y(), b.x(), b.y(), c.x(), c.y());
 }
 
-/// Corners of a polygon in the order of the indices that triangulate() gives, positions that occur twice
-/// (rings that touch) known by their first index.
+/// Corners of a polygon in the order of the indices from triangulate(); repeated positions (rings that touch)
+/// use their first index.
 struct Corners {
   explicit Corners(const Polygon2& polygon) {
     const auto add = [this](const std::vector<Point2>& ring) {
@@ -68,8 +68,8 @@ struct Corners {
   std::vector<std::uint32_t> first;                            ///< lowest index with the same position
 };
 
-/// Whether triangles cover the polygon exactly: all turn left, and once edges that two of them share cancel,
-/// the rings' edges are left. (The triangles' winding numbers then add up to the rings'.)
+/// Whether triangles cover the polygon exactly: all are counter-clockwise, and after shared edges cancel,
+/// exactly the rings' edges are left. (The triangles' winding numbers then add up to the rings'.)
 bool covers(const Corners& corners, const std::vector<Triangle>& triangles) {
   std::vector<Edge> left, right;
   left.reserve(3 * triangles.size());
@@ -81,13 +81,13 @@ bool covers(const Corners& corners, const std::vector<Triangle>& triangles) {
   for (const auto& [begin, end] : corners.rings)
     for (std::uint32_t i = begin; i < end; ++i)
       right.push_back(sorted_edge(corners.first[i], corners.first[i + 1 < end ? i + 1 : begin]));
-  // Directed triangle edges must be the ring edges and, beside them, pairs of opposites.
+  // Directed triangle edges must be the ring edges plus pairs of opposites.
   std::sort(left.begin(), left.end());
   std::sort(right.begin(), right.end());
   std::vector<Edge> inner;
   inner.reserve(left.size());
   std::set_difference(left.begin(), left.end(), right.begin(), right.end(), std::back_inserter(inner));
-  if (inner.size() + right.size() != left.size()) return false;  // a ring edge that no triangle has
+  if (inner.size() + right.size() != left.size()) return false;  // a ring edge without a triangle
   std::vector<Edge> opposite(inner.size());
   std::transform(inner.begin(), inner.end(), opposite.begin(), [](Edge e) { return (e << 32) | (e >> 32); });
   std::sort(opposite.begin(), opposite.end());
@@ -95,8 +95,8 @@ bool covers(const Corners& corners, const std::vector<Triangle>& triangles) {
 }
 
 /// Triangles of a polygon in n log n steps: diagonals of a sweep along x cut it into monotone pieces, and a
-/// stack cuts these (de Berg et al., Computational Geometry, 3.2 and 3.3). Any triangles for rings that cross
-/// or touch: see covers().
+/// stack cuts these (de Berg et al., Computational Geometry, 3.2 and 3.3). For rings that cross or touch the
+/// result is arbitrary: see covers().
 class Sweep {
  public:
   explicit Sweep(const Corners& corners)
@@ -140,7 +140,7 @@ class Sweep {
   }
 
  private:
-  /// A side of a ring by its first corner; order is from below.
+  /// A side of a ring by its first corner; ordered from below.
   struct Below {
     using is_transparent = void;
     const Sweep* of;
@@ -205,12 +205,12 @@ class Sweep {
     if (turn(at_[a], at_[b], at_[c]) < 0) std::swap(triangles_.back()[1], triangles_.back()[2]);
   }
 
-  /// Cuts a piece that no vertical line meets more than twice, counter-clockwise.
+  /// Cuts a piece, counter-clockwise, that no vertical line crosses more than twice.
   void cut(std::vector<std::uint32_t> piece) {
     const auto is_left = [this](std::uint32_t a, std::uint32_t b) { return rank_[a] < rank_[b]; };
     std::rotate(piece.begin(), std::min_element(piece.begin(), piece.end(), is_left), piece.end());
     const auto right = std::max_element(piece.begin(), piece.end(), is_left);
-    std::vector<std::pair<std::uint32_t, bool>> all, open;  // with whether it is of the upper chain
+    std::vector<std::pair<std::uint32_t, bool>> all, open;  // with a flag for the upper chain
     for (auto corner = piece.begin(); corner != piece.end(); ++corner)
       all.emplace_back(*corner, corner > right);
     std::sort(all.begin(), all.end(),
@@ -232,14 +232,14 @@ class Sweep {
   const std::vector<Point2>& at_;
   const std::vector<std::uint32_t>& order_;
   std::vector<std::uint32_t> next_, before_, rank_;
-  std::vector<std::uint32_t> diagonals_;  ///< both ways, one behind the other
+  std::vector<std::uint32_t> diagonals_;  ///< both directions, one after the other
   std::vector<Triangle> triangles_;
 };
 
-/// A view of the plane, its own inverse.
+/// A view of the plane, which is its own inverse.
 using View = Point2 (*)(const Point2&);
 
-/// GEOS's triangulation of the polygon as seen by `view`; empty where it does not cover the polygon exactly.
+/// GEOS's triangulation of the polygon transformed by `view`; empty if it does not cover the polygon exactly.
 std::optional<std::vector<Triangle>> triangulate_seen(const Polygon2& polygon, const Corners& corners,
                                                       View view) {
   Polygon2 seen = polygon;
@@ -282,10 +282,10 @@ std::vector<Point2> flat(const std::vector<Eigen::Vector3d>& vertices,
   return ring;
 }
 
-/// A ring that goes to its holes and back on the same edges, as an outline with holes; any other as it is.
-/// @param order takes the number in the ring of each corner of the polygon
+/// Converts a ring with two-way edges (bridges) to its holes into an outline with holes; keeps other rings.
+/// @param order gets the index in the ring of each corner of the polygon
 Polygon2 without_bridges(const std::vector<Point2>& ring, std::vector<std::uint32_t>& order) {
-  constexpr std::size_t kLongest = 500;  // the search takes the square of it, for each bridge
+  constexpr std::size_t kLongest = 500;  // the cost is quadratic, for each bridge
   std::vector<std::vector<std::uint32_t>> waiting(1), rings;
   for (std::uint32_t i = 0; i < ring.size(); ++i) waiting[0].push_back(i);
   order = waiting[0];
@@ -295,7 +295,7 @@ Polygon2 without_bridges(const std::vector<Point2>& ring, std::vector<std::uint3
     waiting.pop_back();
     const std::size_t n = part.size();
     const auto at = [&](std::size_t i) -> const Point2& { return ring[part[i % n]]; };
-    // The edges from i to i + 1 and from j to j + 1 are the two ways of a bridge.
+    // The edges from i to i + 1 and from j to j + 1 are the two directions of a bridge.
     std::optional<std::pair<std::size_t, std::size_t>> bridge;
     for (std::size_t i = 0; i < n && !bridge; ++i) {
       for (std::size_t j = i + 1; j < n && !bridge; ++j)
@@ -343,7 +343,7 @@ double twice_area(const std::vector<Point2>& ring) {
 TriangleList triangulate(const Polygon2& polygon) {
   if (polygon.outer.size() < 3) return {};
   const Corners corners(polygon);
-  // GEOS takes the square of the corners: 5 s for a spiral of 4,000.
+  // GEOS is quadratic in the corners: 5 s for a spiral of 4,000.
   constexpr std::size_t kMostInSquare = 1000;
   if (corners.points.size() > kMostInSquare) {
     std::vector<Triangle> triangles = Sweep(corners).triangles();
@@ -354,7 +354,7 @@ TriangleList triangulate(const Polygon2& polygon) {
     const bool touches = shape && GEOSisValid_r(geos::context(), shape.get()) == 1;
     if (!touches || corners.points.size() > 4 * kMostInSquare) return {};
   }
-  // GEOS joins holes to the outline from one side: where rings touch, it may fail there and not from another.
+  // GEOS joins holes to the outline from one side: if rings touch, this may work from another side only.
   const View kViews[]{[](const Point2& p) { return p; },
                       [](const Point2& p) { return Point2(-p.x(), p.y()); },
                       [](const Point2& p) { return Point2(p.y(), p.x()); },

@@ -16,18 +16,18 @@ struct Polygon2 {
   std::vector<Point2> outer;
   std::vector<std::vector<Point2>> holes;
 };
-/// Twice the signed area of a ring, positive when counter-clockwise; taken about its first point, so that far
-/// coordinates cost no digits.
+/// Twice the signed area of a ring, positive if counter-clockwise; computed about its first point, so that
+/// distant coordinates do not lose digits.
 [[nodiscard]] double twice_area(const std::vector<Point2>& ring);
 
 /// Constrained triangulation: indices into outer followed by the holes in order; counter-clockwise; covers
-/// the polygon exactly, adds no points, uses every edge of the rings (checked). Where rings touch at a point,
-/// the first of its indices stands for all. Empty for rings that cross.
+/// the polygon exactly, adds no points, uses every edge of the rings (checked). If rings touch at a point,
+/// the first of its indices is used for all. Empty for rings that cross.
 [[nodiscard]] TriangleList triangulate(const Polygon2& polygon);
 
-/// Adds the triangles of a face of three or more corners, which may have notches and need not be flat: a fan
-/// where one covers the face, else triangulate() on the plane of its mean normal. Corners are indices of
-/// `vertices`, all of them there.
+/// Adds the triangles of a face of three or more corners, which may be concave and need not be flat: a fan if
+/// it covers the face, else triangulate() on the plane of its mean normal. Corners are valid indices of
+/// `vertices`.
 /// @return false for a face that crosses itself, which becomes a fan from its first corner
 bool add_face(const std::vector<Eigen::Vector3d>& vertices, const std::vector<std::uint32_t>& corners,
               TriangleList& triangles);

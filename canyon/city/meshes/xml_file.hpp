@@ -13,7 +13,7 @@
 
 namespace canyon::meshes {
 
-/// Whether an element of a text has more than 1,000 attributes: TinyXML-2 looks at all that come before each.
+/// Whether an element of a text has more than 1,000 attributes: TinyXML-2 compares each with all before it.
 [[nodiscard]] inline bool has_many_attributes(std::string_view text) {
   constexpr int kMost = 1000;
   constexpr std::pair<std::string_view, std::string_view> kNoElements[]{
@@ -36,7 +36,7 @@ namespace canyon::meshes {
   return false;
 }
 
-/// Reads an XML file, which then has a root element. Throws InputError where it cannot be read or is not XML.
+/// Reads an XML file that has a root element. Throws InputError if it cannot be read or is not XML.
 inline void read_xml(const std::filesystem::path& path, tinyxml2::XMLDocument& document) {
   const TextFile file(path);
   if (has_many_attributes(file.text()))

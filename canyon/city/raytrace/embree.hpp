@@ -1,6 +1,6 @@
 #pragma once
 
-// Embree 3 and 4 behind one set of names. Private to canyon/raytrace.
+// Common names for Embree 3 and 4. Private to canyon/raytrace.
 
 #if __has_include(<embree4/rtcore.h>)
 #include <embree4/rtcore.h>
@@ -30,7 +30,7 @@ inline constexpr RTCSceneFlags kFilterSceneFlag = RTC_SCENE_FLAG_CONTEXT_FILTER_
 using QueryContext = RTCIntersectContext;
 #endif
 
-/// How a query is made, optionally with a filter that sees every hit.
+/// The arguments of a query, optionally with a filter called for every hit.
 class Query {
  public:
 #if RTC_VERSION_MAJOR >= 4

@@ -16,8 +16,8 @@
 
 namespace canyon::raytrace {
 
-/// Embree's device. Without AVX-512, which rounds otherwise than AVX2 and is no faster: a ray past an edge
-/// must not depend on the processor. Embree's smaller triangle4i is not watertight.
+/// Embree's device. AVX-512 is disabled: it rounds differently from AVX2 and is not faster, and a ray past an
+/// edge must not depend on the processor. Embree's smaller triangle4i is not watertight.
 struct Tracing {
   embree::Device device{rtcNewDevice("ignore_config_files=1,max_isa=avx2")};
 
@@ -30,7 +30,7 @@ struct Tracing {
   }
 };
 
-/// A ray whose origin counts from the centre of the triangles.
+/// A ray with its origin relative to the centre of the triangles.
 struct Probe {
   Probe() = default;
   Probe(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double min_range_m,
@@ -51,7 +51,7 @@ struct Probe {
   RTCRay ray;
 };
 
-/// Triangles of a mesh as rays meet them; faster where nobody will ask for all().
+/// Triangles of a mesh for ray queries; faster if all() is not needed.
 class Triangles {
  public:
   struct Met {
@@ -84,7 +84,7 @@ class Triangles {
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     return Met{hit.hit.primID, static_cast<double>(hit.ray.tfar)};
   }
-  /// Every triangle on the ray; one that Embree has split may come more than once.
+  /// Every triangle on the ray; one that Embree has split may occur more than once.
   void all(const Probe& probe, std::vector<Met>& found) const {
     embree::Query query(
         [](const RTCFilterFunctionNArguments* arguments) {
@@ -92,7 +92,7 @@ class Triangles {
           static_cast<std::vector<Met>*>(embree::Query::user(arguments))
               ->push_back({RTCHitN_primID(arguments->hit, 1, 0),
                            static_cast<double>(RTCRayN_tfar(arguments->ray, 1, 0))});
-          arguments->valid[0] = 0;  // go on
+          arguments->valid[0] = 0;  // continue
         },
         &found);
     RTCRayHit hit;

@@ -1,6 +1,6 @@
 #pragma once
 
-// A tree of boxes over triangles, in doubles: in the place of Embree where there is none (CANYON_OWN_RAYS).
+// A bounding volume hierarchy over triangles, in doubles; replaces Embree if it is missing (CANYON_OWN_RAYS).
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -17,16 +17,16 @@
 
 namespace canyon::raytrace {
 
-/// Nothing to share between trees.
+/// Trees have no common state.
 struct Tracing {};
 
-/// A ray whose origin counts from the centre of the triangles.
+/// A ray with its origin relative to the centre of the triangles.
 struct Probe {
   Probe() = default;
   Probe(const Eigen::Vector3d& from, const Eigen::Vector3d& along, double min_range_m, double max_range_m)
       : origin(from), direction(along), min_m(min_range_m), max_m(max_range_m) {
     for (int k = 0; k < 3; ++k) inverse[k] = 1 / direction[k];
-    // Woop, Benthin, Wald: Watertight Ray/Triangle Intersection, JCGT 2(1), 2013: axes with z along the ray.
+    // Woop, Benthin, Wald: Watertight Ray/Triangle Intersection, JCGT 2(1), 2013: rotates z along the ray.
     direction.cwiseAbs().maxCoeff(&axes[2]);
     axes[0] = (axes[2] + 1) % 3;
     axes[1] = (axes[0] + 1) % 3;
@@ -39,8 +39,8 @@ struct Probe {
   double min_m = 0, max_m = 0;
 };
 
-/// Triangles of a mesh as rays meet them. Neighbours share the arithmetic of their edges, so that no ray
-/// passes between them.
+/// Triangles of a mesh for ray queries. Neighbours share the arithmetic of their edges, so that no ray passes
+/// between them.
 class Triangles {
  public:
   struct Met {
@@ -89,12 +89,12 @@ class Triangles {
   static constexpr std::uint32_t kLeaf = 4;
   struct Node {
     Eigen::Vector3d low, high;
-    std::uint32_t first = 0;  ///< of a leaf: its first triangle; else its second child, the first one is next
+    std::uint32_t first = 0;  ///< leaf: its first triangle; else: second child (the next node is the first)
     std::uint32_t count = 0;  ///< of a leaf; 0: no leaf
   };
 
-  /// Builds the tree over order_[begin, end): the cheapest of splits between twelve slices of the longest
-  /// axis by the surface area heuristic.
+  /// Builds the tree over order_[begin, end): the cheapest split between twelve slices of the longest axis by
+  /// the surface area heuristic.
   void split(std::uint32_t begin, std::uint32_t end) {
     const std::size_t number = nodes_.size();
     Eigen::AlignedBox3d box, middles;
@@ -102,7 +102,7 @@ class Triangles {
       box.extend(boxes_[order_[i]]);
       middles.extend(boxes_[order_[i]].center());
     }
-    // Boxes grow by what rounding may do to their slabs.
+    // Boxes are enlarged by the possible rounding of their slabs.
     const Eigen::Vector3d skin =
         Eigen::Vector3d::Constant(1e-9) + 1e-12 * box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs());
     nodes_.push_back({box.min() - skin, box.max() + skin, begin, end - begin});
@@ -151,7 +151,7 @@ class Triangles {
     split(middle, end);
   }
 
-  /// Calls meet() for each triangle between the ends of the probe, until it says to stop; it may draw in the
+  /// Calls meet() for each triangle between the ends of the probe, until it returns true; it may shorten the
   /// far end.
   template <typename Meet>
   void follow(const Probe& probe, Meet meet) const {
@@ -163,7 +163,7 @@ class Triangles {
       if (!reaches(probe, node)) continue;
       if (node.count == 0) {
         const auto left = static_cast<std::uint32_t>(&node - nodes_.data()) + 1;
-        // The nearer child comes first.
+        // Visits the nearer child first.
         const bool ahead = probe.direction.dot(nodes_[node.first].low + nodes_[node.first].high -
                                                nodes_[left].low - nodes_[left].high) > 0;
         stack.at(top++) = ahead ? node.first : left;
@@ -183,7 +183,7 @@ class Triangles {
       double a = (node.low[k] - probe.origin[k]) * probe.inverse[k];
       double b = (node.high[k] - probe.origin[k]) * probe.inverse[k];
       if (a > b) std::swap(a, b);
-      // NaN, of a ray in the plane of a side, changes nothing.
+      // NaN, for a ray in the plane of a side, has no effect.
       if (a > from) from = a;
       if (b < to) to = b;
     }
@@ -213,7 +213,7 @@ class Triangles {
   std::vector<std::array<std::uint32_t, 3>> corners_;
   std::vector<std::uint32_t> order_;
   std::vector<Node> nodes_;
-  std::vector<Eigen::AlignedBox3d> boxes_;  ///< while it is built
+  std::vector<Eigen::AlignedBox3d> boxes_;  ///< during the build
 };
 
 }  // namespace canyon::raytrace

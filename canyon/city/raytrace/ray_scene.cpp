@@ -50,14 +50,14 @@ struct BuiltMesh {
   [[nodiscard]] const Vector3d& vertex(std::uint32_t triangle, int corner) const {
     return mesh->vertices[mesh->triangles[triangle][static_cast<std::size_t>(corner)]];
   }
-  /// Not unit length: twice the area.
+  /// Length: twice the area.
   [[nodiscard]] Vector3d area_normal(std::uint32_t triangle) const {
     const Vector3d& a = vertex(triangle, 0);
     return (vertex(triangle, 1) - a).cross(vertex(triangle, 2) - a);
   }
 };
 
-/// Queries see changes to it after commit() alone.
+/// Queries see changes to it only after commit().
 struct Instance {
   BuiltMesh built;
   Isometry3d pose = Isometry3d::Identity();
@@ -66,17 +66,17 @@ struct Instance {
   bool removed = false;
 };
 
-/// A placed instance as rays need it. Embree's own instances would have a tree over all of them built at each
-/// commit: 0.3 ms for a hundred, where hosts move and hide things many times a second. A look at the sphere
-/// of each costs a ray about 1 ns.
+/// A visible instance in the form needed by rays. Embree's own instances would need a tree over all of them,
+/// built at each commit: 0.3 ms for a hundred, while hosts move and hide objects many times a second. Testing
+/// the sphere of each costs a ray about 1 ns.
 struct Mover {
   Vector3d centre;  ///< of its bounds, ENU
   double radius = 0;
   Eigen::Matrix3d instance_from_enu;
   const BuiltMesh* built = nullptr;
 
-  /// Whether the ray comes into the sphere between its ends. Decides nothing that floats could see: the
-  /// sphere is larger than the mesh.
+  /// Whether the ray enters the sphere between its ends. The sphere is larger than the mesh, so rounding to
+  /// floats cannot change the result.
   [[nodiscard]] bool near(const Ray& ray, double min_range_m, double max_range_m) const {
     const Vector3d to_centre = centre - ray.origin;
     const double along = to_centre.dot(ray.direction);
@@ -99,7 +99,7 @@ class LowestPoints {
     if (mesh.vertices.empty()) of_all_ = 0;
   }
 
-  /// Of the square of (x, y) and the eight about it; of all where these have none.
+  /// In the square of (x, y) and its eight neighbours; of all squares if these have none.
   [[nodiscard]] double near(double x, double y) const {
     double lowest = std::numeric_limits<double>::infinity();
     for (const double east_m : {-kSide_m, 0.0, kSide_m}) {
@@ -127,7 +127,7 @@ struct RayScene::Impl {
   std::vector<Mover> movers;                         ///< of `placed`, in its order
   std::vector<std::unique_ptr<Instance>> instances;  ///< [id - 1]; null once removed
   std::vector<PlacedInstance> placed;
-  double movers_radius = 0;            ///< of the placed instances about the city's centre
+  double movers_radius = 0;            ///< of the visible instances about the city's centre
   std::optional<LowestPoints> ground;  ///< of a city without terrain
 
   explicit Impl(std::shared_ptr<const city::Mesh> mesh) {
@@ -151,8 +151,8 @@ struct RayScene::Impl {
     assert(is_ray(ray));
     return {ray.origin - city.centre, ray.direction, min_range_m, ray.max_range_m};
   }
-  /// In the mover's frame; it has the same ranges. Both centres are taken out in doubles, so that floats
-  /// carry only small numbers.
+  /// In the mover's frame, with equal ranges. Both centres are subtracted in doubles, so that floats have
+  /// only small numbers.
   static Probe probe(const Ray& ray, double min_range_m, double max_range_m, const Mover& mover) {
     return {mover.instance_from_enu * (ray.origin - mover.centre), mover.instance_from_enu * ray.direction,
             min_range_m, max_range_m};
@@ -166,8 +166,8 @@ struct RayScene::Impl {
     });
   }
 
-  /// Range from the ray's origin to the triangle's plane in doubles; `fallback` where the ray is too nearly
-  /// in the plane for that to be better.
+  /// Range from the ray's origin to the triangle's plane in doubles; `fallback` if the ray is too nearly
+  /// parallel to the plane.
   static double exact_range(const Ray& ray, const Vector3d& corner, const Vector3d& unit_normal,
                             double fallback) {
     const double approach = ray.direction.dot(unit_normal);
@@ -181,7 +181,7 @@ struct RayScene::Impl {
     found.clear();
     if (city.mesh->triangles.empty()) return;
     city.triangles.all(probe(ray, 0), found);
-    // Embree may offer a triangle that it has split more than once.
+    // Embree may return a triangle that it has split more than once.
     std::sort(found.begin(), found.end(),
               [](const Crossing& a, const Crossing& b) { return a.triangle < b.triangle; });
     found.erase(std::unique(found.begin(), found.end(),
@@ -245,7 +245,7 @@ void RayScene::commit() {
     if (!instance->posed || !instance->visible) continue;
     const BuiltMesh& built = instance->built;
     const Vector3d centre = instance->pose * built.centre;
-    // A millionth and a millimetre more than the mesh, for what floats make of it.
+    // A millionth plus a millimetre larger than the mesh, for rounding to floats.
     impl_->movers.push_back(
         {centre, built.radius * (1 + 1e-6) + 1e-3, instance->pose.linear().transpose(), &built});
     impl_->placed.push_back({static_cast<InstanceId>(i + 1), built.mesh.get(), instance->pose, built.bounds});
@@ -299,10 +299,10 @@ bool RayScene::occluded(const Ray& ray, double min_range_m) const {
   return impl_->city.triangles.occluded(probe) || impl_->occluded_by_movers(ray, min_range_m);
 }
 
-// Rays one at a time: satellites stand all over the sky, and for such rays packets (rtcOccluded8: 0.59 of a
-// bare loop's rate, see ray_scene_bench.cpp) are slower than Embree's single-ray traversal, which spreads one
-// ray over the children of a wide node. Rays are converted some at a time, because Embree loads four floats
-// at once and would wait for stores of one that have only just been made.
+// Casts rays one at a time: satellites are spread over the sky, and for such rays packets (rtcOccluded8: 0.59
+// of a bare loop's rate, see ray_scene_bench.cpp) are slower than Embree's single-ray traversal, which tests
+// one ray against the children of a wide node. Rays are converted in groups, because Embree loads four floats
+// at once and would wait for recent stores of single floats.
 void RayScene::occluded(std::span<const Ray> rays, std::span<bool> result, double min_range_m) const {
   assert(rays.size() == result.size());
   std::array<Probe, 16> probes;
@@ -330,14 +330,14 @@ double RayScene::surface_offset_m(const Vector3d& point) const {
 }
 
 void check_place(const Vector3d& place, std::string_view what) {
-  if (place.norm() <= 1e7) return;  // false of NaN
+  if (place.norm() <= 1e7) return;  // false for NaN
   throw InputError(fmt::format("{} ({:g}, {:g}, {:g}) is not finite, or more than 10000 km away", what,
                                place.x(), place.y(), place.z()),
-                   "places are metres east, north and up in the city's frame; check what moves the antenna");
+                   "points are metres east, north and up in the city's frame; check the antenna's pose");
 }
 
 Placement RayScene::placement(const Vector3d& point) const {
-  check_place(point, "the place");
+  check_place(point, "the point");
   std::vector<Impl::Crossing> found;
 
   // Straight up: terrain and roofs.

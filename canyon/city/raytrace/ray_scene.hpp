@@ -24,32 +24,31 @@ struct Ray {
   double max_range_m = std::numeric_limits<double>::infinity();
 };
 
-/// Throws InputError where `place` is not finite, or more than 10,000 km from the origin of its frame: rays
-/// are cast in single precision, and nothing of a city is left there. @param what names the place in the
-/// message
+/// Throws InputError if `place` is not finite, or more than 10,000 km from the origin of its frame: rays are
+/// cast in single precision, which cannot resolve a city there. @param what names the point in the message
 void check_place(const Eigen::Vector3d& place, std::string_view what);
 
-/// Movable things: 0 is the static city, add_instance() gives 1, 2, ...
+/// Movable objects: 0 is the static city, add_instance() returns 1, 2, ...
 using InstanceId = std::uint32_t;
 
-/// The first surface that a ray meets.
+/// The first surface on a ray.
 struct Hit {
   double range_m = 0;
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, of the triangle's front side, ENU
-  bool front = true;                                  ///< the ray came from the front side
+  bool front = true;                                  ///< the ray hit the front side
   InstanceId instance = 0;
   std::uint32_t triangle = 0;  ///< index into that instance's mesh
 };
 
-/// Why no signal can be simulated at a place.
+/// Reason why no signal can be simulated at a point.
 enum class Placement : std::uint8_t {
   Free,
   InsideBuilding,
   UnderTerrain,
-  Unknown  ///< the place is not known; no scene answers this
+  Unknown  ///< the point is not known; never returned by a scene
 };
 
-/// A movable mesh where it stands since the last commit.
+/// A movable mesh with its pose at the last commit.
 struct PlacedInstance {
   InstanceId id = 0;
   const city::Mesh* mesh = nullptr;  ///< in its own frame; valid until the next commit()
@@ -58,11 +57,11 @@ struct PlacedInstance {
 };
 
 /// Rays through a static city and movable instances. All const members are thread-safe; the non-const ones
-/// must not run beside them. Ranges are within 1e-6 relative + 0.1 mm of exact for coordinates within
-/// 10 km of the city's centre. Embree finds the triangle in floats about that centre (watertight "robust"
-/// mode, so that what lies within surface_offset_m() of an outer edge may be met or missed); the range to its
-/// plane is then computed in doubles. No ray passes between triangles that share an edge; of rays aimed at a
-/// vertex to the last bit about 1 in 5,000 does. Rays must be finite with a unit direction (asserted).
+/// must not run concurrently with them. Ranges are within 1e-6 relative + 0.1 mm of exact for coordinates
+/// within 10 km of the city's centre. Embree finds the triangle in floats about that centre (watertight
+/// "robust" mode; hits within surface_offset_m() of an outer edge are uncertain); the range to its plane is
+/// then computed in doubles. No ray passes between triangles that share an edge; of rays aimed exactly at a
+/// vertex, about 1 in 5,000 does. Rays must be finite with a unit direction (asserted).
 class RayScene {
  public:
   /// Builds the static part once. An empty mesh is an open field: every ray is free. Throws InputError as
@@ -75,24 +74,24 @@ class RayScene {
   RayScene& operator=(RayScene&&) noexcept;
 
   /// A movable mesh, given in its own frame; hidden until its first set_pose(). The mesh is copied. Ids are
-  /// never used again. Throws InputError as city::check_mesh does, or for a mesh without triangles.
+  /// not reused. Throws InputError as city::check_mesh does, or for a mesh without triangles.
   InstanceId add_instance(const city::Mesh& mesh);
-  /// Throws InputError for a non-finite or non-rigid pose, or an unknown or removed instance (names it).
+  /// Throws InputError for a non-finite or non-rigid pose, or an unknown or removed instance (named).
   void set_pose(InstanceId instance, const Eigen::Isometry3d& enu_from_instance);
   /// Instances are visible unless hidden here. Throws InputError for an unknown or removed instance.
   void set_visible(InstanceId instance, bool visible);
   /// Throws InputError for an unknown or removed instance.
   void remove_instance(InstanceId instance);
-  /// Makes changes since the last commit visible to queries; the city is not rebuilt.
+  /// Makes changes since the last commit visible to queries; does not rebuild the city.
   void commit();
   /// The static part.
   [[nodiscard]] const city::Mesh& city() const;
-  /// The instances that rays meet since the last commit, by id.
+  /// The visible instances since the last commit, by id.
   [[nodiscard]] const std::vector<PlacedInstance>& placed_instances() const;
 
-  /// First hit farther than `min_range_m`, or nothing within ray.max_range_m. Hits from behind count too.
+  /// First hit farther than `min_range_m`, or nothing within ray.max_range_m. Back sides count too.
   [[nodiscard]] std::optional<Hit> cast(const Ray& ray, double min_range_m = 0) const;
-  /// Whether anything lies between min_range_m and ray.max_range_m.
+  /// Whether there is a surface between min_range_m and ray.max_range_m.
   [[nodiscard]] bool occluded(const Ray& ray, double min_range_m = 0) const;
   /// result[i] = occluded(rays[i], min_range_m); spans of one length. Fastest for coherent rays.
   void occluded(std::span<const Ray> rays, std::span<bool> result, double min_range_m = 0) const;
@@ -100,29 +99,29 @@ class RayScene {
   [[nodiscard]] bool occluded_by_city(const Ray& ray) const;
   [[nodiscard]] bool occluded_by_instances(const Ray& ray) const;
 
-  /// Free, inside a building, or below the terrain, by the static city. Throws InputError for a
-  /// non-finite point.
+  /// Free, inside a building, or below the terrain, for the static city. Throws InputError for a non-finite
+  /// point.
   ///
-  /// Inside a building: a roof stands above the point, and on most of seven level rays the walls met from
-  /// behind outnumber those met from the front (or the other way round, where a building is inside out).
-  /// Since every wall on the ray counts, walls shared by two buildings, overlapping parts, missing floors and
-  /// single missing walls do no harm; the roof keeps streets, courtyards and doubtful walls from being called
-  /// inside. Under the terrain: a terrain sheet more than 1 mm above the point, and none below it met from
-  /// above.
+  /// Inside a building: a roof is above the point, and on most of seven horizontal rays, walls hit from
+  /// behind outnumber those hit from the front (or the reverse, if a building is inside out). Because every
+  /// wall on the ray counts, the test tolerates walls shared by two buildings, overlapping parts, missing
+  /// floors and single missing walls; the roof condition keeps streets, courtyards and doubtful walls from
+  /// being classified as inside. Under the terrain: a terrain sheet is more than 1 mm above the point, and no
+  /// sheet below it is hit from above.
   [[nodiscard]] Placement placement(const Eigen::Vector3d& point) const;
 
-  /// Height (ENU z) of the terrain under or above (x, y), of the highest sheet where there are several; empty
-  /// where there is none.
+  /// Height (ENU z) of the terrain under or above (x, y), of the highest sheet if there are several; empty
+  /// if there is none.
   [[nodiscard]] std::optional<double> terrain_height(double x, double y) const;
 
-  /// Height of a point above the ground [m], which is the terrain under or above it. A city without any
-  /// terrain has its ground at its lowest point within some 100 m, else at its lowest point, an empty city at
-  /// 0. 0 beyond the edge of a terrain.
+  /// Height of a point above the ground [m], which is the terrain under or above it. The ground of a city
+  /// without any terrain is at its lowest point within some 100 m, else at its lowest point, of an empty city
+  /// at 0. 0 beyond the edge of a terrain.
   [[nodiscard]] double height_above_ground(const Eigen::Vector3d& point) const;
 
-  /// How far [m] a point on a surface must be lifted along its normal so that no ray from there or to there
-  /// meets that surface: 0.5 mm plus 4e-7 of the distances from the city's centre involved (six roundings to
-  /// float of the point and of the farthest vertex).
+  /// Distance [m] by which a point on a surface must be lifted along its normal so that no ray from or to the
+  /// point hits that surface: 0.5 mm plus 4e-7 of the distances from the city's centre involved (six
+  /// roundings to float of the point and of the farthest vertex).
   [[nodiscard]] double surface_offset_m(const Eigen::Vector3d& point) const;
 
  private:
@@ -130,21 +129,21 @@ class RayScene {
   std::unique_ptr<Impl> impl_;
 };
 
-// The rule by which a place under a roof counts as inside a building, for every tracer:
-// RayScene::placement() casts them, heat maps count them for all cells at once.
+// The rule by which a point under a roof counts as inside a building, for every tracer: RayScene::placement()
+// casts the rays; heat maps count them for all cells at once.
 
-/// Surfaces nearer above a place than this do not cover it [m].
+/// Surfaces closer than this above a point do not cover it [m].
 inline constexpr double kSkin_m = 1e-3;
 
 inline constexpr int kLevelRays = 7;
-/// From north, clockwise [rad]; odd ones, so that none runs along the walls of a street grid.
+/// From north, clockwise [rad]; odd values, so that no ray is parallel to the walls of a street grid.
 /// @param i in [0, kLevelRays)
 [[nodiscard]] constexpr double level_ray_azimuth_rad(int i) {
   return 0.2137 + i * (2 * geodesy::kPi / kLevelRays);
 }
 
-/// Whether most of the rays say that they leave a building, or most that they enter one (it is inside out).
-/// @param leaves walls that each ray meets from behind less those that it meets from the front
+/// Whether most of the rays leave a building, or most enter one (it is inside out).
+/// @param leaves walls that each ray hits from behind minus those that it hits from the front
 [[nodiscard]] inline bool is_inside(const std::array<int, kLevelRays>& leaves) {
   const auto inside = std::count_if(leaves.begin(), leaves.end(), [](int walls) { return walls > 0; });
   const auto inside_out = std::count_if(leaves.begin(), leaves.end(), [](int walls) { return walls < 0; });

@@ -1,8 +1,8 @@
-// Line-of-sight queries through RayScene beside a bare Embree loop over the same rays, in one program.
+// Line-of-sight queries through RayScene compared with a bare Embree loop over the same rays, in one program.
 //
-// The rays are those of a drive: fifty satellites over the sky seen from places along the street, in the Hong
-// Kong mesh where the shared data are, else in the synthetic city. After the benchmarks the program measures
-// both loops in turns and prints the ratio, which does not depend on the machine as the rates do.
+// The rays are those of a drive: fifty satellites over the sky seen from points along the street, in the Hong
+// Kong mesh if the shared data are available, else in the synthetic city. Finally the program measures both
+// loops alternately and prints the ratio, which unlike the rates does not depend on the machine.
 
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
@@ -25,7 +25,7 @@ using canyon::raytrace::Ray;
 using canyon::raytrace::RayScene;
 using Eigen::Vector3d;
 
-/// The loop that one would write with Embree alone: single occlusion rays, floats prepared beforehand.
+/// A minimal loop with Embree alone: single occlusion rays, floats prepared beforehand.
 class BareEmbree {
  public:
   BareEmbree(const Mesh& mesh, const std::vector<Ray>& rays) : bare_(mesh) {
@@ -113,7 +113,7 @@ double seconds(const Loop& loop) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Median of the ratios of 101 rounds in turns, so that a change of the machine's pace strikes both.
+/// Median of the ratios of 101 alternating rounds, so that a change of the machine's speed affects both.
 void print_ratio() {
   std::vector<double> batch, single;
   for (int i = 0; i < 101; ++i) {

@@ -111,7 +111,7 @@ TEST(RayScene, MeetsABoxWhereItIs) {
   EXPECT_FALSE(scene.occluded({{0, 0, 30.1}, {1, 0, 0}}));
 }
 
-// A wall 1 km away: a range limit of tens of metres would not see that it blocks.
+// A wall 1 km away: a range limit of tens of metres would miss that it blocks.
 TEST(RayScene, RaysHaveNoLimitUnlessGivenOne) {
   const RayScene scene(box({1000, -500, 0}, {1010, 500, 900}));
   EXPECT_TRUE(scene.occluded({{0, 0, 2}, Vector3d(1, 0, 0.5).normalized()}));
@@ -132,11 +132,11 @@ TEST(RayScene, ManyRaysAtOnceAnswerAsOneByOne) {
   }
 }
 
-// ---- watertightness: from inside a closed surface no ray gets out
+// ---- watertightness: no ray leaves a closed surface from inside
 
 enum class Aim { Edges, Anywhere, Vertices };
 
-/// Rays from inside a sphere that get out, of 20,000 seeded ones, by any of the three kinds of query.
+/// Rays from inside a sphere that leave it, of 20,000 seeded ones, by any of the three kinds of query.
 int leaks_of_a_sphere(const Vector3d& centre, Aim aim) {
   const Mesh mesh = sphere(centre, 40, 24);
   const RayScene scene(mesh);
@@ -165,8 +165,8 @@ TEST(RayScene, NoRayLeaksThroughTheEdgesOfASphere) {
   for (const Vector3d& centre : {Vector3d(0, 0, 0), Vector3d(311.7, -820.3, 55.1)}) {
     EXPECT_EQ(leaks_of_a_sphere(centre, Aim::Edges), 0);
     EXPECT_EQ(leaks_of_a_sphere(centre, Aim::Anywhere), 0);
-    // Embree's edge test is exact across an edge, not around a vertex: of rays aimed at a vertex to the last
-    // bit of a float about 1 in 5,000 passes. No ray of a simulation is so aimed.
+    // Embree's edge test is exact across an edge, not around a vertex: of rays aimed exactly at a vertex
+    // about 1 in 5,000 passes. No ray of a simulation is aimed like this.
     EXPECT_LE(leaks_of_a_sphere(centre, Aim::Vertices), 10);
   }
 }
@@ -190,8 +190,8 @@ TEST(RayScene, NoRayLeaksThroughEdgesAndCornersOfATurnedBox) {
 
 // ---- self-hits
 
-// Points of a sphere's facets lifted by surface_offset_m see all of the sky above their facet: a sphere is
-// convex. Twenty kilometres from the centre the offset grows with the floats.
+// Points of a sphere's facets lifted by surface_offset_m have a free view of the sky above their facet,
+// because a sphere is convex. Twenty kilometres from the centre the offset grows with the floats.
 TEST(RayScene, LiftedPointsDoNotMeetTheirOwnSurface) {
   for (const double far : {0.0, 1'000.0, 20'000.0}) {
     Mesh mesh = sphere({far, -far, 0}, 50, 12);
@@ -250,7 +250,7 @@ TEST(RayScene, RangesAreExactFarFromTheCentre) {
   const Vector3d to_wall(std::sqrt(0.5), std::sqrt(0.5), 0), along(-std::sqrt(0.5), std::sqrt(0.5), 0);
   for (int i = 0; i < 5'000; ++i) {
     const double distance = away(random);
-    // The turned box has its centre at (7000.5, 7000.5) and its wall 0.5 m in front of it.
+    // The rotated box has its centre at (7000.5, 7000.5) and its wall 0.5 m in front of it.
     const Vector3d target =
         Vector3d(7'000.5, 7'000.5, height(random)) - 0.5 * to_wall + offset(random) * along;
     const Vector3d from = target - distance * to_wall + 0.3 * distance * along;
@@ -277,7 +277,7 @@ TEST(RayScene, KnowsInsideFromOutside) {
   EXPECT_THROW((void)scene.placement({std::nan(""), 0, 0}), InputError);
 }
 
-/// A footprint extruded without a floor, walls facing out (or in, where `inside_out`).
+/// A footprint extruded without a floor, walls facing out (or in, if `inside_out`).
 void append_extrusion(Mesh& mesh, double x0, double x1, double y0, double y1, double top, bool roof,
                       bool inside_out) {
   const std::vector<Vector3d> v{{x0, y0, 0},   {x1, y0, 0},   {x1, y1, 0},   {x0, y1, 0},
@@ -354,7 +354,7 @@ TEST(RayScene, TerrainHeightIsThatOfTheHighestSheetAndSkipsBuildings) {
   EXPECT_EQ(scene.height_above_ground({101, 0, 50}), 0);
 }
 
-// Two houses, one of them on a hill: each place has the ground of the house beside it.
+// Two houses, one of them on a hill: each point uses the ground of the nearest house.
 TEST(RayScene, GroundWithoutTerrainIsWhereHousesStand) {
   Mesh mesh = box({0, 0, 4}, {20, 20, 40});
   canyon::test::append_box(mesh, "hill", Surface::Building, Material::Concrete, {1000, 0, 90},
@@ -374,7 +374,7 @@ TEST(RayScene, HongKongDriveIsInTheOpen) {
   options.offset_m = {0, 8, 0};
   const city::City hong_kong = city::read_mesh_city(path, options);
   const RayScene scene(hong_kong.mesh);
-  // A crossing of the drive; every place of the drive itself, as the benchmarks use it, is in the open.
+  // A crossing of the drive; all points of the drive itself, as used in the benchmarks, are in the open.
   EXPECT_NEAR(scene.terrain_height(24.5, 322).value(), 0, 1e-3);
   EXPECT_EQ(scene.placement({24.5, 322, 2}), Placement::Free);
   EXPECT_EQ(scene.placement({24.5, 322, -1}), Placement::UnderTerrain);
@@ -384,8 +384,8 @@ TEST(RayScene, HongKongDriveIsInTheOpen) {
     EXPECT_EQ(scene.placement(place), Placement::Free) << place.transpose();
     EXPECT_NEAR(scene.terrain_height(place.x(), place.y()).value(), 0, 1e-3);
   }
-  // Shares of the map inside buildings: seeded points agree with the share under roofs within a few per cent
-  // (courtyards and arcades have a roof or none).
+  // Fractions of the map inside buildings: seeded points agree with the fraction under roofs within a few per
+  // cent (courtyards and arcades have a roof or none).
   std::mt19937_64 random(16);
   const city::Box bounds = hong_kong.bounds();
   std::uniform_real_distribution<double> x(bounds.min.x(), bounds.max.x()), y(bounds.min.y(), bounds.max.y());
@@ -461,15 +461,15 @@ TEST(RayScene, AMovingBoxBlocksAndFrees) {
 }
 
 TEST(RayScene, ManyInstancesAnswerAsTheSameMeshesStandingStill) {
-  // Boxes of all shapes and turns, once as instances, once as one static mesh: the static answer is the
-  // reference.
+  // Boxes of all shapes and orientations, once as instances, once as one static mesh: the static result is
+  // the reference.
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> place(-60, 60), size(0.3, 12), turn(-3, 3);
   RayScene moving(box({-5, -5, -5}, {5, 5, 5}));
   Mesh all = box({-5, -5, -5}, {5, 5, 5});
   for (int i = 0; i < 150; ++i) {
     const Vector3d corner(size(random), size(random), size(random));
-    const Mesh mesh = box(-0.2 * corner, corner);  // not about its own origin
+    const Mesh mesh = box(-0.2 * corner, corner);  // with an offset origin
     const Isometry3d pose = Eigen::Translation3d(place(random), place(random), place(random)) *
                             Eigen::AngleAxisd(turn(random), random_direction(random));
     const InstanceId id = moving.add_instance(mesh);
@@ -490,7 +490,7 @@ TEST(RayScene, ManyInstancesAnswerAsTheSameMeshesStandingStill) {
     const auto expected = still.cast(ray, min_range);
     const auto found = moving.cast(ray, min_range);
     hits += expected ? 1 : 0;
-    // A ray along an edge may fall to either side.
+    // A ray along an edge may hit or miss.
     if (expected.has_value() != found.has_value() ||
         (expected && (std::abs(expected->range_m - found->range_m) > 1e-4 ||
                       expected->front != found->front || !expected->normal.isApprox(found->normal, 1e-6)))) {

@@ -15,12 +15,12 @@ namespace canyon::tiles {
 
 namespace {
 
-/// Of the angle between a triangle's normal and its region's, at least.
+/// Minimum for the angle between a triangle's normal and its region's.
 constexpr double kLeastCosine = 0.85;
 constexpr double kLeastArea_m2 = 3, kAmpleArea_m2 = 40;
 constexpr std::size_t kLeastTriangles = 4;
 
-/// Sums for the plane of least squares through triangles, weighted by area.
+/// Sums for the least-squares plane through triangles, weighted by area.
 class PlaneFit {
  public:
   void add(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
@@ -35,7 +35,7 @@ class PlaneFit {
     normal_ += area * normal;
   }
   [[nodiscard]] double area() const { return area_; }
-  /// The plane; by the mean normal where the points do not determine it.
+  /// The plane; with the mean normal if the points do not determine it.
   [[nodiscard]] std::pair<Eigen::Vector3d, double> plane() const {
     const Eigen::Vector3d mean = sum_ / area_;
     const Eigen::Matrix3d spread = squares_ / area_ - mean * mean.transpose();
@@ -101,7 +101,7 @@ class RegionGrowth {
   }
 
   [[nodiscard]] bool fits(std::uint32_t t, const Eigen::Vector3d& normal, double offset) const {
-    // Thin triangles have no normal to speak of.
+    // Thin triangles have no reliable normal.
     if (areas_[t] > 1e-4 && normals_[t].dot(normal) < kLeastCosine) return false;
     return std::all_of(triangles_[t].begin(), triangles_[t].end(), [&](std::uint32_t v) {
       return std::abs(normal.dot(vertices_[v]) - offset) <= distance_m_;
@@ -148,9 +148,9 @@ class RegionGrowth {
 };
 
 constexpr int kPasses = 30;
-/// Normals of planes that meet in a line, or a corner, are at least so far from one another.
+/// Limits for normals of planes that meet in a line, or a corner.
 constexpr double kSameNormal = 0.96, kLeastDeterminant = 0.15;
-/// A new triangle's normal may turn by so much: cosine.
+/// Limit for the rotation of a triangle's normal: cosine.
 constexpr double kLeastTurn = 0.5;
 
 double distance_to_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
@@ -171,7 +171,7 @@ double distance_to_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a, 
   return std::min({to_edge(a, b), to_edge(b, c), to_edge(c, a)});
 }
 
-/// The triangles about each vertex, kept up to date by hand.
+/// The triangles around each vertex, updated explicitly.
 using Fans = std::vector<std::vector<std::uint32_t>>;
 
 Fans fans_of(std::size_t vertices, const city::TriangleIndices& triangles) {
@@ -202,7 +202,7 @@ class Decimation {
     }
     LabelledTriangles left;
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
-      if (mesh_.triangles[t][0] == mesh_.triangles[t][1]) continue;  // gone
+      if (mesh_.triangles[t][0] == mesh_.triangles[t][1]) continue;  // removed
       left.triangles.push_back(mesh_.triangles[t]);
       left.labels.push_back(mesh_.labels[t]);
     }
@@ -243,7 +243,7 @@ class Decimation {
       if (spoke.triangles > 2) return false;
       fixed += spoke.crease || spoke.triangles == 1 ? 1 : 0;
     }
-    // Inside of a label, on one crease or border that passes through, or where several meet.
+    // Inside a label, on one crease or border that passes through, or at a junction of several.
     if (fixed != 0 && fixed != 2) return false;
     std::optional<std::uint32_t> best;
     double least = std::numeric_limits<double>::infinity();
@@ -260,10 +260,10 @@ class Decimation {
     return true;
   }
 
-  /// How far the surface moves [m], plus a little for thin triangles; infinite where the edge must stay.
+  /// Movement of the surface [m], plus a little for thin triangles; infinite if the edge must stay.
   [[nodiscard]] double cost_of(std::uint32_t v, const Spoke& spoke, const std::vector<Spoke>& spokes) const {
     constexpr double kNever = std::numeric_limits<double>::infinity();
-    // Two triangles must not end up on the same three vertices.
+    // Two triangles must not end up with the same three vertices.
     std::vector<std::uint32_t> shared;
     for (const std::uint32_t t : fans_[spoke.to]) {
       for (const std::uint32_t other : mesh_.triangles[t]) {
@@ -320,7 +320,7 @@ class Decimation {
     if (!std::isfinite(nearest)) return;
     const double moved = moved_[v] + nearest;
     for (const std::uint32_t t : changed) {
-      if (mesh_.triangles[t][0] == mesh_.triangles[t][1]) continue;  // gone
+      if (mesh_.triangles[t][0] == mesh_.triangles[t][1]) continue;  // removed
       for (const std::uint32_t corner : mesh_.triangles[t]) moved_[corner] = std::max(moved_[corner], moved);
     }
   }
@@ -329,7 +329,7 @@ class Decimation {
   LabelledTriangles& mesh_;
   double distance_m_;
   Fans fans_;
-  std::vector<double> moved_;  ///< of the surface about each vertex, at most
+  std::vector<double> moved_;  ///< maximum movement of the surface around each vertex
 };
 
 /// The nearest point to `from` on one plane, the line of two or the corner of three.
@@ -344,7 +344,7 @@ Eigen::Vector3d on_planes(const Eigen::Vector3d& from, const std::vector<const P
   return from + normals.transpose() * (normals * normals.transpose()).ldlt().solve(gaps);
 }
 
-/// Up to three of the planes, the largest first, that meet at clear angles.
+/// Up to three of the planes, the largest first, that intersect at large angles.
 std::vector<const PlanarRegion*> independent(std::vector<const PlanarRegion*> planes) {
   std::sort(planes.begin(), planes.end(),
             [](const auto* a, const auto* b) { return a->area_m2 > b->area_m2; });

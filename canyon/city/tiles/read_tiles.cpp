@@ -45,7 +45,7 @@ std::string counted(std::size_t count, const char* noun) {
 
 class TilesReader {
  private:
-  /// Names the tileset where a fault has no name, and keeps keys out of it.
+  /// Adds the tileset to an error without a file name, without its keys.
   template <typename Read>
   auto name_root(const Read& read) {
     try {
@@ -94,9 +94,8 @@ class TilesReader {
     }
     if (!root.on_earth) {
       if (options_.bbox_deg && !origin_) {
-        throw InputError(public_address(source_.root()), 0,
-                         "says no place on the Earth, so that a bbox cannot apply",
-                         "give city.origin, the place of the tileset's zero");
+        throw InputError(public_address(source_.root()), 0, "is not georeferenced, so a bbox cannot be used",
+                         "give city.origin, the position of the tileset's zero");
       }
       frame_ = geodesy::LocalFrame(origin_.value_or(geodesy::Geodetic{}));
       if (options_.bbox_deg) area_ = TileArea(*options_.bbox_deg, frame_, true);
@@ -144,7 +143,7 @@ class TilesReader {
 
   void check_content(const TileSelection& selection) {
     if (mesh_.triangles() > 0) return;
-    std::string problem = "holds no triangle";
+    std::string problem = "has no triangle";
     if (!gaps_.empty())
       problem = fmt::format("no tile can be read; {}", gaps_.front());
     else if (selection.tiles.empty() && options_.bbox_deg)
@@ -152,7 +151,7 @@ class TilesReader {
     else if (selection.tiles.empty())
       problem = "no tile of it has content";
     else if (!left_out_.empty())
-      problem = fmt::format("holds no triangle, only {}", left_out_.begin()->first);
+      problem = fmt::format("has no triangle, only {}", left_out_.begin()->first);
     throw InputError(
         public_address(source_.root()), 0, problem,
         options_.bbox_deg && gaps_.empty() ? "give a bbox in which the tileset has content" : "");
@@ -175,7 +174,7 @@ class TilesReader {
     if (size.head<2>().maxCoeff() > kLargestCity_m) {
       throw InputError(public_address(source_.root()), 0,
                        fmt::format("the tiles extend over {:.0f} km", size.head<2>().maxCoeff() / 1000),
-                       "a city is at most 200 km wide: give a bbox");
+                       "the limit is 200 km: give a bbox");
     }
     const double farthest_m = std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff());
     if (farthest_m > kLargestCity_m) {
@@ -219,7 +218,7 @@ class TilesReader {
                        selection.subtrees > 0 ? " and " + counted(selection.subtrees, "subtree") : "",
                        mesh_.triangles(), selection.coarsest_m, options_.error_m));
     if (options_.bbox_deg)
-      remark(fmt::format("{} with all below lie outside the area and are not read",
+      remark(fmt::format("{} with all descendants are outside the area and are not read",
                          counted(selection.beyond, "tile")));
     if (source_.downloaded_files() > 0) {
       remark(fmt::format("{} files downloaded, {:.1f} MB", source_.downloaded_files(),
@@ -228,10 +227,9 @@ class TilesReader {
     if (out_.georeferenced)
       remark("heights are ellipsoidal: 3D Tiles are earth-centred (EPSG:4978)");
     else if (origin_)
-      remark("the tileset says no place on the Earth: taken as east, north, up in metres about the origin");
+      remark("the tileset is not georeferenced: read as east, north, up in metres about the origin");
     else
-      notes.say(Level::Guess,
-                "the tileset says no place on the Earth; give city.origin, the place of its zero");
+      notes.say(Level::Guess, "the tileset is not georeferenced; give city.origin, the position of its zero");
     notes.say(Level::Remark, mesh_.notes());
     notes.say(Level::Remark, skin_notes_);
     for (const auto& [kind, count] : left_out_)

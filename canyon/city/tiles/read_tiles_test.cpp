@@ -77,7 +77,7 @@ class LevelsTest : public TilesTest {
 TEST_F(LevelsTest, AMatrixBesideATranslationIsAGap) {
   write("tileset.json", levels("REPLACE"));
   write("b.glb", test::box_glb(4, 4, 7, R"(,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1],"scale":[1,1,1])"));
-  EXPECT_THAT(read().city.notes.warnings(), Contains(HasSubstr("a matrix beside a translation")));
+  EXPECT_THAT(read().city.notes.warnings(), Contains(HasSubstr("both a matrix and a translation")));
 }
 
 TEST_F(LevelsTest, ReplaceTakesTheCoarsestThatIsFineEnough) {
@@ -134,7 +134,7 @@ TEST_F(LevelsTest, TooManyTilesAreRefused) {
   EXPECT_THAT(refusal(few), AllOf(HasSubstr("more than 1 tiles"), HasSubstr("bbox")));
 }
 
-// 507 bytes that took 17 minutes and 2.9 GB.
+// 507 bytes that needed 17 minutes and 2.9 GB.
 TEST_F(TilesTest, FewBytesDoNotMakeManyTiles) {
   const auto subtree = [](int contents) {
     return fmt::format(
@@ -232,10 +232,10 @@ TEST_F(TilesTest, TilesetsThatReferToThemselvesAreGaps) {
   EXPECT_THAT(city.city.notes.warnings(), Contains(HasSubstr("refers to itself")));
 }
 
-/// A zip archive by GDAL.
+/// A zip archive written by GDAL.
 void write_archive(const std::filesystem::path& path,
                    const std::vector<std::pair<std::string, std::string>>& files) {
-  // Open while its files are written: else each would make the archive anew.
+  // Open while its files are written; otherwise each would rewrite the archive.
   const std::string root = "/vsizip/{" + path.string() + "}";
   VSILFILE* archive = VSIFOpenL(root.c_str(), "wb");
   ASSERT_NE(archive, nullptr);
@@ -248,7 +248,7 @@ void write_archive(const std::filesystem::path& path,
   VSIFCloseL(archive);
 }
 
-// The index of a .3tz is passed over; addresses are within the archive, and messages name it.
+// The index of a .3tz is ignored; addresses are within the archive, and messages name it.
 TEST_F(TilesTest, ArchivesAreRead) {
   const std::string root = test::tileset(tile("t/a.glb", 9,
                                               fmt::format(R"(,"refine":"ADD","children":[{{{}}},{{{}}}])",
@@ -268,7 +268,7 @@ TEST_F(TilesTest, ArchivesAreRead) {
   EXPECT_TRUE(is_tileset(archive));
   write("town.3tz", "PK");
   EXPECT_THAT(refusal(options("town.3tz")),
-              AllOf(HasSubstr("town.3tz/tileset.json"), HasSubstr("is the archive whole?")));
+              AllOf(HasSubstr("town.3tz/tileset.json"), HasSubstr("is the archive complete?")));
   EXPECT_THAT(refusal(options("absent.3tz")), HasSubstr("no such file"));
 }
 
@@ -348,11 +348,11 @@ TEST_F(TilesTest, OnlyTilesOfTheAreaAreRead) {
                                       at("near.glb", 0) + "," + at("far.glb", 3000) + "]"));
   TileOptions boxed = options();
   boxed.bbox_deg = {11.499, 48.199, 11.501, 48.201};
-  const TilesCity city = read_tiles(boxed, std::nullopt);  // far.glb does not exist and is not missed
+  const TilesCity city = read_tiles(boxed, std::nullopt);  // far.glb does not exist and is not needed
   EXPECT_EQ(city.tiles, 1U);
   EXPECT_EQ(city.gaps, 0U);
   EXPECT_TRUE(city.georeferenced);
-  // The lowest 5 % of the vertices lie on the ground, at 560 m.
+  // The lowest 5 % of the vertices are on the ground, at 560 m.
   EXPECT_NEAR(city.city.frame.origin().height_m, 560, 0.06);
   EXPECT_NEAR(city.city.frame.origin().latitude_rad, geodesy::radians(48.2), 1e-6);
   EXPECT_NEAR(city.city.bounds().max.z(), 12, 0.06);
@@ -414,7 +414,7 @@ TEST(RealTiles, FourTilesOfBuildings) {
   TileOptions options;
   options.file = path;
   const TilesCity city = read_tiles(options, std::nullopt);
-  // Facts by a reading of the files with Python's struct: 4 tiles of 10 buildings, 480 triangles in all;
+  // Values from a reading of the files with Python's struct: 4 tiles of 10 buildings, 480 triangles in all;
   // latitudes 40.04106386384 to 40.04432009825, longitudes -75.61440970616 to -75.61001104733, ellipsoidal
   // heights 0.00000154 to 13.99297928 m.
   EXPECT_EQ(city.tiles, 4U);

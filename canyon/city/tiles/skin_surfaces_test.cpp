@@ -64,7 +64,7 @@ TEST(SkinSurfaces, TellsGroundHousesAndTreesApart) {
   city::Mesh mesh;
   EXPECT_THAT(append_skin(Heights::skin(), mesh), Contains(HasSubstr("51200 triangles became")));
   EXPECT_LT(mesh.triangles.size(), 3'000U);
-  // The roof has 20 m x 16 m; posts inside of the walls make it 19 m x 15 m, and walls lean to 20 m x 16 m.
+  // The roof has 20 m x 16 m; posts inside the walls make it 19 m x 15 m, tilted walls extend to the rest.
   EXPECT_NEAR(area_seen_from_above(mesh, city::Surface::Building), 20 * 16, 30);
   // pi * 4 m^2, with half a post of rim.
   EXPECT_NEAR(area_seen_from_above(mesh, city::Surface::Foliage), 50, 12);

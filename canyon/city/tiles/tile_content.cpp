@@ -22,7 +22,7 @@ using TextColumns = std::map<std::string, std::vector<std::string>>;
 
 constexpr std::size_t kLongestFeatureName = 120;
 
-/// The first column that one of the words names, in upper or lower case; empty for none.
+/// The first column with one of the names, ignoring case; empty for none.
 template <std::size_t N>
 std::vector<std::string> first_of(const std::array<std::string_view, N>& words, const TextColumns& columns) {
   for (const std::string_view word : words) {
@@ -43,7 +43,7 @@ std::vector<std::string> texts_of(const Json& list) {
   return texts;
 }
 
-/// The name of the class of each instance of a batch table with a hierarchy.
+/// The class name of each instance of a batch table with a hierarchy.
 std::vector<std::string> hierarchy_kinds(const Json& hierarchy) {
   std::vector<std::string> kinds;
   const Json* classes = hierarchy.find("classes");
@@ -68,7 +68,7 @@ FeatureNames feature_names(const TextColumns& columns) {
 }
 
 /// The names of a b3dm or i3dm batch table (3D Tiles 1.0, "Batch Table"): its lists in JSON, and the classes
-/// of 3DTILES_batch_table_hierarchy. Lists in the binary part hold numbers only and are not read.
+/// of 3DTILES_batch_table_hierarchy. Lists in the binary part contain only numbers and are not read.
 FeatureNames batch_names(const Json& table) {
   if (!table.is_object()) return {};
   TextColumns columns;
@@ -90,7 +90,7 @@ Eigen::Matrix4d translation(const Eigen::Vector3d& by) {
   return matrix;
 }
 
-/// To z up from the glTF's axis: Y up turns about x by 90 deg, X up about y by -90 deg.
+/// Rotation from the glTF's up axis to z up: Y up rotates about x by 90 deg, X up about y by -90 deg.
 Eigen::Matrix4d z_up_from_gltf(char up) {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
   if (up == 'Y') matrix.topLeftCorner<3, 3>() << 1, 0, 0, 0, 0, -1, 0, 1, 0;
@@ -133,7 +133,7 @@ TileTables read_tables(std::string_view tile, std::size_t header) {
   return tables;
 }
 
-/// A feature table's property, in JSON or in the binary part; empty where it is not there.
+/// A feature table's property, in JSON or in the binary part; empty if it is not there.
 template <typename Stored>
 std::vector<double> feature_values(const TileTables& tables, const char* key, std::uint64_t count) {
   std::vector<double> values;
@@ -144,7 +144,7 @@ std::vector<double> feature_values(const TileTables& tables, const char* key, st
     return found->get<std::vector<double>>();
   }
   if (count > tables.feature_binary.size() / sizeof(Stored))
-    throw InputError(fmt::format("{} reaches beyond the feature table", key));
+    throw InputError(fmt::format("{} extends beyond the feature table", key));
   const std::string_view bytes = meshes::piece(
       tables.feature_binary, meshes::count_member(*found, "byteOffset"), count * sizeof(Stored));
   values.reserve(static_cast<std::size_t>(count));
@@ -170,7 +170,7 @@ Eigen::Vector3d from_octahedron(double u, double v) {
   return n.normalized();
 }
 
-/// The rotations, scales and places of an i3dm's instances (3D Tiles 1.0, "Instanced 3D Model").
+/// The rotations, scales and positions of an i3dm's instances (3D Tiles 1.0, "Instanced 3D Model").
 class Instances {
  public:
   explicit Instances(const TileTables& tables)
@@ -265,23 +265,23 @@ class ContentReader {
       out_.left_out.push_back(fmt::format("vector data ({})", magic));
       return;
     }
-    throw InputError(bytes.empty() ? "is empty" : "is not content of 3D Tiles that is known",
-                     "b3dm, i3dm, cmpt and glTF are read");
+    throw InputError(bytes.empty() ? "is empty" : "is no known content of 3D Tiles",
+                     "give b3dm, i3dm, cmpt or glTF");
   }
 
   TileContent take() { return std::move(out_); }
 
  private:
-  /// The tile without what may follow it.
+  /// The tile without trailing bytes.
   static std::string_view whole(std::string_view bytes) {
     return meshes::piece(bytes, 0, meshes::little<std::uint32_t>(bytes, 8));
   }
 
   void read_batched(std::string_view tile) {
-    // Before version 1.0 the header was shorter, with the JSON's first bytes where lengths are now.
+    // Before version 1.0 the header was shorter; the JSON's first bytes are at the offsets of the lengths.
     if (meshes::little<std::uint32_t>(tile, 20) >= 570425344 ||
         meshes::little<std::uint32_t>(tile, 24) >= 570425344) {
-      throw InputError("is a b3dm of before 3D Tiles 1.0, which is not read",
+      throw InputError("is a b3dm older than 3D Tiles 1.0, which is not supported",
                        "convert it, e.g. with 3d-tiles-tools upgrade");
     }
     const TileTables tables = read_tables(tile, 28);
@@ -297,7 +297,7 @@ class ContentReader {
       return;
     }
     const std::string uri(trim(tables.rest.substr(0, std::min(tables.rest.size(), tables.rest.find('\0')))));
-    if (uri.empty()) throw InputError("the instances name no model");
+    if (uri.empty()) throw InputError("the instances have no model");
     add_model(fetch_(uri), {}, Eigen::Vector3d::Zero(), placements);
   }
 
@@ -340,8 +340,7 @@ TileContent read_content(std::string_view bytes, char up, const meshes::FetchByt
     reader.read(bytes, kDeepestComposite);
     return reader.take();
   } catch (const JsonError& error) {
-    throw InputError(fmt::format("has JSON that is not as it should be: {}", error.what()),
-                     "get the tile again");
+    throw InputError(fmt::format("has invalid JSON: {}", error.what()), "get the tile again");
   }
 }
 

@@ -36,7 +36,7 @@ TEST(TileContent, BatchedTilesHaveACentreAndNames) {
   EXPECT_EQ(placed.batch.name.at(4), "Town hall");
   EXPECT_EQ(placed.batch.kind.at(4), "Building");
   EXPECT_THAT(placed.model.primitives[0].features, ElementsAre(4, 4, 4));
-  // Tilesets of before 2018 may say z.
+  // Tilesets from before 2018 may have z.
   const TileContent upright = read_content(test::b3dm(gltf), 'Z', nothing);
   EXPECT_EQ(upright.models.at(0).placements.at(0), Eigen::Matrix4d(Eigen::Matrix4d::Identity()));
 }
@@ -63,7 +63,7 @@ TEST(TileContent, InstancesStandWhereTheyAreTold) {
                     i3dm(R"({"INSTANCES_LENGTH":9,"POSITION":{"byteOffset":0}})", binary, gltf), 'Y',
                     nothing);
               }),
-              HasSubstr("reaches beyond"));
+              HasSubstr("extends beyond"));
   EXPECT_THAT(test::refusal([&] {
                 (void)read_content(i3dm(R"({"INSTANCES_LENGTH":4000000000,"POSITION":[]})", binary, gltf),
                                    'Y', nothing);

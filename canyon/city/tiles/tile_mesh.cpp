@@ -18,16 +18,16 @@
 namespace canyon::tiles {
 namespace {
 
-/// The ground below a skin: the lowest surface in each cell of a grid, less what stands out of it and is
-/// narrower than 80 m. A progressive morphological filter: the opening by a window that grows step by step,
-/// where a cell counts as an object if it stands out of the opened surface by more than the window's growth
-/// allows for a slope of 0.3, and at most 3 m (after K. Zhang et al., IEEE TGRS 41(4), 2003).
+/// The ground below a skin: the lowest surface in each cell of a grid, without objects that are narrower than
+/// 80 m and higher than it. A progressive morphological filter: the opening by a window that grows step by
+/// step; a cell counts as an object if it is higher than the opened surface by more than the window's growth
+/// at a slope of 0.3, and at most 3 m (after K. Zhang et al., IEEE TGRS 41(4), 2003).
 class GroundModel {
  public:
   /// @param triangles of the skin; at least one
   GroundModel(const std::vector<Eigen::Vector3d>& vertices, const city::TriangleIndices& triangles);
 
-  /// Height of the ground [m]; of the nearest cell that has one.
+  /// Height of the ground [m]; of the nearest cell with a height.
   [[nodiscard]] double height_m(const Eigen::Vector2d& place) const;
 
  private:
@@ -138,7 +138,7 @@ void GroundModel::filter() {
   }
 }
 
-/// Cells without a height take that of a neighbour, ring by ring.
+/// Cells without a height get a neighbour's, ring by ring.
 void GroundModel::fill() {
   std::vector<std::size_t> edge;
   for (std::size_t i = 0; i < heights_.size(); ++i)
@@ -171,12 +171,12 @@ double GroundModel::height_m(const Eigen::Vector2d& place) const {
 
 constexpr double kWeld_m = 1e-3;
 constexpr double kLow_m = 2, kWall_m = 3;
-constexpr double kUpright = 0.5;  // |n_z| of walls is below it
+constexpr double kUpright = 0.5;  // |n_z| of walls is smaller
 constexpr double kLeastFoliage_m2 = 10;
-/// A rough piece below the first area belongs to the wall or roof (of the second area and more) that it
-/// adjoins most. A plane up to the second area that adjoins foliage most belongs to that foliage.
+/// A rough piece below the first area joins the wall or roof (of at least the second area) with the longest
+/// common border. A plane up to the second area with its longest border to foliage joins that foliage.
 constexpr double kLeastFoliageAmidWalls_m2 = 150, kLargestPlaneAmidFoliage_m2 = 80;
-/// The surface may move so far as planes take its place.
+/// Maximum movement of the surface when planes replace it.
 constexpr double kFlatten_m = 0.3;
 
 enum class SkinClass : std::uint8_t { Terrain, Building, Foliage, Rough };
@@ -215,7 +215,7 @@ class SkinSplit {
     return middle.z() - ground_.height_m(middle.head<2>());
   }
 
-  /// A region is of one class as a whole.
+  /// A region has one class.
   void judge_regions() {
     struct Sum {
       double area = 0, height = 0, highest = 0;
@@ -244,7 +244,7 @@ class SkinSplit {
       if (regions_.of[t] == kNoRegion && mean_above_ground(t) < kLow_m) classes_[t] = SkinClass::Terrain;
   }
 
-  /// Triangles of which `belongs` is true, in parts that hang together by edges.
+  /// Triangles for which `belongs` is true, in parts connected by edges.
   template <typename Belongs>
   [[nodiscard]] std::vector<std::vector<std::uint32_t>> parts(const Belongs& belongs) const {
     std::vector<std::vector<std::uint32_t>> parts;
@@ -264,7 +264,7 @@ class SkinSplit {
     return parts;
   }
 
-  /// Calls edge(triangle across it, length [m]) for the edges of a triangle that have one.
+  /// Calls edge(triangle across it, length [m]) for the edges of a triangle that have a neighbour.
   template <typename Edge>
   void each_edge(std::uint32_t t, const Edge& edge) const {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -319,7 +319,7 @@ class SkinSplit {
     }
   }
 
-  /// The sides of a crown or a hedge may be planes; what has foliage and no roof is foliage as a whole.
+  /// The sides of a crown or a hedge may be planes; a piece with foliage and no roof is entirely foliage.
   void settle_without_roof() {
     const auto is_roof = [&](std::uint32_t t) {
       return classes_[t] == SkinClass::Building && regions_.of[t] != kNoRegion &&
@@ -347,7 +347,7 @@ class SkinSplit {
 struct TileMesh::Part {
   std::string name;
   bool feature = false;
-  std::optional<city::Surface> surface;  ///< that a word says
+  std::optional<city::Surface> surface;  ///< given by a word
   city::Material material = city::Material::Unknown;
   bool pictured = false;
   std::vector<Eigen::Vector3d> vertices;
@@ -365,7 +365,7 @@ std::string text_at(const std::vector<std::string>& texts, std::uint32_t index) 
   return index < texts.size() ? texts[index] : std::string();
 }
 
-/// Takes the triangles of one feature out of a primitive, or all where it has none.
+/// The triangles of a primitive by feature, or all if it has no features.
 std::vector<std::pair<std::optional<std::uint32_t>, city::TriangleIndices>> by_feature(
     const meshes::GltfPrimitive& primitive) {
   std::vector<std::pair<std::optional<std::uint32_t>, city::TriangleIndices>> out;
@@ -386,7 +386,7 @@ std::optional<city::Surface> surface_of_words(std::initializer_list<std::string_
   return std::nullopt;
 }
 
-/// The vertices that triangles use; `triangles` then names these.
+/// The vertices that triangles use; changes `triangles` to index these.
 std::vector<Eigen::Vector3d> used_vertices(const std::vector<Eigen::Vector3d>& vertices,
                                            city::TriangleIndices& triangles) {
   std::vector<std::uint32_t> used;
@@ -459,7 +459,7 @@ void TileMesh::add(const TileContent& content, const Eigen::Matrix4d& to_enu, co
             for (auto& triangle : triangles) std::swap(triangle[1], triangle[2]);
           part.triangles = std::move(triangles);
           part.vertices = id ? used_vertices(places, part.triangles) : places;
-          // A feature that several primitives show, one for each of its materials, is one object.
+          // A feature shown by several primitives, one for each of its materials, is one object.
           if (id && one) {
             const auto [found, fresh] = of_feature.try_emplace({&placed, *id}, parts.size());
             if (!fresh && parts[found->second].material == part.material) {
@@ -553,22 +553,22 @@ std::vector<std::string> TileMesh::notes() const {
   const auto count = [this](city::Surface surface) { return by_word_[static_cast<std::size_t>(surface)]; };
   const std::size_t named = by_word_[0] + by_word_[1] + by_word_[2] + by_word_[3];
   if (named > 0) {
-    lines.push_back(
-        fmt::format("surfaces by words of names and classes: {} building, {} terrain, {} foliage, {} vehicle",
-                    count(city::Surface::Building), count(city::Surface::Terrain),
-                    count(city::Surface::Foliage), count(city::Surface::Vehicle)));
+    lines.push_back(fmt::format(
+        "surfaces from words in names and classes: {} building, {} terrain, {} foliage, {} vehicle",
+        count(city::Surface::Building), count(city::Surface::Terrain), count(city::Surface::Foliage),
+        count(city::Surface::Vehicle)));
   }
   if (sheets_ > 0)
     lines.push_back(
-        fmt::format("{} meshes are taken as terrain: sheets over half of their tile or more", sheets_));
+        fmt::format("{} meshes are read as terrain: sheets over half of their tile or more", sheets_));
   if (guessed_ > 0)
     lines.push_back(
-        fmt::format("{} features and meshes without such a word are taken as buildings", guessed_));
+        fmt::format("{} features and meshes without such a word are read as buildings", guessed_));
   if (degenerate_ > 0)
     lines.push_back(fmt::format("{} degenerate triangles (area below 1e-8 m^2) dropped", degenerate_));
   if (turned_ > 0)
     lines.push_back(
-        fmt::format("{} triangles turned to agree with their neighbours or to look outwards", turned_));
+        fmt::format("{} triangles flipped to agree with their neighbours or to face outwards", turned_));
   if (open_ > 0)
     lines.push_back(fmt::format("{} parts of buildings are not closed (a missing floor aside)", open_));
   return lines;
@@ -580,7 +580,7 @@ std::vector<std::string> append_skin(const Skin& skin, city::Mesh& mesh) {
   for (const auto& triangle : skin.triangles)
     if (!city::is_degenerate(vertices[triangle[0]], vertices[triangle[1]], vertices[triangle[2]]))
       left.triangles.push_back(triangle);
-  // Tiles that adjoin repeat their border, to a millimetre or so.
+  // Adjacent tiles repeat their border, to a millimetre or so.
   std::vector<Eigen::Vector3d> rounded;
   for (const Eigen::Vector3d& v : vertices) rounded.emplace_back((v / kWeld_m).array().round());
   city::weld(rounded, left.triangles);
@@ -591,7 +591,7 @@ std::vector<std::string> append_skin(const Skin& skin, city::Mesh& mesh) {
   if (left.triangles.empty()) return {};
   const PlanarRegions regions = find_regions(vertices, left.triangles, kFlatten_m);
   const std::vector<SkinClass> classes = SkinSplit(vertices, left.triangles, regions).classes();
-  // A label keeps a region's class: those below the number of classes are of triangles in no region.
+  // A label contains a region's class: labels below the number of classes are for triangles in no region.
   for (std::size_t t = 0; t < left.triangles.size(); ++t) {
     const std::uint32_t own = regions.of[t] == kNoRegion ? 0 : regions.of[t] + 1;
     left.labels.push_back(own * 4 + static_cast<std::uint32_t>(classes[t]));

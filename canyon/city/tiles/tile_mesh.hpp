@@ -12,19 +12,20 @@
 
 namespace canyon::tiles {
 
-/// Triangles that are one skin of ground, trees and houses, as photographs give it: those without features,
-/// without a word for a surface, and with pictures or colours [m, z up].
+/// Triangles that form one surface of ground, trees and houses, as from photogrammetry: those without
+/// features, without a word for a surface, and with textures or colours [m, z up].
 struct Skin {
   std::vector<Eigen::Vector3d> vertices;
   city::TriangleIndices triangles;
 };
 
-/// Gathers the contents of tiles as objects of a mesh, and as a skin.
+/// Collects the contents of tiles as objects of a mesh, and as a skin.
 ///
 /// A feature of a batch or property table is one object; other triangles are one object for each connected
-/// part. Its surface is what a word says of it: the feature's kind, its name, the name of the node, of the
-/// material. Without a word, a feature is a building; so are other triangles, but flat sheets that look up
-/// and extend over half of the tile, which are terrain. Materials follow words in materials' names.
+/// part. Its surface follows from the first word found in: the feature's kind, its name, the name of the
+/// node, of the material. Without a word, a feature is a building; so are other triangles, except flat sheets
+/// that face up and extend over half of the tile, which are terrain. Materials follow words in materials'
+/// names.
 class TileMesh {
  public:
   /// @param to_enu from the tile's frame @param name of the tile's file, for features without a name. Throws
@@ -34,7 +35,7 @@ class TileMesh {
   [[nodiscard]] city::Mesh& mesh() { return mesh_; }
   [[nodiscard]] Skin& skin() { return skin_; }
   [[nodiscard]] std::size_t triangles() const { return read_; }
-  /// The decisions that were taken, one line each.
+  /// The decisions taken, one line each.
   [[nodiscard]] std::vector<std::string> notes() const;
 
  private:
@@ -46,18 +47,17 @@ class TileMesh {
   city::Mesh mesh_;
   Skin skin_;
   std::size_t read_ = 0, degenerate_ = 0, turned_ = 0, open_ = 0;
-  std::array<std::size_t, 4> by_word_{};  ///< objects, by surface
+  std::array<std::size_t, 4> by_word_{};  ///< objects by surface
   std::size_t sheets_ = 0, guessed_ = 0;
 };
 
-/// Splits a skin into terrain, buildings and foliage, makes it of fewer and flat facets, and appends it to a
-/// mesh. Returns notes.
+/// Splits a skin into terrain, buildings and foliage, simplifies it to fewer and flat facets, and appends it
+/// to a mesh. Returns notes.
 ///
-/// Terrain is what lies less than 2 m above the ground (GroundModel). Above it, planar regions of at least 3
-/// m^2 are buildings, as are walls that reach down to the ground; what is rough over 10 m^2 and more is
-/// foliage, unless large planes enclose it. Smaller rough pieces go with what they adjoin: chimneys, dormers,
-/// parapets. Small planes amid foliage, and what has foliage and no roof, are foliage: sides of crowns and
-/// hedges.
+/// Terrain is less than 2 m above the ground (GroundModel). Above it, planar regions of at least 3 m^2 are
+/// buildings, as are walls that reach down to the ground; rough areas of 10 m^2 and more are foliage, unless
+/// large planes enclose them. Smaller rough pieces join their neighbours: chimneys, dormers, parapets. Small
+/// planes amid foliage, and pieces with foliage and no roof, are foliage: sides of crowns and hedges.
 [[nodiscard]] std::vector<std::string> append_skin(const Skin& skin, city::Mesh& mesh);
 
 }  // namespace canyon::tiles

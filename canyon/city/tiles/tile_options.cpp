@@ -23,11 +23,10 @@ void TileOptions::validate() const {
 }
 
 void visit(options::Visitor& v, TileOptions& o) {
-  v.file({"file", "", "tileset.json of 3D Tiles 1.0 or 1.1, or a .3tz archive (city.file takes it too)"},
+  v.file({"file", "", "tileset.json of 3D Tiles 1.0 or 1.1, or a .3tz archive (city.file also accepts it)"},
          o.file);
-  v.text({"url", "", "instead: its http(s) address; $NAME in its query stands for an environment variable"},
-         o.url);
-  v.number({"error_m", "m", "the coarsest tiles whose geometric error is at most this"}, o.error_m,
+  v.text({"url", "", "instead: its http(s) address; $NAME in its query is an environment variable"}, o.url);
+  v.number({"error_m", "m", "reads the coarsest tiles whose geometric error is at most this"}, o.error_m,
            {0, 10'000});
   std::vector<double> box;
   if (o.bbox_deg) box.assign(o.bbox_deg->begin(), o.bbox_deg->end());
@@ -38,13 +37,13 @@ void visit(options::Visitor& v, TileOptions& o) {
     if (box.size() != 4) throw v.fault("bbox", "is not a box", "give [west, south, east, north] in degrees");
     o.bbox_deg = {box[0], box[1], box[2], box[3]};
   }
-  v.number({"margin_m", "m", "around the scenario's trajectory, where there is no box"}, o.margin_m,
+  v.number({"margin_m", "m", "around the scenario's trajectory, if there is no box"}, o.margin_m,
            {10, 50'000});
-  v.integer({"most_tiles", "", "refuses a selection of more tiles"}, o.most_tiles, 1, 1'000'000);
+  v.integer({"most_tiles", "", "rejects a selection of more tiles"}, o.most_tiles, 1, 1'000'000);
   v.boolean({"elsewhere", "", "follow references out of the tileset's folder or to other servers"},
             o.elsewhere);
   v.text({"cache", "", "folder of downloads", "~/.cache/canyon"}, o.cache);
-  v.integer({"timeout_s", "s", "gives up a server that is silent for so long"}, o.timeout_s, 1, 3600);
+  v.integer({"timeout_s", "s", "timeout of a server that stops sending"}, o.timeout_s, 1, 3600);
 }
 
 bool is_web_address(const std::string& text) {

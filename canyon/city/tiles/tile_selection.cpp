@@ -18,14 +18,14 @@ namespace {
 constexpr std::size_t kDeepestTileset = 24;
 constexpr int kDeepestTile = 200;
 constexpr std::size_t kMostVisits = 4'000'000;
-/// Tilesets and subtrees that lead to a tile, and references that fail, for each tile that may be read; and
-/// so many for the first tiles.
+/// Limit of tilesets and subtrees that lead to a tile, and of failed references, for each tile that may be
+/// read; and a limit for the first tiles.
 constexpr std::size_t kMostFilesEach = 10, kMostFilesAtFirst = 1000;
 constexpr std::size_t kLongestTemplate = 4096;
 constexpr int kMostLevels = 31, kMostSubtreeLevels = 15;
-/// ECEF places of tiles lie between these distances from the Earth's centre.
+/// ECEF positions of tiles are between these distances from the Earth's centre.
 constexpr double kInnermost_m = 6.3e6, kOutermost_m = 6.45e6;
-/// The middle of a larger root says nothing of the place.
+/// The middle of a larger root does not give the position.
 constexpr double kLargestRoot_m = 200e3;
 
 /// One tileset.json.
@@ -33,10 +33,10 @@ struct Document {
   std::string address;
   Json json;
   char up = 'Y';
-  std::vector<std::string> chain;  ///< addresses of the tilesets that led here, and this one's
+  std::vector<std::string> chain;  ///< addresses of the parent tilesets and of this one
 };
 
-/// Properties that a tile inherits from those above it.
+/// Properties that a tile inherits from its parents.
 struct Inherited {
   Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();
   bool add = false;
@@ -61,7 +61,7 @@ struct Node {
   std::array<std::uint32_t, 3> place{};
 };
 
-/// A file that must be read before the selection goes on.
+/// A file that must be read before the selection continues.
 struct Pending {
   std::string address;
   std::shared_ptr<const Document> from;  ///< of a tileset
@@ -89,7 +89,7 @@ std::shared_ptr<const Document> parse_document(const std::string& address, const
     if (text != "3DTILES_content_gltf" && text != "3DTILES_implicit_tiling" &&
         text != "3DTILES_multiple_contents" && text != "3DTILES_bounding_volume_S2" &&
         text != "3DTILES_metadata" && text != "3DTILES_batch_table_hierarchy")
-      throw InputError(fmt::format("requires the extension '{}' of 3D Tiles, which is not read", text));
+      throw InputError(fmt::format("requires the extension '{}' of 3D Tiles, which is not supported", text));
   }
   if (from != nullptr) document->chain = from->chain;
   document->chain.push_back(address);
@@ -101,7 +101,7 @@ std::string content_uri(const Json& content) {
   return uri.empty() ? meshes::text_member(content, "url") : uri;
 }
 
-/// The contents of a tile, of all versions.
+/// The contents of a tile, for all versions.
 std::vector<const Json*> contents_of(const Json& tile) {
   std::vector<const Json*> contents;
   if (const Json* one = tile.find("content"); one != nullptr && one->is_object()) contents.push_back(one);
@@ -169,7 +169,7 @@ class Selector {
   }
 
  private:
-  /// Runs what may fail because of one file: then that is a gap.
+  /// Calls `work`; an error of one file is recorded as a gap.
   template <typename Work>
   void attempt(const std::string& address, const Work& work) {
     try {
@@ -187,7 +187,7 @@ class Selector {
     }
   }
 
-  /// Ends the selection, whichever file it happens in.
+  /// Aborts the selection, whichever file causes it.
   class TooMany final : public InputError {
    public:
     using InputError::InputError;
@@ -200,7 +200,7 @@ class Selector {
     }
   }
 
-  /// Of a tileset or subtree that is to be read, or of a reference that cannot be followed.
+  /// For a tileset or subtree to be read, or a reference that cannot be followed.
   void count_file() {
     const std::size_t most =
         kMostFilesAtFirst + kMostFilesEach * static_cast<std::size_t>(options_.most_tiles);

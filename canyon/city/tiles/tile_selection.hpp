@@ -12,7 +12,7 @@
 
 namespace canyon::tiles {
 
-/// A file with geometry that is to be read.
+/// A file with geometry to read.
 struct SelectedTile {
   std::string address;
   Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();  ///< to the root's frame
@@ -23,29 +23,29 @@ struct SelectedTile {
 struct TileSelection {
   std::vector<SelectedTile> tiles;
   std::string version;            ///< of the root: "1.0"
-  std::size_t tilesets = 0;       ///< read, the root among them
+  std::size_t tilesets = 0;       ///< read, including the root
   std::size_t subtrees = 0;       ///< read
-  std::size_t beyond = 0;         ///< tiles that do not touch the area; those below them are not counted
+  std::size_t beyond = 0;         ///< tiles that do not touch the area, without their descendants
   double coarsest_m = 0;          ///< the largest geometric error of a selected tile
-  std::vector<std::string> gaps;  ///< what could not be read, one line each, with its address
+  std::vector<std::string> gaps;  ///< one line for each file that could not be read, with its address
 };
 
-/// The root's volume and kind, without reading more than the root.
+/// The root's volume and kind, read from the root alone.
 struct TilesetRoot {
   std::optional<Eigen::Vector3d> centre;  ///< of the root's volume
-  bool on_earth = false;                  ///< that is near the Earth's surface: the frame is ECEF
+  bool on_earth = false;                  ///< the centre is near the Earth's surface: the frame is ECEF
 };
 [[nodiscard]] TilesetRoot read_root(TileSource& source);
 
-/// Chooses the coarsest tiles in an area whose geometric error is at most `error_m`, and their ancestors
-/// where these are refined by ADD. Reads outer tilesets and subtrees as it comes to them, those of a level at
-/// a time, so that downloads run beside one another. A tile without content of its own is never fine enough:
-/// stopping there would leave a hole where its error is stated wrongly. A reference that cannot be read is a
-/// gap. Throws InputError where the root cannot be read, and for more than `options.most_tiles` tiles.
+/// Chooses the coarsest tiles in an area whose geometric error is at most `error_m`, and their ancestors if
+/// these are refined by ADD. Reads external tilesets and subtrees on demand, those of one level together, so
+/// that downloads run in parallel. A tile without content of its own is never fine enough: with a wrong
+/// geometric error it would leave a hole. A reference that cannot be read is a gap. Throws InputError if the
+/// root cannot be read, and for more than `options.most_tiles` tiles.
 [[nodiscard]] TileSelection select_tiles(TileSource& source, const TileArea& area,
                                          const TileOptions& options);
 
-/// A line that names an address, without its query, and what is wrong with it.
+/// A line with an address, without its query, and its error.
 [[nodiscard]] std::string gap_line(const std::string& address, const std::exception& error);
 
 }  // namespace canyon::tiles

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kLargestTile = std::uint64_t{1} << 29;
 constexpr int kTries = 3;
 constexpr double kLongestPause_s = 20;
-/// How long a download is good whose server does not say.
+/// Lifetime of a download if the server gives none.
 constexpr double kKept_s = 30 * 86400.0;
 
 /// $NAME and ${NAME} replaced by the environment's.
@@ -39,7 +39,7 @@ std::string with_variables(std::string text) {
     const char* value = name.empty() ? nullptr : std::getenv(name.c_str());
     if (value == nullptr) {
       throw InputError(
-          fmt::format("the environment has no variable '{}', which the tileset's address names", name),
+          fmt::format("the environment has no variable '{}', which the tileset's address uses", name),
           fmt::format("set it: export {}=...", name.empty() ? "NAME" : name));
     }
     out += match.prefix().str() + value;
@@ -60,7 +60,7 @@ std::string_view query_of(std::string_view url) {
   return mark == std::string_view::npos ? std::string_view() : url.substr(mark + 1);
 }
 
-/// `url` with the parameters of `base` that it does not have.
+/// `url` with the missing parameters of `base`.
 std::string with_query_of(const std::string& base, const std::string& url) {
   std::set<std::string_view> own;
   const std::string_view query = query_of(url);
@@ -83,10 +83,10 @@ std::string all_of(const buildings::ByteReader& read) {
   return bytes;
 }
 
-/// A file of an archive, by GDAL's name.
+/// A file of an archive, by its GDAL name.
 std::string read_member(const std::string& name) {
   const buildings::ByteReader file = buildings::gdal::bytes_of(name);
-  if (!file) throw InputError("is not in the archive, or cannot be unpacked", "is the archive whole?");
+  if (!file) throw InputError("is not in the archive, or cannot be unpacked", "is the archive complete?");
   std::string bytes = all_of(file);
   return is_gzip(bytes) && name.rfind("/vsigzip/", 0) != 0 ? read_member("/vsigzip/" + name) : bytes;
 }
@@ -120,8 +120,8 @@ std::string TileSource::resolve(const std::string& base, const std::string& uri)
   const std::size_t colon = uri.find_first_of(":/?#");
   const bool has_scheme = colon != std::string::npos && uri[colon] == ':';
   if (has_scheme && !is_web_address(uri)) {
-    throw InputError(fmt::format("'{}' is an address of a kind that is not read", uri.substr(0, colon + 1)),
-                     "tiles are files of the tileset's folder or server");
+    throw InputError(fmt::format("'{}' is an address of an unsupported kind", uri.substr(0, colon + 1)),
+                     "give files of the tileset's folder or server");
   }
   if (is_web_address(base) || has_scheme) return resolve_web(base, uri);
   return resolve_path(base, uri);
@@ -149,7 +149,7 @@ std::string TileSource::resolve_web(const std::string& base, const std::string& 
   return server_of(url) == server_of(base) ? with_query_of(base, url) : url;
 }
 
-/// The server, and a hash of the whole address: any parameter may choose the file, and none is written.
+/// The server, and a hash of the whole address: any parameter may select the file, and none may be written.
 std::filesystem::path TileSource::cached(const std::string& address) const {
   const std::string bare = public_address(address), server = server_of(bare);
   const std::string ending = fs::path(bare).extension().string().substr(0, 16);
@@ -163,7 +163,7 @@ void TileSource::prefetch(const std::vector<std::string>& addresses) {
     if (!is_web_address(address) || fetched_.count(address) > 0) continue;
     fetched_.emplace(address, std::string());
     std::error_code error;
-    // The time of a download is the time at which it becomes stale.
+    // The modification time of a download is the time of its expiry.
     const auto stale = fs::last_write_time(cached(address), error);
     if (error || stale < fs::file_time_type::clock::now()) wanted.push_back(address);
   }
@@ -190,7 +190,7 @@ void TileSource::download(const std::vector<std::string>& addresses) {
       if (!answer.problem.empty() || answer.status != 200) {
         fetched_[address] = !answer.problem.empty()
                                 ? answer.problem
-                                : fmt::format("the server answered with HTTP status {}", answer.status);
+                                : fmt::format("the server responded with HTTP status {}", answer.status);
         return;
       }
       ++downloaded_files_;

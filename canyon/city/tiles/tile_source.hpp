@@ -10,12 +10,12 @@
 
 namespace canyon::tiles {
 
-/// Where the files of a tileset are: a folder, or a server by way of a folder of downloads. Addresses are
-/// whole paths, or URLs with their keys. Nothing outside the tileset's folder or server is given, unless
-/// TileOptions::elsewhere. Messages name addresses without their queries.
+/// Access to the files of a tileset: in a folder, or on a server with a folder of downloads. Addresses are
+/// absolute paths, or URLs with their keys. Access is limited to the tileset's folder or server, unless
+/// TileOptions::elsewhere is set. Messages name addresses without their queries.
 class TileSource {
  public:
-  /// Throws InputError for an environment variable in the URL that is not set. `options` must outlive this.
+  /// Throws InputError for an unset environment variable in the URL. `options` must outlive this object.
   explicit TileSource(const TileOptions& options);
   ~TileSource();
   TileSource(const TileSource&) = delete;
@@ -23,13 +23,13 @@ class TileSource {
 
   /// Address of the tileset itself.
   [[nodiscard]] const std::string& root() const { return root_; }
-  /// The address that `uri` means in the file `base`. Throws InputError where it is outside the folder or the
-  /// server, of another scheme, or not a URI. A URL gets those parameters of its base's query that it does
-  /// not have, where both are of one server: so keys of the user reach every tile.
+  /// Resolves `uri` in the file `base`. Throws InputError if the result is outside the folder or the server,
+  /// has another scheme, or `uri` is not a URI. A URL inherits missing query parameters from its base, if
+  /// both are on the same server: so the user's keys reach every tile.
   [[nodiscard]] std::string resolve(const std::string& base, const std::string& uri) const;
-  /// Downloads files, several at a time, that are not there yet. read() tells which failed.
+  /// Downloads missing files, several in parallel. read() reports failures.
   void prefetch(const std::vector<std::string>& addresses);
-  /// A file's bytes, unpacked where it is packed by gzip. Throws InputError.
+  /// A file's bytes, unpacked if it is gzip-compressed. Throws InputError.
   [[nodiscard]] std::string read(const std::string& address);
 
   [[nodiscard]] std::size_t downloaded_files() const { return downloaded_files_; }
@@ -44,7 +44,7 @@ class TileSource {
   const TileOptions& options_;
   std::string root_;
   std::filesystem::path folder_;                ///< of downloads
-  std::map<std::string, std::string> fetched_;  ///< of this run: address, and what went wrong
+  std::map<std::string, std::string> fetched_;  ///< of this run: address and error
   std::vector<std::filesystem::path> not_to_keep_;
   std::size_t downloaded_files_ = 0, downloaded_bytes_ = 0;
 };

@@ -37,7 +37,7 @@ std::string tileset_of(const std::string& children) {
       children + "]");
 }
 
-/// The server's files: a tileset of two tiles, one of which is in a tileset below.
+/// The server's files: a tileset of two tiles, one of them in a nested tileset.
 std::map<std::string, test::WebFolder::File> served() {
   return {
       {"/city/tileset.json", {tileset_of(leaf("a.glb", 0) + "," + leaf("sub/tileset.json?session=7", 100))}},
@@ -88,7 +88,7 @@ TEST_F(WebTilesTest, KeysGoWithEachTileAndNowhereElse) {
   ASSERT_EQ(setenv("CANYON_TEST_KEY", "s3cret", 1), 0);
   const TilesCity city = read(options(server, "?key=$CANYON_TEST_KEY"));
   EXPECT_THAT(server.requests(), AllOf(SizeIs(4), Each(HasSubstr("key=s3cret"))));
-  // A session that a tileset below names goes with its tiles.
+  // A session parameter of a nested tileset is passed to its tiles.
   EXPECT_THAT(server.requests(), Contains(AllOf(HasSubstr("/city/sub/b.glb"), HasSubstr("session=7"))));
   EXPECT_EQ(city.gaps, 1U);
   EXPECT_THAT(city.city.notes.lines(), Each(AllOf(Not(HasSubstr("s3cret")), Not(HasSubstr("session=7")))));
@@ -119,7 +119,7 @@ TEST_F(WebTilesTest, AServerThatStallsIsGivenUp) {
   EXPECT_EQ(city.tiles, 1U);
   EXPECT_EQ(city.gaps, 2U);
   EXPECT_THAT(city.city.notes.warnings(),
-              Contains(AllOf(HasSubstr("stall1.glb"), HasSubstr("did not answer"))));
+              Contains(AllOf(HasSubstr("stall1.glb"), HasSubstr("did not respond"))));
   EXPECT_LT(took.count(), 10);  // both waited at the same time
 }
 
@@ -155,7 +155,7 @@ TEST_F(WebTilesTest, FilesThatDifferByTheirQueriesAreKeptApart) {
   EXPECT_THAT(server.requests(), SizeIs(3));
 }
 
-// A parameter may choose the file whatever its name holds: "sig" is in "design", "key" in "monkey".
+// Any parameter may select the file, whatever its name contains: "sig" is in "design", "key" in "monkey".
 TEST_F(WebTilesTest, AnyParameterMayChooseTheFile) {
   auto files = served();
   std::string children;
@@ -168,7 +168,7 @@ TEST_F(WebTilesTest, AnyParameterMayChooseTheFile) {
   EXPECT_EQ(read(options(server, "?design=0")).tiles, 12U);
   EXPECT_THAT(server.requests(), SizeIs(13));
   EXPECT_EQ(read(options(server, "?design=1")).tiles, 12U);
-  EXPECT_THAT(server.requests(), SizeIs(24));  // those that name a design of their own are there
+  EXPECT_THAT(server.requests(), SizeIs(24));  // includes those with their own design parameter
   EXPECT_EQ(read(options(server, "?design=1")).tiles, 12U);
   EXPECT_THAT(server.requests(), SizeIs(24));
 }

@@ -13,7 +13,7 @@
 namespace canyon::tiles {
 namespace {
 
-/// Ground and buildings lie within so much of the area's plane, the Earth's curvature over 500 km included.
+/// Maximum height of ground and buildings from the area's plane, with the Earth's curvature over 500 km.
 constexpr double kReach_m = 30e3;
 
 Eigen::Vector3d times(const Eigen::Matrix4d& m, const Eigen::Vector3d& v) {
@@ -25,7 +25,7 @@ double region_width(const std::vector<double>& region) {
   return width < 0 ? width + 2 * geodesy::kPi : width;
 }
 
-/// Whether two intervals of longitudes [rad] meet, each from its west eastwards.
+/// Whether two intervals of longitudes [rad] intersect, each given by its west end and width.
 bool longitudes_meet(double west, double width, double other_west, double other_width) {
   const auto turned = [](double angle) {
     const double turn = std::fmod(angle, 2 * geodesy::kPi);
@@ -34,7 +34,7 @@ bool longitudes_meet(double west, double width, double other_west, double other_
   return turned(other_west - west) <= width || turned(west - other_west) <= other_width;
 }
 
-/// Degrees in the place of radians, and latitudes in the place of longitudes, lie elsewhere or nowhere.
+/// Rejects degrees given as radians, and latitudes exchanged with longitudes.
 void check_region(const std::vector<double>& region) {
   constexpr double kRounding = 1e-6;
   const auto within = [](double angle, double most) { return std::abs(angle) <= most + kRounding; };
@@ -191,7 +191,7 @@ bool TileArea::touches(const TileVolume& volume, const Eigen::Matrix4d& transfor
     for (std::size_t axis = 0; axis < 3; ++axis)
       half += (to_enu.topLeftCorner<3, 3>() * Eigen::Vector3d(&of[3 + 3 * axis])).cwiseAbs();
   } else {
-    // Rows, since a sphere's shadow on an axis is as long as that axis' row.
+    // Row norms, because a sphere's projection on an axis is as long as that axis' row.
     half = std::abs(of[3]) * to_enu.topLeftCorner<3, 3>().rowwise().norm();
   }
   return box_.intersects(Eigen::AlignedBox3d(Eigen::Vector3d(centre - half), Eigen::Vector3d(centre + half)));
@@ -226,8 +226,7 @@ Subtree read_subtree(std::string_view bytes, int levels, bool octree,
     const Json json = Json::parse(text);
     return SubtreeReader(json, binary, fetch).read(levels, octree);
   } catch (const JsonError& error) {
-    throw InputError(fmt::format("has JSON that is not as it should be: {}", error.what()),
-                     "get the subtree again");
+    throw InputError(fmt::format("has invalid JSON: {}", error.what()), "get the subtree again");
   }
 }
 

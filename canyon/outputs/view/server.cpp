@@ -331,7 +331,7 @@ struct Server::Impl {
   void listen() {
     if (shared->options.port < 0 || shared->options.port > 65535) {
       throw InputError(fmt::format("port {} does not exist", shared->options.port),
-                       "take one of 1024 to 65535, or 0 for a free one");
+                       "use a port of 1024 to 65535, or 0 for a free one");
     }
     error_code error;
     acceptor.open(tcp::v4(), error);

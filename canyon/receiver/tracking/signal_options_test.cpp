@@ -59,7 +59,8 @@ TEST(SignalOptions, NamesTheFieldThatIsOutOfRange) {
   EXPECT_EQ(message([](Options&) {}), "");
   EXPECT_EQ(message([](Options& o) { o.offset_db["BeiDou"] = -30; }), "");
   EXPECT_THAT(message([](Options& o) { o.offset_db["BeiDou"] = 31; }), HasSubstr("BeiDou"));
-  EXPECT_THAT(message([](Options& o) { o.offset_db["Compass"] = 1; }), HasSubstr("'Compass' is not a group"));
+  EXPECT_THAT(message([](Options& o) { o.offset_db["Compass"] = 1; }),
+              HasSubstr("'Compass' is not a signal group"));
   EXPECT_THAT(message([](Options& o) { o.satellite_sigma_db = -1; }), HasSubstr("satellite_sigma_db"));
   EXPECT_THAT(message([](Options& o) { o.satellite_sigma_db = NAN; }), HasSubstr("satellite_sigma_db"));
   for (const double bandwidth : {0.0, 1.0e6, 6e8, std::numeric_limits<double>::quiet_NaN()}) {

@@ -291,7 +291,7 @@ TEST(Scenario, NamesWrongTypesUnitsAndRanges) {
   EXPECT_THAT(receiver("elevation_mask_deg: 90"),
               HasSubstr("90 is out of range; it is at least 0 and below 90"));
   EXPECT_THAT(receiver("elevation_mask_deg: .nan"), HasSubstr("'.nan' is not a number"));
-  EXPECT_THAT(receiver("elevation_mask_deg: [1, 2]"), HasSubstr("is a list where one value belongs"));
+  EXPECT_THAT(receiver("elevation_mask_deg: [1, 2]"), HasSubstr("is a list instead of one value"));
   EXPECT_THAT(receiver("elevation_mask_deg:"), HasSubstr("has no value"));
   EXPECT_THAT(receiver("min_satellites: 4.5"), HasSubstr("'4.5' is not a whole number"));
   EXPECT_THAT(receiver("min_satellites: 3"), HasSubstr("runs from 4"));
@@ -379,7 +379,7 @@ TEST(Scenario, FilesMustExist) {
   EXPECT_THAT(fault(kCity + "trajectory:\n  file: t.csv\n"),
               HasSubstr("s.yaml:3: file: there is no file 't.csv'"));
   EXPECT_THAT(fault(kMinimal + "sky: {sp3: .}\n"), HasSubstr("is a folder"));
-  EXPECT_THAT(fault(kMinimal + "sky: {sp3: .}\n"), HasSubstr("its name ends in /"));
+  EXPECT_THAT(fault(kMinimal + "sky: {sp3: .}\n"), HasSubstr("end its name with /"));
   EXPECT_THAT(error_of([] { (void)read_scenario("/nowhere/s.yaml"); }).what(), HasSubstr("/nowhere/s.yaml"));
 }
 
@@ -404,7 +404,7 @@ TEST(Scenario, NamesTheKindOfAnotherFile) {
   const std::string sentence = "$GPGGA,120000,2218,N,11410,E,1,08,1,5,M,0,M,,*5A\n";
   EXPECT_THAT(
       given("drive.gpx", "<?xml version=\"1.0\"?><gpx><trk/></gpx>"),
-      HasSubstr("drive.gpx: is a GPX file, not a scenario (YAML); as a trajectory its format is gpx"));
+      HasSubstr("drive.gpx: is a GPX file, not a scenario (YAML); use it as a trajectory of format gpx"));
   EXPECT_THAT(given("drive.nmea", sentence), HasSubstr("is a log of NMEA sentences, not a scenario (YAML)"));
   // The message suggests the intended name.
   EXPECT_THAT(given("drive.yaml", sentence), HasSubstr("the scenario is not a mapping"));

@@ -14,7 +14,7 @@ std::int64_t second_of_week(GpsTime start) {
   return bdt(start).nanosecond_of_week() / GpsTime::kNanosecondsPerSecond;
 }
 
-/// Ten words: preamble, subframe, second of the week, then what is left empty behind `content`.
+/// Ten words: preamble, subframe, second of the week, then `content`; the rest is empty.
 std::vector<std::uint32_t> coded(const Bits& content, int subframe, GpsTime start) {
   Bits bits;
   bits.put(0b11100010010, 11).put(0, 4).count(subframe, 3).count(second_of_week(start), 20);
@@ -31,7 +31,7 @@ std::vector<std::uint32_t> coded(const Bits& content, int subframe, GpsTime star
   return words;
 }
 
-/// Clock parameters' issue, health, accuracy, week, toc and delays, as D1 and D2 begin.
+/// Clock parameters' issue, health, accuracy, week, toc and delays: the start of D1 and D2.
 void put_beidou_head(Bits& bits, const gnss::KeplerEphemeris& e, GpsTime start) {
   bits.put(e.health != 0, 1).count(e.iodc, 5);
   bits.count(accuracy_index(e.accuracy_m), 4).count(bdt_week(start), 13);
@@ -44,7 +44,7 @@ void put_harmonic(Bits& bits, double rad) {
 void put_radius(Bits& bits, double metres) {
   bits.number(metres, 0x1p-6, 18);
 }
-/// The fields of D2 from the clock on, which its pages cut anywhere.
+/// The fields of D2 from the clock on; its pages cut them at any bit.
 Bits d2_fields(const gnss::KeplerEphemeris& e) {
   Bits bits;
   bits.number(e.af0, 0x1p-33, 24).number(e.af1, 0x1p-50, 22).number(e.af2, 0x1p-66, 11).count(e.iode, 5);
@@ -64,20 +64,20 @@ Bits d2_fields(const gnss::KeplerEphemeris& e) {
 
 constexpr double kDelayStep_s = 0x1p-34;
 
-/// Elements and clock of the nearest whole 300 s of BDT, times in BDT.
+/// Elements and clock at the nearest whole 300 s of BDT, times in BDT.
 gnss::KeplerEphemeris in_bdt(gnss::KeplerEphemeris e) {
   e.toe = bdt(e.toe);
   e.toc = bdt(e.toc);
   return referred_to(e, whole_300_s(e.toe), whole_300_s(e.toc), geodesy::kEarthMu);
 }
 
-/// IODE, 0 to 59 of data younger than 12 h, and IODC, which ends as it does (7.4). D1 and D2 have ages in
-/// their place, which ephemerides that follow each other share: half hours of toe tell them apart.
+/// IODE, 0 to 59 for data younger than 12 h, and IODC, which ends with the IODE (7.4). D1 and D2 have ages
+/// instead, which successive ephemerides share: half hours of toe distinguish them.
 std::int64_t issue_of_data(const gnss::KeplerEphemeris& e) {
   return std::llround(e.toe.seconds_of_week() / 1800) % 60;
 }
 
-/// 203 bits (7.7). @param e of in_bdt(), not of a geostationary satellite: these do not send B-CNAV
+/// 203 bits (7.7). @param e from in_bdt(), not of a geostationary satellite: these do not send B-CNAV
 void put_ephemeris_1(Bits& bits, const gnss::KeplerEphemeris& e) {
   constexpr double kMeo_m = 27'906'100, kInclined_m = 42'162'200;
   const bool meo = e.sqrt_a * e.sqrt_a < 35e6;
@@ -89,14 +89,14 @@ void put_ephemeris_1(Bits& bits, const gnss::KeplerEphemeris& e) {
 void put_ephemeris_2(Bits& bits, const gnss::KeplerEphemeris& e) {
   put_plane(bits, e, e.right_ascension_rate, 19);
 }
-/// 69 bits (7.5). @param e of in_bdt()
+/// 69 bits (7.5). @param e from in_bdt()
 void put_clock(Bits& bits, const gnss::KeplerEphemeris& e) {
   put_reference_time(bits, e.toc);
   bits.number(e.af0, 0x1p-34, 25);
   bits.number(e.af1, 0x1p-50, 22);
   bits.number(e.af2, 0x1p-66, 11);
 }
-/// UTC by BDT, 97 bits.
+/// UTC relative to BDT, 97 bits.
 void put_utc(Bits& bits, const SystemMessage& message, GpsTime start) {
   put_utc(bits, message.leap_seconds - geodesy::kBdtSecondsOffset, bdt_week(start), 6, 3);
 }
@@ -157,7 +157,7 @@ std::vector<std::uint32_t> d2_page(const gnss::KeplerEphemeris& e, const SystemM
     put_klobuchar(bits, message.klobuchar);
   } else {
     if (page == 3) bits.put(0, 38);
-    // Where the pages from 3 on begin among the fields.
+    // First field bits of the pages from 3 on.
     constexpr std::array<std::size_t, 9> kFirst{0, 28, 92, 156, 220, 284, 350, 414, 433};
     const Bits fields = d2_fields(e);
     for (std::size_t i = kFirst.at(static_cast<std::size_t>(page) - 3);

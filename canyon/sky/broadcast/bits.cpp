@@ -17,7 +17,7 @@ Bits& Bits::put(std::uint64_t value, int width) {
 
 Bits& Bits::angle(double radians, double step, int width) {
   const double steps = std::round(std::remainder(radians / geodesy::kPi, 2) / step);
-  // Half a turn is the lowest number: the highest is a step less.
+  // Half a turn becomes the lowest number, because the highest is a step less.
   return number(steps == std::ldexp(1.0, width - 1) ? -steps : steps, 1, width);
 }
 

@@ -35,7 +35,7 @@ void put_nequick(Bits& bits, const SystemMessage& message) {
   bits.number(message.nequick[2], 0x1p-15, 14);
   bits.put(0, 5);  // storm flags of the five regions
 }
-/// UTC is GST less whole seconds, no leap second announced.
+/// UTC is GST minus whole seconds, no leap second announced.
 void put_galileo_utc(Bits& bits, const SystemMessage& message, geodesy::GpsTime start) {
   const int week = galileo_week(start);
   bits.put(0, 32 + 24).count(message.leap_seconds, 8);
@@ -120,8 +120,8 @@ Bits fnav_page(const gnss::KeplerEphemeris& e, const SystemMessage& message, int
   bits.count(type, 6);
   switch (type) {
     case 1: {
-      // A clock of I/NAV is that of E1 and E5b: E1 is later than it by BGD(E1,E5b), than this one by
-      // BGD(E1,E5a).
+      // An I/NAV clock refers to E1 and E5b: E1's delay is BGD(E1,E5b) relative to it, and BGD(E1,E5a)
+      // relative to this one.
       const double af0 = e.af0 + (gnss::is_galileo_fnav(e) ? 0 : e.group_delay[0] - e.group_delay[1]);
       bits.count(e.id.number, 6);
       bits.count(e.iode, 10);

@@ -4,7 +4,7 @@
 namespace canyon::broadcast {
 namespace {
 
-/// Day within the four years from the last leap year on, from 1, and the number of these since 1996.
+/// Day within the four years since the last leap year, from 1, and the number of these periods since 1996.
 struct Calendar {
   std::uint64_t day = 1, four_years = 1;
 };
@@ -21,13 +21,13 @@ Calendar four_year_calendar(const geodesy::CalendarTime& moscow) {
           static_cast<std::uint64_t>((first - 1996) / 4 + 1)};
 }
 
-/// Bits 8 to 1 behind bits 85 to 9 (4.7): data bits take the places of a Hamming code that are no powers of
-/// two, from bit 9 on place 3; the last parity bit covers all.
+/// Bits 8 to 1, after bits 85 to 9 (4.7): data bits are at the positions of a Hamming code that are no powers
+/// of two, with bit 9 at position 3; the last parity bit covers all.
 std::uint32_t check_bits(const Bits& data) {
   std::uint32_t check = 0;
   std::uint32_t place = 2;
   bool all = false;
-  for (std::size_t i = data.size(); i-- > 0;) {  // bit 9 stands last
+  for (std::size_t i = data.size(); i-- > 0;) {  // bit 9 is last
     do ++place;
     while ((place & (place - 1)) == 0);
     if (!data[i]) continue;

@@ -13,8 +13,8 @@ namespace {
 
 using geodesy::GpsTime;
 
-/// Ten words from what follows the handover word: 8 words of 24 bits, the last with 22, whose two free bits
-/// bring the last two parity bits to zero, as in the handover word.
+/// Ten words from the content after the handover word: 8 words of 24 bits, the last with 22; its two free
+/// bits make the last two parity bits zero, as in the handover word.
 std::vector<std::uint32_t> subframe_words(const Bits& content, int subframe, GpsTime start) {
   // Count of 6 s intervals at the start of the next subframe.
   const auto count =
@@ -28,8 +28,8 @@ std::vector<std::uint32_t> subframe_words(const Bits& content, int subframe, Gps
   bool d29 = false, d30 = false;
   for (std::size_t i = 0; i < 10; ++i) {
     auto data = static_cast<std::uint32_t>(bits.number(24 * i, 24));
-    // The free bits d23 and d24 are counted up until parity bits d29 and d30 are 0, which one of the four
-    // values gives: d24 changes both, d23 changes d30 alone.
+    // The free bits d23 and d24 are incremented until parity bits d29 and d30 are 0. One of the four values
+    // does this: d24 changes both, d23 changes only d30.
     while ((i == 1 || i == 9) && (lnav_parity(data, d29, d30) & 3) != 0) ++data;
     const std::uint32_t parity = lnav_parity(data, d29, d30);
     words.push_back(data << 6 | parity);
@@ -63,7 +63,7 @@ void put_corrections(Bits& bits, double group_delay_s, std::initializer_list<dou
 }  // namespace
 
 std::uint32_t lnav_parity(std::uint32_t data, bool d29, bool d30) {
-  // Rows of table 20-XIV: bit 23 is d1, and D29* or D30* of the word before.
+  // Rows of table 20-XIV: bit 23 is d1, and D29* or D30* of the preceding word.
   constexpr std::array<std::uint32_t, 6> kRows{0xEC7CD2, 0x763E69, 0xBB1F34, 0x5D8F9A, 0xAEC7CD, 0x2DEA27};
   constexpr std::array<bool, 6> kBy30{false, true, false, true, true, false};
   std::uint32_t parity = 0;
@@ -130,7 +130,7 @@ std::vector<std::uint32_t> lnav_page18(gnss::System system, const SystemMessage&
   put_klobuchar(bits, message.klobuchar);
   const auto week = static_cast<std::uint64_t>(start.week());
   const auto leap = static_cast<std::uint64_t>(message.leap_seconds);
-  bits.put(0, 24 + 32);                                   // A1, A0: UTC is GPST less whole seconds
+  bits.put(0, 24 + 32);                                   // A1, A0: UTC is GPST minus whole seconds
   bits.put(0, 8).put(week, 8);                            // t_ot, WN_t
   bits.put(leap, 8).put(week, 8).put(7, 8).put(leap, 8);  // no leap second announced
   bits.put(0, 14);
@@ -188,7 +188,7 @@ Bits cnav_message(const gnss::KeplerEphemeris& ephemeris, const SystemMessage& m
 }
 
 Bits cnav2_subframe2(const gnss::KeplerEphemeris& ephemeris, const CnavDelays& delays, GpsTime start) {
-  // IS-GPS-800, 3.5.3: toe is the time of the clock too.
+  // IS-GPS-800, 3.5.3: toe is also the reference time of the clock.
   const GpsTime toe = whole_300_s(ephemeris.toe);
   const gnss::KeplerEphemeris e = referred_to(ephemeris, toe, toe, kEarthGm);
   constexpr std::int64_t kInterval = 7200 * GpsTime::kNanosecondsPerSecond;

@@ -1,4 +1,4 @@
-// Symbols of the messages with LDPC codes, read back as a receiver would without errors: parity checks by the
+// Symbols of the messages with LDPC codes, decoded as by a receiver without errors: parity checks by the
 // tables of the interface documents, interleaving, BCH, CRC-24Q, fields in their order.
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ unsigned product(unsigned a, unsigned b) {
   }
   return 0;
 }
-/// Parity checks that a word breaks.
+/// Number of failed parity checks of a word.
 int broken_checks(const std::vector<std::vector<LdpcTerm>>& checks, std::size_t symbol_bits,
                   const Bits& word) {
   int broken = 0;
@@ -57,7 +57,7 @@ struct Code {
   LdpcCode code;
   std::size_t symbol_bits, checks;
   std::uint32_t
-      crc;  ///< of the terms, as frames of satellites and another program's generator matrices agreed
+      crc;  ///< of the terms, which agree with satellite frames and another program's generator matrices
 };
 const std::array kCodes{
     Code{LdpcCode::Cnav2Subframe2, 1, 600, 0xA4BB51},  Code{LdpcCode::Cnav2Subframe3, 1, 274, 0xB5C715},
@@ -78,7 +78,7 @@ TEST(Ldpc, WordsFulfilTheParityChecks) {
         EXPECT_GE(term.factor, 1);
         EXPECT_LT(term.factor, 1 << symbol_bits);
       }
-      // Regular codes of the ICDs: four symbols a check, each symbol in two.
+      // Regular codes of the ICDs: four symbols per check, each symbol in two checks.
       if (symbol_bits == 6) {
         EXPECT_EQ(check.size(), 4U);
       }
@@ -188,7 +188,7 @@ class LdpcSymbols : public testing::Test {
     const auto all = gnss::signals_of(e_.id.system);
     return *std::find_if(all.begin(), all.end(), [&](const gnss::Signal& s) { return s.name == name; });
   }
-  /// The delays that are broadcast for these signals alone [s].
+  /// The delays that are broadcast only for these signals [s].
   [[nodiscard]] gnss::SignalDelays own_delays(
       std::initializer_list<std::pair<std::string_view, double>> of) const {
     gnss::SignalDelays delays;
@@ -213,7 +213,7 @@ class LdpcSymbols : public testing::Test {
     for (const std::int8_t symbol : frame->symbols) result.put(symbol < 0 ? 1 : 0, 1);
     return result;
   }
-  /// The information of a word of a code, whose checks hold.
+  /// The information of a code word that passes its checks.
   static Bits decoded(LdpcCode code, const Bits& word) {
     const auto of_code =
         std::find_if(kCodes.begin(), kCodes.end(), [&](const Code& c) { return c.code == code; });
@@ -244,7 +244,7 @@ class LdpcSymbols : public testing::Test {
     EXPECT_EQ(r.number(day_bits), day);
     r.expect(8, 1, leap_seconds);
   }
-  /// A cyclic code has the word iff it is orthogonal to all cyclic shifts of the check polynomial.
+  /// A cyclic code contains the word iff it is orthogonal to all cyclic shifts of the check polynomial.
   static void expect_cyclic(const Bits& bits, std::size_t first, std::size_t size, unsigned check) {
     for (std::size_t shift = 0; shift < size; ++shift) {
       bool sum = false;
@@ -257,7 +257,7 @@ class LdpcSymbols : public testing::Test {
   gnss::KeplerEphemeris e_;
 };
 
-// BDS-SIS-ICD-B1C-1.0, 6.2: frames of 18 s from the begin of the BDT week on.
+// BDS-SIS-ICD-B1C-1.0, 6.2: frames of 18 s from the start of the BDT week on.
 TEST_F(LdpcSymbols, BcnavOneIsReadBack) {
   struct Case {
     const char* satellite;
@@ -324,7 +324,7 @@ TEST_F(LdpcSymbols, BcnavOneIsReadBack) {
   EXPECT_FALSE(symbol_frame(navigation, e_.id, signal("B1C"), kBdtWeek)) << "geostationary";
 }
 
-// BDS-SIS-ICD-B2a-1.0, 6.2: messages of 3 s from the begin of the BDT week on.
+// BDS-SIS-ICD-B2a-1.0, 6.2: messages of 3 s from the start of the BDT week on.
 TEST_F(LdpcSymbols, BcnavTwoIsReadBack) {
   const double toe_s = 36000;
   for (const int first : {12'000, 201'596}) {  // the last ones end with the week
@@ -382,7 +382,7 @@ TEST_F(LdpcSymbols, BcnavTwoIsReadBack) {
   }
 }
 
-// BDS-SIS-ICD-B2b-1.0, 6.2: messages of a second from the begin of the BDT week on.
+// BDS-SIS-ICD-B2b-1.0, 6.2: messages of a second from the start of the BDT week on.
 TEST_F(LdpcSymbols, BcnavThreeIsReadBack) {
   for (const bool end_of_week : {false, true}) {
     const double toe_s = end_of_week ? 601'200 : 36100, sent_toe_s = end_of_week ? toe_s : 36000;
@@ -423,7 +423,7 @@ TEST_F(LdpcSymbols, BcnavThreeIsReadBack) {
   }
 }
 
-// IS-GPS-800, 3.2.3 and 3.5: frames of 18 s from the begin of the week on.
+// IS-GPS-800, 3.2.3 and 3.5: frames of 18 s from the start of the week on.
 TEST_F(LdpcSymbols, CnavTwoIsReadBack) {
   struct Case {
     const char* satellite;
@@ -449,7 +449,7 @@ TEST_F(LdpcSymbols, CnavTwoIsReadBack) {
       navigation.signal_delays.push_back(own_delays({{"L1C", l1c_s}}));
     }
     const Bits frame = bits(navigation, "L1C", start + 17.99, start, 0.01, 1800);
-    // Subframe 1: the count at the begin of the next frame; its first bit turns BCH(51,8) of the others over.
+    // Subframe 1: the count at the start of the next frame; its first bit inverts BCH(51,8) of the others.
     const auto count = static_cast<unsigned>((c.frame + 1) % 400);
     EXPECT_EQ(frame.number(0, 1), count >> 8U);
     Bits low;
@@ -465,7 +465,7 @@ TEST_F(LdpcSymbols, CnavTwoIsReadBack) {
     for (std::size_t i = 0; i < rows.size(); ++i) (i < 1200 ? second : third).put(rows[i] ? 1 : 0, 1);
     const Bits subframe2 = decoded(LdpcCode::Cnav2Subframe2, second);
     const Bits subframe3 = decoded(LdpcCode::Cnav2Subframe3, third);
-    // It stays in the week of toe where the nearest multiple of 300 s is the begin of the next week.
+    // It stays in the week of toe if the nearest multiple of 300 s is the start of the next week.
     const double toe_s = std::min(std::round(c.toe_s / 300), 2015.0) * 300;
     Reader r(subframe2);
     EXPECT_EQ(r.number(13), 2408U);

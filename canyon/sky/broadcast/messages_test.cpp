@@ -1,5 +1,5 @@
 // Codes against the equations of the interface documents, fields against their tables. Other programs read
-// whole messages in tests/integration/ubx_files_test.cpp.
+// complete messages in tests/integration/ubx_files_test.cpp.
 #include "canyon/sky/broadcast/messages.hpp"
 
 #include <gtest/gtest.h>
@@ -103,7 +103,7 @@ TEST(Bch, GivesCodeWords) {
   std::set<std::uint32_t> words;
   for (std::uint32_t information = 0; information < 1 << 11; ++information) {
     const std::uint32_t word = information << 4 | bch_15_11(information);
-    std::uint32_t value = 0;  // at x a root: x^4 = x + 1 in GF(16)
+    std::uint32_t value = 0;  // with x a root: x^4 = x + 1 in GF(16)
     for (int i = 14; i >= 0; --i) {
       value <<= 1;
       if ((value & 16) != 0) value ^= 0b10011;
@@ -195,7 +195,7 @@ TEST(GlonassString, FulfilsTheEquationsOfItsCode) {
   EXPECT_EQ(second.number(85 - 76, 7), 53U);
 }
 
-// OS SIS ICD 2.1, 4.3.2.3: even and odd part, CRC over 196 bits.
+// OS SIS ICD 2.1, 4.3.2.3: even and odd parts, CRC over 196 bits.
 TEST(InavPage, CarriesTheWordAndItsCrc) {
   const Bits word = inav_word(test::sample_ephemeris("E11", start()), {}, 1, start());
   ASSERT_EQ(word.size(), 128U);
@@ -229,7 +229,7 @@ double half_turns(const Bits& bits, std::size_t first, std::size_t width, int ex
   return std::ldexp(static_cast<double>(signed_field(bits, first, width)), exponent) * geodesy::kPi;
 }
 
-// OS SIS ICD 2.1, tables 30 to 34: places of fields, and a CRC over all that stands before it.
+// OS SIS ICD 2.1, tables 30 to 34: offsets of fields, and a CRC over all preceding bits.
 TEST(FnavPage, HasItsFieldsAndItsCrc) {
   gnss::KeplerEphemeris e = test::sample_ephemeris("E11", start());
   e.health = 0b10'1000;  // E5a: HS 2, DVS 1
@@ -247,7 +247,7 @@ TEST(FnavPage, HasItsFieldsAndItsCrc) {
   EXPECT_EQ(page.number(6, 6), 11U);
   EXPECT_EQ(page.number(12, 10), 77U);
   EXPECT_EQ(page.number(22, 14), kSecond / 60);
-  // From the clock of E1 and E5b to that of E1 and E5a: BGD(E1,E5a) less BGD(E1,E5b).
+  // From the clock of E1 and E5b to that of E1 and E5a: BGD(E1,E5a) minus BGD(E1,E5b).
   EXPECT_NEAR(std::ldexp(static_cast<double>(signed_field(page, 36, 31)), -34), e.af0 - 1.1e-8 - 5e-9, 3e-11);
   EXPECT_NEAR(std::ldexp(static_cast<double>(signed_field(page, 143, 10)), -32), -1.1e-8, 1.2e-10);
   EXPECT_EQ(page.number(153, 2), 2U);
@@ -275,7 +275,7 @@ TEST(FnavPage, HasItsFieldsAndItsCrc) {
 // IS-GPS-200 figures 30-1 to 30-6.
 TEST(CnavMessage, HasItsFieldsAndItsCrc) {
   gnss::KeplerEphemeris e = test::sample_ephemeris("G07", start());
-  e.toe = e.toc = start() + 7200 - 16;  // no whole 300 s
+  e.toe = e.toc = start() + 7200 - 16;  // not a multiple of 300 s
   const CnavDelays delays{-1.1e-8, -1.1e-8, -1.8e-8, -2e-8};
   for (const int type : {10, 11, 30, 33}) {
     const Bits bits = cnav_message(e, {}, delays, type, start(), 12);
@@ -311,7 +311,7 @@ TEST(CnavMessage, HasItsFieldsAndItsCrc) {
   bits = cnav_message(e, {}, delays, 30, start(), 12);
   EXPECT_EQ(bits.number(60, 11), 43200U / 300);
   EXPECT_NEAR(std::ldexp(static_cast<double>(signed_field(bits, 71, 26)), -35), e.af0 + 16 * e.af1, 2e-11);
-  // TGD, then corrections for L1 C/A, L2C, I5 and Q5: by them and TGD the signal is as late as it is.
+  // TGD, then corrections for L1 C/A, L2C, I5 and Q5: together they give the signal's delay.
   EXPECT_NEAR(std::ldexp(static_cast<double>(signed_field(bits, 127, 13)), -35), -1.1e-8, 2e-11);
   const std::array<double, 4> later{-1.1e-8, -1.8e-8, -2e-8, -2e-8};
   for (std::size_t i = 0; i < 4; ++i) {
@@ -319,7 +319,7 @@ TEST(CnavMessage, HasItsFieldsAndItsCrc) {
                 -1.1e-8 - later[i], 2e-11);
   }
   EXPECT_EQ(cnav_message(e, {}, delays, 33, start(), 12).number(163, 8), 18U);
-  // Nodes are those of the begin of the week of toe: it stays in its week.
+  // Nodes refer to the start of the week of toe, which stays in its week.
   e.toe = e.toc = GpsTime::from_week(2408, 604'784);
   bits = cnav_message(e, {}, delays, 11, e.toe, 12);
   EXPECT_EQ(bits.number(38, 11), 604'500U / 300);
@@ -400,9 +400,9 @@ TEST_F(Sent, ChangesTheEphemerisWithTheFrame) {
   EXPECT_EQ(issue, 78);
 }
 
-// Closed forms: where the messages of an ephemeris end that a receiver reads from an instant of the GPS week
-// on (frames of GPS begin at 0, of Galileo at 1 s with words 2 and 4, the others of BeiDou at 14 s, of
-// GLONASS 18 s after, by 18 leap seconds).
+// Closed forms: ends of the messages of an ephemeris that a receiver reads from an instant of the GPS week on
+// (frames of GPS begin at 0, of Galileo at 1 s with words 2 and 4, the others of BeiDou at 14 s, of GLONASS
+// 18 s after, by 18 leap seconds).
 TEST(UnsentEphemeris, IsSentWithTheFrames) {
   const geodesy::GpsTime week = geodesy::GpsTime::from_week(2421, 0);
   const auto complete_after_s = [&](const char* satellite, double from_s, const char* signal = "") {

@@ -86,7 +86,7 @@ std::vector<std::uint32_t> message_words(const gnss::NavigationData& navigation,
     return pace.kind == MessageKind::D1 ? d1_subframe(*e, message, number + 1, start)
                                         : lnav_subframe(*e, number + 1, start);
   }
-  // The 25 pages begin anew with each week.
+  // The 25 pages restart with each week.
   const std::int64_t frame = start.nanosecond_of_week() / (30 * kSecond);
   const bool page18 = pace.kind == MessageKind::Lnav && number == 3 && frame % 25 == 17;
   if (!page18 || navigation.klobuchar.count(id.system) == 0) return {};
@@ -98,7 +98,7 @@ std::uint32_t unsent_ephemeris(gnss::SatelliteId id, const gnss::Signal& signal,
   std::uint32_t unsent = 0;
   for (std::int64_t k = 0; pace.needed >> k != 0; ++k) {
     if ((pace.needed >> k & 1U) == 0) continue;
-    // The last one that has ended.
+    // The last completed one.
     const std::int64_t first = pace.offset + k * pace.period, frame = pace.of_frame * pace.period;
     const std::int64_t start = first + floor_div(to.nanoseconds() - first - pace.duration, frame) * frame;
     if (start < from.nanoseconds()) unsent |= 1U << k;

@@ -22,8 +22,8 @@ std::int8_t symbol_of(std::uint32_t bit) {
   return bit != 0 ? -1 : 1;
 }
 
-/// Ten words of 30 bits as they are sent: data bits are turned over by the last bit of the word before
-/// (IS-GPS-200, 20.3.5.2).
+/// Ten words of 30 bits as sent: data bits are inverted by the last bit of the preceding word (IS-GPS-200,
+/// 20.3.5.2).
 Symbols lnav_symbols(const std::vector<std::uint32_t>& words) {
   constexpr int kParity = 6;
   Symbols symbols;
@@ -37,7 +37,7 @@ Symbols lnav_symbols(const std::vector<std::uint32_t>& words) {
 }
 
 /// Bits by the convolutional code of rate 1/2 and constraint length 7 (171, 133): two symbols a bit.
-/// @param inverted the second ones (Galileo) @param state of the encoder, the newest bit is bit 6
+/// @param inverted inverts the second symbols (Galileo) @param state of the encoder, the newest bit is bit 6
 Symbols convolved(const Bits& bits, bool inverted, std::uint32_t state = 0) {
   Symbols coded;
   const auto parity = [&](std::uint32_t taps) {
@@ -71,7 +71,7 @@ Symbols inav_symbols(const std::vector<std::uint32_t>& page) {
   return symbols;
 }
 
-/// Delay of a signal behind the clock: the one broadcast for it, else that of the ephemeris, like
+/// Delay of a signal relative to the clock: the one broadcast for it, else the one in the ephemeris, as in
 /// orbit::BroadcastSky.
 double signal_delay_s(const gnss::NavigationData& navigation, const gnss::KeplerEphemeris& e,
                       std::string_view name) {
@@ -89,8 +89,8 @@ double signal_delay_s(const gnss::NavigationData& navigation, const gnss::Kepler
   return delay_s;
 }
 
-/// A message through an encoder that goes on from message to message (IS-GPS-200, 3.3.3.1.1; RTCA DO-229,
-/// A.4.2.2).
+/// A message through an encoder that continues from the preceding message (IS-GPS-200, 3.3.3.1.1; RTCA
+/// DO-229, A.4.2.2).
 Symbols convolved_after(const Bits& before, const Bits& bits) {
   std::uint32_t state = 0;
   for (std::size_t i = before.size() - 6; i < before.size(); ++i)
@@ -104,8 +104,8 @@ Symbols symbols_of(const Bits& bits) {
   return symbols;
 }
 
-/// A word of the cyclic code of this check polynomial: it begins with `information`, and of each run of bits
-/// those of the polynomial's terms (the first bit x^0) add to 0.
+/// A word of the cyclic code of this check polynomial: it begins with `information`, and in each run of bits
+/// those at the polynomial's terms (the first bit is x^0) add to 0.
 Bits cyclic(std::uint64_t information, int width, std::uint32_t polynomial, std::size_t size) {
   Bits word;
   word.put(information, width);
@@ -122,7 +122,7 @@ Bits bch_51_8(std::uint64_t information) {
   return cyclic(information, 8, 0b1'1001'1111, 51);
 }
 
-/// Bits that were written row by row, column by column.
+/// Bits written row by row, read column by column.
 Bits interleaved(const Bits& bits, std::size_t columns) {
   Bits result;
   for (std::size_t column = 0; column < columns; ++column)
@@ -130,19 +130,19 @@ Bits interleaved(const Bits& bits, std::size_t columns) {
   return result;
 }
 
-/// Frames of 18 s, which begin with the week.
+/// Number of frames of 18 s since the week began.
 std::uint64_t frames_of_18_s(geodesy::GpsTime since_week_began) {
   return static_cast<std::uint64_t>(since_week_began.nanosecond_of_week() / 18'000'000'000);
 }
 
-/// IS-GPS-800, 3.2.3 and 3.5.2: BCH of the count of 18 s in two hours, to the begin of the next frame; 38
+/// IS-GPS-800, 3.2.3 and 3.5.2: BCH of the count of 18 s in two hours, at the start of the next frame; 38
 /// rows of 46.
 Bits cnav2_frame(const gnss::KeplerEphemeris& e, const SystemMessage& message, const CnavDelays& delays,
                  geodesy::GpsTime start) {
   Bits rows = ldpc_encoded(LdpcCode::Cnav2Subframe2, cnav2_subframe2(e, delays, start));
   rows.append(ldpc_encoded(LdpcCode::Cnav2Subframe3, cnav2_subframe3(e, message, delays, start)));
   const std::uint64_t count = (frames_of_18_s(start) + 1) % 400;
-  const bool ninth = count >> 8 != 0;  // turns the others over
+  const bool ninth = count >> 8 != 0;  // inverts the others
   const Bits low = bch_51_8(count & 255);
   Bits bits;
   bits.put(ninth, 1);
@@ -150,8 +150,8 @@ Bits cnav2_frame(const gnss::KeplerEphemeris& e, const SystemMessage& message, c
   return bits.append(interleaved(rows, 46));
 }
 
-/// BDS-SIS-ICD-B1C-1.0, 6.2.1 and 6.2.2: BCH of PRN and second of the hour; 36 rows, two of subframe 2 and
-/// one of subframe 3 in turn, the last three of subframe 2.
+/// BDS-SIS-ICD-B1C-1.0, 6.2.1 and 6.2.2: BCH of PRN and second of the hour; 36 rows, alternately two of
+/// subframe 2 and one of subframe 3, the last three of subframe 2.
 Bits bcnav1_frame(const gnss::KeplerEphemeris& e, const SystemMessage& message, const BcnavDelays& delays,
                   geodesy::GpsTime start) {
   const Bits second = ldpc_encoded(LdpcCode::Bcnav1Subframe2, bcnav1_subframe2(e, delays, start));
@@ -168,8 +168,8 @@ Bits bcnav1_frame(const gnss::KeplerEphemeris& e, const SystemMessage& message, 
   return bits.append(bch_51_8(frames_of_18_s(bdt(start)) % 200)).append(interleaved(rows, kColumns));
 }
 
-/// Words of 30 bits, as BeiDou sends them: the bits of a word's two code words in turn, of the first word as
-/// they stand (BDS-SIS-ICD-B1I-3.0, 5.1.3).
+/// Words of 30 bits as sent by BeiDou: the bits of a word's two code words alternate, except in the first
+/// word (BDS-SIS-ICD-B1I-3.0, 5.1.3).
 Symbols beidou_symbols(const std::vector<std::uint32_t>& words) {
   Symbols symbols;
   const auto put = [&](std::uint32_t word, int bit) { symbols.push_back(symbol_of(word >> bit & 1U)); };
@@ -181,8 +181,8 @@ Symbols beidou_symbols(const std::vector<std::uint32_t>& words) {
   return symbols;
 }
 
-/// A string as it is sent: 85 bits by differences, each turned over in its second half, then the time mark
-/// (ICD L1, L2 5.1, 3.3.2.2).
+/// A string as sent: 85 differentially coded bits, each inverted in its second half, then the time mark (ICD
+/// L1, L2 5.1, 3.3.2.2).
 Symbols glonass_symbols(const std::vector<std::uint32_t>& words) {
   constexpr std::string_view kTimeMark = "111110001101110101000010010110";
   Symbols symbols;
@@ -196,7 +196,7 @@ Symbols glonass_symbols(const std::vector<std::uint32_t>& words) {
   return symbols;
 }
 
-/// A message of bits with its code of blocks, of one that is convolved without.
+/// The bits of a message with its block code; without one if the message is convolved.
 Bits message_bits(const gnss::NavigationData& navigation, gnss::SatelliteId id, const MessagePace& pace,
                   const MessagePlace& place) {
   const geodesy::GpsTime start = place.start;
@@ -244,7 +244,7 @@ constexpr std::array<Table, 6> kTables{{{1, kCnav2Subframe2},
                                         {6, kBcnav2},
                                         {6, kBcnav3}}};
 
-/// Products in GF(64). Those of 0 and 1 are GF(2)'s.
+/// Products in GF(64). Those of 0 and 1 are those of GF(2).
 using Products = std::array<std::array<std::uint8_t, 64>, 64>;
 constexpr Products kProducts = [] {
   Products products{};
@@ -264,7 +264,7 @@ constexpr Products kProducts = [] {
 
 using Row = std::vector<std::uint8_t>;
 
-/// B^-1 A of H = (A | B), which turns information into parity.
+/// B^-1 A of H = (A | B), which maps information to parity.
 std::vector<Row> generator(LdpcCode code) {
   const std::vector<std::vector<LdpcTerm>> checks = parity_checks(code);
   const std::size_t n = checks.size();

@@ -1,4 +1,4 @@
-// RTKLIB 2.4.3 b34 reads the messages of SBAS: preamble and parity.
+// RTKLIB 2.4.3 b34 reads SBAS messages: preamble and parity.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -12,7 +12,7 @@ struct RtklibSbasMessage {
   unsigned char prn, receiver;
   unsigned char msg[29];  ///< 226 bits
 };
-/// @param words 250 bits: seven words of 32 and one of 26 @return 1, or 0 where preamble or parity is wrong
+/// @param words 250 bits: seven words of 32 and one of 26 @return 1, or 0 if preamble or parity is wrong
 int sbsdecodemsg(RtklibTime time, int prn, unsigned int* words, RtklibSbasMessage* message);
 }
 

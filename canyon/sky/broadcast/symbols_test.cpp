@@ -1,4 +1,4 @@
-// Symbols as a receiver reads them.
+// Symbols decoded as by a receiver.
 #include "canyon/sky/broadcast/symbols.hpp"
 
 #include <gtest/gtest.h>
@@ -36,9 +36,8 @@ std::uint32_t number(const SymbolFrame& frame, std::size_t first, std::size_t co
   for (std::size_t i = first; i < first + count; ++i) bits = bits << 1U | (frame.symbols[i] < 0 ? 1U : 0U);
   return bits;
 }
-/// Words of D1 or D2 as a receiver has them (BDS-SIS-ICD-B1I-3.0, 5.1.3): the symbols of all words but the
-/// first one belong to two code words of 15 bits in turn, which follow each other with their 11 bits, then
-/// with their parities.
+/// Words of D1 or D2 as decoded by a receiver (BDS-SIS-ICD-B1I-3.0, 5.1.3): the symbols of all words but the
+/// first alternate between two code words of 15 bits; the 11 bits of both are followed by both parities.
 std::vector<std::uint32_t> beidou_words(const SymbolFrame& frame) {
   std::vector<std::uint32_t> words{number(frame, 0, 30)};
   for (std::size_t first = 30; first < 300; first += 30) {
@@ -53,7 +52,8 @@ std::vector<std::uint32_t> beidou_words(const SymbolFrame& frame) {
 }
 const geodesy::GpsTime kToe = geodesy::GpsTime::from_week(2421, 115200);
 
-// IS-GPS-200, 20.3.5.2 and table 20-XIV: six parity bits by data and the last two bits of the word before.
+// IS-GPS-200, 20.3.5.2 and table 20-XIV: six parity bits from data and the last two bits of the preceding
+// word.
 TEST(Symbols, LnavHasParityAndPreamble) {
   const gnss::SatelliteId id{gnss::System::GPS, 7};
   const gnss::NavigationData navigation = navigation_of(id, kToe);
@@ -83,7 +83,7 @@ TEST(Symbols, LnavHasParityAndPreamble) {
   EXPECT_FALSE(symbol_frame(navigation, {gnss::System::GPS, 8}, signal, kToe));
 }
 
-// Subframe 4 in the place of almanacs: delta t_LS is bits 271 to 278 of page 18 (IS-GPS-200, figure 20-1).
+// Subframe 4 instead of almanacs: delta t_LS is bits 271 to 278 of page 18 (IS-GPS-200, figure 20-1).
 TEST(Symbols, LnavTellsTheLeapSecondsOfItsDate) {
   const gnss::SatelliteId id{gnss::System::GPS, 7};
   gnss::NavigationData navigation = navigation_of(id, kToe);
@@ -94,8 +94,8 @@ TEST(Symbols, LnavTellsTheLeapSecondsOfItsDate) {
   EXPECT_EQ(number(*frame, 270, 8) ^ turned, 16U);
 }
 
-/// A decoder that follows the only path without an error: taps of 171 and 133 (octal) on the bit and the six
-/// before. @param before six bits of the encoder
+/// A decoder that follows the only path without an error: taps of 171 and 133 (octal) on the bit and the
+/// preceding six. @param before six bits of the encoder
 Bits decoded(const std::vector<int>& coded, bool inverted, std::vector<int> before) {
   Bits bits;
   for (std::size_t i = 0; 2 * i < coded.size(); ++i) {
@@ -137,7 +137,7 @@ TEST(Symbols, InavPagesComeOutOfTheirEncoder) {
   }
 }
 
-// OS SIS ICD 2.1, 4.2: pages of 10 s, five in a turn of 50 s; 488 symbols over 61 columns and 8 rows.
+// OS SIS ICD 2.1, 4.2: pages of 10 s, five in a cycle of 50 s; 488 symbols over 61 columns and 8 rows.
 TEST(Symbols, FnavPagesComeOutOfTheirEncoder) {
   const gnss::SatelliteId id{gnss::System::Galileo, 11};
   const gnss::NavigationData navigation = navigation_of(id, kToe);
@@ -156,7 +156,7 @@ TEST(Symbols, FnavPagesComeOutOfTheirEncoder) {
   }
 }
 
-// 4.3.3: E5b-I sends words 1, 3, 5 and, half of a turn of 30 s later, 2, 4, 6; a page begins with each even
+// 4.3.3: E5b-I sends words 1, 3, 5 and, half a cycle of 30 s later, 2, 4, 6; a page begins with each even
 // second.
 TEST(Symbols, E5bSendsThePagesOfE1InAnotherOrder) {
   const gnss::SatelliteId id{gnss::System::Galileo, 11};
@@ -182,7 +182,7 @@ TEST(Symbols, E5bSendsThePagesOfE1InAnotherOrder) {
   }
 }
 
-// IS-GPS-200, 3.3.3.1.1 and IS-GPS-705, 3.3.3.1.1: the encoder goes on from message to message.
+// IS-GPS-200, 3.3.3.1.1 and IS-GPS-705, 3.3.3.1.1: the encoder continues from message to message.
 TEST(Symbols, CnavGoesThroughOneEncoder) {
   struct Case {
     gnss::System system;
@@ -211,7 +211,7 @@ TEST(Symbols, CnavGoesThroughOneEncoder) {
     }
     coded.erase(coded.begin(), coded.begin() + 600);  // from the second message on
     const std::array<int, 4> types{10, 11, 30, 33};
-    // The delay of L1 C/A is TGD, those of the others by the squares of the frequencies.
+    // The delay of L1 C/A is TGD; the others scale with the squares of the frequencies.
     const CnavDelays delays{5e-9, 5e-9, 5e-9 * 77 * 77 / 3600, 5e-9 * 154 * 154 / (115 * 115)};
     const auto message = [&, seconds = length_s](int k) {
       return cnav_message(navigation.kepler[0], {}, delays, types[static_cast<std::size_t>(k % 4)],
@@ -223,7 +223,7 @@ TEST(Symbols, CnavGoesThroughOneEncoder) {
     for (int k = 1; k < 8; ++k) expected.append(message(k));
     const Bits found = decoded(coded, false, state);
     EXPECT_EQ(found, expected) << name;
-    // Message 10 is the fourth here: its axis less the reference, in steps of 2^-9 m from bit 81 on.
+    // Message 10 is the fourth here: its axis minus the reference, in steps of 2^-9 m from bit 81 on.
     EXPECT_EQ(found.number(900 + 81, 26),
               static_cast<std::uint64_t>((semi_major_axis_m - reference_m) * 512));
   }
@@ -251,7 +251,7 @@ TEST(Symbols, SbasGoesThroughOneEncoder) {
     ASSERT_EQ(frame->symbols.size(), 500U);
     for (const std::int8_t symbol : frame->symbols) coded.push_back(symbol < 0 ? 1 : 0);
   }
-  // A null message before the first one: its last six bits are of the parity, by the encoder itself.
+  // A null message before the first one: its last six bits are parity bits, from the encoder itself.
   std::vector<int> state;
   const Bits null = sbas_message(e, 63, kToe + -2);
   for (std::size_t i = 244; i < 250; ++i) state.push_back(null[i] ? 1 : 0);
@@ -304,7 +304,7 @@ TEST(Symbols, D1SubframesFollowEachOther) {
   }
 }
 
-// 5.3.1: of geostationary satellites five subframes in 3 s, the first one a page of ten.
+// 5.3.1: geostationary satellites send five subframes in 3 s, the first one a page of ten.
 TEST(Symbols, D2SendsAPageEveryThreeSeconds) {
   const gnss::SatelliteId id{gnss::System::BeiDou, 3};
   const geodesy::GpsTime begin = kToe + 14;
@@ -326,8 +326,7 @@ TEST(Symbols, D2SendsAPageEveryThreeSeconds) {
   }
 }
 
-// ICD L1, L2 5.1, 3.3.2.2 and 4.7: bits come back by differences of the halves that are alike; check bits
-// hold.
+// ICD L1, L2 5.1, 3.3.2.2 and 4.7: equal halves give the bits by differences; check bits are valid.
 TEST(Symbols, GlonassStringsComeOutOfTheirCode) {
   const gnss::SatelliteId id{gnss::System::GLONASS, 5};
   const geodesy::GpsTime begin = kToe + 18;  // a half minute of UTC

@@ -10,7 +10,7 @@
 namespace canyon::gnss {
 namespace {
 
-// Fields by which two records are the same. The health is one of them: a message that only turns a satellite
+// Fields that identify duplicate records. They include the health: a message that only marks a satellite as
 // unhealthy must not be lost.
 auto identity(const KeplerEphemeris& e) {
   return std::make_tuple(e.id, e.toe, is_galileo_fnav(e), e.iode, e.iodc, e.health);
@@ -23,8 +23,8 @@ auto identity(const SbasEphemeris& e) {
   return std::make_tuple(e.id, e.toe, e.iodn, e.health);
 }
 
-/// Leaves records whose clock is of the time of their orbit, and others where no such one has their toe: some
-/// receivers have written messages of two issues, 2,201 km off.
+/// Keeps records whose clock has the time of their orbit, and others if no such record has their toe: some
+/// receivers have written messages mixed from two issues, with errors of 2,201 km.
 void drop_mixed(std::vector<KeplerEphemeris>& records, ReadReport& report) {
   const auto key = [](const KeplerEphemeris& e) { return std::make_tuple(e.id, e.toe, is_galileo_fnav(e)); };
   std::set<decltype(key(records.front()))> whole;
@@ -34,7 +34,7 @@ void drop_mixed(std::vector<KeplerEphemeris>& records, ReadReport& report) {
     const bool dropped = e.toc != e.toe && whole.count(key(e)) > 0;
     if (dropped)
       report.tell(ReadReport::Level::Remark,
-                  "{} messages of two issues (toc is not toe) beside one of that toe, left out",
+                  "{} messages of two issues (toc is not toe) next to one of the same toe, left out",
                   to_string(e.id));
     return dropped;
   });
@@ -46,7 +46,7 @@ void merge_records(std::vector<Ephemeris>& into, std::vector<Ephemeris>&& from, 
   for (Ephemeris& e : from) e.source += source_offset;
   into.insert(into.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
   if constexpr (std::is_same_v<Ephemeris, KeplerEphemeris>) drop_mixed(into, report);
-  // Stable, so that the record that came first stays.
+  // Stable, so that the first record is kept.
   std::stable_sort(into.begin(), into.end(),
                    [](const Ephemeris& a, const Ephemeris& b) { return identity(a) < identity(b); });
   into.erase(std::unique(into.begin(), into.end(),

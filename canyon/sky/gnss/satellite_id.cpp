@@ -21,7 +21,7 @@ std::string_view name(System system) {
 }
 
 std::optional<System> system_from_letter(char c) {
-  if (c == 'Q') return System::QZSS;  // as some programs name its satellites
+  if (c == 'Q') return System::QZSS;  // used by some programs for its satellites
   for (const System system : kAllSystems)
     if (letter(system) == c) return system;
   return std::nullopt;

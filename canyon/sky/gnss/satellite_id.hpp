@@ -9,19 +9,19 @@
 
 namespace canyon::gnss {
 
-/// Satellite systems, in the order in which every output lists them.
+/// Satellite systems, in the order of every output.
 enum class System : std::uint8_t { GPS, GLONASS, Galileo, BeiDou, QZSS, SBAS };
 
 inline constexpr std::array<System, 6> kAllSystems{System::GPS,    System::GLONASS, System::Galileo,
                                                    System::BeiDou, System::QZSS,    System::SBAS};
 inline constexpr std::size_t kSystemCount = kAllSystems.size();
 
-/// Those with a time of their own, and those of a sky that names none: all but SBAS, of which most receivers
-/// use the corrections alone.
+/// Systems with their own time, and the default of a sky that names none: all but SBAS, of which most
+/// receivers use only the corrections.
 inline constexpr std::array<System, 5> kConstellations{System::GPS, System::GLONASS, System::Galileo,
                                                        System::BeiDou, System::QZSS};
 
-/// The constellation whose time a system's satellites keep: GPS's for SBAS, within 50 ns (ICAO Annex 10,
+/// The constellation whose time a system's satellites use: GPS's for SBAS, within 50 ns (ICAO Annex 10,
 /// Volume I, 3.7.3.4.5), their own for all others.
 [[nodiscard]] constexpr System clock_system(System system) {
   return system == System::SBAS ? System::GPS : system;
@@ -33,10 +33,10 @@ inline constexpr std::array<System, 5> kConstellations{System::GPS, System::GLON
 [[nodiscard]] std::string_view name(System system);
 /// The system of a RINEX letter, or Q of QZSS; empty for I and anything unknown.
 [[nodiscard]] std::optional<System> system_from_letter(char letter);
-/// The system of a name as name() gives it, upper or lower case. Throws InputError listing the names.
+/// The system of a name of name(), in any case. Throws InputError with the list of names.
 [[nodiscard]] System system_from_name(std::string_view name);
 
-/// One satellite as RINEX 3 names it: PRN for GPS, Galileo, BeiDou; slot for GLONASS; PRN - 192 for QZSS;
+/// One satellite by its RINEX 3 number: PRN for GPS, Galileo, BeiDou; slot for GLONASS; PRN - 192 for QZSS;
 /// PRN - 100 for SBAS.
 struct SatelliteId {
   System system = System::GPS;
@@ -45,7 +45,7 @@ struct SatelliteId {
   friend constexpr auto operator<=>(SatelliteId, SatelliteId) = default;
 };
 
-/// A number below 1024 that no other satellite has.
+/// A unique number of a satellite below 1024.
 [[nodiscard]] constexpr std::size_t dense_index(SatelliteId id) {
   return static_cast<std::size_t>(id.system) * 128 + id.number;
 }

@@ -44,7 +44,7 @@ TEST(SatelliteId, AnythingElseIsNone) {
   EXPECT_EQ(system_from_letter('g'), std::nullopt);
 }
 
-// A solution has a clock for each constellation, by its place in the enumeration; SBAS has none of its own.
+// A solution has a clock for each constellation, by its index in the enumeration; SBAS has none of its own.
 TEST(SatelliteId, SbasHasTheClockOfGps) {
   for (std::size_t i = 0; i < kConstellations.size(); ++i) {
     EXPECT_EQ(static_cast<std::size_t>(kConstellations[i]), i);

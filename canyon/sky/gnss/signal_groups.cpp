@@ -34,7 +34,7 @@ bool is_name(std::string_view name) {
                      [&](System system) { return name == gnss::name(system); });
 }
 
-/// Calls `each` with every name of a group until it answers false; whether it never did.
+/// Calls `each` with every group name of a signal until it returns false; returns whether it never did.
 template <class Each>
 bool all_names(std::string_view group, const Each& each) {
   while (true) {
@@ -45,7 +45,7 @@ bool all_names(std::string_view group, const Each& each) {
   }
 }
 
-/// Faults that `check` finds, at the field's place in the text that is read.
+/// Reports errors of `check` at the field's location in the text.
 template <class Check>
 void run_check(const options::Visitor& v, const options::Field& field, const Check& check) {
   if (!v.reads()) return;
@@ -71,8 +71,8 @@ void check_group(std::string_view group) {
     std::array<std::string_view, kSystemCount> systems;
     std::transform(kAllSystems.begin(), kAllSystems.end(), systems.begin(),
                    [](System system) { return gnss::name(system); });
-    throw InputError(fmt::format("'{}' is not a group of signals", name),
-                     fmt::format("groups are systems ({}), signals (L1CA, B1I, ...), and {}; & joins them",
+    throw InputError(fmt::format("'{}' is not a signal group", name),
+                     fmt::format("give systems ({}), signals (L1CA, B1I, ...) or {}; & is their intersection",
                                  fmt::join(systems, ", "), fmt::join(kinds(), ", ")));
   }));
 }
@@ -97,11 +97,11 @@ void check_signals(const std::vector<std::string>& names) {
         for (const Signal& signal : signals_of(system)) {
           if (signal.name != *name) continue;
           throw InputError(fmt::format("no receiver here tracks {}: {}", *name, signal.only_recorded),
-                           fmt::format("only recordings have it; take of {}", fmt::join(known, ", ")));
+                           fmt::format("it is only in recordings; choose from {}", fmt::join(known, ", ")));
         }
       }
       throw InputError(fmt::format("no satellite sends a signal '{}'", *name),
-                       fmt::format("signals are {}", fmt::join(known, ", ")));
+                       fmt::format("choose from {}", fmt::join(known, ", ")));
     }
     if (std::find(names.begin(), name, *name) != name)
       throw InputError(fmt::format("'{}' is given twice", *name), "name each signal once");

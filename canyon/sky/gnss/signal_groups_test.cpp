@@ -23,7 +23,7 @@ geodesy::GpsTime year(int year) {
   return geodesy::gps_from_calendar(day);
 }
 
-// PRN 5 is a block IIR-M of 2009, 14 a IIR until 2020 and a III then (GPS constellation status); C03 is
+// PRN 5 is a block IIR-M of 2009, 14 a IIR until 2020 and then a III (GPS constellation status); C03 is
 // geostationary, C08 inclined, C14 and C21 in medium orbits (CSNO's constellation list).
 TEST(SignalGroups, AreSystemsSignalsBlocksAndOrbits) {
   const Signal &l1 = signal_of(System::GPS, "L1CA"), &l2 = signal_of(System::GPS, "L2C");

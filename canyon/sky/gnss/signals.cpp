@@ -22,7 +22,7 @@ constexpr GroupDelay None = GroupDelay::None, Tgd = GroupDelay::Tgd, Tgd1 = Grou
 constexpr double kL1 = kL1_hz, kL2 = 1227.6e6, kL5 = 1176.45e6, kE5b = 1207.14e6, kE5 = 1191.795e6,
                  kE6 = 1278.75e6;
 
-/// A signal that is read from recordings, and that no receiver here tracks.
+/// A signal that is read from recordings and not tracked by any receiver here.
 constexpr Signal recorded(Signal signal, std::string_view why) {
   signal.only_recorded = why;
   return signal;
@@ -67,7 +67,7 @@ constexpr Signal kGlonass[]{
              kSenders),
 };
 // OS SIS ICD 2.1, table 12: data and pilot together, as receivers track them; X of RINEX 3.04, table 6. BGDs
-// of E5 are broadcast for its halves alone.
+// of E5 are broadcast only for its halves.
 constexpr Signal kGalileo[]{
     {System::Galileo, "E1", "1X", "1C 1B 1Z", kL1, 0, CBOCPilot, 1.023e6, -157.25, All, E1, 5, 17, 0},
     {System::Galileo, "E5a", "5X", "5Q 5I", kL5, 0, BPSK, 10.23e6, -155.25, All, E5a, 24, 20, 4},
@@ -77,9 +77,9 @@ constexpr Signal kGalileo[]{
     recorded({System::Galileo, "E5", "8X", "8Q 8I", kE5, 0, BPSK, 10.23e6, -152.25, All, E5b, 20, 22},
              "its modulation, AltBOC, is not modelled"),
 };
-// BDS-SIS-ICD-B1I-3.0, B1C-1.0 (MEO; the pilot's QMBOC has the correlation of TMBOC's power shares nearly),
-// B2I of 2.1, B2a-1.0 (MEO), B3I-1.0, B2b-1.0 (MEO; not of geostationary satellites). TGD2 of BeiDou-3 is not
-// B2b's: B-CNAV3 alone gives that.
+// BDS-SIS-ICD-B1I-3.0, B1C-1.0 (MEO; the pilot's QMBOC has nearly the correlation of TMBOC's power
+// fractions), B2I of 2.1, B2a-1.0 (MEO), B3I-1.0, B2b-1.0 (MEO; not on geostationary satellites). TGD2 of
+// BeiDou-3 is not for B2b, whose delay is only in B-CNAV3.
 constexpr Signal kBeiDou[]{
     {System::BeiDou, "B1I", "2I", "1I 2X 2Q", 1561.098e6, 0, BPSK, 2.046e6, -163, BeiDou2 | BeiDou3, Tgd1, 2,
      28, 0, 1},
@@ -102,7 +102,7 @@ constexpr Signal kSbas[]{
     recorded({System::SBAS, "L5", "5I", "5X 5Q", kL5, 0, BPSK, 10.23e6, -158, All, None, 22, 25}, kSenders),
 };
 
-/// Whether each row of a table has the fields that every signal needs.
+/// Whether each row of a table has all required fields.
 constexpr bool complete(std::span<const Signal> table, System system) {
   for (const Signal& s : table) {
     const bool received = s.carrier_hz > 1e9 && s.chip_rate_hz > 0 && s.minimum_dbw < 0 && s.msm <= 32;
@@ -114,7 +114,7 @@ constexpr bool complete(std::span<const Signal> table, System system) {
 static_assert(complete(kGps, System::GPS) && complete(kQzss, System::QZSS) &&
                   complete(kGlonass, System::GLONASS) && complete(kGalileo, System::Galileo) &&
                   complete(kBeiDou, System::BeiDou) && complete(kSbas, System::SBAS),
-              "a signal's row lacks something: carrier, power, who sends it, its group delay");
+              "a signal's row lacks its carrier, power, blocks or group delay");
 static_assert(std::max({std::size(kGps), std::size(kQzss), std::size(kGlonass), std::size(kGalileo),
                         std::size(kBeiDou), std::size(kSbas)}) <= kMostSignals,
               "raise kMostSignals (up to 32, the bits of propagation::Path::signals)");
@@ -132,8 +132,8 @@ constexpr bool overlap(SatelliteBlock a, SatelliteBlock b) {
   return (static_cast<unsigned>(a) & static_cast<unsigned>(b)) != 0;
 }
 
-/// Which block sends as a GPS PRN since a day (GPS constellation status reports); before its first line a PRN
-/// is of the next one's predecessor by kind, IIR.
+/// The block that sends as a GPS PRN since a day (GPS constellation status reports); before the day of its
+/// first line a PRN has the block of that line.
 struct Change {
   int prn;
   int year, month, day;
@@ -244,7 +244,7 @@ std::array<double, kMostSignals> group_delays_s(const KeplerEphemeris& e, bool f
   const std::span<const Signal> signals = signals_of(e.id.system);
   for (std::size_t i = 0; i < signals.size(); ++i) {
     const double ratio = signals.front().carrier_hz / signals[i].carrier_hz;
-    // Delay of E1 behind the message's clock; the others add theirs to E1.
+    // Delay of E1 relative to the message's clock; the others add their delay to E1's.
     const double own = fnav ? e.group_delay[0] : e.group_delay[1];
     switch (signals[i].group_delay) {
       case GroupDelay::Tgd:
@@ -267,7 +267,7 @@ std::array<double, kMostSignals> group_delays_s(const KeplerEphemeris& e, bool f
         break;
       case GroupDelay::Unstated:
       case GroupDelay::None:
-      case GroupDelay::DeltaTau:  // no Keplerian message has it
+      case GroupDelay::DeltaTau:  // not in Keplerian messages
         break;
     }
   }

@@ -49,8 +49,8 @@ TEST(Signals, AreOneOfEachNameAndCode) {
   }
 }
 
-// RINEX 3.04, tables 4 (GPS), 5 (GLONASS), 6 (Galileo), 8 (QZSS) and 9 (BeiDou): the channel that is tracked,
-// X where data and pilot are.
+// RINEX 3.04, tables 4 (GPS), 5 (GLONASS), 6 (Galileo), 8 (QZSS) and 9 (BeiDou): the tracked channel, X for
+// data and pilot together.
 TEST(Signals, HaveTheCodesOfWhatIsTracked) {
   struct Row {
     System system;
@@ -75,7 +75,7 @@ TEST(Signals, HaveTheCodesOfWhatIsTracked) {
 }
 
 // RTCM 10403.3, tables 3.5-91 (GPS), -96 (GLONASS), -99 (Galileo), -102 (SBAS), -105 (QZSS), -108 with
-// amendment 1 (BeiDou), by the RINEX code of what is tracked; UBX-22008968, 1.5.4, where it has the signal.
+// amendment 1 (BeiDou), by the RINEX code of the tracked component; UBX-22008968, 1.5.4, if available.
 TEST(Signals, HaveTheNumbersOfRtcmAndUbx) {
   struct Row {
     System system;
@@ -148,7 +148,7 @@ TEST(Signals, FollowTheFrequencyChannelOfGlonass) {
   }
 }
 
-// SatelliteBlock IIR sends C/A alone, IIR-M L2C too, IIF L5 too, III L1C too (IS-GPS-200, -705, -800).
+// SatelliteBlock IIR sends only C/A, IIR-M also L2C, IIF also L5, III also L1C (IS-GPS-200, -705, -800).
 TEST(Transmits, FollowsTheBlocksOfGps) {
   const auto sends = [](int prn, std::string_view name, geodesy::GpsTime time) {
     return transmits({System::GPS, static_cast<std::uint8_t>(prn)}, named(System::GPS, name), time);
@@ -214,7 +214,7 @@ double ionosphere_free(double f1, double d1, double f2, double d2) {
   return (f1 * f1 * d1 - f2 * f2 * d2) / (f1 * f1 - f2 * f2);
 }
 
-// A broadcast clock is that of an ionosphere-free pair: its group delays cancel (IS-GPS-200 20.3.3.3.3.3; OS
+// A broadcast clock refers to an ionosphere-free pair: its group delays cancel (IS-GPS-200 20.3.3.3.3.3; OS
 // SIS ICD 5.1.5, E1/E5b for I/NAV and E1/E5a for F/NAV).
 TEST(GroupDelays, CancelInThePairThatTheClockBelongsTo) {
   KeplerEphemeris e;
@@ -234,7 +234,7 @@ TEST(GroupDelays, CancelInThePairThatTheClockBelongsTo) {
   EXPECT_EQ(fnav[0], 4e-9);
   EXPECT_NEAR(ionosphere_free(e1, inav[0], e5b, inav[2]), 0, 1e-20);
   EXPECT_NEAR(ionosphere_free(e1, fnav[0], e5a, fnav[1]), 0, 1e-20);
-  // The difference of two signals is the satellite's, whichever message's clock gives it.
+  // The difference of two signals belongs to the satellite, independent of the message with the clock.
   EXPECT_NEAR(inav[1] - inav[0], fnav[1] - fnav[0], 1e-20);
   EXPECT_NEAR(inav[2] - inav[0], fnav[2] - fnav[0], 1e-20);
 

@@ -15,16 +15,15 @@
 namespace canyon::orbit {
 namespace {
 
-/// Two records count as equally close within this: signals received together left their satellites 0.07 to
-/// 0.14 s before, and an epoch midway between two records shall take the newer one for all, as if chosen at
-/// reception.
+/// Two records count as equally close within this limit: signals received together were sent 0.07 to 0.14 s
+/// before, and an epoch midway between two records must use the newer one for all, as if chosen at reception.
 constexpr double kTie_s = 0.3;
 
 using geodesy::GpsTime;
 
 constexpr std::size_t kNumbers = 256;  // SatelliteId::number is a byte
 
-// One record as the search sees it.
+// A record in the form used by the search.
 struct Entry {
   GpsTime toe;
   GpsTime transmission;
@@ -45,7 +44,7 @@ struct Series {
     entries.push_back(entry);
   }
 
-  // Among records of one toe only the newest message counts; the last one read where these are equal.
+  // Of records with one toe only the newest message is used; of equal ones the last one read.
   void finish() {
     std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
       return std::tie(a.toe, a.transmission) < std::tie(b.toe, b.transmission);
@@ -56,7 +55,7 @@ struct Series {
     entries.resize(kept);
   }
 
-  // The closest toe; the later one among equals.
+  // The closest toe; of equal ones the later.
   [[nodiscard]] const Entry* closest(GpsTime t) const {
     const Entry* best = nullptr;
     walk(t, [&best](const Entry& entry) {
@@ -78,7 +77,7 @@ struct Series {
   }
 
  private:
-  // Shows entries by growing |t - toe| until `done` says so.
+  // Passes entries in order of |t - toe| until `done` returns true.
   template <typename Done>
   void walk(GpsTime t, Done done) const {
     auto right = std::lower_bound(entries.begin(), entries.end(), t,
@@ -92,9 +91,9 @@ struct Series {
   }
 };
 
-/// Group delays of single signals in the messages nearest in time.
+/// Group delays of single signals from the messages nearest in time.
 void set_delays(const std::vector<const gnss::SignalDelays*>& delays, GpsTime t, SatelliteState& state) {
-  // A satellite sends several messages, each of which has fields for some of its signals.
+  // A satellite sends several messages, each with fields for some of its signals.
   std::array<const gnss::SignalDelays*, gnss::kMostSignals> nearest{};
   for (const gnss::SignalDelays* each : delays) {
     for (std::size_t i = 0; i < nearest.size(); ++i) {
@@ -130,27 +129,27 @@ struct EarthModel {
   double omega;  ///< rotation rate [rad/s]
 };
 
-// The constants that each system's control segment fits with: they belong to the message, not to nature.
+// The constants used in each system's control segment: part of the message definition, not physical truth.
 EarthModel earth_model(gnss::System system) {
   // OS-SIS-ICD 2.0, table 62; BDS-SIS-ICD B1I 3.0, 3.2
   if (system == gnss::System::Galileo) return {3.986004418e14, 7.2921151467e-5};
   if (system == gnss::System::BeiDou) return {3.986004418e14, 7.2921150e-5};
-  return {3.986005e14, 7.2921151467e-5};  // IS-GPS-200 table 20-IV; IS-QZSS-PNT takes them over
+  return {3.986005e14, 7.2921151467e-5};  // IS-GPS-200 table 20-IV; also used by IS-QZSS-PNT
 }
 
-// Newton's iteration from E = M + e sin M; quadratic, so that the last step proves the one before it.
+// Newton's iteration from E = M + e sin M; quadratic, so the last step confirms the preceding one.
 // Broadcast eccentricities (below 0.5) need three or four steps.
 double eccentric_anomaly(double mean_anomaly, double e) {
   double anomaly = mean_anomaly + e * std::sin(mean_anomaly);
   for (int i = 0; i < 12; ++i) {
     const double step = (anomaly - e * std::sin(anomaly) - mean_anomaly) / (1 - e * std::cos(anomaly));
     anomaly -= step;
-    if (std::abs(step) < 1e-9) break;  // the error left is of the order of its square
+    if (std::abs(step) < 1e-9) break;  // the remaining error is of the order of its square
   }
   return anomaly;
 }
 
-// Turns position and velocity about z by `angle`, the frame itself turning by `rate` [rad/s].
+// Rotates position and velocity about z by `angle`, in a frame that rotates with `rate` [rad/s].
 void turn_z(double angle, double rate, Eigen::Vector3d& p, Eigen::Vector3d& v) {
   const double c = std::cos(angle), s = std::sin(angle);
   const Eigen::Vector3d q(c * p.x() + s * p.y(), -s * p.x() + c * p.y(), p.z());
@@ -168,7 +167,7 @@ void turn_x_minus_5_deg(Eigen::Vector3d& a) {
 
 struct BroadcastSky::Index {
   struct Satellite {
-    Series main;                                    ///< all but Galileo's F/NAV
+    Series main;                                    ///< all except Galileo's F/NAV
     Series fallback;                                ///< Galileo F/NAV
     std::vector<const gnss::SignalDelays*> delays;  ///< by toc
   };
@@ -264,7 +263,7 @@ BroadcastSky::BroadcastSky(gnss::NavigationData data, BroadcastOptions options)
     for (const std::string& file : data_.sources) files += (files.empty() ? "" : ", ") + file;
     throw InputError(fmt::format("no ephemeris of {} in {}", wanted.empty() ? "no system at all" : wanted,
                                  files.empty() ? "the navigation data" : files),
-                     "name other systems or give their navigation files");
+                     "give other systems, or their navigation files");
   }
 }
 
@@ -305,7 +304,7 @@ std::string BroadcastSky::source(gnss::SatelliteId id, GpsTime t) const {
       fmt::format("{} {} toe, {} allows {}", hours(age), age < 0 ? "before" : "after", name(id.system),
                   hours(age < 0 ? entry.validity.before_s : entry.validity.after_s));
   if (choice.entry == nullptr)
-    return fmt::format("none: the closest ephemeris is {}; allow_stale: true takes it ({})", limit, text);
+    return fmt::format("none: the closest ephemeris is {}; allow_stale: true uses it ({})", limit, text);
   if (choice.stale) text += ", stale: " + limit;
   if (!entry.healthy) {
     const int health = of_record(data_, id, entry, [](const auto& e) { return e.health; });
@@ -354,7 +353,7 @@ SatelliteState propagate(const gnss::KeplerEphemeris& e, geodesy::GpsTime t) {
   const bool geo = is_beidou_geo(e.id);
   const geodesy::GpsTime toe_of_system =
       e.id.system == gnss::System::BeiDou ? e.toe - std::chrono::seconds(geodesy::kBdtSecondsOffset) : e.toe;
-  // A BeiDou GEO is computed in a frame that does not turn with the Earth and is turned afterwards.
+  // A BeiDou GEO is computed in a frame that does not rotate with the Earth, and rotated afterwards.
   const double node_rate = geo ? e.right_ascension_rate : e.right_ascension_rate - earth.omega;
   const double node = e.right_ascension + node_rate * tk - earth.omega * toe_of_system.seconds_of_week();
 
@@ -422,8 +421,8 @@ Vector6d at_toe(const gnss::GlonassEphemeris& e) {
   return x;
 }
 
-/// Goes on for `left` seconds by whole steps, then the rest: the answer is continuous in time. Steps of 60 s
-/// leave 1.3 mm after 30 min.
+/// Integrates `left` seconds by whole steps plus the rest, so the result is continuous in time. Steps of 60 s
+/// give an error of 1.3 mm after 30 min.
 void integrate(const gnss::GlonassEphemeris& e, Vector6d& x, double left) {
   const Eigen::Vector3d luni_solar(e.acceleration_mps2[0], e.acceleration_mps2[1], e.acceleration_mps2[2]);
   while (left != 0) {
@@ -448,7 +447,7 @@ SatelliteState state_of(const gnss::GlonassEphemeris& e, const Vector6d& x, doub
   const auto signals = gnss::signals_of(gnss::System::GLONASS);
   for (std::size_t i = 1; i < signals.size(); ++i) {
     if (signals[i].group_delay != gnss::GroupDelay::DeltaTau) continue;
-    state.more_group_delays_s[i - 1] = e.group_delay_difference_s;  // ICD GLONASS 4.4: leaves so much later
+    state.more_group_delays_s[i - 1] = e.group_delay_difference_s;  // ICD GLONASS 4.4: delay of L2
   }
   return state;
 }

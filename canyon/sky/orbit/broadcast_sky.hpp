@@ -10,14 +10,14 @@
 
 namespace canyon::orbit {
 
-/// Satellite position, velocity and clock from one ephemeris, whatever its age (IS-GPS-200 table 20-IV;
-/// Galileo OS-SIS-ICD 5.1.1; BDS-SIS-ICD B1I 5.2.4.12 with the GEO rotation). Position within 1 mm and clock
-/// within 0.1 ns of RTKLIB's.
+/// Satellite position, velocity and clock from one ephemeris of any age (IS-GPS-200 table 20-IV; Galileo
+/// OS-SIS-ICD 5.1.1; BDS-SIS-ICD B1I 5.2.4.12 with the GEO rotation). Position within 1 mm and clock within
+/// 0.1 ns of RTKLIB's.
 [[nodiscard]] SatelliteState propagate(const gnss::KeplerEphemeris& ephemeris, geodesy::GpsTime t);
 /// ICD GLONASS L1, L2 5.1, A.3.1.2: fourth-order Runge-Kutta, steps of at most 60 s. Within 1 cm of RTKLIB's.
 [[nodiscard]] SatelliteState propagate(const gnss::GlonassEphemeris& ephemeris, geodesy::GpsTime t);
-/// The same, to the bit, from states at the whole steps of half an hour about toe, which are computed with
-/// the first one. Thread-safe.
+/// The same result, bit for bit, from states at whole steps of half an hour about toe, which the first call
+/// computes. Thread-safe.
 class GlonassOrbit {
  public:
   [[nodiscard]] SatelliteState propagate(const gnss::GlonassEphemeris& ephemeris, geodesy::GpsTime t) const;
@@ -34,21 +34,21 @@ class GlonassOrbit {
 struct BroadcastOptions {
   std::set<gnss::System> systems{gnss::kConstellations.begin(), gnss::kConstellations.end()};
   /// A record is used from toe - before to toe + after: half the fit interval on either side for GPS and QZSS
-  /// (2 h where not given), Galileo 0.5 h and 4 h, BeiDou 1 h and 3 h, GLONASS 0.5 h and 0.5 h, SBAS 360 s
-  /// and 360 s; validity() in broadcast_messages.hpp says why. With allow_stale any age is taken (and said by
-  /// source()).
+  /// (2 h if not given), Galileo 0.5 h and 4 h, BeiDou 1 h and 3 h, GLONASS 0.5 h and 0.5 h, SBAS 360 s and
+  /// 360 s; for the reasons see validity() in broadcast_messages.hpp. With allow_stale any age is used (and
+  /// reported by source()).
   bool allow_stale = false;
   bool allow_unhealthy = false;
 };
 
 /// Satellites from broadcast ephemerides: for each satellite and time the record with the smallest |t - toe|
-/// within the validity of its system; the newer one among equals (0.3 s). Where that one says unhealthy the
-/// satellite is out: an older healthy one would only hide it. Galileo takes I/NAV where it is there (its
-/// clock and BGD E5b/E1 belong to E1), else F/NAV. broadcast_messages.hpp defines "healthy" for each
+/// within the validity of its system; of equal ones (0.3 s) the newer. If this record is unhealthy, the
+/// satellite is not available; an older healthy record would only hide this. Galileo uses I/NAV if available
+/// (its clock and BGD E5b/E1 belong to E1), else F/NAV. broadcast_messages.hpp defines "healthy" for each
 /// system.
 class BroadcastSky final : public Sky {
  public:
-  /// Throws InputError where no record is left after `systems`.
+  /// Throws InputError if no record is left after `systems`.
   explicit BroadcastSky(gnss::NavigationData data, BroadcastOptions options = {});
   ~BroadcastSky() override;
 
@@ -57,7 +57,7 @@ class BroadcastSky final : public Sky {
   [[nodiscard]] std::string source(gnss::SatelliteId id, geodesy::GpsTime t) const override;
 
   [[nodiscard]] const gnss::NavigationData& data() const { return data_; }
-  /// True where some record is valid at `t` (used for "the trajectory is outside the ephemerides").
+  /// True if a record is valid at `t` (used for "the trajectory is outside the ephemerides").
   [[nodiscard]] bool covers(geodesy::GpsTime t) const;
   /// First and last toe [GPST] over all records.
   [[nodiscard]] std::pair<geodesy::GpsTime, geodesy::GpsTime> span() const;

@@ -1,5 +1,5 @@
-// Broadcast orbits and clocks against the precise ones of the same day: what a user of the navigation message
-// is off. Prints the table of docs/results.md.
+// Broadcast orbits and clocks against the precise ones of the same day: the errors of a user of the
+// navigation message. Prints the table of docs/results.md.
 
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ struct Sums {
   [[nodiscard]] double clock_rms_m() const { return std::sqrt(clock_squares / clock_count); }
 };
 
-/// `difference` along the radial, the flight and the orbit's normal of `orbit`.
+/// `difference` along the radial, along-track and normal directions of `orbit`.
 Eigen::Vector3d radial_along_cross(const SatelliteState& orbit, const Eigen::Vector3d& difference) {
   const Eigen::Vector3d inertial_velocity =
       orbit.velocity_mps + Eigen::Vector3d(0, 0, geodesy::kEarthRotationRate).cross(orbit.position_m);
@@ -106,7 +106,7 @@ TEST(BroadcastAgainstPrecise, ADayOf2020) {
   }
 }
 
-// How a record ages, on either side of its toe: the reason for validity().
+// The error of a record by its age, on either side of its toe: the reason for validity().
 struct Ageing {
   static constexpr std::array<int, 12> kAges_min{-360, -240, -120, -60, -30, 0, 30, 60, 120, 180, 240, 360};
   struct Cell {
@@ -156,7 +156,7 @@ TEST(BroadcastAgainstPrecise, RecordsAgeAsTheirValiditySays) {
   };
   for (const gnss::KeplerEphemeris& e : data.kepler) add(e);
   for (const gnss::GlonassEphemeris& e : data.glonass) add(e);
-  // No precise orbits here: BeiDou and QZSS against the record that has its toe at that instant.
+  // No precise orbits here: BeiDou and QZSS against the record whose toe is that instant.
   for (const gnss::KeplerEphemeris& e : data.kepler) {
     if ((e.id.system != gnss::System::BeiDou && e.id.system != gnss::System::QZSS) || !is_healthy(e))
       continue;

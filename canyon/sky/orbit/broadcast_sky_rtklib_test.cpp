@@ -106,7 +106,7 @@ struct FreeNavigation {
 };
 using NavigationPointer = std::unique_ptr<RtklibNavigation, FreeNavigation>;
 
-/// The records of a file as RTKLIB's own reader reads them.
+/// The records of a file, read by RTKLIB's own reader.
 NavigationPointer rtklib_read(std::string_view text) {
   const test::TemporaryFolder folder;
   const std::filesystem::path file = folder / "brdc.rnx";
@@ -116,7 +116,7 @@ NavigationPointer rtklib_read(std::string_view text) {
   return navigation;
 }
 
-/// RTKLIB's structs differ between its versions: another one than 2.4.3 b34 is found out here and not used.
+/// RTKLIB's structs differ between versions: one other than 2.4.3 b34 is detected here and not used.
 class RtklibJudge : public testing::Test {
  protected:
   void SetUp() override {
@@ -141,7 +141,7 @@ struct Worst {
   }
 };
 
-// The record that the sky has to take at t, found the slow way.
+// The record that the sky must use at t, by linear search.
 template <typename Ephemeris>
 const Ephemeris* best_record(const std::vector<Ephemeris>& records, gnss::SatelliteId id, GpsTime t,
                              bool fnav) {
@@ -153,7 +153,7 @@ const Ephemeris* best_record(const std::vector<Ephemeris>& records, gnss::Satell
     }
     const bool better = best == nullptr || std::abs(t - e.toe) < std::abs(t - best->toe) ||
                         (std::abs(t - e.toe) == std::abs(t - best->toe) && e.toe >= best->toe);
-    if (better) best = &e;  // ordered by transmission among equal toe
+    if (better) best = &e;  // ordered by transmission for equal toe
   }
   return best;
 }
@@ -244,7 +244,7 @@ TEST_F(RtklibJudge, Rinex4Hour) {
   expect_within_bounds(compare_with_rtklib(rinex::read_rinex_navigation(path)));
 }
 
-/// RTKLIB's record of an ephemeris; null and a failure where there is none.
+/// RTKLIB's record of an ephemeris; null and a failure if there is none.
 template <typename Record, typename Ours, typename Same>
 const Record* find_record(const Record* records, int count, const Ours& ours, const Same& same) {
   const Record* found = std::find_if(records, records + count, same);
@@ -309,7 +309,7 @@ void expect_same_records(const gnss::NavigationData& data, const RtklibNavigatio
   }
 }
 
-// One test for each file: an absent one skips itself alone.
+// One test for each file: a missing file skips only its own test.
 class RtklibJudgeOfRealDay : public RtklibJudge, public testing::WithParamInterface<const char*> {};
 TEST_P(RtklibJudgeOfRealDay, ReaderFindsTheSameRecords) {
   CANYON_SHARED_DATA(path, GetParam());
@@ -333,7 +333,7 @@ TEST_F(RtklibJudge, WrittenFileIsRead) {
 }
 
 // Real files have no healthy one: records every 128 s of three satellites with velocities, accelerations and
-// clocks as large as message 9 has them, read by RTKLIB and by our reader from one text.
+// clocks up to the limits of message 9, read by RTKLIB and by our reader from one text.
 TEST_F(RtklibJudge, SbasOfMadeUpRecords) {
   std::string text = test::kRinex3Header;
   for (int satellite = 0; satellite < 3; ++satellite) {

@@ -45,7 +45,7 @@ gnss::NavigationData only(gnss::SatelliteId id) {
 // --- propagation
 // ----------------------------------------------------------------------------------------------
 
-/// Central differences of fourth order over +-20 s: their truncation is below 1e-9 m/s, what remains is the
+/// Central differences of fourth order over +-20 s: their truncation is below 1e-9 m/s; the rest is the
 /// rounding of angles of up to 44 rad (7e-15 rad, 0.3 um in geostationary orbit).
 template <typename Ephemeris>
 void expect_derivatives(const Ephemeris& e, double reach_s, double& worst_velocity, double& worst_drift) {
@@ -76,7 +76,7 @@ void expect_derivatives(const gnss::NavigationData& data) {
       kepler, glonass, sbas, drift);
   EXPECT_LT(kepler, 1e-7);
   EXPECT_LT(sbas, 1e-7);
-  EXPECT_LT(glonass, 1e-5);  // position and velocity carry their own integration errors
+  EXPECT_LT(glonass, 1e-5);  // position and velocity have separate integration errors
   EXPECT_LT(drift, 1e-18);
 }
 
@@ -113,7 +113,7 @@ TEST(Propagate, GlonassIntegrationErrorIsMillimetres) {
 TEST(GlonassOrbit, IsThatOfItsEphemerisToTheBit) {
   const gnss::GlonassEphemeris e = only(kR07).glonass.front();
   const GlonassOrbit orbit;
-  // Times reach beyond the states that are kept, too, and lie on both sides of whole steps.
+  // Times extend beyond the stored states, and are on both sides of whole steps.
   for (double dt = -2500; dt <= 2500; dt += dt == std::floor(dt) ? 0.0625 : 9.9375) {
     const SatelliteState a = propagate(e, e.toe + dt), b = orbit.propagate(e, e.toe + dt);
     ASSERT_EQ(a.position_m, b.position_m) << dt;
@@ -150,7 +150,7 @@ TEST(Propagate, RelativityOfAnEccentricOrbit) {
   e.af0 = e.af1 = e.af2 = 0;
   for (const double tk : {-7000.0, 0.0, 3000.0}) {
     const SatelliteState state = propagate(e, e.toe + tk);
-    const double r_dot_v = state.position_m.dot(state.velocity_mps);  // turning does not change it
+    const double r_dot_v = state.position_m.dot(state.velocity_mps);  // a rotation does not change it
     EXPECT_NEAR(state.clock_bias_s, -2 * r_dot_v / std::pow(geodesy::kSpeedOfLight, 2), 1e-15);
   }
 }
@@ -175,7 +175,7 @@ TEST(Propagate, GroupDelayBelongsToTheL1Signal) {
             1602e6 + 5 * 562500.0);
 }
 
-// The delays in the nearest of the newer messages hold. Other signals have TGD at L1 and (f1 / f)^2 TGD
+// The delays in the nearest of the newer messages are used. Other signals have TGD at L1 and (f1 / f)^2 TGD
 // elsewhere.
 TEST(BroadcastSkyTest, TakesDelaysOfSignalsFromNewerMessages) {
   gnss::NavigationData data = only(kG05);
@@ -194,7 +194,7 @@ TEST(BroadcastSkyTest, TakesDelaysOfSignalsFromNewerMessages) {
   EXPECT_EQ(now->group_delay_of(gps[2]), 3e-9);
   EXPECT_EQ(now->group_delay_of(gps[3]), 4e-9);
 
-  // A message without a field for a signal does not hide another that has one (CNAV has none for L1C).
+  // A message without a field for a signal does not hide another one with the field (CNAV has none for L1C).
   const double none = std::numeric_limits<double>::infinity();
   data.signal_delays = {{kG05, toe - 60.0, {1e-9, 5e-9, 2e-9, 4e-9}}, {kG05, toe, {6e-9, none, nan, 7e-9}}};
   const auto both = BroadcastSky(data).state(kG05, toe + 60.0);
@@ -224,7 +224,7 @@ TEST(Propagate, BeidouGeostationariesStandInTheirPlaces) {
   EXPECT_GT(seen, 50);
 }
 
-// RTCA DO-229 A.4.4.11, written out for 300 s.
+// RTCA DO-229 A.4.4.11, computed explicitly for 300 s.
 TEST(Propagate, SbasIsAParabolaInTheRotatingFrame) {
   const gnss::SbasEphemeris e = only(kS23).sbas.front();
   const SatelliteState state = propagate(e, e.toe + 300.0);
@@ -248,7 +248,7 @@ TEST(BroadcastSky, ListsSatellitesAndSpan) {
   EXPECT_EQ(list, "G05R07E11C03C21J02");
   EXPECT_EQ(sky.span().first, parse_time("2019-04-28T11:45:18 GPST"));
   EXPECT_EQ(sky.span().second, parse_time("2019-04-28T12:00:14 GPST"));
-  // SBAS has to be named.
+  // SBAS must be named.
   const std::set<gnss::System> all{gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
   EXPECT_EQ(BroadcastSky(sample(), {all, false, false}).satellites().back(), kS23);
   const BroadcastSky two(sample(), {{gnss::System::GPS, gnss::System::BeiDou}, false, false});
@@ -394,9 +394,9 @@ TEST(BroadcastSky, HealthRulesOfEachSystem) {
   EXPECT_TRUE(healthy(kE11, 0b001000));           // E5a only
   EXPECT_TRUE(healthy(kE11, 0b010000000));        // E5b only
   EXPECT_FALSE(healthy(kE11, 0, -1));             // no accuracy prediction
-  EXPECT_FALSE(healthy(kE11, 0b001000, 2, 258));  // F/NAV knows E5a
+  EXPECT_FALSE(healthy(kE11, 0b001000, 2, 258));  // F/NAV has only E5a
   EXPECT_TRUE(healthy(kE11, 0b010000000, 2, 258));
-  EXPECT_TRUE(healthy(kE11, 0b001000, 2, 263));  // of I/NAV and F/NAV: E1 has bits of its own
+  EXPECT_TRUE(healthy(kE11, 0b001000, 2, 263));  // from I/NAV and F/NAV: E1 has its own bits
   EXPECT_FALSE(healthy(kE11, 0b001, 2, 263));
 
   gnss::SbasEphemeris e;
@@ -404,7 +404,7 @@ TEST(BroadcastSky, HealthRulesOfEachSystem) {
     e.health = usable;
     EXPECT_TRUE(is_healthy(e)) << usable;
   }
-  for (const int useless : {1, 31, 32, 63}) {  // ranging off, health unknown, no accuracy: as of real files
+  for (const int useless : {1, 31, 32, 63}) {  // ranging off, health unknown, no accuracy: from real files
     e.health = useless;
     EXPECT_FALSE(is_healthy(e)) << useless;
   }

@@ -34,7 +34,7 @@ Eigen::Vector3d gravity_acceleration(const SatelliteState& state) {
 }  // namespace
 
 CarriedSky::CarriedSky(std::shared_ptr<const Sky> sky) : sky_(std::move(sky)), number_(new_owner()) {
-  if (!sky_) throw InputError("a carried sky needs a sky");
+  if (!sky_) throw InputError("a cached sky needs a sky");
 }
 
 std::optional<SatelliteState> CarriedSky::state(gnss::SatelliteId id, geodesy::GpsTime t) const {

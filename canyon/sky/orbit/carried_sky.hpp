@@ -7,14 +7,14 @@
 
 namespace canyon::orbit {
 
-/// A sky whose states are those of its instants 0.5 s apart, carried to the instant that is asked for by the
-/// Earth's gravity: what many antennas ask of one instant, and one antenna of the epochs that follow, is
-/// computed once. Within 2e-6 m and 5e-6 m/s of orbits that know J2, 4e-6 m and 3e-5 m/s of others. The
-/// answers are the same for every order of questions and on every number of threads. Within 0.25 s of the end
-/// of a validity an answer may be that of the other side.
+/// A sky with cached states at instants 0.5 s apart, extrapolated to the requested instant by the Earth's
+/// gravity: requests of many antennas for one instant, and of one antenna for successive epochs, share one
+/// computation. Within 2e-6 m and 5e-6 m/s of orbits with J2, 4e-6 m and 3e-5 m/s of others. The results do
+/// not depend on the order of requests or the number of threads. Within 0.25 s of the end of a validity a
+/// result may be that of the other side.
 class CarriedSky final : public Sky {
  public:
-  /// @param sky of satellites that move by gravity; not null
+  /// @param sky of satellites in free orbit; not null
   explicit CarriedSky(std::shared_ptr<const Sky> sky);
 
   [[nodiscard]] std::vector<gnss::SatelliteId> satellites() const override { return sky_->satellites(); }
@@ -25,7 +25,7 @@ class CarriedSky final : public Sky {
 
  private:
   std::shared_ptr<const Sky> sky_;
-  std::uint64_t number_;  ///< no other object has it
+  std::uint64_t number_;  ///< unique to this object
 };
 
 }  // namespace canyon::orbit

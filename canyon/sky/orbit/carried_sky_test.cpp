@@ -29,7 +29,7 @@ std::shared_ptr<const Sky> nominal() {
   return sky;
 }
 
-/// How far a carried sky is from its sky at two thousand instants, which no step of 0.5 s divides.
+/// Deviation of a carried sky from its sky at two thousand instants that are not multiples of 0.5 s.
 struct Apart {
   double position_m = 0, velocity_mps = 0, clock_s = 0;
 };

@@ -1,6 +1,6 @@
-// The group delay of every signal, in metres, against the formulas of the interface documents worked by hand:
-// a clock is broadcast for one signal or pair, and the others leave the satellite later by what stands here.
-// Which of them RTKLIB agrees with is tests/integration/group_delays_test.cpp's.
+// The group delay of every signal, in metres, against hand calculations with the formulas of the interface
+// documents: a clock is broadcast for one signal or pair, and the others are transmitted later by these
+// delays. tests/integration/group_delays_test.cpp compares them with RTKLIB.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -46,7 +46,7 @@ void expect_delays(const SatelliteState& state, gnss::System system, const std::
 }
 
 // IS-GPS-200 20.3.3.3.3.2, IS-QZSS-PNT 5.5.3: TGD at L1, (77/60)^2 TGD = 1.646944 TGD at L2; the same rule at
-// L5, (154/115)^2 = 1.793270, in place of its inter-signal correction. TGD of -24 and 11 steps of 2^-31 s.
+// L5, (154/115)^2 = 1.793270, instead of its inter-signal correction. TGD of -24 and 11 steps of 2^-31 s.
 TEST(GroupDelaysInMetres, GpsAndQzss) {
   expect_delays(propagate(kepler(gnss::System::GPS, -24 * 0x1p-31, 0), kTime), gnss::System::GPS,
                 {{"L1CA", -3.3504}, {"L1C", -3.3504}, {"L2C", -5.5180}, {"L5", -6.0082}, {"L2P", -5.5180}});
@@ -67,7 +67,7 @@ TEST(GroupDelaysInMetres, GalileoByEitherClock) {
 }
 
 // BDS-SIS-ICD-B1I-3.0 5.2.4.10 and 2.1 5.2.4.10: clock of B3I; TGD1 of 142 and TGD2 of -53 steps of 0.1 ns.
-// B1C and B2a take those of their neighbours, as the message of B1I and B2I has none for them; B2b, which
+// B1C and B2a use those of their neighbours, because the message of B1I and B2I has none for them; B2b, which
 // only satellites without B2I send, has none.
 TEST(GroupDelaysInMetres, BeiDou) {
   expect_delays(
@@ -75,8 +75,7 @@ TEST(GroupDelaysInMetres, BeiDou) {
       {{"B1I", 4.2571}, {"B1C", 4.2571}, {"B2I", -1.5889}, {"B2a", -1.5889}, {"B3I", 0}, {"B2b", 0}});
 }
 
-// ICD GLONASS L1, L2 5.1, 4.4: the clock is that of L1, delta tau n what L2 leaves later; -12 steps of 2^-30
-// s.
+// ICD GLONASS L1, L2 5.1, 4.4: the clock refers to L1, delta tau n is the delay of L2; -12 steps of 2^-30 s.
 TEST(GroupDelaysInMetres, Glonass) {
   gnss::GlonassEphemeris e;
   e.id = {gnss::System::GLONASS, 7};

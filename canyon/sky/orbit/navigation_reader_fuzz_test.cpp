@@ -1,5 +1,5 @@
-// Damaged files, seeded: whatever the bytes, the reader ends with records or one InputError, and what it
-// gives can be propagated and written.
+// Damaged files, seeded: for any bytes, the reader returns records or one InputError, and its records can be
+// propagated and written.
 
 #include <gtest/gtest.h>
 

@@ -20,7 +20,7 @@ gnss::NavigationData read(const std::string& text) {
   return rinex::read_rinex_navigation(TextFile::from_string(text, "sky.rnx"));
 }
 
-// Every number of a record but `source`.
+// Every number of a record except `source`.
 template <typename Ephemeris>
 void expect_same(const Ephemeris& a, const Ephemeris& b);
 
@@ -117,7 +117,7 @@ TEST(RinexNavigationWriter, SampleComesBackExactly) {
   EXPECT_EQ(back.galileo_nequick, data.galileo_nequick);
 }
 
-// One test for each file: an absent one skips itself alone.
+// One test for each file: a missing file skips only its own test.
 class RealDay : public testing::TestWithParam<const char*> {};
 TEST_P(RealDay, ComesBackExactly) {
   CANYON_SHARED_DATA(path, GetParam());
@@ -162,7 +162,7 @@ TEST(RinexNavigationWriter, MessageOfTheWeekBefore) {
 TEST(RinexNavigationWriter, ComputedOrbitsLoseLessThanATenthOfAMillimetre) {
   gnss::NavigationData data = read(test::kRinex3Sample);
   std::mt19937 random(1);
-  std::uniform_real_distribution<double> last_digits(1 - 1e-9, 1 + 1e-9);  // beyond what RINEX holds
+  std::uniform_real_distribution<double> last_digits(1 - 1e-9, 1 + 1e-9);  // beyond the digits of RINEX
   for (gnss::KeplerEphemeris& e : data.kepler) {
     for (double* value :
          {&e.af0, &e.sqrt_a, &e.eccentricity, &e.inclination, &e.right_ascension, &e.mean_anomaly,

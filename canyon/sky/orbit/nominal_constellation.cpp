@@ -21,7 +21,7 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kMaxSpan_s = 60 * 86'400.0;
 
-// The user algorithms' own constants: the records must fit the code that reads them.
+// The user algorithms' own constants: the records must match the code that reads them.
 constexpr double kMuGps = 3.986005e14;           // IS-GPS-200, 20.3.3.4.3.3
 constexpr double kMuOthers = geodesy::kEarthMu;  // Galileo OS-SIS-ICD 5.1.1; BDS-SIS-ICD B1I 5.2.4.12
 constexpr double kGeoTilt_rad = geodesy::radians(5);
@@ -30,9 +30,9 @@ double wrap(double angle) {
   return std::remainder(angle, 2 * geodesy::kPi);
 }
 
-/// `start + rate * t` wrapped to [-pi, pi]. Decades of orbits are 2e5 rad, where a double's rounding alone is
-/// a millimetre on the orbit: the product and 2 pi are sums of two doubles (T. J. Dekker, Numer. Math. 18,
-/// 1971).
+/// `start + rate * t` wrapped to [-pi, pi]. Decades of orbits are 2e5 rad, at which a double's rounding is a
+/// millimetre on the orbit; therefore the product and 2 pi are sums of two doubles (T. J. Dekker, Numer.
+/// Math. 18, 1971).
 double advance(double start, double rate, GpsTime from, GpsTime to) {
   constexpr double kTwoPi = 2 * geodesy::kPi, kTwoPiRest = 2.4492935982947064e-16;
   const std::int64_t ns = to.nanoseconds() - from.nanoseconds();
@@ -45,8 +45,8 @@ double advance(double start, double rate, GpsTime from, GpsTime to) {
   return wrap(start + (std::remainder(product, kTwoPi) - turns * kTwoPiRest + product_rest + rate * rest_s));
 }
 
-/// Longitude of the ascending node on the rotating Earth, in [-pi, pi]; the rates are taken apart, since
-/// their difference is rounded.
+/// Longitude of the ascending node on the rotating Earth, in [-pi, pi]; the rates are applied separately,
+/// because their difference is rounded.
 double node_longitude(const OrbitSlot& slot, GpsTime t) {
   return advance(advance(slot.node_longitude_rad, slot.node_rate, slot.epoch, t), -slot.earth_rate,
                  slot.epoch, t);
@@ -89,8 +89,8 @@ gnss::KeplerEphemeris kepler_record(const OrbitSlot& slot, const Issue& issue, G
   double node = 0;
   double rate = 0;
   if (slot.geostationary) {
-    // BDS-SIS-ICD B1I 5.2.4.12: GEO elements refer to a plane tilted by 5 deg. The equator lies in it with
-    // its ascending node on -x of the Earth at toe, at -x again after the ICD's rotation.
+    // BDS-SIS-ICD B1I 5.2.4.12: GEO elements refer to a plane tilted by 5 deg. In this plane the equator has
+    // its ascending node on -x of the Earth at toe, and again at -x after the ICD's rotation.
     e.inclination = kGeoTilt_rad;
     node = geodesy::kPi;
     e.mean_anomaly = wrap(slot.node_longitude_rad - geodesy::kPi);
@@ -106,7 +106,7 @@ gnss::KeplerEphemeris kepler_record(const OrbitSlot& slot, const Issue& issue, G
   const double a = e.sqrt_a * e.sqrt_a;
   e.mean_motion_difference = rate - std::sqrt(mu / (a * a * a));
 
-  // Issues count records, so that each differs from its neighbours.
+  // The issue is a counter of records, so that it differs from those of neighbours.
   const auto count = static_cast<int>(second_of_week / issue.spacing_s);
   switch (system) {
     case gnss::System::GPS:
@@ -175,8 +175,8 @@ double circular_axis(double rate, double inclination) {
   return a;
 }
 
-/// State in the ECEF axes of `t` on the near-circular J2 orbit that passes the slot at `t` and comes back to
-/// the same argument of latitude after exactly the slot's draconic period.
+/// State in the ECEF axes of `t` on the near-circular J2 orbit that passes the slot at `t` and returns to the
+/// same argument of latitude after exactly the slot's draconic period.
 gnss::GlonassEphemeris glonass_start(const OrbitSlot& slot, GpsTime t) {
   const double node = node_longitude(slot, t);
   const double u = advance(slot.argument_of_latitude_rad, slot.argument_of_latitude_rate, slot.epoch, t);
@@ -220,7 +220,7 @@ GpsTime utc_midnight(GpsTime t, int days) {
 }
 
 void add_glonass(GpsTime begin, GpsTime end, gnss::NavigationData& data) {
-  // tb lies in the middle of each half hour of Moscow time, hence of UTC (ICD 4.4).
+  // tb is in the middle of each half hour of Moscow time, hence of UTC (ICD 4.4).
   constexpr int kSpacing_s = 1800;
   for (const OrbitSlot& slot : nominal_slots(gnss::System::GLONASS)) {
     gnss::GlonassEphemeris e = glonass_start(slot, utc_midnight(begin, 0));
@@ -234,7 +234,7 @@ void add_glonass(GpsTime begin, GpsTime end, gnss::NavigationData& data) {
         e.position_m[i] = state.position_m[static_cast<Eigen::Index>(i)];
         e.velocity_mps[i] = state.velocity_mps[static_cast<Eigen::Index>(i)];
       }
-      // A record serves the half hours on both sides of it.
+      // A record covers the half hours on both sides of it.
       if (tb + seconds(kSpacing_s) > begin) data.glonass.push_back(e);
       if (tb >= end) break;
     }
@@ -265,13 +265,12 @@ double j2_node_rate(double a, double inclination) {
   return -1.5 * n * geodesy::kEarthJ2 * q * q * std::cos(inclination);
 }
 
-/// Rate of the argument of latitude that brings the slot's ground track back after `revolutions` in `days`
-/// nodal days.
+/// Rate of the argument of latitude for a ground track that repeats after `revolutions` in `days` nodal days.
 double repeat_rate(const OrbitSlot& slot, int revolutions, int days) {
   return (slot.earth_rate - slot.node_rate) * revolutions / days;
 }
 
-/// Earth rotation angle (IERS Conventions 2010, eq. 5.15), UT1 taken as UTC: within 0.004 deg.
+/// Earth rotation angle (IERS Conventions 2010, eq. 5.15), with UT1 = UTC: within 0.004 deg.
 double earth_rotation_angle(const CalendarTime& utc) {
   const GpsTime j2000 = geodesy::gps_from_calendar({2000, 1, 1, 12, 0, 0, 0});
   const double days = (geodesy::gps_from_calendar(utc) - j2000) / kSecondsPerDay;
@@ -315,7 +314,7 @@ std::vector<OrbitSlot> gps_slots() {
 // ICD GLONASS L1, L2 (5.1), nominal orbital group: 8 slots in each of 3 planes, 64.8 deg; absolute longitudes
 // of the nodes and arguments of latitude at 1983-01-01 00:00 Moscow time, and the rate of the nodes; the
 // ground track repeats after 17 revolutions in 8 nodal days (40,544 s each). Frequency channels as in use. A
-// test holds all of it against the satellites of 2020: 2 deg off after 37 years.
+// test compares all of it with the satellites of 2020: an error of 2 deg after 37 years.
 std::vector<OrbitSlot> glonass_slots() {
   constexpr std::array<int, 24> kChannel{1,  -4, 5, 6,  1, -4, 5, 6, -2, -7, 0, -1,
                                          -2, -7, 0, -1, 4, -3, 3, 2, 4,  -3, 3, 2};
@@ -364,11 +363,11 @@ std::vector<OrbitSlot> galileo_slots() {
 }
 
 // BDS OS Performance Standard 3.0, 3.1: MEO Walker 24/3/1 at 21,528 km, GEO and IGSO at 35,786 km, both
-// inclined 55 deg; GEO over 80, 110.5 and 140 deg east. Where the MEO planes and phases lie at the epoch is
-// no published number: they were read, to the degree, from the broadcast ephemerides of 2020-06-25. The IGSO
-// track is centred on 118 deg east and its three planes go with those of the MEO: choices.
+// inclined 55 deg; GEO over 80, 110.5 and 140 deg east. The positions of the MEO planes and phases at the
+// epoch are not published: they were read, to the degree, from the broadcast ephemerides of 2020-06-25. The
+// IGSO track is centred on 118 deg east and its three planes coincide with those of the MEO: choices.
 std::vector<OrbitSlot> beidou_slots() {
-  // Satellites in order of phase, 45 deg apart. C41 to C46 were not up yet: they fill the free slots.
+  // Satellites in order of phase, 45 deg apart. C41 to C46 were not in orbit yet: they fill the free slots.
   constexpr std::array<std::array<std::uint8_t, 8>, 3> kMeo{
       {{22, 19, 20, 32, 41, 33, 42, 21}, {37, 23, 25, 24, 26, 45, 36, 46}, {34, 43, 35, 29, 30, 27, 28, 44}}};
   constexpr std::array<double, 3> kNode_deg{42, 162, 282};
@@ -398,7 +397,7 @@ std::vector<OrbitSlot> beidou_slots() {
     // Node and phase add up to the longitude at which the track crosses the equator northwards.
     incline(add(38 + plane, 35'786e3, node_deg), 118 - node_deg, 1, 1);
   }
-  // The broadcast algorithm takes C01 to C05 and C59 upwards for geostationary.
+  // The broadcast algorithm treats C01 to C05 and from C59 on as geostationary.
   constexpr std::array<double, 3> kGeo_deg{140, 80, 110.5};
   for (std::size_t k = 0; k < 3; ++k) add(59 + k, 35'786e3, kGeo_deg[k]).geostationary = true;
   std::sort(slots.begin(), slots.end(), [](const OrbitSlot& a, const OrbitSlot& b) { return a.id < b.id; });
@@ -429,7 +428,7 @@ gnss::NavigationData nominal_constellation(GpsTime begin, GpsTime end,
       add_kepler(system, begin, end, data);
   if (data.empty()) {
     throw InputError("nominal constellation: no system with published slots is chosen",
-                     "choose among GPS, GLONASS, Galileo and BeiDou");
+                     "choose from GPS, GLONASS, Galileo and BeiDou");
   }
   return data;
 }

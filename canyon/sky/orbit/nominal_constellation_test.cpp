@@ -35,8 +35,8 @@ BroadcastSky sky_of(GpsTime begin, double duration_s, std::set<gnss::System> sys
   return BroadcastSky(nominal_constellation(begin, begin + duration_s, systems));
 }
 
-/// Osculating elements in the frame that coincides with ECEF at the instant. Where the node moves without a
-/// force that moves it, as in broadcast orbits, they are up to 2e-3 deg off the mean ones.
+/// Osculating elements in the frame that coincides with ECEF at the instant. If the node moves without a
+/// corresponding force, as in broadcast orbits, they differ by up to 2e-3 deg from the mean ones.
 struct Elements {
   double a, e, inclination, node, latitude;
 };
@@ -126,7 +126,7 @@ TEST(NominalConstellation, PlanesAndPhasesAreSpacedAsAWalkerPattern) {
         wrapped_deg(at(gnss::System::GPS, 4 * plane + 5).node - at(gnss::System::GPS, 4 * plane + 1).node),
         60, 2e-3);
   }
-  // SPS PS table 3.2-1: slots A1 and A2 lie 268.126 - 161.786 deg apart.
+  // SPS PS table 3.2-1: slots A1 and A2 are 268.126 - 161.786 deg apart.
   EXPECT_NEAR(wrapped_deg(at(gnss::System::GPS, 1).latitude - at(gnss::System::GPS, 2).latitude),
               268.126 - 161.786, 2e-3);
 }
@@ -197,7 +197,7 @@ TEST(NominalConstellation, EveryInstantOfTheSpanHasEverySatellite) {
     const BroadcastSky sky = sky_of(begin, duration);
     EXPECT_EQ(sky.satellites().size(), 102U);
     std::uniform_real_distribution<double> offset(0, duration);
-    // A signal received at the begin left a fraction of a second earlier.
+    // A signal received at the start left a fraction of a second earlier.
     std::vector<double> instants{-0.14, 0, duration};
     for (int i = 0; i < 100; ++i) instants.push_back(offset(random));
     for (const double dt : instants) {
@@ -216,7 +216,7 @@ TEST(NominalConstellation, TheSameInstantGivesTheSameSatellites) {
   for (const gnss::SatelliteId id : a.satellites()) {
     const Eigen::Vector3d p = a.state(id, t)->position_m;
     EXPECT_LT((p - b.state(id, t)->position_m).norm(), 1e-3) << to_string(id);
-    // GLONASS starts anew from the slot table on the day of the begin: about a kilometre for each day.
+    // GLONASS restarts from the slot table on the day of the start: about a kilometre for each day.
     const double tolerance = id.system == gnss::System::GLONASS ? 8e3 : 1e-3;
     EXPECT_LT((p - earlier.state(id, t)->position_m).norm(), tolerance) << to_string(id);
   }
@@ -245,7 +245,7 @@ TEST(NominalConstellation, APlausibleNumberOfSatellitesIsUpEverywhere) {
       }
     }
   }
-  // SPS PS, 3.2: four or more above 5 deg is met with ease by 24 slots; observed 5 to 11.
+  // SPS PS, 3.2: 24 slots easily give four or more above 5 deg; observed 5 to 11.
   EXPECT_GE(range[gnss::System::GPS].first, 5);
   EXPECT_LE(range[gnss::System::GPS].second, 12);
   EXPECT_GE(range[gnss::System::Galileo].first, 5);
@@ -259,8 +259,8 @@ TEST(NominalConstellation, APlausibleNumberOfSatellitesIsUpEverywhere) {
   }
 }
 
-// The slot tables against the real satellites of a day, long after their epochs: the phases of GLONASS and
-// Galileo are kept by the operators.
+// The slot tables against the real satellites of a day, long after their epochs: the operators maintain the
+// phases of GLONASS and Galileo.
 TEST(NominalConstellation, RealSatellitesStandNearTheirSlots) {
   CANYON_SHARED_DATA(path, "orbits/ESBC00DNK_R_20201770000_01D_MN.rnx.gz");
   const GpsTime t = parse_time("2020-06-25T12:00:00Z");
@@ -333,7 +333,7 @@ TEST(StandardIonosphere, IsThatOfBroadcastSetsOfSevenYears) {
   EXPECT_EQ(mean_solar_flux_sfu(parse_time("1995-01-02T00:00:00Z")), kMediumSolarFlux_sfu);
   EXPECT_EQ(mean_solar_flux_sfu(parse_time("2031-01-02T00:00:00Z")), kMediumSolarFlux_sfu);
 
-  // At 14 h the delay is 5 ns and the amplitude, here at the zenith of places with these magnetic latitudes.
+  // At 14 h the delay is 5 ns plus the amplitude, here at the zenith at these magnetic latitudes.
   const auto noon_s = [](const gnss::Klobuchar& set, double latitude_deg) {
     double amplitude_s = 0;
     for (std::size_t n = 0; n < set.alpha.size(); ++n)

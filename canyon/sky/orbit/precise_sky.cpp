@@ -29,7 +29,7 @@ constexpr std::size_t kPoints = 11;
 /// A record ready for interpolation.
 struct Node {
   double anomaly = 0;    ///< true anomaly of the reference orbit
-  Eigen::Vector3d rest;  ///< position in the axes of Table::origin, less the reference orbit
+  Eigen::Vector3d rest;  ///< position in the axes of Table::origin, minus the reference orbit
 };
 
 struct TabulatedOrbit {
@@ -40,8 +40,8 @@ struct TabulatedOrbit {
 };
 
 /// Position and velocity, in the axes of Table::origin, of the polynomial through 11 nodes plus the reference
-/// orbit. The variable is the true anomaly: in it the equations of an eccentric orbit have no poles near the
-/// real axis, so that the polynomials converge fast at perigee too.
+/// orbit. The variable is the true anomaly: as functions of it the equations of an eccentric orbit have no
+/// poles near the real axis, so that the polynomials converge fast also at perigee.
 std::pair<Eigen::Vector3d, Eigen::Vector3d> interpolate(const TabulatedOrbit& series, std::size_t first,
                                                         GpsTime t) {
   const ReferenceOrbit::State reference = series.reference.at(t);
@@ -100,7 +100,7 @@ Sp3File joined_files(std::vector<Sp3File> files) {
 
 using geodesy::GpsTime;
 
-// Clocks from here on stand for "unknown" (999999.999999).
+// Clocks of this value or more mean "unknown" (999999.999999).
 constexpr double kBadClock_us = 999'999;
 
 class Reader {
@@ -121,7 +121,7 @@ class Reader {
       if (line->substr(0, 2) == "%c") {
         read_time_system(*line);
       } else if (cut) {
-        break;  // half a line may read as another number
+        break;  // half a line may parse as another number
       } else if (kind == '*') {
         in_epoch_ = false;
         report().guard([&] { read_epoch(*line); });
@@ -130,13 +130,12 @@ class Reader {
       } else if (!result_.epochs.empty() &&
                  (std::string_view("PVE/%+#i ").find(kind) == std::string_view::npos ||
                   is_cut_record(*line))) {
-        report().loss(file_.line(), "line of a kind that SP3 does not have");
+        report().loss(file_.line(), "line of a kind not defined in SP3");
       } else if (!result_.epochs.empty() && kind == ' ' && !trim(*line).empty()) {
-        in_epoch_ = false;  // an epoch that has lost its mark: what follows is of another time
+        in_epoch_ = false;  // an epoch line without its mark: the following positions are of another time
         report().loss(file_.line(), "line without a mark, with all positions to the next epoch");
       }
-      // Satellite lists, accuracies, comments, velocities (V) and correlations (EP, EV) hold nothing needed
-      // here.
+      // Satellite lists, accuracies, comments, velocities (V) and correlations (EP, EV) are not needed here.
     }
     report().loss(file_.line(), "ends without the line EOF", "the file may be cut short: fetch it again");
     return finish();
@@ -148,23 +147,24 @@ class Reader {
     if (line.size() < 3 || line[0] != '#' || (line[2] != 'P' && line[2] != 'V'))
       throw file_.error("is not an SP3 file", "its first line begins with #cP, #cV, #dP or #dV");
     if (line[1] != 'c' && line[1] != 'd')
-      throw file_.error(fmt::format("SP3-{} is not read", line[1]), "give SP3-c or SP3-d");
+      throw file_.error(fmt::format("SP3-{} is not supported", line[1]), "give SP3-c or SP3-d");
     // Columns 47 to 51: "IGS20", "ITR05", "WGS84".
     const std::string_view axes = trim(column(line, 46, 5));
     for (const std::string_view inertial : {"ECI", "J2000", "GCRF", "ICRF", "EME"})
       if (axes.starts_with(inertial))
-        throw file_.error(fmt::format("its coordinates are of {}, which does not turn with the Earth", axes),
-                          "give orbits in an ITRF or WGS 84");
+        throw file_.error(
+            fmt::format("its coordinates are in {}, which does not rotate with the Earth", axes),
+            "give orbits in an ITRF or WGS 84");
     announced_ += static_cast<std::size_t>(std::max(0LL, parse_integer(column(line, 32, 7)).value_or(0)));
     time_system_.clear();
   }
 
-  /// "E05 ...": a record of a position without its P. EP and EV are correlations.
+  /// "E05 ...": a position record without its P. EP and EV are correlations.
   static bool is_cut_record(std::string_view line) {
     return line.front() == 'E' && line.substr(0, 2) != "EP" && line.substr(0, 2) != "EV";
   }
 
-  /// Files that were joined by cat have headers behind the line EOF.
+  /// Files joined by cat have headers after the line EOF.
   [[nodiscard]] bool another_follows() {
     while (const auto line = file_.peek_line()) {
       if (!line->empty() && line->front() == '#') {
@@ -177,16 +177,16 @@ class Reader {
     return false;
   }
 
-  // The first of the two %c lines names it, the other does not.
+  // Only the first of the two %c lines has it.
   void read_time_system(std::string_view line) {
     if (!time_system_.empty()) return;
     time_system_ = column(line, 9, 3);
     if (rinex::is_time_system(time_system_)) return;
     throw file_.error(fmt::format("time system '{}' is not known", time_system_),
-                      "known are GPS, GAL, QZS, IRN, BDT, TAI, UTC and GLO");
+                      "use GPS, GAL, QZS, IRN, BDT, TAI, UTC or GLO");
   }
 
-  /// The time in columns 4 to 31, as in the first line and in those of epochs.
+  /// The time in columns 4 to 31 of the first line and of epoch lines.
   [[nodiscard]] std::optional<GpsTime> time_of(std::string_view line) const {
     if (time_system_.empty()) throw file_.error("an epoch before the time system (%c)");
     return rinex::time_in(line, {{{3, 4}, {8, 2}, {11, 2}, {14, 2}, {17, 2}, {20, 11}}}, time_system_);
@@ -211,7 +211,7 @@ class Reader {
     const std::string_view name = column(line, 1, 3);
     const std::optional<gnss::SatelliteId> id = gnss::parse_satellite(name);
     if (!id) {
-      // NavIC, low orbiters and systems to come are passed over.
+      // NavIC, low orbiters and future systems are skipped.
       const bool other =
           name.size() == 3 && name[0] >= 'A' && name[0] <= 'Z' && parse_integer(name.substr(1));
       if (other && !gnss::system_from_letter(name[0])) return;
@@ -225,7 +225,7 @@ class Reader {
       record.position_m[static_cast<Eigen::Index>(i)] = number(line, 4 + 14 * i, "coordinate") * 1e3;
     require_columns(line);
     record.good_position = record.position_m != Eigen::Vector3d::Zero();
-    // Blank or asterisks: a clock that the writer did not have.
+    // Blank or asterisks: the writer had no clock.
     const std::string_view clock = trim(column(line, 46, 14));
     const bool absent = clock.find_first_not_of('*') == std::string_view::npos;
     const double clock_us = absent ? kBadClock_us : number(line, 46, "clock");
@@ -241,8 +241,8 @@ class Reader {
     records.push_back(record);
   }
 
-  /// Numbers are right-aligned in their columns (F14.6; other counts of digits occur), and a blank follows
-  /// the last: a lost or added character moves the ones behind it.
+  /// Numbers are right-aligned in their columns (F14.6; other digit counts occur), and a blank follows the
+  /// last: a lost or added character shifts the following ones.
   void require_columns(std::string_view line) const {
     bool moved = !trim(column(line, 60, 1)).empty();
     for (std::size_t i = 0; i < 4; ++i) {
@@ -263,12 +263,12 @@ class Reader {
     std::size_t good = result_.epochs.size();
     for (const auto& [id, records] : result_.records) good += records.size();
     report().require_most(good);
-    if (result_.epochs.empty()) throw file_.error("holds no epoch");
-    if (result_.records.empty()) throw file_.error("holds no satellite of the chosen systems");
+    if (result_.epochs.empty()) throw file_.error("has no epoch");
+    if (result_.records.empty()) throw file_.error("has no satellite of the chosen systems");
     if (announced_ > result_.epochs.size()) {
       report().loss(
           1,
-          fmt::format("the header announces {} epochs, and {} are read", announced_, result_.epochs.size()),
+          fmt::format("the header declares {} epochs, but {} were read", announced_, result_.epochs.size()),
           "the file may be cut short");
     }
     note_without("position", [](const Sp3Record& r) { return r.good_position; });
@@ -277,7 +277,7 @@ class Reader {
     return std::move(result_);
   }
 
-  /// Notes the satellites none of whose records is good. Throws InputError where that are all.
+  /// Notes the satellites without any good record. Throws InputError if these are all satellites.
   template <typename Good>
   void note_without(std::string_view what, const Good& good) {
     std::vector<std::string> without;
@@ -306,7 +306,7 @@ class Reader {
   const std::set<gnss::System>& systems_;
   std::string time_system_;
   std::size_t announced_ = 0;  ///< epochs
-  bool in_epoch_ = false;      ///< the last line of an epoch could be read
+  bool in_epoch_ = false;      ///< the last epoch line was readable
   Sp3File result_;
 };
 
@@ -314,9 +314,9 @@ class Reader {
 
 struct PreciseSky::Table {
   std::string names;  ///< of all files
-  GpsTime origin;     ///< first epoch; its axes are the common ones
+  GpsTime origin;     ///< first epoch, whose axes are the common ones
   GpsTime last;
-  double spacing_s = 0;  ///< of epochs; of files with several the longest
+  double spacing_s = 0;  ///< of epochs; for several files the longest
   std::map<gnss::SatelliteId, TabulatedOrbit> series;
   ReadReport report;
 
@@ -349,7 +349,7 @@ struct PreciseSky::Table {
     }
   }
 
-  /// The record closest to the middle that a polynomial goes through.
+  /// The record closest to the middle at which a polynomial can be evaluated.
   [[nodiscard]] std::optional<std::size_t> centre_of_good_records(const TabulatedOrbit& s) const {
     const std::size_t count = s.records.size();
     for (std::size_t i = 0; i < count; ++i) {
@@ -369,11 +369,11 @@ struct PreciseSky::Table {
     const auto begin = std::find_if(s.records.begin(), s.records.end(), good);
     const auto end = std::find_if(s.records.rbegin(), s.records.rend(), good);
     for (int round = 0; round < 2; ++round) {
-      // The second velocity, taken with the first reference, is free of the polynomial's error.
+      // The second velocity, computed with the first reference, has no polynomial error.
       const auto [position, velocity] = interpolate(s, first, epoch);
       s.reference = ReferenceOrbit(epoch, position, velocity);
-      // The elements of one instant carry short periods, which put the mean motion off by 1e-4: let the
-      // reference keep pace from the first to the last record.
+      // The elements of one instant contain short periods, which change the mean motion by 1e-4: scale the
+      // reference's mean motion to match the first and last records.
       const auto lag_s = [&s](const Sp3Record& r) {
         const ReferenceOrbit::State at = s.reference.at(r.t);
         const double v2 = at.velocity_mps.squaredNorm();
@@ -385,7 +385,7 @@ struct PreciseSky::Table {
     }
   }
 
-  /// The records around `t`, one of them twice where `t` is its epoch; or why there are none.
+  /// The records around `t`, the same one twice if `t` is its epoch; or the reason why there are none.
   struct Bracket {
     const TabulatedOrbit* series = nullptr;
     std::size_t low = 0;
@@ -420,15 +420,15 @@ struct PreciseSky::Table {
     return b;
   }
 
-  /// True where nothing but a short gap lies between neighbours, or none for one record.
+  /// True if there is at most a short gap between neighbours; also for a single record.
   [[nodiscard]] bool joined(const Sp3Record& a, const Sp3Record& b) const {
     return &a == &b || (!b.maneuver && b.t - a.t <= kMaxGap * spacing_s * (1 + 1e-9));
   }
 
-  /// First of the 11 records of the polynomial; empty where too few follow one another.
+  /// First of the 11 records of the polynomial; empty if there are fewer successive records.
   [[nodiscard]] std::optional<std::size_t> window(const Bracket& b, GpsTime t) const {
     const std::vector<Sp3Record>& records = b.series->records;
-    // The unbroken run around the bracket, as far as a window reaches.
+    // The unbroken run around the bracket, as far as a window extends.
     std::size_t begin = b.low;
     while (begin > 0 && b.low - begin < kPoints && records[begin - 1].good_position &&
            joined(records[begin - 1], records[begin]))
@@ -483,8 +483,8 @@ std::optional<SatelliteState> PreciseSky::state(gnss::SatelliteId id, GpsTime t)
 
   const Sp3Record& low = records[b.low];
   const Sp3Record& high = records[b.high];
-  // On an epoch the slope is that of the interval ahead, else of the one behind. Without a neighbour the
-  // clock's slope is unknown and taken as 0.
+  // At an epoch the slope is that of the next interval, else of the preceding one. Without a neighbour the
+  // clock's slope is unknown and set to 0.
   const Sp3Record* from = &low;
   const Sp3Record* to = &high;
   if (b.low == b.high) {
@@ -542,12 +542,12 @@ ReferenceOrbit::ReferenceOrbit(geodesy::GpsTime epoch, const Eigen::Vector3d& po
   const Eigen::Vector3d h = position.cross(velocity);
   const Eigen::Vector3d to_perigee = velocity.cross(h) / kEarthMu - position / r;
   const double e = to_perigee.norm();
-  // The condition is negated, so that NaN is refused.
+  // The condition is negated to reject NaN.
   if (!(a > kSemiMajorAxis && a < 1e9 && e < 0.9)) return;
   semi_major_axis_ = a;
   eccentricity_ = e;
   axes_.col(2) = h.normalized();
-  // A circle has its perigee where we are.
+  // A circle has its perigee at the current position.
   axes_.col(0) = e > 1e-10 ? (to_perigee / e).eval() : (position / r).eval();
   axes_.col(1) = axes_.col(2).cross(axes_.col(0));
   const double eccentric =
@@ -590,8 +590,8 @@ ReferenceOrbit::State ReferenceOrbit::at(geodesy::GpsTime t) const {
   state.position_m = axes * Eigen::Vector3d(semi_major_axis_ * (c - e), b * s, 0);
   state.velocity_mps =
       axes * Eigen::Vector3d(-semi_major_axis_ * s * rate, b * c * rate, 0) + turning.cross(state.position_m);
-  // The difference of true and mean anomaly has no jump, so the sum counts revolutions as the mean anomaly
-  // does.
+  // The difference of true and mean anomaly is continuous, so the sum counts revolutions like the mean
+  // anomaly.
   state.true_anomaly_rad = mean + (std::atan2(flat * s, c - e) - wrapped);
   state.true_anomaly_rate = rate * flat / (1 - e * c);
   return state;

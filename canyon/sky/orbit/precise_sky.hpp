@@ -16,31 +16,31 @@
 namespace canyon::orbit {
 
 /// Satellites from SP3-c or SP3-d precise orbits. A Kepler orbit with J2's secular rates is subtracted from
-/// the positions, turned to axes that do not rotate; the rest, kilometres of it, is a Lagrange polynomial
-/// through 11 records, velocity its derivative (within 1 mm/s). Clocks are linear between records, relativity
-/// of eccentric orbits added (-2 r.v/c^2, which SP3 clocks leave out). Leaving out every second record of a
-/// 15-minute file gives the left-out ones back within 5 cm, the eccentric Galileo satellites included; at the
-/// very ends of the file, where the 11 records lie on one side, the error grows to decimetres.
+/// the positions, rotated to non-rotating axes. The remainder, some kilometres, is a Lagrange polynomial
+/// through 11 records; velocity is its derivative (within 1 mm/s). Clocks are linear between records, plus
+/// the relativity of eccentric orbits (-2 r.v/c^2, which SP3 clocks omit). Interpolating from every second
+/// record of a 15-minute file restores the others within 5 cm, also for the eccentric Galileo satellites; at
+/// the ends of the file, where the 11 records are on one side, the error grows to decimetres.
 ///
-/// No answer beyond the file's first and last epoch, in gaps of more than `kMaxGap` records, between two
-/// records with a maneuver (flag M) or a jump of the clock (E) between them, next to records
-/// that the file marks as bad in position (0.000000) or clock (999999.999999), and where fewer than 11
-/// records follow one another. Positions refer to the centre of mass. The group delay is 0, and GLONASS
-/// frequencies, which SP3 does not have, are those of the nominal constellation.
+/// No result beyond the file's first and last epoch, in gaps of more than `kMaxGap` records, between two
+/// records with a maneuver (flag M) or a jump of the clock (E) between them, next to records marked as bad in
+/// position (0.000000) or clock (999999.999999), and with fewer than 11 successive records. Positions refer
+/// to the centre of mass. The group delay is 0, and GLONASS frequencies, which SP3 lacks, are those of the
+/// nominal constellation.
 class PreciseSky final : public Sky {
  public:
   static constexpr int kMaxGap = 2;  ///< records
 
-  /// Plain or gzip. Records of other systems, velocities (V) and correlations (EP, EV) are passed over.
-  /// Throws InputError with file and line for anything that is not SP3-c/d, for where most of its records are
-  /// damaged, and where no satellite of `systems` is in it.
+  /// Plain or gzip. Records of other systems, velocities (V) and correlations (EP, EV) are skipped. Throws
+  /// InputError with file and line for a file that is not SP3-c/d, if most of its records are damaged, and if
+  /// it has no satellite of `systems`.
   explicit PreciseSky(const std::filesystem::path& path,
                       std::set<gnss::System> systems = {gnss::kConstellations.begin(),
                                                         gnss::kConstellations.end()});
   explicit PreciseSky(TextFile file, std::set<gnss::System> systems = {gnss::kConstellations.begin(),
                                                                        gnss::kConstellations.end()});
-  /// Files of several days, in any order, as one: IGS files end at 23:45, so that a run over midnight needs
-  /// two. Where several files have records of one instant, that of the earliest file counts, unless it is
+  /// Files of several days, in any order, as one: IGS files end at 23:45, so a run over midnight needs two.
+  /// If several files have records of one instant, the record of the earliest file is used, unless it is
   /// marked as bad. At least one file.
   explicit PreciseSky(const std::vector<std::filesystem::path>& paths,
                       std::set<gnss::System> systems = {gnss::kConstellations.begin(),
@@ -64,16 +64,16 @@ class PreciseSky final : public Sky {
 /// One position-and-clock record.
 struct Sp3Record {
   geodesy::GpsTime t;
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< ECEF of the instant
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< ECEF at this instant
   double clock_bias_s = 0;                               ///< without the periodic relativity
   bool good_position = true;
   bool good_clock = true;
-  /// Events since the record before, or at this one (flags M and E).
+  /// Events since the preceding record, or at this one (flags M and E).
   bool maneuver = false, clock_event = false;
   int line = 0;
 };
 
-/// An SP3-c or SP3-d file ("The Extended Standard Product 3 Orbit Format", IGS 2016) as it is written.
+/// The contents of an SP3-c or SP3-d file ("The Extended Standard Product 3 Orbit Format", IGS 2016).
 struct Sp3File {
   std::vector<geodesy::GpsTime> epochs;                         ///< ascending
   std::map<gnss::SatelliteId, std::vector<Sp3Record>> records;  ///< ascending in time
@@ -81,31 +81,31 @@ struct Sp3File {
   ReadReport report;
 };
 
-/// Reads the P records of `systems`. An epoch that does not follow the one before is left out, and told in
-/// `report`, as damaged lines are. Throws InputError as PreciseSky says.
+/// Reads the P records of `systems`. Epochs out of order and damaged lines are skipped and counted in
+/// `report`. Throws InputError as described at PreciseSky.
 [[nodiscard]] Sp3File read_sp3(TextFile& file, const std::set<gnss::System>& systems);
 
-/// A Kepler orbit with the secular rates of J2, for subtracting the bulk of a motion from tabulated
-/// positions: what is left is kilometres instead of the orbit's size, and interpolates better by as much.
-/// Axes do not rotate and have the Earth's pole as z.
+/// A Kepler orbit with the secular rates of J2, to subtract the bulk of a motion from tabulated positions:
+/// the remainder is kilometres instead of the orbit's size, and its interpolation error is smaller by the
+/// same factor. Axes do not rotate and have the Earth's pole as z.
 class ReferenceOrbit {
  public:
   struct State {
     Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
     Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
-    double true_anomaly_rad = 0;   ///< counted through revolutions; grows with time
+    double true_anomaly_rad = 0;   ///< continuous over revolutions; grows with time
     double true_anomaly_rate = 0;  ///< [rad/s]
   };
 
-  /// Position and velocity are zero everywhere: it subtracts nothing. The anomaly is the time [h].
+  /// Position and velocity are zero: it subtracts nothing. The anomaly is the time [h].
   ReferenceOrbit() = default;
-  /// The orbit through a position [m] and velocity [m/s] at `epoch`; the default one where they give no
-  /// ellipse with e < 0.9 above the Earth.
+  /// The orbit through a position [m] and velocity [m/s] at `epoch`; the default one if they give no ellipse
+  /// with e < 0.9 above the Earth.
   ReferenceOrbit(geodesy::GpsTime epoch, const Eigen::Vector3d& position, const Eigen::Vector3d& velocity);
 
   [[nodiscard]] State at(geodesy::GpsTime t) const;
 
-  /// Changes the mean motion by a factor, keeping the position at the epoch.
+  /// Scales the mean motion by a factor, with the position at the epoch unchanged.
   void scale_mean_motion(double factor) { mean_motion_ *= factor; }
 
  private:

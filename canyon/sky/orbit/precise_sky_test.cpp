@@ -31,7 +31,7 @@ using ::testing::StartsWith;
 
 constexpr const char* kPrecise = "orbits/GRG0MGXFIN_20201770000_01D_15M_ORB.SP3.gz";
 
-// A made-up file: a circular Kepler orbit of GPS's size about a turning Earth, closed form.
+// A synthetic file: a circular Kepler orbit of GPS's size about a rotating Earth, closed form.
 constexpr double kRadius = 26'560e3;
 const double kRate = std::sqrt(3.986004418e14 / (kRadius * kRadius * kRadius));
 const GpsTime kFirst = geodesy::gps_from_calendar({2024, 2, 29, 0, 0, 0, 0});
@@ -49,7 +49,7 @@ struct MadeUp {
   std::map<int, std::string> clock;  ///< by record, instead of the line
   std::map<int, bool> bad_position;
   std::map<int, bool> missing;
-  std::map<int, int> minutes;  ///< as the epoch says
+  std::map<int, int> minutes;  ///< as in the epoch line
   std::map<int, int> of_time;  ///< minutes of the position
   std::string satellite = "G07";
   int decimals = 6;  ///< of coordinates
@@ -146,7 +146,7 @@ TEST(PreciseSky, DoesNotAnswerNextToBadRecords) {
   EXPECT_TRUE(sky.state(kG07, kFirst + 19 * 900.0));
   EXPECT_TRUE(sky.state(kG07, kFirst + 21 * 900.0));
   EXPECT_THAT(sky.source(kG07, kFirst + 19.1 * 900), HasSubstr("clock marked as bad"));
-  // Five good records before the bad position are too few for a polynomial, which does not reach across.
+  // Five good records before the bad position are too few for a polynomial, which does not extend across it.
   EXPECT_FALSE(sky.state(kG07, kFirst + 4.5 * 900));
   EXPECT_THAT(sky.source(kG07, kFirst + 4.5 * 900), HasSubstr("position marked as bad"));
   EXPECT_FALSE(sky.state(kG07, kFirst + 2.5 * 900));
@@ -154,7 +154,7 @@ TEST(PreciseSky, DoesNotAnswerNextToBadRecords) {
   EXPECT_LT((sky.state(kG07, kFirst + 6.5 * 900)->position_m - circle(6.5 * 900)).norm(), 0.1);
 }
 
-// SP3-c and -d: column 75 E, a clock that jumped, and column 79 M, a maneuver, each since the record before.
+// SP3-c and -d: column 75 E, a clock jump, and column 79 M, a maneuver, each since the preceding record.
 TEST(PreciseSky, DoesNotAnswerAcrossManeuversAndJumpsOfClocks) {
   MadeUp file;
   const auto clock = [](int k, double jump_us) { return fmt::format("{:14.6f}", 100 + 0.9 * k + jump_us); };
@@ -187,10 +187,10 @@ TEST(PreciseSky, BridgesOneMissingRecordButNotTwo) {
 
 TEST(PreciseSky, RefusesAxesThatDoNotTurnWithTheEarth) {
   EXPECT_THAT(message(replaced(MadeUp().text(), "ORBIT IGS20", "ORBIT J2000")),
-              HasSubstr("its coordinates are of J2000, which does not turn with the Earth"));
+              HasSubstr("its coordinates are in J2000, which does not rotate with the Earth"));
 }
 
-// An epoch before the others, and one that occurs twice, cost themselves.
+// An epoch out of order, and a repeated one, are the only losses.
 TEST(PreciseSky, LeavesOutEpochsThatDoNotFollowTheOneBefore) {
   for (const int minutes : {-15, 15 * 19}) {
     MadeUp file;
@@ -212,7 +212,7 @@ TEST(PreciseSky, SaysWhatTheHeaderSaysOtherwise) {
   const std::string good = MadeUp().text();
   EXPECT_THAT(
       warnings(replaced(good, "     40 ORBIT", "     96 ORBIT")),
-      ::testing::ElementsAre(StartsWith("made-up.sp3:1: the header announces 96 epochs, and 40 are read")));
+      ::testing::ElementsAre(StartsWith("made-up.sp3:1: the header declares 96 epochs, but 40 were read")));
   // Two days joined by cat.
   MadeUp second;
   for (int k = 0; k < 40; ++k) second.minutes[k] = second.of_time[k] = 15 * (40 + k);
@@ -221,7 +221,7 @@ TEST(PreciseSky, SaysWhatTheHeaderSaysOtherwise) {
 }
 
 TEST(PreciseSky, RefusesFilesWithoutClocks) {
-  // Blank and asterisks are clocks that the writer did not have; a file without any is refused.
+  // Blank and asterisks mean that the writer had no clock; a file without any clock is rejected.
   MadeUp none;
   none.clock[20] = std::string(14, '*');
   none.clock[21] = "";
@@ -231,7 +231,7 @@ TEST(PreciseSky, RefusesFilesWithoutClocks) {
   EXPECT_THAT(message(none.text()), HasSubstr("no satellite has a clock"));
 }
 
-// Zeros stand for a position that the writer did not have.
+// Zeros mean that the writer had no position.
 TEST(PreciseSky, SaysWhichSatellitesHaveNoPosition) {
   std::string text = MadeUp().text();
   const std::string zero = "PG08      0.000000      0.000000      0.000000    100.000000\n";
@@ -254,12 +254,12 @@ TEST(PreciseSky, LinesThatLostTheirFirstCharacterAreSaid) {
     return PreciseSky(TextFile::from_string(changed, "made-up.sp3")).report().lines();
   };
   EXPECT_THAT(warnings_without("\nPG07"),
-              ::testing::Contains(HasSubstr("line of a kind that SP3 does not have")));
+              ::testing::Contains(HasSubstr("line of a kind not defined in SP3")));
   EXPECT_THAT(warnings_without("\n*"), ::testing::Contains(HasSubstr("line without a mark")));
 }
 
-// A change of velocity of 1 m/s: the orbit behind it is another one.
-// Digits and line ends that are gone, at a place where no neighbour tells.
+// A change of velocity of 1 m/s: the orbit after it is different.
+// Missing digits and line ends, at a position where no neighbour reveals it.
 TEST(PreciseSky, LinesThatLostACharacterElsewhereAreSaid) {
   const std::string good = MadeUp().text();
   const auto without = [&](std::size_t at) {
@@ -270,13 +270,13 @@ TEST(PreciseSky, LinesThatLostACharacterElsewhereAreSaid) {
   const std::size_t epoch = good.find("\n*") + 1, position = good.find("\nP", epoch) + 1;
   const std::size_t end = good.find('\n', position);
   EXPECT_THAT(without(position - 1), Contains(HasSubstr("is not an epoch")));
-  EXPECT_THAT(without(position), Contains(HasSubstr("line of a kind that SP3 does not have")));
+  EXPECT_THAT(without(position), Contains(HasSubstr("line of a kind not defined in SP3")));
   EXPECT_THAT(without(end), Contains(HasSubstr("line of more than 80 columns")));
   EXPECT_THAT(without(end - 1), Contains(HasSubstr("lost or gained a character")));
   EXPECT_THAT(without(position + 4 + 13), Contains(HasSubstr("lost or gained a character")));
 }
 
-// SP3-c has fields of 14 columns; how many decimals they have is up to the writer.
+// SP3-c has fields of 14 columns; the writer chooses the number of decimals.
 TEST(PreciseSky, DecimalsOfCoordinatesAndClocksDiffer) {
   MadeUp file;
   const GpsTime noon = kFirst + 20.5 * 900;
@@ -325,7 +325,7 @@ TEST(PreciseSky, NamesFileAndLineOfBadInput) {
   const std::string good = MadeUp().text();
   EXPECT_THAT(message(""), HasSubstr("is not an SP3 file"));
   EXPECT_THAT(message("RINEX\n"), StartsWith("made-up.sp3:1: is not an SP3 file"));
-  EXPECT_THAT(message(replaced(good, "#dP", "#aP")), StartsWith("made-up.sp3:1: SP3-a is not read"));
+  EXPECT_THAT(message(replaced(good, "#dP", "#aP")), StartsWith("made-up.sp3:1: SP3-a is not supported"));
   EXPECT_THAT(warnings(good.substr(0, good.size() - 4)), ElementsAre(HasSubstr("ends without the line EOF")));
   EXPECT_THAT(warnings(good.substr(0, good.size() / 2)),
               IsSupersetOf({HasSubstr("ends without the line EOF"), HasSubstr("announces 40 epochs")}));
@@ -345,12 +345,12 @@ TEST(PreciseSky, NamesFileAndLineOfBadInput) {
   EXPECT_THAT(message(sbas.text()), HasSubstr("no satellite of the chosen systems"));
   MadeUp none;
   none.records = 0;
-  EXPECT_THAT(message(none.text()), HasSubstr("holds no epoch"));
+  EXPECT_THAT(message(none.text()), HasSubstr("has no epoch"));
   for (std::size_t cut = 0; cut < good.size(); cut += 97) (void)message(good.substr(0, cut));
 }
 
-// Two made-up days of one circular orbit: what one file answers in the evening, two answer as well, and over
-// midnight the orbit keeps its radius (the made-up one within 1.2 km).
+// Two synthetic days of one circular orbit: the states from one file in the evening equal those from two, and
+// over midnight the orbit keeps its radius (the synthetic one within 1.2 km).
 TEST(PreciseSky, FilesOfTwoDaysAreOne) {
   const std::filesystem::path day1 = test::case_file("sp3-two-days/day1.sp3");
   const std::filesystem::path day2 = test::case_file("sp3-two-days/day2.sp3");
@@ -450,7 +450,7 @@ TEST(PreciseSky, BroadcastClocksAndOrbitsAgreeWithinMetres) {
       orbit[id.system].push_back((p->position_m - b->position_m).norm());
       EXPECT_LT((p->velocity_mps - b->velocity_mps).norm(), 0.05) << to_string(id);
       // The two clocks have different origins, but the eccentric satellites' relativity (up to 40 ns, 6e-12
-      // s/s) would show in the rate.
+      // s/s) would affect the rate.
       clock_rate[id.system].push_back(std::abs(p->clock_drift - b->clock_drift));
     }
   }

@@ -15,7 +15,7 @@ using geodesy::GpsTime;
 
 constexpr double kMu = 3.986004418e14;
 const GpsTime kEpoch = GpsTime::from_week(2100, 1000);
-// The size and eccentricity of Galileo's two eccentric satellites, at a place without symmetry.
+// The size and eccentricity of Galileo's two eccentric satellites, at an asymmetric position.
 const Vector3d kPosition(17'000e3, -14'000e3, 9'000e3);
 const Vector3d kVelocity(2'300, 2'700, 2'050);
 
@@ -23,7 +23,7 @@ TEST(ReferenceOrbit, PassesThroughItsState) {
   const ReferenceOrbit orbit(kEpoch, kPosition, kVelocity);
   const ReferenceOrbit::State s = orbit.at(kEpoch);
   EXPECT_LT((s.position_m - kPosition).norm(), 1e-6);
-  // J2's turning of the orbit adds to the velocity of the ellipse: centimetres a second.
+  // The rotation of the orbit by J2 adds centimetres a second to the velocity of the ellipse.
   EXPECT_LT((s.velocity_mps - kVelocity).norm(), 0.5);
 }
 

@@ -10,15 +10,15 @@ namespace canyon::orbit {
 
 namespace {
 
-// Middle of what medium Earth orbits need (67 to 90 ms); geostationary ones need up to 140 ms.
+// Middle of the flight times of medium Earth orbits (67 to 90 ms); geostationary ones need up to 140 ms.
 constexpr double kFirstGuess_s = 0.075;
 constexpr double kTolerance_s = 1e-10;
 constexpr int kMaxEvaluations = 6;
 // sin(-5 deg).
 constexpr double kFarBelowHorizon = -0.0871557;
 
-/// Flight time from a satellite that moves straight from `state` at `reception - tau0`. Contracts by v/c,
-/// about 1e-5, with each round: two leave 1e-12 s of a first guess.
+/// Flight time from a satellite that moves straight from `state` at `reception - tau0`. Each iteration
+/// contracts by v/c, about 1e-5: two reduce a first guess to 1e-12 s.
 double light_time(const SatelliteState& state, double tau0, const Eigen::Vector3d& receiver) {
   double tau = tau0;
   for (int i = 0; i < 2; ++i) {
@@ -38,7 +38,7 @@ void check(std::size_t index, double azimuth_rad, double elevation_rad) {
         fmt::format("frozen sky: azimuth {} of satellite {} is not a finite number", azimuth_rad, index + 1),
         "give radians from north, clockwise");
   }
-  // The condition is negated, so that NaN is refused; an angle of 1.5708 means the zenith.
+  // The condition is negated to reject NaN; an angle of 1.5708 means the zenith.
   if (!(elevation_rad >= 0 && elevation_rad <= kRight + 1e-5)) {
     const bool degrees = elevation_rad > kRight && elevation_rad <= 90;
     throw InputError(fmt::format("frozen sky: elevation {} of satellite {} is out of range{}", elevation_rad,
@@ -80,7 +80,7 @@ std::optional<LineOfSight> line_of_sight(const Sky& sky, gnss::SatelliteId id, g
   const geodesy::GpsTime guess = los.transmit_time;
   los.transmit_time = reception - tau;
   if (visible) {
-    // The straight line is within a millimetre, so that the first of these evaluations is the last.
+    // The straight line is accurate to a millimetre, so the first of these evaluations is the last.
     for (int i = 1; i < kMaxEvaluations; ++i) {
       state = sky.state(id, los.transmit_time);
       if (!state) return std::nullopt;
@@ -91,15 +91,15 @@ std::optional<LineOfSight> line_of_sight(const Sky& sky, gnss::SatelliteId id, g
       los.transmit_time = reception - tau;
     }
   } else {
-    // The guess and the transmit time may lie on both sides of the end of a validity.
+    // The guess and the transmit time may be on both sides of the end of a validity.
     const double dt = los.transmit_time - guess;
     state->position_m += state->velocity_mps * dt;
     state->clock_bias_s += state->clock_drift * dt;
   }
   los.state = *state;
 
-  // Rotation over the interval between the two instants as they are named (whole nanoseconds), so that the
-  // result is exact for them; the satellite moves 4 micrometres in a nanosecond.
+  // Rotation over the interval between the two rounded instants (whole nanoseconds), so that the result is
+  // exact for them; the satellite moves 4 micrometres in a nanosecond.
   const double flight = reception - los.transmit_time;
   los.position_at_reception_m = rotate_earth(state->position_m, flight);
   los.velocity_at_reception_mps = rotate_earth(state->velocity_mps, flight);
@@ -120,7 +120,7 @@ std::optional<LineOfSight> line_of_sight(const Sky& sky, gnss::SatelliteId id, g
 
 FrozenSky::FrozenSky(const geodesy::Geodetic& place, const std::vector<double>& azimuth_rad,
                      const std::vector<double>& elevation_rad) {
-  geodesy::check_geodetic(place, "place of the frozen sky");
+  geodesy::check_geodetic(place, "position of the frozen sky");
   if (azimuth_rad.size() != elevation_rad.size()) {
     throw InputError(
         fmt::format("frozen sky: {} azimuths but {} elevations", azimuth_rad.size(), elevation_rad.size()),
@@ -136,7 +136,7 @@ FrozenSky::FrozenSky(const geodesy::Geodetic& place, const std::vector<double>& 
     check(i, azimuth_rad[i], elevation_rad[i]);
     const Eigen::Vector3d enu = geodesy::enu_from_azimuth_elevation(azimuth_rad[i], elevation_rad[i]);
     const Eigen::Vector3d at_reception = origin + ecef_from_enu * enu * kDistance_m;
-    // Turned back over the flight, so that the Earth's rotation brings it where it was asked for.
+    // Rotated back over the flight time, so that the Earth's rotation moves it to the requested position.
     positions_.push_back(rotate_earth(at_reception, -kDistance_m / geodesy::kSpeedOfLight));
     directions_.push_back(geodesy::azimuth_elevation_from_enu(enu));
   }

@@ -20,7 +20,7 @@ struct SatelliteState {
   double clock_drift = 0;    ///< [s/s], relativity included
   double group_delay_s = 0;  ///< TGD/BGD of the L1-band signal: its effective clock is bias - group delay
   double carrier_frequency_hz = 0;  ///< of the L1-band signal
-  /// Group delays of the other signals of gnss::signals_of(), in their order behind the first.
+  /// Group delays of the other signals of gnss::signals_of(), in their order after the first.
   std::array<double, gnss::kMostSignals - 1> more_group_delays_s{};
 
   [[nodiscard]] double group_delay_of(const gnss::Signal& signal) const {
@@ -29,8 +29,8 @@ struct SatelliteState {
   }
 };
 
-/// Positions of satellites: the one question that everything downstream asks of orbits. Implementations are
-/// immutable after construction and thread-safe.
+/// Positions of satellites: the interface to orbits for all later modules. Implementations are immutable
+/// after construction and thread-safe.
 class Sky {
  public:
   virtual ~Sky() = default;
@@ -38,34 +38,34 @@ class Sky {
   Sky(const Sky&) = delete;
   Sky& operator=(const Sky&) = delete;
 
-  /// Satellites that this sky may answer for, ascending, no repeats.
+  /// Satellites for which this sky may have states, ascending, no repeats.
   [[nodiscard]] virtual std::vector<gnss::SatelliteId> satellites() const = 0;
 
-  /// State at `t` (system time at transmission, GPST). Empty where the satellite is unknown, unhealthy, or
-  /// `t` is outside the validity of what is known about it. Never extrapolates silently.
+  /// State at `t` (system time at transmission, GPST). Empty if the satellite is unknown, unhealthy, or `t`
+  /// is outside the validity of its data. Never extrapolates without a report.
   [[nodiscard]] virtual std::optional<SatelliteState> state(gnss::SatelliteId id,
                                                             geodesy::GpsTime t) const = 0;
 
-  /// Source of the answer for `id` at `t`, for people: "hksc1180.19n, toe 2019-04-28T14:00:00 GPST";
-  /// or why there is none.
+  /// Source of the state of `id` at `t`, as text: "hksc1180.19n, toe 2019-04-28T14:00:00 GPST"; or the reason
+  /// why there is none.
   [[nodiscard]] virtual std::string source(gnss::SatelliteId id, geodesy::GpsTime t) const = 0;
 };
 
-/// A satellite as an antenna at rest or moving receives it at one instant.
+/// A satellite as received by an antenna, at rest or moving, at one instant.
 struct LineOfSight {
   gnss::SatelliteId id;
   geodesy::GpsTime transmit_time;
   SatelliteState state;  ///< at transmit_time, in the ECEF axes of that instant
   /// Satellite position in the ECEF axes of the reception instant (Sagnac rotation applied) [m].
   Eigen::Vector3d position_at_reception_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d velocity_at_reception_mps = Eigen::Vector3d::Zero();  ///< turned likewise
+  Eigen::Vector3d velocity_at_reception_mps = Eigen::Vector3d::Zero();  ///< rotated likewise
   double range_m = 0;  ///< geometric, |position_at_reception - receiver|
   Eigen::Vector3d direction_ecef = Eigen::Vector3d::Zero();  ///< unit, receiver to satellite
-  double azimuth_rad = 0;                                    ///< at the receiver's geodetic vertical
+  double azimuth_rad = 0;                                    ///< relative to the receiver's geodetic vertical
   double elevation_rad = 0;
 };
 
-/// An antenna's place with what depends on it alone: make it once for all satellites of an epoch.
+/// An antenna position with its derived values: create one for all satellites of an epoch.
 struct Observer {
   /// @param ecef antenna [m], on or above the Earth's surface
   explicit Observer(const Eigen::Vector3d& ecef);
@@ -74,13 +74,13 @@ struct Observer {
   Eigen::Matrix3d enu_from_ecef;  ///< at the geodetic vertical
 };
 
-/// Solves the light-time equation by iteration (IS-GPS-200, 20.3.3.4.3.4); converged below 0.1 ns. Two
-/// evaluations of the sky; one for satellites more than 5 deg below the horizon, whose state is carried from
-/// the first guess to the transmit time by its own velocity (position within 2 mm, velocity within 5 cm/s).
+/// Solves the light-time equation by iteration (IS-GPS-200, 20.3.3.4.3.4); converged below 0.1 ns. Evaluates
+/// the sky twice; once for satellites more than 5 deg below the horizon, whose state is extrapolated linearly
+/// from the first guess to the transmit time (position within 2 mm, velocity within 5 cm/s).
 /// @param observer antenna at reception
 /// @param reception true reception instant
-/// Empty where the sky has no state at the transmit time or 0.075 s before reception (the first guess; it
-/// matters only in the outermost tenth of a second of an ephemeris's validity).
+/// Empty if the sky has no state at the transmit time or 0.075 s before reception (the first guess; relevant
+/// only in the outermost tenth of a second of an ephemeris's validity).
 [[nodiscard]] std::optional<LineOfSight> line_of_sight(const Sky& sky, gnss::SatelliteId id,
                                                        geodesy::GpsTime reception, const Observer& observer);
 /// The same for one satellite. @param receiver_ecef antenna at reception [m]
@@ -88,19 +88,19 @@ struct Observer {
                                                        geodesy::GpsTime reception,
                                                        const Eigen::Vector3d& receiver_ecef);
 
-/// `position` (ECEF axes at transmission) expressed in the ECEF axes `flight_time_s` later: turned by
+/// `position` (ECEF axes at transmission) expressed in the ECEF axes `flight_time_s` later: rotated by
 /// -kEarthRotationRate * flight_time about z.
 [[nodiscard]] Eigen::Vector3d rotate_earth(const Eigen::Vector3d& position, double flight_time_s);
 
-/// The paper's virtual satellites: fixed azimuths and elevations, seen from `place`, that never move over the
-/// ground. They are put 20,200 km (GPS altitude) away along each direction; at `place` line_of_sight() gives
-/// back azimuth and elevation within 1e-9 rad, elsewhere in a city (kilometres) within 1e-4 rad.
+/// The paper's virtual satellites: fixed azimuths and elevations, seen from `place`, that do not move
+/// relative to the ground. They are 20,200 km (GPS altitude) away along each direction; at `place`
+/// line_of_sight() restores azimuth and elevation within 1e-9 rad, elsewhere in a city (kilometres) within
+/// 1e-4 rad.
 class FrozenSky final : public Sky {
  public:
   /// @param azimuth_rad from north, clockwise, any finite value; @param elevation_rad [0, pi/2], both of one
   /// length, 1 to 63. Satellites become G01, G02, ... in order.
-  /// Throws InputError for differing lengths or values out of range (degrees given as radians are
-  /// recognised).
+  /// Throws InputError for differing lengths or values out of range (degrees given as radians are detected).
   FrozenSky(const geodesy::Geodetic& place, const std::vector<double>& azimuth_rad,
             const std::vector<double>& elevation_rad);
 

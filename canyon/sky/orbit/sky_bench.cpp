@@ -14,7 +14,7 @@ namespace {
 
 const geodesy::GpsTime kBegin = geodesy::parse_time("2026-06-01T12:00:00Z");
 
-/// Every satellite of the nominal sky as one antenna receives it at one instant.
+/// All satellites of the nominal sky, received by one antenna at one instant.
 void lines_of_sight(benchmark::State& state, const std::set<gnss::System>& systems) {
   const BroadcastSky sky(nominal_constellation(kBegin, kBegin + 3600.0, systems));
   const std::vector<gnss::SatelliteId> ids = sky.satellites();

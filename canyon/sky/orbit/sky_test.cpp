@@ -24,8 +24,7 @@ using ::testing::HasSubstr;
 const GpsTime kReception = GpsTime::from_week(2051, 46701.25);
 const geodesy::Geodetic kHongKong = geodesy::Geodetic::from_degrees(22.298251, 114.178761, 5);
 
-/// Counts questions; a circular equatorial-inclined orbit in closed form, or a satellite at rest over the
-/// ground.
+/// Counts calls; a circular equatorial-inclined orbit in closed form, or a satellite at rest over the ground.
 class CircularSky final : public Sky {
  public:
   CircularSky(double radius, double inertial_rate, double inclination, double phase)
@@ -60,13 +59,14 @@ class CircularSky final : public Sky {
 };
 
 TEST(RotateEarth, TurnsAxesWithTheEarth) {
-  // A quarter sidereal day later the ECEF x axis points where y pointed: a fixed point on +y lies on +x.
+  // A quarter sidereal day later the ECEF x axis has the direction of the former y axis: a fixed point on +y
+  // is on +x.
   const Eigen::Vector3d turned = rotate_earth({0, 2, 3}, geodesy::kPi / 2 / kEarthRotationRate);
   EXPECT_NEAR((turned - Eigen::Vector3d(2, 0, 3)).norm(), 0, 1e-14);
 }
 
 // The flight time is the root of |p(t - tau) - r| = c tau in the inertial frame of the reception instant:
-// bisection in that frame, where nothing rotates, is independent of the solver.
+// bisection in this frame, in which nothing rotates, is independent of the solver.
 TEST(LineOfSight, AgreesWithBisectionInTheInertialFrame) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> angle(0, 2 * geodesy::kPi);
@@ -93,7 +93,7 @@ TEST(LineOfSight, AgreesWithBisectionInTheInertialFrame) {
       }
       const bool up = los->elevation_rad > 0;
       const Eigen::Vector3d exact = inertial(low);
-      // Instants are whole nanoseconds (4 um of orbit); far below the horizon 2 mm are promised.
+      // Instants are whole nanoseconds (4 um of orbit); far below the horizon 2 mm are guaranteed.
       const double tolerance = up ? 1e-5 : 2e-3;
       EXPECT_NEAR(los->range_m, (exact - receiver).norm(), tolerance);
       EXPECT_LT((los->position_at_reception_m - exact).norm(), tolerance);
@@ -141,7 +141,7 @@ TEST(LineOfSight, DirectionAnglesAndVectorAreOne) {
 
 TEST(LineOfSight, IsEmptyWhereTheSkyHasNoState) {
   CircularSky sky(26'560e3, 1.4586e-4, 1, geodesy::radians(80));
-  sky.valid_from = kReception;  // transmission lies 70 ms before
+  sky.valid_from = kReception;  // transmission is 70 ms before
   EXPECT_FALSE(
       line_of_sight(sky, {gnss::System::GPS, 1}, kReception, geodesy::ecef_from_geodetic(kHongKong)));
 }
@@ -202,7 +202,7 @@ TEST(FrozenSky, HardlyTurnsAcrossACity) {
   for (std::size_t i = 0; i < kAzimuth.size(); ++i) {
     const auto los = line_of_sight(sky, sky.satellites()[i], GpsTime::from_week(2051, 0), receiver);
     ASSERT_TRUE(los);
-    // As directions: near the zenith the azimuth alone turns further. Earth's curvature adds 1.8e-4.
+    // Compared as directions: near the zenith the azimuth alone changes more. Earth's curvature adds 1.8e-4.
     const Eigen::Vector3d wanted =
         frame.ecef_from_local_rotation() * geodesy::enu_from_azimuth_elevation(kAzimuth[i], kElevation[i]);
     EXPECT_LT((los->direction_ecef - wanted).norm(), 1e-4);

@@ -9,8 +9,8 @@
 namespace canyon::orbit {
 namespace {
 
-/// Moves a position and a velocity (ECEF) by an error in the axes of the orbit. The axes turn as the
-/// satellite goes round, and take the error along.
+/// Shifts a position and a velocity (ECEF) by an error in the axes of the orbit. The axes rotate with the
+/// satellite's motion, and the error with them.
 void shift(Eigen::Vector3d& position_m, Eigen::Vector3d& velocity_mps, const MessageError& error,
            double since_s) {
   const Eigen::Vector3d earth(0, 0, geodesy::kEarthRotationRate);
@@ -27,7 +27,7 @@ void shift(Eigen::Vector3d& position_m, Eigen::Vector3d& velocity_mps, const Mes
   velocity_mps += axes * (error.orbit_rate_mps + turn.cross(offset)) - earth.cross(moved);
 }
 
-/// Bits that mean "do not use" in every message of the system (gnss::is_healthy()).
+/// Bits for "do not use" in every message of the system (gnss::is_healthy()).
 int unhealthy(gnss::System system) {
   switch (system) {
     case gnss::System::GPS:
@@ -44,13 +44,13 @@ int unhealthy(gnss::System system) {
   return 1;
 }
 
-/// Mean motion without its correction [rad/s], all systems' gravity taken as one: only its change counts.
+/// Mean motion without its correction [rad/s], with one gravity for all systems: only changes are used.
 double mean_motion(double a_m) {
   return std::sqrt(geodesy::kEarthMu / a_m) / a_m;
 }
 
-/// Readers keep their record until the issue of data changes. Issues never make this step by themselves, and
-/// it differs for several faults at once. BeiDou's issue is an age in hours.
+/// Readers keep their record until the issue of data changes. Regular issues never make this step, and it
+/// differs for several simultaneous faults. BeiDou's issue is an age in hours.
 void issue_anew(gnss::KeplerEphemeris& e) {
   constexpr int kStep = 97;
   switch (e.id.system) {

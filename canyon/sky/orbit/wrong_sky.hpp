@@ -14,15 +14,14 @@ struct MessageError {
   /// cross (along the orbit's angular momentum).
   Eigen::Vector3d orbit_m = Eigen::Vector3d::Zero(), orbit_rate_mps = Eigen::Vector3d::Zero();
   double clock_s = 0, clock_drift = 0;  ///< of the clock [s, s/s]
-  geodesy::GpsTime since;               ///< rates count from here
+  geodesy::GpsTime since;               ///< rates are relative to this time
   bool unhealthy = false;
 };
 
-/// The satellites that an error concerns.
+/// The satellites affected by an error.
 using SatelliteFilter = std::function<bool(gnss::SatelliteId)>;
 
-/// A sky as satellites describe it that say something wrong of themselves. Unhealthy ones have no state:
-/// nobody uses them.
+/// The sky of faulty navigation messages. Unhealthy satellites have no state, so receivers do not use them.
 class WrongSky final : public Sky {
  public:
   /// @param truth not null
@@ -38,10 +37,10 @@ class WrongSky final : public Sky {
   MessageError error_;
 };
 
-/// The messages that say so. Health and clocks exactly. Orbits to first order in their eccentricity, radial
+/// The corresponding messages. Health and clocks exactly. Orbits to first order in their eccentricity, radial
 /// and along track only (semi-major axis at the same mean motion, mean anomaly and motion): Kepler's elements
 /// have no constant cross-track offset and no radial rate. GLONASS and SBAS: positions and velocities at toe,
-/// all three. They have another issue of data, where their system has one.
+/// all three axes. They have another issue of data, if their system has one.
 [[nodiscard]] gnss::NavigationData wrong_messages(gnss::NavigationData messages,
                                                   const SatelliteFilter& concerned,
                                                   const MessageError& error);

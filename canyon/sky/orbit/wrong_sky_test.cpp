@@ -72,8 +72,8 @@ TEST(WrongSky, SaysAWrongClockAndWhoIsUnhealthy) {
   EXPECT_FALSE(WrongSky(truth(), is_one, error).state(kOne, kTime));
 }
 
-// Messages say what the sky does: clocks and health exactly; orbits to first order in the eccentricity,
-// 0.02 of the error at most for these orbits, and a tenth of it where velocities are carried for 15 min.
+// Messages agree with the sky: clocks and health exactly; orbits to first order in the eccentricity, 0.02 of
+// the error at most for these orbits, and a tenth of it if velocities are extrapolated for 15 min.
 TEST(WrongMessages, SayTheSame) {
   MessageError error;
   error.orbit_m = {100, 200, 0};

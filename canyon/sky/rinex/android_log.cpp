@@ -24,7 +24,7 @@ std::optional<std::string_view> comment_of(std::string_view line) {
   return trim(line.substr(1));
 }
 
-/// The first field where it can be a kind of lines: letters with a comma behind.
+/// The first field if it can be a kind of line: letters followed by a comma.
 std::string_view kind_of(std::string_view line) {
   const std::size_t comma = line.find(',');
   if (comma == std::string_view::npos) return {};
@@ -32,7 +32,7 @@ std::string_view kind_of(std::string_view line) {
   return std::all_of(kind.begin(), kind.end(), is_letter) ? kind : std::string_view();
 }
 
-/// Some logs have their names of columns in a line that is not a comment.
+/// Some logs have their column names in a line that is not a comment.
 bool names_columns(std::string_view line) {
   const std::string_view second = trim(line.substr(line.find(',') + 1));
   return !second.empty() && is_letter(second.front()) && second.find("ime") != std::string_view::npos &&
@@ -67,8 +67,7 @@ enum Column : std::size_t {
 };
 constexpr std::string_view kColumns =
     "TimeNanos FullBiasNanos BiasNanos BiasUncertaintyNanos HardwareClockDiscontinuityCount Svid "
-    "ConstellationType State "
-    "ReceivedSvTimeNanos ReceivedSvTimeUncertaintyNanos TimeOffsetNanos Cn0DbHz "
+    "ConstellationType State ReceivedSvTimeNanos ReceivedSvTimeUncertaintyNanos TimeOffsetNanos Cn0DbHz "
     "PseudorangeRateMetersPerSecond PseudorangeRateUncertaintyMetersPerSecond AccumulatedDeltaRangeState "
     "AccumulatedDeltaRangeMeters AccumulatedDeltaRangeUncertaintyMeters CarrierFrequencyHz CodeType "
     "MultipathIndicator";
@@ -76,31 +75,31 @@ constexpr std::string_view kColumns =
 constexpr std::int64_t kMillisecond_ns = 1'000'000;
 constexpr std::int64_t kSecond_ns = GpsTime::kNanosecondsPerSecond;
 constexpr std::int64_t kDay_ns = 86'400 * kSecond_ns;
-/// Codes as the versions of RINEX from 3.03 on have them.
+/// Codes as in the versions of RINEX from 3.03 on.
 constexpr double kVersion = 3.05;
 constexpr std::int64_t kEarliest_ns = 1024 * GpsTime::kNanosecondsPerWeek;  ///< 1999
-/// Beyond it the phone's estimate of its clock began anew, whatever its count of discontinuities says.
+/// Beyond it the phone's estimate of its clock has restarted, whatever its count of discontinuities.
 constexpr std::int64_t kHeldWithin_ns = 10 * kMillisecond_ns;
 /// Limits of uncertainties: ProcessGnssMeas.m and SetDataFilter.m of Google's GPS measurement tools for
 /// times, rates and the clock's bias, which a phone guesses to seconds before its first fix; a delta range
 /// that is known to a wavelength at best is no phase.
 constexpr double kMaxBias_ns = 1e7, kMaxTime_ns = 500, kMaxRate_mps = 10, kMaxDeltaRange_m = 0.3;
-/// Least to greatest travel times with the clock's 10 ms: 64 ms from a GLONASS satellite in the zenith, 140
-/// ms from an inclined geosynchronous one at the horizon. Their middle resolves open times.
+/// Minimum and maximum travel times with the clock's 10 ms: 64 ms from a GLONASS satellite in the zenith, 140
+/// ms from an inclined geosynchronous one at the horizon. Their middle resolves ambiguous times.
 constexpr std::int64_t kLeast_ns = 50 * kMillisecond_ns, kGreatest_ns = 150 * kMillisecond_ns;
 constexpr std::int64_t kUsual_ns = 86 * kMillisecond_ns;
 constexpr double kGreatestRate_mps = 1e4, kGreatestCn0 = 70;
-/// Distance of a carrier from that of the nearest signal: GLONASS's channels reach 4 MHz.
+/// Maximum distance of a carrier from the nearest signal's: GLONASS's channels reach 4 MHz.
 constexpr double kSameCarrier_hz = 5e6;
 constexpr std::uint8_t kLostLock = 1, kHalfCycle = 2;
 
-/// The part of a satellite's time that a sync state knows (GnssMeasurement.getReceivedSvTimeNanos()).
+/// The part of a satellite's time known in a sync state (GnssMeasurement.getReceivedSvTimeNanos()).
 struct Span {
   std::string_view systems;
   std::uint32_t states;
   std::int64_t length_ns;
 };
-/// Longest first. Shorter ones (a bit, a code) do not tell a pseudorange.
+/// Longest first. Shorter ones (a bit, a code) do not determine a pseudorange.
 constexpr Span kSpans[] = {
     {"GJCE", android::kTowDecoded | android::kTowKnown, GpsTime::kNanosecondsPerWeek},
     {"R", android::kGlonassTimeOfDayDecoded | android::kGlonassTimeOfDayKnown, kDay_ns},
@@ -128,7 +127,7 @@ std::optional<System> system_of(long long constellation) {
   }
 }
 
-/// A log's time counter less this is GPS time.
+/// GPS time is a log's time counter minus this bias.
 struct HeldBias {
   std::int64_t whole_ns = 0;
   double rest_ns = 0;  ///< within half a nanosecond
@@ -155,7 +154,7 @@ class AndroidReader {
       throw InputError(log_.file().path(), 0,
                        fmt::format("is a log of Android's GnssLogger without a line of 'Raw' (it has {})",
                                    android_log_kinds_text(log_.file().path())),
-                       "switch raw measurements on in the app; its fixes are a path of format gnsslogger");
+                       "enable raw measurements in the app; use its fixes as a path of format gnsslogger");
     }
     ObservationHeader& header = result_.header;
     header.format = "Android GnssLogger";
@@ -176,17 +175,17 @@ class AndroidReader {
     return fmt::format("{} '{}' is not a number", log_.name(column), log_.text(column).substr(0, 40));
   }
 
-  /// Takes a line into the epoch; says what is wrong with one that is damaged.
+  /// Adds a line to the epoch; returns the problem of a damaged one.
   [[nodiscard]] std::string take() {
     for (const Column column : {TimeNanos, Svid, Constellation, State, ReceivedSvTimeNanos})
       if (!log_.integer(column)) return no_number(column);
     if (log_.text(FullBiasNanos).empty()) {
-      skip("line of a phone that does not know the time (no FullBiasNanos)");
+      skip("line of a phone without time (no FullBiasNanos)");
       return {};
     }
     if (!log_.integer(FullBiasNanos)) return no_number(FullBiasNanos);
     if (log_.number(BiasUncertainty).value_or(0) > kMaxBias_ns) {
-      skip("line of a phone that knows its clock no better than to 10 ms (BiasUncertaintyNanos)");
+      skip("line of a phone with a clock uncertainty above 10 ms (BiasUncertaintyNanos)");
       return {};
     }
     for (const Column column : {BiasNanos, TimeOffsetNanos, Cn0, Rate, DeltaRange, CarrierFrequency})
@@ -256,7 +255,7 @@ class AndroidReader {
     const long long svid = *log_.integer(Svid);
     const long long number = svid - (system == System::QZSS && svid > 0 ? android::kQzssOffset : 0);
     if (system == System::GLONASS && number >= 93 && number <= 106) {
-      skip("observation of a GLONASS satellite whose slot is not known");
+      skip("observation of a GLONASS satellite with unknown slot");
       return {};
     }
     if (number < 1 || number > (system == System::BeiDou ? 63 : 40))
@@ -275,7 +274,7 @@ class AndroidReader {
     return add(signal, rank);
   }
 
-  /// Sets signal and code by the line's carrier and code. @param rank of the code, 0 the best
+  /// Finds signal and code from the line's carrier and code. @param rank of the code, 0 is the best
   [[nodiscard]] bool find_signal(ObservedSignal& found, double& carrier_hz, std::size_t& rank) {
     const std::span<const gnss::Signal> signals = gnss::signals_of(found.id.system);
     const double stated_hz = log_.number(CarrierFrequency).value_or(signals.front().carrier_hz);
@@ -301,7 +300,7 @@ class AndroidReader {
       return true;
     }
     if (!options_.all_signals) {
-      skip("line of another signal than that near L1");
+      skip("line of a signal other than that near L1");
     } else {
       result_.report.unknown_codes[gnss::letter(found.id.system)].insert(
           known ? nearest->code.front() + std::string(type.substr(0, 8))
@@ -310,7 +309,7 @@ class AndroidReader {
     return false;
   }
 
-  /// Logs have carriers in single precision: 1575420030 Hz.
+  /// Logs have single-precision carriers: 1575420030 Hz.
   static double nominal_carrier_hz(const gnss::Signal& signal, double stated_hz) {
     if (signal.channel_hz == 0) return signal.carrier_hz;
     const double channel = std::round((stated_hz - signal.carrier_hz) / signal.channel_hz);
@@ -331,7 +330,7 @@ class AndroidReader {
     const double moved_m = rate_mps.value_or(0) * offset_s;  // since the tag
     if (std::string problem = measure_range(state, offset_s, moved_m, signal); !problem.empty())
       return problem;
-    // Without a channel the carrier of a GLONASS satellite is not known.
+    // Without a channel the carrier of a GLONASS satellite is unknown.
     const bool scaled = signal.id.system != System::GLONASS || !log_.text(CarrierFrequency).empty();
     const double wavelength_m = geodesy::kSpeedOfLight / carrier_hz;
     if (rate_mps && scaled) {
@@ -360,7 +359,7 @@ class AndroidReader {
       return s.systems.find(gnss::letter(system)) != std::string_view::npos && (state & s.states) != 0;
     });
     if (span == std::end(kSpans) || (state & android::kMillisecondAmbiguous) != 0) {
-      skip("pseudorange whose State leaves the satellite's time open");
+      skip("pseudorange whose State leaves the satellite's time ambiguous");
       return {};
     }
     if (log_.number(ReceivedSvTimeUncertainty).value_or(0) > kMaxTime_ns) {
@@ -388,7 +387,7 @@ class AndroidReader {
     return {};
   }
 
-  /// Adds a signal. The better of two codes of one signal, and first the one with a pseudorange, stays.
+  /// Adds a signal. Of two codes of one signal, one with a pseudorange is kept, else the better code.
   [[nodiscard]] std::string add(const ObservedSignal& signal, std::size_t rank) {
     if (epoch_->signals.empty()) ranks_.clear();
     for (std::size_t i = 0; i < epoch_->signals.size(); ++i) {

@@ -13,7 +13,7 @@
 #include "canyon/sky/rinex/observation_reader.hpp"
 
 // Text logs of Android's GnssLogger: its LOGGING_FORMAT.md, and the documentation of android.location's
-// GnssMeasurement and GnssClock, whose values and bits the columns have.
+// GnssMeasurement and GnssClock, which defines the values and bits of the columns.
 
 namespace canyon::rinex {
 
@@ -54,40 +54,40 @@ enum Constellation : std::uint8_t {
   kGalileo = 6,
   kNavIc = 7
 };
-/// QZSS's numbers are PRNs: that of J01 plus so many. GLONASS satellites whose slot is not known have their
-/// frequency channel plus 100.
+/// QZSS numbers are PRNs: the number of J01 plus this offset. GLONASS satellites with an unknown slot have
+/// their frequency channel plus 100.
 inline constexpr int kQzssOffset = 192;
 }  // namespace android
 
-/// How many lines of each kind ("Raw", "Fix", "Status") a log has.
+/// The number of lines of each kind ("Raw", "Fix", "Status") in a log.
 [[nodiscard]] std::map<std::string, std::size_t> android_log_kinds(const std::filesystem::path& path);
 /// "Fix 243, Status 80"; "no line" for an empty log.
 [[nodiscard]] std::string android_log_kinds_text(const std::filesystem::path& path);
 
 /// The lines of one kind in such a log. Versions of the app differ in columns and their order: the header
-/// names them ("# Raw,utcTimeMillis,TimeNanos,...") and may come again.
+/// names them ("# Raw,utcTimeMillis,TimeNanos,...") and may be repeated.
 class AndroidLog {
  public:
-  /// @param columns wanted, by name, with blanks between; names of older versions stand behind '|'. Both
-  /// texts must outlive this.
+  /// @param columns wanted, by name, separated by blanks; names of older versions follow after '|'. Both
+  /// texts must outlive this object.
   AndroidLog(TextFile file, std::string_view kind, std::string_view columns)
       : file_(std::move(file)), kind_(kind), names_(split_blanks(columns)) {}
 
-  /// Goes to the next line of the kind; false at the end. Throws InputError for one before any header.
+  /// Goes to the next line of the kind; false at the end. Throws InputError for a line before any header.
   [[nodiscard]] bool next();
 
-  /// Field of a column (number among `columns`) without blanks; empty where line or header does not have it.
+  /// Field of a column (number among `columns`) without blanks; empty if the line or header lacks it.
   [[nodiscard]] std::string_view text(std::size_t column) const;
-  /// Empty for a field that is empty or no such number.
+  /// Empty for a field that is empty or not an integer.
   [[nodiscard]] std::optional<long long> integer(std::size_t column) const;
   [[nodiscard]] std::optional<double> number(std::size_t column) const;
-  /// Name of a column, as the newest version of the app has it.
+  /// Name of a column in the newest version of the app.
   [[nodiscard]] std::string_view name(std::size_t column) const;
-  /// Whether the header has it.
+  /// Whether the header has the column.
   [[nodiscard]] bool has(std::size_t column) const { return column < at_.size() && at_[column] >= 0; }
 
   [[nodiscard]] const TextFile& file() const { return file_; }
-  /// "Google Pixel 7" and "v3.0.6.4", where the header says it.
+  /// "Google Pixel 7" and "v3.0.6.4", if the header has them.
   [[nodiscard]] const std::string& device() const { return device_; }
   [[nodiscard]] const std::string& version() const { return version_; }
 
@@ -98,32 +98,32 @@ class AndroidLog {
   TextFile file_;
   std::string_view kind_;
   std::vector<std::string_view> names_;
-  std::vector<int> at_;  ///< place of each column in a line; -1: not there
+  std::vector<int> at_;  ///< index of each column in a line; -1: missing
   std::vector<std::string_view> fields_;
   std::string device_, version_;
 };
 
-/// Reads the "Raw" lines of a text log of Android's GnssLogger as epochs of observations; SBAS and NavIC are
-/// left out. Sources: the documentation of android.location's GnssMeasurement and GnssClock; GSA, Using GNSS
-/// Raw Measurements on Android Devices (2017), 2.4.
+/// Reads the "Raw" lines of a text log of Android's GnssLogger as epochs of observations, without SBAS and
+/// NavIC. Sources: the documentation of android.location's GnssMeasurement and GnssClock; GSA, Using GNSS Raw
+/// Measurements on Android Devices (2017), 2.4.
 ///
-/// An epoch is tagged with TimeNanos - (FullBiasNanos + BiasNanos). The bias is that of the epoch where the
-/// clock began and is held until HardwareClockDiscontinuityCount changes or the stated bias is 10 ms away:
-/// then the next epoch has power_failure. So tags, pseudoranges and phases hold the drift of the phone's
-/// oscillator, as those of a receiver that does not steer its clock.
+/// An epoch is tagged with TimeNanos - (FullBiasNanos + BiasNanos). The bias is taken at the first epoch of
+/// the clock and held until HardwareClockDiscontinuityCount changes or the reported bias differs by 10 ms;
+/// then the next epoch has power_failure. So tags, pseudoranges and phases contain the drift of the phone's
+/// oscillator, as for a receiver that does not steer its clock.
 ///
-/// Pseudorange: c (tag in the system's time - ReceivedSvTimeNanos), modulo what State leaves open: a week
-/// (time of week), a day (GLONASS), 6 s (subframe), 2 s (page, string), 0.6 s (subframe of BeiDou's D2) or
-/// 100 ms (secondary code of E1C). Without code lock a line is no observation; with a shorter span, with an
-/// ambiguous millisecond, or with a standard deviation above 500 ns it has no pseudorange. Resolution: 1 ns,
-/// 0.3 m. Carrier phase: AccumulatedDeltaRangeMeters over the wavelength where its state is valid and its
-/// standard deviation is 0.3 m or less; a reset or a cycle slip sets the loss-of-lock indicator, a half cycle
-/// that is reported as open its bit. Doppler: -PseudorangeRateMetersPerSecond over the wavelength, up to 10
-/// m/s of standard deviation. All refer to the tag, TimeOffsetNanos is taken off by the rate. Signals by
+/// Pseudorange: c (tag in the system's time - ReceivedSvTimeNanos), modulo the ambiguity that State leaves: a
+/// week (time of week), a day (GLONASS), 6 s (subframe), 2 s (page, string), 0.6 s (subframe of BeiDou's D2)
+/// or 100 ms (secondary code of E1C). A line without code lock is no observation; with a shorter span, with
+/// an ambiguous millisecond, or with a standard deviation above 500 ns it has no pseudorange. Resolution: 1
+/// ns, 0.3 m. Carrier phase: AccumulatedDeltaRangeMeters over the wavelength if its state is valid and its
+/// standard deviation is 0.3 m or less; a reset or a cycle slip sets the loss-of-lock indicator, an
+/// unresolved half cycle its bit. Doppler: -PseudorangeRateMetersPerSecond over the wavelength, up to 10 m/s
+/// of standard deviation. All refer to the tag; TimeOffsetNanos is removed with the rate. Signals follow from
 /// CarrierFrequencyHz (near L1 without one) and CodeType (the signal's usual code without one).
 ///
-/// Lines whose values are no numbers, or impossible, are counted in the report and left out. Throws
-/// InputError for a log without any "Raw" line, saying which it has.
+/// Lines with invalid or impossible values are counted in the report and skipped. Throws InputError for a log
+/// without any "Raw" line, with the kinds of lines that it has.
 [[nodiscard]] RinexObservations read_android_observations(const std::filesystem::path& path,
                                                           const ObservationOptions& options = {});
 

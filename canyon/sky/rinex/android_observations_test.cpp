@@ -30,10 +30,10 @@ constexpr std::int64_t kTravel_ns = 75'000'000;
 constexpr std::int64_t kNow_ns = 2312 * GpsTime::kNanosecondsPerWeek + 212'400 * kSecond_ns;
 constexpr std::int64_t kUptime_ns = 5'000 * kSecond_ns;
 
-/// The columns of a line, of the newest app's or another order.
+/// The columns of a line, in the newest app's order or another.
 using Line = std::map<std::string, std::string>;
 
-/// GPS time of week less the travel time, code and time of week decoded.
+/// GPS time of week minus the travel time, code and time of week decoded.
 Line gps_line(int svid = 5, std::int64_t after_ns = 0) {
   return {{"TimeNanos", std::to_string(kUptime_ns + after_ns)},
           {"FullBiasNanos", std::to_string(kUptime_ns - kNow_ns)},
@@ -113,7 +113,7 @@ class AndroidObservations : public testing::Test {
     std::ofstream(folder_ / "gnss_log.txt", std::ios::binary) << text;
     return folder_ / "gnss_log.txt";
   }
-  /// Reads through the function that opens every recording.
+  /// Reads through the function used for every recording.
   RinexObservations read(const std::vector<Line>& lines, const std::vector<std::string>& columns = kNew) {
     ObservationOptions all;
     all.all_signals = true;
@@ -122,7 +122,7 @@ class AndroidObservations : public testing::Test {
   TemporaryFolder folder_;
 };
 
-// The phone has not had its first fix.
+// The phone has had no first fix yet.
 TEST_F(AndroidObservations, APhoneThatGuessesItsClockSaysNothing) {
   std::vector<std::string> columns = kNew;
   columns.emplace_back("BiasUncertaintyNanos");
@@ -131,10 +131,10 @@ TEST_F(AndroidObservations, APhoneThatGuessesItsClockSaysNothing) {
             with(gps_line(5, kSecond_ns), "BiasUncertaintyNanos", "14.2"), gps_line(5, 2 * kSecond_ns)},
            columns);
   EXPECT_THAT(file.epochs, SizeIs(2));
-  EXPECT_THAT(file.report.lines(), ElementsAre(HasSubstr("knows its clock no better than to 10 ms")));
+  EXPECT_THAT(file.report.lines(), ElementsAre(HasSubstr("with a clock uncertainty above 10 ms")));
 }
 
-// One travel time in the time of each system: GLONASST is UTC + 3 h (18 leap seconds), BDT 14 s behind.
+// One travel time in the time scale of each system: GLONASST is UTC + 3 h (18 leap seconds), BDT 14 s behind.
 TEST_F(AndroidObservations, GivePseudorangesOfEverySystem) {
   constexpr std::int64_t kWeek_ns = kNow_ns % GpsTime::kNanosecondsPerWeek - kTravel_ns;
   constexpr std::int64_t kGlonass_ns = (kWeek_ns + (3 * 3600 - 18) * kSecond_ns) % (86'400 * kSecond_ns);
@@ -186,7 +186,7 @@ TEST_F(AndroidObservations, ReadTheFirstVersionOfTheApp) {
   EXPECT_FALSE(file.epochs[0].signals[0].doppler_hz);
 }
 
-// A phone's estimate of its clock changes from epoch to epoch; a change of the count is another clock.
+// A phone's estimate of its clock changes from epoch to epoch; a change of the count means another clock.
 TEST_F(AndroidObservations, HoldTheBiasUntilTheClockBeginsAnew) {
   const auto later = [](std::int64_t seconds, const char* bias, const char* count) {
     Line line = gps_line(5, seconds * kSecond_ns);
@@ -278,7 +278,7 @@ TEST_F(AndroidObservations, LoseBadLinesAlone) {
                                 gps_line(9, kSecond_ns)};
   const RinexObservations file = read(lines);
   ASSERT_THAT(file.epochs, SizeIs(2));
-  // The wrong TimeNanos split the epoch: what is before it goes with it.
+  // The wrong TimeNanos split the epoch: the part before it is lost as well.
   ASSERT_THAT(file.epochs[0].signals, SizeIs(1));
   EXPECT_EQ(file.epochs[0].signals[0].id.number, 7);
   EXPECT_FALSE(file.epochs[1].power_failure);

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kNameWidth = 3, kNamesPerLine2 = 12, kValuesPerLine2 = 5;
 constexpr std::size_t kValueWidth = 14, kFlagWidth = 2;
 
-/// A line from the one before: a blank keeps the character, '&' makes it blank, any other replaces it.
+/// A line from the preceding one: a blank keeps the character, '&' makes it blank, any other replaces it.
 void change_text(std::string& text, std::string_view difference) {
   if (difference.size() > text.size()) text.resize(difference.size(), ' ');
   for (std::size_t i = 0; i < difference.size(); ++i)
@@ -25,7 +25,7 @@ void change_text(std::string& text, std::string_view difference) {
       text[i] = difference[i];
 }
 
-/// A number of so many decimals that is kept as an integer.
+/// A number with `decimals` decimals, stored as an integer.
 std::string decimal(std::int64_t value, int decimals, std::size_t width) {
   std::int64_t unit = 1;
   for (int i = 0; i < decimals; ++i) unit *= 10;
@@ -68,8 +68,8 @@ bool CompactLines::begin_file(std::string_view first) {
   if (trim(column(first, 60, 20)) != "CRINEX VERS   / TYPE") return false;
   const std::string_view version = trim(column(first, 0, 20));
   if (version != "1.0" && version != "3.0") {
-    throw file_.error(fmt::format("version '{}' of Hatanaka's compression is not read", version),
-                      "versions 1.0 and 3.0 are: expand the file with crx2rnx");
+    throw file_.error(fmt::format("version '{}' of Hatanaka's compression is not supported", version),
+                      "versions 1.0 and 3.0 are supported: expand the file with crx2rnx");
   }
   version2_ = version == "1.0";
   compact_ = in_header_ = true;
@@ -126,7 +126,7 @@ std::size_t CompactLines::type_count(char system) const {
 
 void CompactLines::expand_epoch() {
   const std::string_view line = *file_.next_line();
-  if (begin_file(line)) return;  // files that were joined
+  if (begin_file(line)) return;  // concatenated files
   if (begins_epoch(line)) {
     epoch_line_ = line;
     if (version2_) epoch_line_[0] = ' ';
@@ -135,7 +135,7 @@ void CompactLines::expand_epoch() {
   } else if (!epoch_line_.empty()) {
     change_text(epoch_line_, line);
   } else {
-    return;  // nothing to compare with: said where it was lost
+    return;  // nothing to compare with: reported at the loss
   }
   const std::size_t flag_at = version2_ ? 28 : 31, names_at = version2_ ? 32 : 41;
   const std::string flag(column(epoch_line_, flag_at, 1));
@@ -143,8 +143,8 @@ void CompactLines::expand_epoch() {
   const bool event = flag > "1" && flag <= "6";
   const auto names = static_cast<std::size_t>(std::max(0LL, count.value_or(0))) * kNameWidth;
   if (!count || *count < 0 || flag < "0" || flag > "6" || (!event && epoch_line_.size() < names_at + names)) {
-    // A line that lost its trailing blanks still has all names: no name ends with a blank.
-    damaged("the compressed epoch line is damaged: epochs are left out up to the next one that is whole");
+    // A line without its trailing blanks still has all names, because no name ends with a blank.
+    damaged("the compressed epoch line is damaged: epochs are left out up to the next complete one");
     epoch_line_.clear();
     return;
   }
@@ -155,11 +155,11 @@ void CompactLines::expand_epoch() {
   expand_clock(*clock);
   put_epoch_line(names_text, static_cast<std::size_t>(*count));
   std::map<std::string, Satellite> now;
-  std::swap(now, satellites_);  // those of the epoch before
+  std::swap(now, satellites_);  // those of the preceding epoch
   for (std::size_t i = 0; i < names_text.size(); i += kNameWidth) {
     const std::string name = names_text.substr(i, kNameWidth);
     const auto row = file_.peek_line();
-    if (!row || begins_epoch(*row)) return;  // the reader says that the epoch is short
+    if (!row || begins_epoch(*row)) return;  // the reader reports that the epoch is short
     if (const auto before = now.find(name); before != now.end())
       satellites_[name] = std::move(before->second);
     expand_satellite(name, *file_.next_line());
@@ -175,7 +175,7 @@ void CompactLines::expand_event(int count) {
     (void)file_.next_line();
     put(std::string(*row));
   }
-  // The next epoch begins anew.
+  // The next epoch starts again.
   epoch_line_.clear();
 }
 

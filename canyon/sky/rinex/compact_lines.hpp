@@ -16,19 +16,18 @@
 
 namespace canyon::rinex {
 
-/// The lines of an observation file, plain or in Hatanaka's compression, which is expanded: "A Compression
-/// Format and Tools for GNSS Observation Data" (Y. Hatanaka, Bulletin of the Geospatial Information Authority
-/// of Japan 55, 2008), versions 1.0 (of RINEX 2) and 3.0 (of RINEX 3 and 4). Lines are numbered as in the
-/// file. A value whose difference has no value before it is blank until its arc begins anew; the notes
-/// say so.
+/// The lines of an observation file, plain or expanded from Hatanaka's compression: "A Compression Format and
+/// Tools for GNSS Observation Data" (Y. Hatanaka, Bulletin of the Geospatial Information Authority of Japan
+/// 55, 2008), versions 1.0 (of RINEX 2) and 3.0 (of RINEX 3 and 4). Line numbers are those of the file. A
+/// value whose difference has no preceding value is blank until its arc restarts, with a note.
 class CompactLines {
  public:
   /// @param notes outlive this
   CompactLines(TextFile file, ReadReport& notes);
 
-  /// As of TextFile; throws InputError for other versions of the compression.
+  /// As in TextFile; throws InputError for other versions of the compression.
   [[nodiscard]] std::optional<std::string_view> next_line();
-  /// Only right after a next_line() that gave one.
+  /// Precondition: the previous call was a next_line() that returned a line.
   void unread_line();
   [[nodiscard]] int line() const { return compact_ ? line_ : file_.line(); }
   [[nodiscard]] const std::filesystem::path& path() const { return file_.path(); }
@@ -38,7 +37,7 @@ class CompactLines {
   }
 
  private:
-  /// The values of one observation that follow one another, as differences up to an order.
+  /// The successive values of one observation, as differences up to an order.
   struct Arc {
     int order = -1;  ///< -1: no value
     int known = 0;   ///< differences so far
@@ -52,7 +51,7 @@ class CompactLines {
   };
 
   void begin();
-  /// Whether the line begins a compressed file.
+  /// Whether the line is the first of a compressed file.
   bool begin_file(std::string_view first);
   void expand_header();
   void expand_epoch();
@@ -71,9 +70,9 @@ class CompactLines {
   bool begun_ = false, compact_ = false, version2_ = false;
   HeaderRecords header_;
   bool in_header_ = true;
-  std::string epoch_line_;  ///< empty: not known, until one begins anew
+  std::string epoch_line_;  ///< empty: not known, until one starts again
   Arc clock_;
-  std::map<std::string, Satellite> satellites_;  ///< of the epoch before
+  std::map<std::string, Satellite> satellites_;  ///< of the preceding epoch
   struct Line {
     std::string text;
     int line = 0;

@@ -19,7 +19,7 @@ using test::header_line;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-/// The compression, written after Hatanaka's paper: differences of each value up to the third, text as the
+/// The compression, implemented from Hatanaka's paper: differences of each value up to the third, text as the
 /// characters that change.
 class Compressor {
  public:
@@ -48,7 +48,7 @@ class Compressor {
 
  private:
   struct Arc {
-    std::vector<long long> last;  ///< differences of the value before
+    std::vector<long long> last;  ///< differences of the preceding value
   };
 
   static std::string changed(const std::string& before, std::string now) {
@@ -61,7 +61,7 @@ class Compressor {
     return now;
   }
 
-  /// A number with its point left out, as the next difference of its arc.
+  /// A number without its point, as the next difference of its arc.
   static std::string difference(Arc& arc, std::string field) {
     field = std::string(trim(field));
     if (field.empty()) {
@@ -163,7 +163,7 @@ std::vector<std::string> all_lines(const std::string& text) {
   return all_lines(text, notes);
 }
 
-/// Twenty epochs of satellites that come and go, with values missing here and there.
+/// Twenty epochs of satellites that appear and disappear, with some missing values.
 std::string sample(bool version2, unsigned seed) {
   std::mt19937 random(seed);
   const auto one_in = [&random](unsigned n) { return random() % n == 0; };
@@ -224,14 +224,14 @@ TEST(CompactLines, GiveBackWhatWasCompressed) {
       ReadReport notes;
       ASSERT_EQ(all_lines(compact, notes), all_lines(text)) << version2 << seed;
       EXPECT_THAT(notes.lines(), testing::IsEmpty());
-      // Files that were joined.
+      // Concatenated files.
       ASSERT_EQ(all_lines(compact + compact, notes), all_lines(text + text)) << version2 << seed;
       EXPECT_THAT(notes.lines(), testing::IsEmpty());
     }
   }
 }
 
-/// RINEX 3 with one type of GPS, and these lines behind the header of eleven lines.
+/// RINEX 3 with one type of GPS, and these lines after the header of eleven lines.
 std::string with(const std::string& body) {
   return header_line("3.0                 COMPACT RINEX FORMAT", "CRINEX VERS   / TYPE") +
          header_line("by hand", "CRINEX PROG / DATE") +
@@ -268,7 +268,7 @@ TEST(CompactLines, DamageCostsAnArcOrTheEpochsToTheNextWholeOne) {
     (void)all_lines(text);
   };
   EXPECT_THAT(test::refusal([&] { read_version("2.0"); }),
-              HasSubstr("some.crx:1: version '2.0' of Hatanaka's compression is not read"));
+              HasSubstr("some.crx:1: version '2.0' of Hatanaka's compression is not supported"));
 }
 
 TEST(CompactLines, RealRecordingsComeBack) {

@@ -31,7 +31,7 @@ std::optional<GpsTime> time_in(std::string_view line, const TimeColumns& columns
   auto& [year, month, day, hour, minute] = fields;
   if (year < 100) year += year < 80 ? 2000 : 1900;
   const auto seconds = parse_double(column(line, columns[5].begin, columns[5].width));
-  // Converters that round print 60.0000000; a leap second of UTC is 60 as well.
+  // Converters that round print 60.0000000; a leap second of UTC is also 60.
   if (!seconds || !(*seconds >= 0 && *seconds < 61) || year < 1980 || year > 2200) return std::nullopt;
   geodesy::CalendarTime c;
   c.year = year, c.month = month, c.day = day, c.hour = hour, c.minute = minute, c.second = 0;

@@ -13,7 +13,7 @@ namespace canyon::rinex {
   return c >= '0' && c <= '9';
 }
 
-/// "I05": of a system that exists and that Canyon does not use (NavIC).
+/// "I05": of a known system that Canyon does not use (NavIC).
 [[nodiscard]] constexpr bool other_system(std::string_view name) {
   return name.size() == 3 && name[0] == 'I' && (is_digit(name[1]) || name[1] == ' ') && is_digit(name[2]);
 }
@@ -28,7 +28,7 @@ struct FieldColumns {
 using TimeColumns = std::array<FieldColumns, 6>;
 /// An instant of a time system. Years of two digits are 1980 to 2079 (RINEX 2.11, table A2), seconds may
 /// reach
-/// 61. Empty where a field is not a number or out of range.
+/// 61. Empty if a field is not a number or out of range.
 [[nodiscard]] std::optional<geodesy::GpsTime> time_in(std::string_view line, const TimeColumns& columns,
                                                       std::string_view time_system);
 

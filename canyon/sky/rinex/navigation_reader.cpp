@@ -21,10 +21,10 @@ bool is_upper(char c) {
   return c >= 'A' && c <= 'Z';
 }
 
-/// Lines of one record with the place of the first.
+/// Lines of one record, with the line number of the first.
 struct RawRecord {
   int line = 0;
-  std::string_view tag;  ///< RINEX 4: what follows '>'
+  std::string_view tag;  ///< RINEX 4: the text after '>'
   std::vector<std::string_view> lines;
 };
 
@@ -49,7 +49,7 @@ class Reader {
     return trim(column(line, 60, 20)) == "RINEX VERSION / TYPE";
   }
 
-  /// teqc puts comments between records and into them.
+  /// teqc writes comments between and inside records.
   static bool is_comment(std::string_view line) { return trim(column(line, 60, 20)) == "COMMENT"; }
 
   void read_header(std::optional<std::string_view> first) {
@@ -60,7 +60,7 @@ class Reader {
     const auto version = parse_double(column(*first, 0, 9));
     if (!version || *version < 2 || *version >= 5) {
       throw file_.error(fmt::format("RINEX version '{}' is not supported", trim(column(*first, 0, 9))),
-                        "versions 2.x, 3.x and 4.x are read");
+                        "give version 2.x, 3.x or 4.x");
     }
     version_ = static_cast<int>(*version);
     layout_ = version_ == 2 ? RecordLayout::kVersion2 : RecordLayout::kVersion3;
@@ -69,17 +69,16 @@ class Reader {
     const bool known = type == 'N' || (version_ == 2 && of_type);
     if (!known) {
       throw file_.error(
-          fmt::format("is not a navigation file of a system that Canyon reads (RINEX type '{}')",
+          fmt::format("is not a navigation file of a supported system (RINEX type '{}')",
                       trim(column(*first, 20, 20))),
-          type == 'O'
-              ? "this is an observation file; give the navigation file of that day"
-              : "types N (any version), G, H, E and J (version 2: GLONASS, SBAS, Galileo, QZSS) are read");
+          type == 'O' ? "this is an observation file; give the navigation file of that day"
+                      : "give type N (any version), G, H, E or J (version 2: GLONASS, SBAS, Galileo, QZSS)");
     }
     version2_system_ = of_type.value_or(gnss::System::GPS);
     beidou_only_ = version_ == 3 && first->size() > 40 && (*first)[40] == 'C';
 
     read_header_lines();
-    // RTKLIB writes 2.12 of Galileo and QZSS with version 3's records.
+    // RTKLIB writes 2.12 for Galileo and QZSS with version 3's records.
     if (const auto record = file_.peek_line(); record && gnss::parse_satellite(column(*record, 0, 3)))
       layout_ = RecordLayout::kVersion3;
   }
@@ -101,7 +100,7 @@ class Reader {
                      "the file is cut short: fetch it again");
   }
 
-  /// 2.11, tables A3, A10 and A15; 2.12: E, or L as in the names of files, and J.
+  /// 2.11, tables A3, A10 and A15; 2.12: E, or L as in file names, and J.
   static std::optional<gnss::System> version2_system(char type) {
     switch (type) {
       case 'G':
@@ -152,8 +151,8 @@ class Reader {
     const auto value = parse_integer(column(line, 0, 6));
     if (!value || *value < 0 || *value > 99) return warn("damaged LEAP SECONDS line");
     int leap = static_cast<int>(*value);
-    // BeiDou files count from 2006 (BDT minus UTC): RINEX 3.04 marks them BDS, older ones only by being
-    // BeiDou's.
+    // BeiDou files count from 2006 (BDT minus UTC): RINEX 3.04 marks them with BDS; older ones are recognised
+    // only because all records are BeiDou's.
     if (trim(column(line, 24, 3)) == "BDS" || (beidou_only_ && leap < geodesy::kBdtSecondsOffset))
       leap += geodesy::kBdtSecondsOffset;
     data_.leap_seconds = leap;
@@ -176,7 +175,7 @@ class Reader {
   void read_records() {
     while (auto line = file_.next_line()) {
       if (trim(*line).empty() || is_comment(*line)) continue;
-      if (is_first_line(*line)) {  // files that were joined by cat
+      if (is_first_line(*line)) {  // files joined by cat
         read_header(line);
         continue;
       }
@@ -199,7 +198,7 @@ class Reader {
         record.lines.push_back(*line);
       }
       while (const auto next = file_.peek_line()) {
-        // The satellite's line right behind '>' is part of the record.
+        // The satellite's line directly after '>' is part of the record.
         const bool own = tagged && record.lines.empty() && begins_satellite(*next);
         const bool comment = is_comment(*next);
         if (!comment && ((begins_record(*next) && !own) || is_first_line(*next))) break;
@@ -216,7 +215,7 @@ class Reader {
         if (is_wanted(record))
           report_.loss(record.line, reason.reason, kCure);
         else
-          pass_over_record("{} damaged records of systems that are not asked for");
+          pass_over_record("{} damaged records of systems that are not requested");
       }
     }
   }
@@ -276,7 +275,7 @@ class Reader {
                                              column(record.lines.front(), 0, 3))};
     }
     if (delays) {
-      // Delays that refine: signals have those of the ephemerides without them.
+      // More precise delays: without them signals have those of the ephemerides.
       try {
         data_.signal_delays.push_back(decode_signal_delays(id, record.lines, type));
       } catch (const DamagedRecord& reason) {
@@ -290,7 +289,7 @@ class Reader {
                           : MessageName::kUnnamed);
   }
 
-  /// RINEX 4 ION: Klobuchar (LNAV, D1D2) and NeQuick-G (IFNV). False for models that Canyon does not keep.
+  /// RINEX 4 ION: Klobuchar (LNAV, D1D2) and NeQuick-G (IFNV). False for models that are not stored.
   bool take_ionosphere(const RawRecord& record, char system_letter, std::string_view type) {
     const auto system = gnss::system_from_letter(system_letter);
     const bool klobuchar = type == "LNAV" || type == "D1D2" || type == "D1" || type == "D2";
@@ -323,7 +322,7 @@ class Reader {
     const std::vector<std::string_view>& lines = record.lines;
     const auto [first, last] = satellite_numbers(id.system);
     if (id.number < first || id.number > last) {
-      throw DamagedRecord{fmt::format("there is no {}: {} numbers run from {} to {}", to_string(id),
+      throw DamagedRecord{fmt::format("there is no {}: {} numbers are {} to {}", to_string(id),
                                       name(id.system), first, last)};
     }
     const bool glonass = id.system == gnss::System::GLONASS;
@@ -331,7 +330,7 @@ class Reader {
     const std::size_t allowed = glonass && version_ >= 3 ? needed + 1 : needed;
     if (lines.size() < needed || lines.size() > allowed) {
       throw DamagedRecord{
-          fmt::format("record of {} has {} lines where {} belong", to_string(id), lines.size(), needed)};
+          fmt::format("record of {} has {} lines instead of {}", to_string(id), lines.size(), needed)};
     }
     require_indentation(lines, layout_);
     if (glonass) {
@@ -356,7 +355,7 @@ class Reader {
     ++navic_;
     pass_over_record("{} records of NavIC, which Canyon does not simulate");
   }
-  /// Whether a record, which is damaged, is of a system that the caller asks for, or of none that is known.
+  /// Whether a damaged record is of a requested system, or of an unknown one.
   [[nodiscard]] bool is_wanted(const RawRecord& record) const {
     std::optional<gnss::System> system = version2_system_;
     if (layout_ == RecordLayout::kVersion3) {
@@ -376,7 +375,7 @@ class Reader {
       throw InputError(
           file_.path(), bad ? bad->line() : 0,
           bad ? fmt::format("no usable ephemeris: {}", bad->problem())
-              : fmt::format("holds {}no ephemeris of GPS, GLONASS, Galileo, BeiDou, QZSS or SBAS",
+              : fmt::format("has {}no ephemeris of GPS, GLONASS, Galileo, BeiDou, QZSS or SBAS",
                             navic_ > 0 ? fmt::format("{} records of NavIC and ", navic_) : ""),
           navic_ > 0
               ? "Canyon does not simulate NavIC: give a navigation file of that day with another system"
@@ -387,7 +386,7 @@ class Reader {
       if (beta != beta_.end()) data_.klobuchar[system] = gnss::Klobuchar{alpha, beta->second};
     }
     data_.report = std::move(report_);
-    // Orders the records and drops repeats within the file.
+    // Sorts the records and drops duplicates within the file.
     gnss::NavigationData ordered;
     ordered.merge(std::move(data_));
     data_ = std::move(ordered);
@@ -408,14 +407,14 @@ class Reader {
   std::map<gnss::System, std::array<double, 4>> beta_;
 };
 
-/// Tells the messages of two issues that are left: no other one has their toe.
+/// Notes the messages of two issues that are used: no other one has their toe.
 void tell_mixed(gnss::NavigationData& data) {
   for (const gnss::KeplerEphemeris& e : data.kepler) {
     if (e.toc == e.toe) continue;
     data.report.tell(
         ReadReport::Level::Guess,
-        "{} messages with a clock of another time (toc) than their orbit (toe), as of two issues, "
-        "are used: such have been thousands of kilometres off",
+        "{} messages whose clock (toc) and orbit (toe) have different times, as from two issues, "
+        "are used: errors can be thousands of kilometres",
         fmt::format("{} at {}", to_string(e.id), geodesy::format_gpst(e.toe, 0)));
   }
 }

@@ -55,7 +55,7 @@ std::string error_of(const std::string& text) {
   return test::refusal([&] { (void)read(text); });
 }
 
-// As cat joins them: no record is lost at the joint.
+// As joined by cat: no record is lost at the joint.
 TEST(RinexNavigation, FilesThatWereJoined) {
   const gnss::NavigationData once = read(kRinex3Sample);
   const gnss::NavigationData data = read(kRinex3Sample + replaced(kRinex3Header, "3.04 ", "3.05 ") +
@@ -66,7 +66,7 @@ TEST(RinexNavigation, FilesThatWereJoined) {
   EXPECT_EQ(kepler(data, {gnss::System::GPS, 7}).af0, kepler(once, {gnss::System::GPS, 5}).af0);
 }
 
-// Of two records of one time and issue the first one stays.
+// Of two records of one time and issue the first one is kept.
 TEST(RinexNavigation, OfTwoRecordsOfOneTimeAndIssueTheFirstStays) {
   const std::string other = replaced(kG05, "-2.157708626665", "-2.257708626665");
   EXPECT_EQ(read(kRinex3Header + kG05 + kG05).kepler.size(), 1U);
@@ -89,8 +89,9 @@ TEST(RinexNavigation, AMessageOfOneIssueIsTakenForOneOfTwo) {
   }
   const gnss::NavigationData alone = read(kRinex3Header + mixed);
   ASSERT_EQ(alone.kepler.size(), 1U);
-  EXPECT_THAT(alone.report.warnings(),
-              ElementsAre(AllOf(HasSubstr("1 messages with a clock of another time"), HasSubstr("E11 at "))));
+  EXPECT_THAT(
+      alone.report.warnings(),
+      ElementsAre(AllOf(HasSubstr("1 messages whose clock (toc) and orbit (toe)"), HasSubstr("E11 at "))));
   EXPECT_THAT(read(kRinex3Header + kE11).report.lines(), IsEmpty());
 }
 
@@ -172,7 +173,7 @@ TEST(RinexNavigation, Version3OtherSystems) {
 }
 
 TEST(RinexNavigation, Sbas) {
-  // RINEX 3.04; 2.11's GEO file, whose numbers are PRN - 100 too; 4.00.
+  // RINEX 3.04; 2.11's GEO file, whose numbers are also PRN - 100; 4.00.
   std::string version2 =
       "     2.11           H: GEO NAV MSG DATA                     RINEX VERSION / TYPE\n"
       "                                                            END OF HEADER       \n";
@@ -204,7 +205,7 @@ TEST(RinexNavigation, DamagedSbas) {
            {" 2.204414000000e+04", "                   ", "position Y is missing"},
            {" 1.250000000000e-03", " 1.250000000000e+00", "velocity X 1.25 is outside"},
            {" 9.313225746155e-09", " 9.313225746155e-03", "clock bias aGf0"},
-           {"S23", "S19", "there is no S19: SBAS numbers run from 20 to 58"},
+           {"S23", "S19", "there is no S19: SBAS numbers are 20 to 58"},
            {"S23", "S59", "there is no S59"}}) {
     const gnss::NavigationData data = read(replaced(kRinex3Sample + kS23, from, to));
     EXPECT_TRUE(data.sbas.empty());
@@ -251,7 +252,7 @@ TEST(RinexNavigation, FormatVariantsReadTheSame) {
 
   EXPECT_EQ(format_rinex_navigation(read(kRinex3Sample + "\n   \n")), plain);
   EXPECT_EQ(format_rinex_navigation(read(replaced(kRinex3Sample, "R07", "R 7"))), plain);
-  // Rubbish in spare columns is nobody's business; Fortran drops the E of three-digit exponents.
+  // Invalid text in spare columns is ignored; Fortran omits the E of three-digit exponents.
   EXPECT_EQ(format_rinex_navigation(read(replaced(kRinex3Sample, "3.601800000000e+04 4.000000000000e+00",
                                                   "3.601800000000e+04 4.000000000000e+00 rubbish"))),
             plain);
@@ -309,7 +310,7 @@ TEST(RinexNavigation, GlonassExtras) {
 }
 
 // RINEX 3.05, table A10, and ICD GLONASS 5.1, table 5.1: bit 2 is l(3) of GLONASS-M and K (status bits 7 and
-// 8 01), bit 1 says that bit 0 is Cn, whose 1 is operable.
+// 8 01), bit 1 means that bit 0 is Cn, whose 1 is operable.
 TEST(RinexNavigation, GlonassHealthFlags) {
   const auto healthy = [](int status, int flags, int bn = 0) {
     const std::string fifth = fmt::format("    {:19.12e}-2.793967723846e-09 3.000000000000e+00{:19.12e}\n",
@@ -323,14 +324,14 @@ TEST(RinexNavigation, GlonassHealthFlags) {
   };
   constexpr int kM = 183, kFirst = 55;
   EXPECT_TRUE(healthy(kM, 0b000));
-  EXPECT_TRUE(healthy(kM, 0b011));   // operable by the almanac, as every file of today says
+  EXPECT_TRUE(healthy(kM, 0b011));   // operable by the almanac, as in all files of today
   EXPECT_TRUE(healthy(kM, 0b001));   // Cn is not given
   EXPECT_FALSE(healthy(kM, 0b010));  // out of order by the almanac
   EXPECT_FALSE(healthy(kM, 0b100));
   EXPECT_FALSE(healthy(kM, 0b111));
-  EXPECT_TRUE(healthy(kFirst, 0b111));  // l(3) is nothing of the first satellites'
+  EXPECT_TRUE(healthy(kFirst, 0b111));  // l(3) does not exist on the first satellites
   EXPECT_FALSE(healthy(kM, 0b011, 1));
-  // The standard's way to write "unknown".
+  // The standard's notation for "unknown".
   const std::string unknown = "                         .999999999999e+09 1.500000000000e+01\n";
   EXPECT_TRUE(is_healthy(read(kRinex3Header + kR07 + unknown).glonass.front()));
 }
@@ -355,7 +356,7 @@ std::string healthy_satellites(const gnss::NavigationData& data) {
   return text;
 }
 
-// Counted by a script of its own (columns cut by the standards' tables). Unhealthy are: G24 and G27 of 2012
+// Counted by a separate script (columns cut by the standards' tables). Unhealthy are: G24 and G27 of 2012
 // (63), E14 and E18 (HS of E1-B), of 2022 E10 (DVS) and E12 (no accuracy), of 2024 C56, C58 and C62 (SatH1),
 // R02 and R10 (Bn), E18, and SBAS in test.
 TEST(RinexNavigation, HealthySatellitesOfRealDays) {
@@ -387,7 +388,7 @@ TEST(RinexNavigation, Version2Gps) {
   EXPECT_EQ(data.klobuchar.at(gnss::System::GPS).beta[3], 327700);
   EXPECT_EQ(data.leap_seconds, 18);
 
-  // Two-digit years: 80 to 99 are of the last century.
+  // Two-digit years: 80 to 99 are in the last century.
   const gnss::NavigationData old = read(replaced(replaced(test::kVersion2, " 5 19 04 28", " 5 99 04 25"),
                                                  "0.205100000000D+04", "0.100700000000D+04"));
   EXPECT_EQ(kepler(old, {gnss::System::GPS, 5}).toe, parse_time("1999-04-25T12:00:00 GPST"));
@@ -450,8 +451,8 @@ TEST(RinexNavigation, Version4) {
 }
 
 // Orbits of RINEX 4.00, tables A9 (CNAV), A10 (CNV2), A18 (CNV1) and A20 (CNV3): TGD in the sixth line's
-// third field, corrections in the seventh and eighth; of CNV3 in the seventh line's last field; numbers made
-// up. Delay of a signal: TGD - ISC (IS-GPS-200 30.3.3.3.1.1).
+// third field, corrections in the seventh and eighth; of CNV3 in the seventh line's last field; synthetic
+// numbers. Delay of a signal: TGD - ISC (IS-GPS-200 30.3.3.3.1.1).
 TEST(RinexNavigation, Version4TellsDelaysOfSignals) {
   const std::string header =
       "     4.00           N: GNSS NAV DATA    M: MIXED            RINEX VERSION / TYPE\n"
@@ -489,7 +490,7 @@ TEST(RinexNavigation, Version4TellsDelaysOfSignals) {
   EXPECT_THAT(delays_of(data.signal_delays[3]), ElementsAre(kNone, kNone, kNone, kNone, kNone, near(-5e-9)));
   EXPECT_EQ(cnav.toc, parse_time("2022-06-08T10:00:00 GPST"));
   EXPECT_EQ(cnv1.toc, cnav.toc + 14.0);
-  EXPECT_THAT(data.report.lines(), ElementsAre(HasSubstr("CNAV record of G06 has 6 lines where 9 belong")));
+  EXPECT_THAT(data.report.lines(), ElementsAre(HasSubstr("CNAV record of G06 has 6 lines instead of 9")));
 }
 
 TEST(RinexNavigation, Version4TagAndSatelliteMustAgree) {
@@ -506,7 +507,7 @@ TEST(RinexNavigation, Version4TagAndSatelliteMustAgree) {
                           AllOf(HasSubstr("sky.rnx:30:"), HasSubstr("no lines"))));
 }
 
-// teqc's comments; the week's end as 604800; programs that do not know the week.
+// teqc's comments; the week's end as 604800; programs without the week.
 TEST(RinexNavigation, CommentsAndOtherWaysOfTimes) {
   const std::string comment = "# another file                                              COMMENT\n";
   const std::size_t inside = kG05.find('\n') + 1;
@@ -526,7 +527,7 @@ TEST(RinexNavigation, ADamagedRecordIsLostAlone) {
   struct Case {
     const char *from, *to, *warning;
   };
-  // Each strikes the GPS record, which begins in line 9; all others survive.
+  // Each damages the GPS record, which begins in line 9; all others remain valid.
   const Case cases[] = {
       {"4.106242470052e-09", "4.1062x2470052e-09",
        "'4.1062x2470052e-09' in line 2 of the record is not a number"},
@@ -574,7 +575,7 @@ TEST(RinexNavigation, DamagedGlonass) {
 TEST(RinexNavigation, TruncatedAtTheEnd) {
   const gnss::NavigationData data = read(kRinex3Sample.substr(0, kRinex3Sample.size() - 200));
   EXPECT_EQ(data.kepler.size(), 4u);
-  EXPECT_THAT(data.report.lines(), ElementsAre(HasSubstr("record of J02 has 5 lines where 8 belong")));
+  EXPECT_THAT(data.report.lines(), ElementsAre(HasSubstr("record of J02 has 5 lines instead of 8")));
 }
 
 TEST(RinexNavigation, OtherSystemsAreCountedOnce) {
@@ -585,7 +586,7 @@ TEST(RinexNavigation, OtherSystemsAreCountedOnce) {
       data.report.lines(),
       ElementsAre(HasSubstr("sky.rnx: 3 records of NavIC, which Canyon does not simulate, left out")));
   EXPECT_THAT(error_of(kRinex3Header + i01 + i01),
-              HasSubstr("holds 2 records of NavIC and no ephemeris of GPS"));
+              HasSubstr("has 2 records of NavIC and no ephemeris of GPS"));
 }
 
 TEST(RinexNavigation, ManyDamagesAreCounted) {
@@ -625,7 +626,7 @@ TEST(RinexNavigation, Version2GalileoAndQzss) {
   }
 }
 
-// As RTKLIB's convbin writes it: 2.12 by its header, the records are version 3's.
+// As written by RTKLIB's convbin: 2.12 by its header, with version 3's records.
 TEST(RinexNavigation, Version2WithRecordsOfVersion3) {
   for (const std::string& record : {kE11, kJ02}) {
     const gnss::NavigationData old =
@@ -648,7 +649,7 @@ TEST(RinexNavigation, UnusableFilesAreErrors) {
   EXPECT_THAT(error_of(replaced(kRinex3Sample, "N: GNSS NAV DATA", "OBSERVATION DATA")),
               HasSubstr("observation file"));
   EXPECT_THAT(error_of(kRinex3Header.substr(0, 300)), HasSubstr("no END OF HEADER"));
-  EXPECT_THAT(error_of(kRinex3Header), HasSubstr("holds no ephemeris"));
+  EXPECT_THAT(error_of(kRinex3Header), HasSubstr("has no ephemeris"));
   EXPECT_THAT(error_of(kRinex3Header + replaced(kG05, "G05", "G99")),
               AllOf(HasSubstr("sky.rnx:9:"), HasSubstr("no usable ephemeris"), HasSubstr("G99")));
   EXPECT_THROW((void)read_rinex_navigation(std::filesystem::path("/nonexistent/sky.rnx")), InputError);
@@ -669,7 +670,7 @@ TEST(RinexNavigation, GzipIsRead) {
 TEST(RinexNavigation, GzipThatEndsEarlyIsReadUpToThere) {
   const test::TemporaryFolder folder;
   const std::string path = (folder / "sky.rnx.gz").string();
-  gzFile file = gzopen(path.c_str(), "wb0");  // stored, not packed: cut where the plain file would be
+  gzFile file = gzopen(path.c_str(), "wb0");  // stored without compression: cut where the plain file would be
   gzwrite(file, kRinex3Sample.data(), static_cast<unsigned>(kRinex3Sample.size()));
   gzclose(file);
   const std::size_t end_of_two = kRinex3Sample.find("E11");
@@ -698,7 +699,7 @@ TEST(RinexNavigation, FilesAreMerged) {
   EXPECT_THAT(data.sources, ElementsAre("a.rnx", "b.rnx", "c.rnx"));
   ASSERT_EQ(data.glonass.size(), 1u);
   EXPECT_EQ(data.glonass[0].source, 1);
-  // Repeats are gone; the record that differs only by its health is not one; ordered by satellite and toe.
+  // Duplicates are removed, but not a record that differs by its health; ordered by satellite and toe.
   ASSERT_EQ(data.kepler.size(), 4u);
   EXPECT_EQ(data.kepler[0].iode, 96);
   EXPECT_EQ(data.kepler[0].source, 0);

@@ -20,15 +20,15 @@ using geodesy::GpsTime;
 constexpr std::size_t kFieldWidth = 19;  // D19.12
 constexpr double kDay = 86'400;
 constexpr double kWeek = 604'800;
-// Both 9.999e8 and 0.9999e9 stand for "unknown" in transmission times and in RINEX 3.05's GLONASS fields.
+// Both 9.999e8 and 0.9999e9 mean "unknown" in transmission times and in RINEX 3.05's GLONASS fields.
 constexpr double kUnknown = 9e8;
 
-/// Fields with the range that the ICD's field can hold, rounded up.
+/// Fields checked against the range of the ICD's field, rounded up.
 class CheckedFields : public RecordFields {
  public:
   using RecordFields::RecordFields;
 
-  /// `otherwise` where blank.
+  /// `otherwise` if blank.
   [[nodiscard]] double optional(std::size_t i, double otherwise = 0) const {
     return at(i).value_or(otherwise);
   }
@@ -43,7 +43,7 @@ class CheckedFields : public RecordFields {
     if (!value) throw DamagedRecord{fmt::format("{} is missing", what)};
     return in_range(*value, what, low, high);
   }
-  /// A whole number within [low, high]; 0 where blank.
+  /// A whole number within [low, high]; 0 if blank.
   [[nodiscard]] int integer(std::size_t i, const char* what, double low, double high) const {
     const double value = in_range(optional(i), what, low, high);
     if (value != std::floor(value))
@@ -59,7 +59,7 @@ class CheckedFields : public RecordFields {
   }
 };
 
-/// Fortran drops the letter of an exponent of three digits: "0.499063314480-269".
+/// Fortran omits the letter of an exponent of three digits: "0.499063314480-269".
 std::optional<double> parse_fortran(std::string_view text) {
   if (const auto value = parse_double(text)) return value;
   text = trim(text);
@@ -69,7 +69,7 @@ std::optional<double> parse_fortran(std::string_view text) {
 }
 
 /// The state vector of a GLONASS or SBAS record.
-/// @param largest of each component's position, velocity and acceleration [km, s]
+/// @param largest limit of each component's position, velocity and acceleration [km, s]
 template <typename Ephemeris>
 void read_state(const CheckedFields& f, Ephemeris& e, const std::array<double, 3>& largest) {
   constexpr std::array<const char*, 3> kAxis{"X", "Y", "Z"};
@@ -96,10 +96,10 @@ GpsTime closest_in_cycle(GpsTime near, double seconds, std::int64_t period_s) {
   return near + std::chrono::nanoseconds(difference);
 }
 
-/// Whether the flags that RINEX 3.05 and later add to Bn (table A10, broadcast orbit 4) call it unfit: status
-/// bits 7 and 8 are 01 for GLONASS-M and K, the only ones with l(3), bit 2 of the health flags. Bit 1 says
-/// that bit 0 is the almanac's Cn; a satellite that Cn calls out of order (0) is not to be used whatever Bn
-/// says (ICD GLONASS 5.1, table 5.1).
+/// Whether the flags added to Bn in RINEX 3.05 and later (table A10, broadcast orbit 4) mark it as unfit:
+/// status bits 7 and 8 are 01 for GLONASS-M and K, the only ones with l(3), bit 2 of the health flags. Bit 1
+/// means that bit 0 is the almanac's Cn; a satellite that is out of order in Cn (0) must not be used for any
+/// Bn (ICD GLONASS 5.1, table 5.1).
 bool calls_unfit(const CheckedFields& f) {
   const double flags = f.optional(18), status = f.optional(15, 1 << 7);
   if (!(flags > 0 && flags < 8)) return false;
@@ -121,7 +121,7 @@ GpsTime parse_epoch(std::string_view line, RecordLayout layout) {
 }
 
 std::optional<double> RecordFields::at(std::size_t i) const {
-  // The epoch takes the place of the first line's first value.
+  // The epoch replaces the first line's first value.
   const std::size_t line = (i + 1) / 4, place = (i + 1) % 4;
   if (line >= lines_.size()) return std::nullopt;
   const std::size_t indent = layout_ == RecordLayout::kVersion2 ? 3 : 4;
@@ -199,7 +199,7 @@ gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id, const std::vector<std:
   constexpr double kLongestFit_s = 4 * 3600;
   if (std::abs(toe - toc) > kLongestFit_s)
     throw DamagedRecord{fmt::format("clock epoch and toe are {:.1f} h apart", std::abs(toe - toc) / 3600)};
-  // Before 0 and beyond a week where the message was sent in the week beside that of toe.
+  // Below 0 or beyond a week if the message was sent in a week adjacent to that of toe.
   GpsTime sent = toe;
   if (std::abs(transmission) < 2 * kWeek)
     sent = closest_in_cycle(toe, transmission, GpsTime::kSecondsPerWeek);
@@ -219,8 +219,8 @@ gnss::SignalDelays decode_signal_delays(gnss::SatelliteId id, const std::vector<
   const bool gps = id.system != gnss::System::BeiDou;
   const std::size_t needed = (gps && type == "CNAV") || type == "CNV3" ? 9 : 10;
   if (lines.size() != needed) {
-    throw DamagedRecord{fmt::format("{} record of {} has {} lines where {} belong", type, to_string(id),
-                                    lines.size(), needed)};
+    throw DamagedRecord{
+        fmt::format("{} record of {} has {} lines instead of {}", type, to_string(id), lines.size(), needed)};
   }
   const CheckedFields f(lines, RecordLayout::kVersion3);
   gnss::SignalDelays delays;
@@ -229,7 +229,7 @@ gnss::SignalDelays decode_signal_delays(gnss::SatelliteId id, const std::vector<
   if (!gps) delays.toc = delays.toc + std::chrono::seconds(geodesy::kBdtSecondsOffset);
   delays.group_delay_s.fill(std::numeric_limits<double>::infinity());
   constexpr double kLargest_s = 1e-6;
-  // Twelve or thirteen bits of 2^-34 or 2^-35 s; blank where the satellite says that it does not know.
+  // Twelve or thirteen bits of 2^-34 or 2^-35 s; blank if the satellite sends "not known".
   const auto set = [&](std::string_view name, std::size_t tgd, std::optional<std::size_t> correction) {
     const bool blank = !f.at(tgd) || (correction && !f.at(*correction));
     const auto all = gnss::signals_of(id.system);
@@ -257,7 +257,7 @@ gnss::SignalDelays decode_signal_delays(gnss::SatelliteId id, const std::vector<
 gnss::GlonassEphemeris decode_glonass(gnss::SatelliteId id, const std::vector<std::string_view>& lines,
                                       RecordLayout layout) {
   const CheckedFields f(lines, layout);
-  const GpsTime utc = parse_epoch(lines.front(), layout);  // UTC, its date taken as if GPST
+  const GpsTime utc = parse_epoch(lines.front(), layout);  // UTC, its date treated as GPST
 
   gnss::GlonassEphemeris e;
   e.id = id;
@@ -274,13 +274,13 @@ gnss::GlonassEphemeris decode_glonass(gnss::SatelliteId id, const std::vector<st
   if (std::abs(f.optional(16)) < kUnknown) e.group_delay_difference_s = f.optional(16, "group delay", 1e-6);
   if (e.health == 0 && calls_unfit(f)) e.health = 1;
 
-  // MessageName frame time: seconds of the UTC day (RINEX 2) or week (RINEX 3); the day suffices, since a
+  // MessageName frame time: seconds of the UTC day (RINEX 2) or week (RINEX 3); the day suffices, because a
   // message is sent within hours of its tb.
   GpsTime sent = utc;
   const double frame_time = f.optional(2, kUnknown);
   if (std::abs(frame_time) < 2 * kWeek)
     sent = closest_in_cycle(utc, frame_time, static_cast<std::int64_t>(kDay));
-  // Leap seconds by Canyon's own table: a header may lack them, hold BeiDou's count, or be years newer.
+  // Leap seconds from Canyon's own table: a header may lack them, have BeiDou's count, or be years newer.
   e.toe = geodesy::gps_from_utc(geodesy::calendar_from_gps(utc));
   e.transmission = e.toe + std::chrono::nanoseconds(sent.nanoseconds() - utc.nanoseconds());
   return e;
@@ -292,7 +292,7 @@ gnss::SbasEphemeris decode_sbas(gnss::SatelliteId id, const std::vector<std::str
   gnss::SbasEphemeris e;
   e.id = id;
   e.toe = e.transmission = parse_epoch(lines.front(), layout);
-  // More than message 9 can hold (RTCA DO-229 A.4.4.11).
+  // More than message 9 can represent (RTCA DO-229 A.4.4.11).
   e.clock_bias_s = f.required(0, "clock bias aGf0", 1e-5);
   e.clock_drift = f.required(1, "clock drift aGf1", 1e-8);
   read_state(f, e, {4.5e4, 1, 1e-4});

@@ -10,9 +10,9 @@
 
 namespace canyon::rinex {
 
-/// The part of the RINEX navigation reader that turns the lines of one record into an ephemeris.
+/// The part of the RINEX navigation reader that converts the lines of one record to an ephemeris.
 
-/// Why a record is not taken: thrown by the decoders, caught by the reader, which adds file and line.
+/// Reason why a record is rejected: thrown by the decoders, caught by the reader, which adds file and line.
 struct DamagedRecord {
   std::string reason;
 };
@@ -23,19 +23,19 @@ enum class RecordLayout {
   kVersion3,  ///< "G01 2019 04 27 12 00 00" then values from column 23; following lines from column 4
 };
 
-/// Seconds-exact date and time of a record's first line on the system's own scale, as if it were GPST.
-/// Throws DamagedRecord.
+/// Date and time of a record's first line in whole seconds on the system's own scale, treated as GPST. Throws
+/// DamagedRecord.
 [[nodiscard]] geodesy::GpsTime parse_epoch(std::string_view first_line, RecordLayout layout);
 
-/// The values of a record by their place in the RINEX tables: three of the first line, four of each further
-/// line. A field is looked at when asked for, so that rubbish in spare columns does no harm.
+/// The values of a record by their index in the RINEX tables: three of the first line, four of each further
+/// line. A field is parsed on access, so that invalid text in spare columns has no effect.
 class RecordFields {
  public:
-  /// @param lines outlive the object
+  /// @param lines must outlive this object
   RecordFields(const std::vector<std::string_view>& lines, RecordLayout layout)
       : lines_(lines), layout_(layout) {}
 
-  /// Empty where blank or beyond the lines. Throws DamagedRecord for anything that is not a number.
+  /// Empty if blank or beyond the lines. Throws DamagedRecord for anything that is not a number.
   [[nodiscard]] std::optional<double> at(std::size_t i) const;
 
  private:
@@ -43,21 +43,21 @@ class RecordFields {
   RecordLayout layout_;
 };
 
-/// Throws DamagedRecord where something stands in the indentation of a record's lines but the first: a lost
-/// character has shifted them, and may have taken a sign.
+/// Throws DamagedRecord if the indentation of a record's lines after the first is not blank: a lost character
+/// has shifted them, and may have removed a sign.
 void require_indentation(const std::vector<std::string_view>& lines, RecordLayout layout);
 
-/// First and last number of a system's satellites that RINEX files may name; a record beyond is damaged.
+/// First and last number of a system's satellites allowed in RINEX files; a record outside is damaged.
 [[nodiscard]] std::pair<int, int> satellite_numbers(gnss::System system);
 
 /// Lines of a complete record.
 [[nodiscard]] std::size_t line_count(gnss::System system);
 
-/// The message type that RINEX 4 names; RINEX 2 and 3 do not.
+/// The message type of RINEX 4; RINEX 2 and 3 have none.
 enum class MessageName { kUnnamed, kInav, kFnav };
 
-/// @param lines the record, first line included; @param epoch of parse_epoch()
-/// Throws DamagedRecord with what is wrong: a missing field or a value outside what the ICD's field can hold.
+/// @param lines the record, first line included; @param epoch from parse_epoch()
+/// Throws DamagedRecord with the problem: a missing field or a value outside the range of the ICD's field.
 [[nodiscard]] gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id,
                                                   const std::vector<std::string_view>& lines,
                                                   RecordLayout layout, MessageName message);

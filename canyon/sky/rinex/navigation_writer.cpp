@@ -9,7 +9,7 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/output_file.hpp"
 
-// RINEX 3.04, tables A5 to A16. Values carry 13 significant digits: what was read from RINEX comes back
+// RINEX 3.04, tables A5 to A16. Values have 13 significant digits: values read from RINEX are restored
 // exactly, a computed orbit (nominal constellations) within 0.1 mm and 1e-15 s of the original.
 namespace canyon::rinex {
 namespace {
@@ -19,8 +19,8 @@ using geodesy::GpsTime;
 /// D19.12.
 std::string field(double value, gnss::SatelliteId id) {
   if (!std::isfinite(value) || std::abs(value) > 9e98)
-    throw InputError(fmt::format("an ephemeris of {} holds {}, which RINEX cannot", to_string(id), value));
-  if (std::abs(value) < 1e-99) value = std::copysign(0.0, value);  // no room for a third exponent digit
+    throw InputError(fmt::format("an ephemeris of {} has {}, invalid in RINEX", to_string(id), value));
+  if (std::abs(value) < 1e-99) value = std::copysign(0.0, value);  // no space for a third exponent digit
   return fmt::format("{:19.12E}", value);
 }
 
@@ -36,7 +36,7 @@ std::string header_line(std::string_view content, std::string_view label) {
 std::string epoch(gnss::SatelliteId id, const geodesy::CalendarTime& c) {
   if (c.nanosecond != 0 || c.second == 60) {
     throw InputError(fmt::format(
-        "an ephemeris of {} has a reference time off the whole seconds that RINEX writes", to_string(id)));
+        "RINEX needs whole seconds, but an ephemeris of {} has another reference time", to_string(id)));
   }
   return fmt::format("{} {:04d} {:02d} {:02d} {:02d} {:02d} {:02d}", to_string(id), c.year, c.month, c.day,
                      c.hour, c.minute, c.second);
@@ -47,7 +47,7 @@ std::string format_record(const gnss::KeplerEphemeris& e) {
   const std::chrono::seconds offset(beidou ? geodesy::kBdtSecondsOffset : 0);
   const GpsTime toe = e.toe - offset;
   const int week = toe.week();
-  // May be below 0 or beyond a week: it counts from the week that the record gives.
+  // May be below 0 or beyond a week: it counts from the week of the record.
   const double sent = static_cast<double>((e.transmission - offset).nanoseconds() -
                                           GpsTime::kNanosecondsPerWeek * std::int64_t{week}) *
                       1e-9;
@@ -78,7 +78,7 @@ std::string format_record(const gnss::KeplerEphemeris& e) {
 }
 
 /// A record of a state vector.
-/// @param clock the first line; @param last what stands last in each other line
+/// @param clock the first line; @param last the last value of each other line
 template <typename Ephemeris>
 std::string format_state(const Ephemeris& e, const geodesy::CalendarTime& reference,
                          const std::array<double, 3>& clock, const std::array<double, 3>& last) {
@@ -115,7 +115,7 @@ std::string format_record(const gnss::SbasEphemeris& e) {
 
 std::string format_rinex_navigation(const gnss::NavigationData& data) {
   std::string text = header_line("     3.04           N: GNSS NAV DATA    M: MIXED", "RINEX VERSION / TYPE");
-  // No date: the same sky gives the same bytes.
+  // No date, so that the same sky gives the same bytes.
   text += header_line("Canyon", "PGM / RUN BY / DATE");
   if (data.galileo_nequick) {
     std::string line = "GAL  ";

@@ -11,7 +11,7 @@
 namespace canyon::rinex {
 namespace {
 
-/// Where the parts of an epoch line stand.
+/// Positions of the parts of an epoch line.
 struct EpochColumns {
   TimeColumns time;
   std::size_t flag;
@@ -58,8 +58,8 @@ HeaderRecords::Result fatal(std::string_view reason) {
 
 using gnss::System;
 
-/// Version 2 does not say which component was tracked: X, but I of BeiDou, whose pilots came later. 2.12 (A
-/// for C/A, B for L1C, C for L2C, D for GLONASS's C/A of L2) took 2 away from L2C.
+/// Version 2 does not give the tracked component: X, but I for BeiDou, whose pilots were added later. 2.12 (A
+/// for C/A, B for L1C, C for L2C, D for GLONASS's C/A of L2) no longer uses 2 for L2C.
 constexpr double k212 = 2.115, k3 = 3;
 constexpr Version2Types kVersion2[] = {
     {"GRJS", "1C", "CA", 'A', k212, k3}, {"GRJES", "1C", "C1", '1', 0, k3}, {"GRJ", "1P", "P1", '1', 0, k3},
@@ -70,7 +70,7 @@ constexpr Version2Types kVersion2[] = {
     {"C", "6I", "C6", '6', 0, k3},       {"EJ", "6X", "C6", '6', 0, k3},    {"E", "8X", "C8", '8', 0, k3},
 };
 
-/// 3.02 alone calls the band of B1I 1, which is B1C's everywhere else.
+/// Only 3.02 calls the band of B1I 1, which is B1C's in all other versions.
 bool calls_b1i_band1(System system, double version) {
   return system == System::BeiDou && version > 3.015 && version < 3.025;
 }
@@ -124,7 +124,7 @@ ObservationField parse_field(std::string_view text, double& value) {
 
 // RINEX 2.11, table A2: 1X,I2.2,4(1X,I2),F11.7,2X,I1,I3,12(A1,I2),F12.9
 std::optional<EpochLine> epoch_line2(std::string_view line, std::string_view time_system) {
-  // Blanks stand where a satellite's observations have digits.
+  // Blanks are at positions where a satellite's observations have digits.
   if (line.size() < 29 || line[0] != ' ' || line[3] != ' ' || line[6] != ' ' || line[9] != ' ' ||
       line[12] != ' ' || !is_blank(line.substr(26, 2)))
     return std::nullopt;
@@ -180,7 +180,7 @@ std::optional<HeaderRecords::Fault> HeaderRecords::begin(std::string_view line) 
   const auto version = parse_double(column(line, 0, 9));
   if (!version || *version < 2 || *version >= 5) {
     return Fault{fmt::format("RINEX version '{}' is not supported", trim(column(line, 0, 9))),
-                 "versions 2.x, 3.x and 4.x are read"};
+                 "give version 2.x, 3.x or 4.x"};
   }
   header_.version = *version;
   header_.format = fmt::format("RINEX {:.2f}", *version);
@@ -192,7 +192,7 @@ std::optional<HeaderRecords::Fault> HeaderRecords::begin(std::string_view line) 
   }
   const std::string_view system = column(line, 40, 1);
   header_.system = system.empty() || system == " " ? 'G' : system.front();
-  // Files of one system count in its own time unless they say otherwise.
+  // Files of one system use its own time scale by default.
   if (header_.system == 'R') header_.time_system = "GLO";
   if (header_.system == 'E') header_.time_system = "GAL";
   if (header_.system == 'C') header_.time_system = "BDT";
@@ -280,7 +280,7 @@ HeaderRecords::Result HeaderRecords::types3(std::string_view line) {
   std::vector<std::string>& types = header_.types[types_system_];
   for (std::size_t i = 0; i < 13 && types.size() < types_wanted_; ++i) {
     const std::string_view type = trim(column(line, 6 + 4 * i, 4));
-    // Two letters: the attribute of an unknown code is left blank.
+    // Two letters: the attribute of an unknown code is blank.
     if (type.size() < 2 || type.size() > 3) return fatal("a type of observation is missing or damaged");
     types.emplace_back(type);
   }

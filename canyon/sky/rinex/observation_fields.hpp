@@ -21,15 +21,15 @@ namespace canyon::rinex {
 [[nodiscard]] bool is_blank(std::string_view text);
 
 enum class ObservationField : std::uint8_t { Blank, Number, Bad };
-/// A number between spaces. Digits with one point, as RINEX writes numbers, are exact to the last bit up to
-/// 15 digits, being the quotient of two integers that doubles hold; anything else is parse_double()'s.
+/// A number between spaces. Digits with one point, the notation of RINEX, are exact to the last bit up to 15
+/// digits, because they are the quotient of two exact integers; other texts are parsed by parse_double().
 /// `value` is set for Number only.
 [[nodiscard]] ObservationField parse_field(std::string_view text, double& value);
 
 /// Kinds of observations: pseudorange, phase, Doppler, C/N0.
 inline constexpr std::string_view kObservationKinds = "CLDS";
 
-/// Ranges of measurements on and near the Earth; fill values and other units lie outside. Clocks may be off
+/// Ranges of measurements on and near the Earth; fill values and other units are outside. Clocks may be off
 /// by up to a quarter of a second.
 struct Plausible {
   const char *what, *unit;
@@ -43,36 +43,36 @@ inline constexpr std::array<Plausible, 4> kPlausibleValues{{{"pseudorange", "m",
 struct EpochLine {
   int flag = 0;           ///< 0 to 6
   std::size_t count = 0;  ///< of satellites, or records of an event
-  /// Empty only for events (flags 2 to 5) that leave it out.
+  /// Empty only for events (flags 2 to 5) without a time.
   std::optional<geodesy::GpsTime> time;
   std::optional<double> clock_offset_s;
 };
 /// An epoch line of version 2, and of versions 3 and 4, in a file of that time system; empty for any other
-/// line and for damaged ones. The satellites that follow in version 2 are not looked at.
+/// line and for damaged ones. The satellites that follow in version 2 are ignored.
 [[nodiscard]] std::optional<EpochLine> epoch_line2(std::string_view line, std::string_view time_system);
 [[nodiscard]] std::optional<EpochLine> epoch_line3(std::string_view line, std::string_view time_system);
 
 // Meanings of the codes of observation files, for RinexObservationReader: RINEX 3.05, tables 4 to 10; 2.11,
 // table A1, and 2.12.
 
-/// Where versions 2.x have the values of a code.
+/// The columns of a code's values in versions 2.x.
 struct Version2Types {
   std::string_view systems;  ///< letters
-  std::string_view code;     ///< as versions 3 and 4 write it
+  std::string_view code;     ///< in the notation of versions 3 and 4
   std::string_view range;    ///< type of the pseudorange
   char band;                 ///< of phase, Doppler and strength: L1, D1, S1
   double from, before;       ///< versions
 };
 [[nodiscard]] std::span<const Version2Types> version2_types();
 
-/// Whether any signal of a system is read of a code in files of versions 3 and 4.
+/// Whether any signal of a system is read from a code in files of versions 3 and 4.
 [[nodiscard]] bool is_known_code(gnss::System system, std::string_view code, double version);
 
 /// Header records of an observation file, applied one by one; continuation lines follow the line that they
-/// continue. Used by RinexObservationReader for the header and for the records that events bring.
+/// continue. RinexObservationReader uses it for the header and for the records in events.
 class HeaderRecords {
  public:
-  /// Reads the first line. Empty where it is fine, else what is wrong and the cure.
+  /// Reads the first line. Empty if it is valid, else the problem and the hint.
   struct Fault {
     std::string problem, cure;
   };
@@ -81,7 +81,7 @@ class HeaderRecords {
   enum class Outcome { Applied, Unknown, Damaged, Fatal, End };
   struct Result {
     Outcome outcome = Outcome::Applied;
-    std::string reason;  ///< of Damaged (the record is left out) and Fatal (no observation could be read)
+    std::string reason;  ///< for Damaged (the record is skipped) and Fatal (no observation could be read)
   };
   [[nodiscard]] Result apply(std::string_view line);
   void set_moving(bool moving) { header_.moving = moving; }
@@ -89,7 +89,7 @@ class HeaderRecords {
 
   [[nodiscard]] const ObservationHeader& header() const { return header_; }
   [[nodiscard]] int major() const { return static_cast<int>(header_.version); }
-  /// Values of this type stand in the file multiplied by this.
+  /// Values of this type are multiplied by this factor in the file.
   [[nodiscard]] double factor(char system, const std::string& type) const;
 
  private:
@@ -101,7 +101,7 @@ class HeaderRecords {
   Result time(std::string_view line, bool first);
 
   ObservationHeader header_;
-  char types_system_ = 0;         ///< whose types continue
+  char types_system_ = 0;         ///< system of the types being continued
   std::size_t types_wanted_ = 0;  ///< in all
   std::map<char, std::map<std::string, double>> factors_;
   char factor_system_ = 0;

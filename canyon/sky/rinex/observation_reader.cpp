@@ -27,13 +27,13 @@ constexpr std::size_t kField = 16;
 constexpr std::size_t kFieldsPerLine2 = 5;
 constexpr std::size_t kSatellitesPerLine2 = 12;
 
-/// "G05" as gnss::parse_satellite() reads it, in capitals only.
+/// "G05" as in gnss::parse_satellite(), but only in capitals.
 std::optional<SatelliteId> satellite(std::string_view text) {
   if (text.size() != 3 || text[0] < 'A' || text[0] > 'Z') return std::nullopt;
   return gnss::parse_satellite(text);
 }
 
-/// Where the values of one code stand among the fields of a satellite; -1: nowhere.
+/// Indices of the values of one code among the fields of a satellite; -1: none.
 struct Columns {
   std::array<char, 3> code{};
   std::array<int, 4> at{-1, -1, -1, -1};  ///< pseudorange, phase, Doppler, C/N0
@@ -52,10 +52,10 @@ struct RinexObservationReader::Impl {
   CompactLines lines;
   ObservationOptions options;
   HeaderRecords records;
-  std::shared_ptr<const ObservationHeader> shared;  ///< records' header; null where it has changed
-  std::array<std::vector<SignalColumns>, gnss::kSystemCount> columns;  ///< as gnss::signals_of()
+  std::shared_ptr<const ObservationHeader> shared;  ///< records' header; null if it has changed
+  std::array<std::vector<SignalColumns>, gnss::kSystemCount> columns;  ///< in the order of gnss::signals_of()
   std::array<bool, gnss::kSystemCount> wanted{};
-  bool cut = false;  ///< the gzip data ended early, and the report says so
+  bool cut = false;  ///< the gzip data ended early, and the report has a line about it
   std::optional<geodesy::GpsTime> previous;
   std::string row;                         ///< a satellite's fields without its name
   std::vector<std::array<char, 3>> names;  ///< version 2: satellites of the epoch
@@ -100,7 +100,7 @@ struct RinexObservationReader::Impl {
   static bool is_first_line(std::string_view line) {
     return trim(column(line, 60, 20)) == "RINEX VERSION / TYPE";
   }
-  /// Files that were joined by cat have headers between the epochs.
+  /// Files joined by cat have headers between the epochs.
   void read_another_header(std::string_view first) {
     change_header([&] {
       records = {};
@@ -108,7 +108,7 @@ struct RinexObservationReader::Impl {
       read_header_lines();
     });
   }
-  /// Calls `change`, which changes the records from here on, and says where the antenna is another one.
+  /// Calls `change`, which changes the records from here on; notes a change of the antenna's position.
   template <typename Change>
   void change_header(const Change& change) {
     const int line = lines.line();
@@ -117,7 +117,7 @@ struct RinexObservationReader::Impl {
     shared.reset();
     const auto now = records.header().antenna_ecef();
     if (now && now != before)
-      report.notes.guess(line, "header records within the file move the antenna", "they hold from there");
+      report.notes.guess(line, "header records within the file move the antenna", "they apply from there on");
   }
 
   void note(const HeaderRecords::Result& result) {
@@ -158,7 +158,7 @@ struct RinexObservationReader::Impl {
                             : "record L1-band pseudoranges, or choose other systems or codes");
   }
 
-  /// Rows of version2_types() that hold for a system in this file.
+  /// Rows of version2_types() that apply to a system in this file.
   template <typename Visit>
   void each_version2(System system, Visit visit) const {
     const double version = records.header().version;
@@ -178,7 +178,7 @@ struct RinexObservationReader::Impl {
       const auto at = std::find(types.begin(), types.end(), type);
       return at == types.end() ? -1 : static_cast<int>(at - types.begin());
     };
-    const Version2Types* old = nullptr;  // the first whose pseudorange is there
+    const Version2Types* old = nullptr;  // the first with an existing pseudorange
     if (version2()) {
       each_version2(system, [&](const Version2Types& types) {
         if (old == nullptr && types.code == code && place(std::string(types.range)) >= 0) old = &types;
@@ -195,7 +195,7 @@ struct RinexObservationReader::Impl {
     return result;
   }
 
-  /// Lists the header's codes that are not read as a signal, but for pseudo-observations (channel numbers).
+  /// Lists the header's codes without a signal, except pseudo-observations (channel numbers).
   void list_unknown() {
     for (const auto& [letter, types] : records.header().types) {
       for (const std::string& type : types) {
@@ -223,7 +223,7 @@ struct RinexObservationReader::Impl {
   // --- epochs
 
   std::optional<ObservationEpoch> next() {
-    bool lost = false;  // behind a damaged epoch line: what follows belongs to it
+    bool lost = false;  // after a damaged epoch line: the following lines belong to it
     while (const auto line = lines.next_line()) {
       if (is_blank(*line) || trim(column(*line, 60, 20)) == "COMMENT") continue;
       if (is_first_line(*line)) {
@@ -248,7 +248,7 @@ struct RinexObservationReader::Impl {
       }
       ObservationEpoch result;
       result.line = lines.line();
-      // Copies what `line` holds before it is gone.
+      // Copies the contents of `line` before it becomes invalid.
       const bool complete = !version2() || read_names(*line, epoch.count);
       if (!complete) {
         damaged(result.line, "list of satellites is damaged");
@@ -274,7 +274,7 @@ struct RinexObservationReader::Impl {
 
   bool follows(geodesy::GpsTime t, int line) {
     const bool later = !previous || t > *previous;
-    // Compared with the line before, taken or not: one damaged time must not silence the rest.
+    // Compared with the preceding line, used or not: one damaged time must not suppress the rest.
     previous = t;
     if (!later) damaged(line, kDoesNotFollow);
     return later;
@@ -303,12 +303,12 @@ struct RinexObservationReader::Impl {
     if (!placed && records.header().marker != marker) {
       records.forget_position();
       report.notes.guess(begin, "event of a new site without its position",
-                         "the antenna has none from there");
+                         "the antenna has no position from there on");
     }
     choose_columns();
   }
 
-  /// Version 2: the epoch's satellites, on this line and those that continue it.
+  /// Version 2: the epoch's satellites, on this line and its continuation lines.
   [[nodiscard]] bool read_names(std::string_view line, std::size_t count) {
     names.clear();
     const int at = lines.line();
@@ -350,7 +350,7 @@ struct RinexObservationReader::Impl {
     }
   }
 
-  /// False at the end of the file or where the next epoch begins.
+  /// False at the end of the file or at the next epoch.
   [[nodiscard]] bool read_row3(std::array<char, 3>& name) {
     const auto line = lines.next_line();
     if (!line) return false;
@@ -420,7 +420,7 @@ struct RinexObservationReader::Impl {
     return result;
   }
 
-  /// Whether anything was measured; empty where a field is not a number.
+  /// Whether anything was measured; empty if a field is not a number.
   [[nodiscard]] std::optional<bool> read_signal(const Columns& c, int line, ObservedSignal& signal) {
     const std::string_view text = row;
     std::array<std::optional<double>, 4> values;
@@ -430,7 +430,7 @@ struct RinexObservationReader::Impl {
       const std::string_view digits = column(text, kField * static_cast<std::size_t>(c.at[kind]), 14);
       const ObservationField field = parse_field(digits, value);
       if (field == ObservationField::Bad) return std::nullopt;
-      // RINEX writes what is missing as blank or 0.0 (3.05, table A3; 2.11, table A2).
+      // RINEX writes missing values as blank or 0.0 (3.05, table A3; 2.11, table A2).
       if (field != ObservationField::Number || value == 0) continue;
       value /= c.factor[kind];
       const Plausible& range = kPlausibleValues[kind];
@@ -449,7 +449,7 @@ struct RinexObservationReader::Impl {
       auto strength = indicator(c.at[0], 15);
       if (!strength || *strength == 0) strength = indicator(c.at[1], 15);
       if (strength && *strength > 0) {
-        // RINEX 3.05, standardized signal strength indicator: digit n stands for 6 n to 6 n + 5 dB-Hz.
+        // RINEX 3.05, standardized signal strength indicator: digit n means 6 n to 6 n + 5 dB-Hz.
         signal.cn0_dbhz = 6.0 * *strength + 3;
         signal.cn0_from_indicator = true;
       }
@@ -509,7 +509,7 @@ void ObservationOptions::validate() const {
     for (const std::string& code : list) {
       if (code.size() == 2 && is_digit(code[0]) && code[1] >= 'A' && code[1] <= 'Z') continue;
       throw InputError(fmt::format("codes: '{}' of {} is not an observation code", code, gnss::name(system)),
-                       "a code is a band's digit and a capital letter, such as 1C");
+                       "give a band's digit and a capital letter, such as 1C");
     }
     if (list.empty())
       throw InputError(fmt::format("codes: none is given for {}", gnss::name(system)), "name at least one");
@@ -556,7 +556,7 @@ void finish_observations(const std::filesystem::path& path, const ObservationOpt
     } else {
       --report.epochs;
       report.observations -= epoch->signals.size();
-      report.notes.loss(epoch->line, "time of the epoch is not before those behind it");
+      report.notes.loss(epoch->line, "time of the epoch is not before the later ones");
     }
   }
   epochs.assign(std::make_move_iterator(rising.rbegin()), std::make_move_iterator(rising.rend()));
@@ -573,7 +573,7 @@ void finish_observations(const std::filesystem::path& path, const ObservationOpt
   throw InputError(path, 0,
                    report.notes.first_loss()
                        ? fmt::format("no observation can be read: {}", report.notes.first_loss()->what())
-                       : fmt::format("holds no {} of a wanted system{}{}", words.substr(words.find(' ') + 1),
+                       : fmt::format("has no {} of a wanted system{}{}", words.substr(words.find(' ') + 1),
                                      reasons.empty() ? "" : ": ", fmt::join(reasons, ", ")),
                    "fetch the file again or give another");
 }

@@ -51,7 +51,7 @@ TEST(RinexObservationBesideRtklib, Version2) {
 }
 
 /// A file of version 3.04 with every signal of every system, ten epochs.
-/// @param only_recorded with signals that recordings alone have: P(Y) shares a band, and in version 2 its
+/// @param only_recorded with signals that are only in recordings: P(Y) shares a band, and in version 2 its
 /// phase, with L2C
 std::string every_signal(bool only_recorded = true) {
   const auto signals_of = [&](gnss::System system) {
@@ -92,7 +92,7 @@ std::string every_signal(bool only_recorded = true) {
         text += fmt::format("{}{:02d}", gnss::letter(system), number);
         double v = 1000.0 * second + number;
         for (std::size_t k = 0; k < signals_of(system).size(); ++k, v += 0.125) {
-          // The phases of one are missing, lock is lost now and then.
+          // The phases of one are missing, lock is lost occasionally.
           const bool phase = (static_cast<std::size_t>(second) + k) % 5 != 0;
           text += test::field(2e7 + v) +
                   (phase ? test::field(1e8 + v, second % 4 == 0 ? '1' : ' ') : test::blank_field()) +
@@ -114,7 +114,7 @@ TEST(RinexObservationBesideRtklib, EverySignal) {
   EXPECT_EQ(test::expect_as_rtklib(folder.write("every.obs", every_signal()), all), 10 * 2 * signals);
 }
 
-// Versions 2 as RTKLIB's converter writes them name bands, not codes: the values come back.
+// Versions 2 written by RTKLIB's converter name bands, not codes: the values are equal.
 TEST(RinexObservationBesideRtklib, EverySignalInVersion2) {
   CANYON_NEEDS_PROGRAM("convbin");
   const simulation::test::TemporaryFolder folder;
@@ -146,7 +146,7 @@ TEST(RinexObservationBesideRtklib, EverySignalInVersion2) {
         ++count[std::string(gnss::name(s.id.system)) + " " + std::string(s.signal->name)];
       }
     }
-    // 2.11 has no BeiDou, and a place for one of the signals near L1.
+    // 2.11 has no BeiDou, and fields for only one of the signals near L1.
     std::set<std::string> names{"GPS L1CA",   "GPS L2C",     "GPS L5",      "GLONASS G1", "GLONASS G2",
                                 "Galileo E1", "Galileo E5a", "Galileo E5b", "SBAS L1CA"};
     if (version == "2.12") names.insert({"GPS L1C", "BeiDou B1I", "BeiDou B2I", "BeiDou B3I"});
@@ -155,8 +155,8 @@ TEST(RinexObservationBesideRtklib, EverySignalInVersion2) {
   }
 }
 
-// RTKLIB's converter writes the recorded drive in other versions: the values come back. 2.11 has no
-// BeiDou, 2.12 names types anew, 3.02 calls BeiDou's band 1.
+// RTKLIB's converter writes the recorded drive in other versions: the values are equal. 2.11 has no BeiDou,
+// 2.12 has new type names, 3.02 calls BeiDou's band 1.
 TEST(RinexObservationBesideRtklib, VersionsThatConvbinWrites) {
   CANYON_SHARED_DATA(path, "urbannav-tst-20190428/COM3_190428_124409.obs");
   CANYON_NEEDS_PROGRAM("convbin");

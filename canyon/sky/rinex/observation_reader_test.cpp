@@ -55,7 +55,7 @@ const std::string kG05 = "G05" + field(20604864.859, ' ', '7') + field(108279273
 TEST(RinexObservation, Version3) {
   const auto file =
       read(test::observations3() + "> 2019 04 28 12 44 33.9970000  0  7      -0.123456789012\n" + kG05 +
-           // L1 C/A lost: P(Y) takes over, with what belongs to it.
+           // L1 C/A lost: P(Y) replaces it, with its other values.
            "G 7" + blank_field() + blank_field('3') + blank_field() + blank_field() + field(21e6) +
            field(1.1e8) + "\n" + "R10" + field(19e6) + field(1e8) + field(-12.5) + field(41.25) + "\n" +
            "E11" + field(38.5) + field(-250000.0) + field(123456.789, '2') + field(24123456.789) + "\n" +
@@ -105,7 +105,7 @@ TEST(RinexObservation, Version3) {
   EXPECT_EQ(r10.id, (SatelliteId{System::GLONASS, 10}));
   EXPECT_EQ(r10.doppler_hz, -12.5);
   EXPECT_EQ(r10.cn0_dbhz, 41.25);
-  const auto& e11 = e.signals[3];  // columns of its own, D1X divided by its factor
+  const auto& e11 = e.signals[3];  // separate columns, D1X divided by its factor
   EXPECT_STREQ(e11.code.data(), "1X");
   EXPECT_EQ(e11.pseudorange_m, 24123456.789);
   EXPECT_EQ(e11.carrier_phase_cycles, 123456.789);
@@ -119,7 +119,7 @@ TEST(RinexObservation, Version3) {
   EXPECT_EQ(c03.doppler_hz, std::nullopt);  // 0.000: missing
   EXPECT_EQ(c03.cn0_dbhz, std::nullopt);
   EXPECT_EQ(file.report.notes.losses(), 0U);
-  // No types for QZSS: nothing of J01 can be read.
+  // No types for QZSS: no value of J01 can be read.
   EXPECT_THAT(file.report.lines(),
               ElementsAre(HasSubstr("satellite without an L1-band observation; left out")));
   EXPECT_EQ(file.report.epochs, 1U);
@@ -221,7 +221,7 @@ ObservationOptions all_signals() {
   return options;
 }
 
-/// A pseudorange, named by what it has beyond 20,000 km.
+/// A pseudorange, identified by its excess over 20,000 km.
 std::string code(double more_m) {
   return field(2e7 + more_m);
 }
@@ -235,7 +235,7 @@ std::vector<std::string> names_of(const ObservationEpoch& epoch) {
   return names;
 }
 
-// The table of codes beside that of signals: the component that docs/signals.md says is tracked comes first.
+// The table of codes next to that of signals: the tracked component of docs/signals.md is first.
 TEST(RinexObservation, EverySignalHasItsCodes) {
   std::size_t signals = 0;
   for (const System system : gnss::kAllSystems) {
@@ -255,7 +255,7 @@ TEST(RinexObservation, EverySignalHasItsCodes) {
   EXPECT_THAT(signal_codes(b1c, 3.03), ElementsAre("1P", "1X", "1D"));
 }
 
-// Codes of real receivers: every pseudorange of their headers is a signal's.
+// Codes of real receivers: every pseudorange of their headers belongs to a signal.
 TEST(RinexObservation, RealHeadersAreKnownSignals) {
   std::set<std::string> names;
   for (const char* file : {"rtk-nagoya-20240624/rover.obs",
@@ -278,7 +278,7 @@ TEST(RinexObservation, RealHeadersAreKnownSignals) {
                                             "BeiDou B2I", "BeiDou B3I", "QZSS L1CA"}));
 }
 
-// RINEX 3.05, tables 4 and 9: C/A on L2, of L5S data and pilot together; Q in the place of J.
+// RINEX 3.05, tables 4 and 9: C/A on L2, of L5S data and pilot together; Q instead of J.
 TEST(RinexObservation, CodesAndNamesThatStandForOthers) {
   const auto file =
       read(header_line("     3.04           OBSERVATION DATA    M", "RINEX VERSION / TYPE") +
@@ -315,13 +315,13 @@ TEST(RinexObservation, AllSignals) {
   EXPECT_EQ(file.report.observations, 12U);
   EXPECT_THAT(file.report.lines(), ElementsAre("1 codes of E not known: 4X", "1 codes of G not known: 9Z"));
 
-  // One of each satellite as before.
+  // One of each satellite, as before.
   const auto one = read(text);
   EXPECT_THAT(names_of(one.epochs.at(0)), ElementsAre("G05 L1CA 1C 1", "G06 L1CA 1L 11", "C06 B1I 2I 1"));
   EXPECT_THAT(one.report.lines(),
               ElementsAre(HasSubstr("satellite without an L1-band observation; left out")));
 
-  // A damaged field takes all of the satellite's signals with it.
+  // A damaged field drops all of the satellite's signals.
   EXPECT_THAT(names_of(read(text + epoch3(35, 2) + "G05" + code(5) + code(20) + code(2) + code(1) +
                                 "      x       \n" + "E08" + code(8) + code(5) + "\n",
                             all_signals())
@@ -337,7 +337,7 @@ TEST(RinexObservation, AllSignals) {
                 "G:L9Z)"));
 }
 
-// RINEX 4.00 (Romero 2021), tables A2 and A3: observations as in 3.05, header records of its own.
+// RINEX 4.00 (Romero 2021), tables A2 and A3: observations as in 3.05, with new header records.
 TEST(RinexObservation, Version4) {
   const auto file = read(
       header_line("     4.00           OBSERVATION DATA    M", "RINEX VERSION / TYPE") +
@@ -360,7 +360,7 @@ TEST(RinexObservation, Version4) {
   EXPECT_THAT(file.report.lines(), IsEmpty());
 }
 
-// Signals that recordings alone have.
+// Signals that are only in recordings.
 TEST(RinexObservation, SignalsThatNoReceiverHereTracks) {
   const auto file =
       read(header_line("     3.04           OBSERVATION DATA    M", "RINEX VERSION / TYPE") +
@@ -426,7 +426,7 @@ TEST(RinexObservation, CodesAndSystemsCanBeChosen) {
   EXPECT_EQ(file.report.notes.count("observation of GLONASS"), 1U);
   options.codes[System::GPS] = {"C1C"};
   EXPECT_THAT(error_of([&] { options.validate(); }).what(),
-              HasSubstr("codes: 'C1C' of GPS is not an observation code; a code is a band's digit"));
+              HasSubstr("codes: 'C1C' of GPS is not an observation code; give a band's digit"));
   options.systems.clear();
   EXPECT_THAT(error_of([&] { options.validate(); }).what(), HasSubstr("systems: none is given"));
 }
@@ -535,7 +535,7 @@ TEST(RinexObservation, ImpossibleValuesAreLeftOutAlone) {
                   HasSubstr("some.obs:22: 'G05' has a C/N0 of 999 dB-Hz")));
 }
 
-// A wrong date that breaks the order costs its epoch, or one more, and stretches nothing.
+// A wrong date that breaks the order loses its epoch, or one more, and stretches nothing.
 TEST(RinexObservation, OneWrongDateCostsItsEpoch) {
   const TemporaryFolder folder;
   constexpr const char *kLater = "> 2031 04 28", *kEarlier = "> 2011 04 28";
@@ -567,14 +567,14 @@ TEST(RinexObservation, FilesJoinedWithTheirHeaders) {
   EXPECT_THAT(file.report.lines(), IsEmpty());
 }
 
-// Programs in MATLAB and Python write what is missing so.
+// Programs in MATLAB and Python write missing values like this.
 TEST(RinexObservation, NanIsAMissingValue) {
   std::string row = kG05;
   row.replace(row.find(" 20604864.859"), 13, "          NaN");
   const auto file = read(test::observations3() + epoch3(34, 1) + row);
   ASSERT_THAT(file.epochs, SizeIs(1));
   ASSERT_THAT(file.epochs[0].signals, SizeIs(1));
-  // That of the other code is there.
+  // The value of the other code is used.
   EXPECT_EQ(file.epochs[0].signals[0].pseudorange_m, 20604865.5);
   EXPECT_THAT(file.report.lines(), IsEmpty());
 }
@@ -595,7 +595,7 @@ TEST(RinexObservation, ZerosAreMissing) {
     EXPECT_EQ(signal.pseudorange_m, 21e6);
     EXPECT_EQ(signal.carrier_phase_cycles, std::nullopt);
     EXPECT_EQ(signal.doppler_hz, std::nullopt);
-    EXPECT_EQ(signal.cn0_dbhz, 45);  // the digit beside the pseudorange
+    EXPECT_EQ(signal.cn0_dbhz, 45);  // the digit next to the pseudorange
     EXPECT_EQ(signal.loss_of_lock, 1);
     EXPECT_EQ(file.report.notes.losses(), 0U);
   }
@@ -604,7 +604,7 @@ TEST(RinexObservation, ZerosAreMissing) {
   EXPECT_THAT(nothing.epochs.at(0).signals, IsEmpty());
 }
 
-// RINEX 3.05, 6.5: a header record holds until another one changes it.
+// RINEX 3.05, 6.5: a header record applies until another one changes it.
 TEST(RinexObservation, HeaderRecordsHoldFromWhereTheyStand) {
   const Eigen::Vector3d first(-2419215.8865, 5385498.5603, 2405403.6314);
   const std::string moved = header_line(" -2419215.8865  5385498.5603  2406403.6314", "APPROX POSITION XYZ");
@@ -629,7 +629,7 @@ TEST(RinexObservation, HeaderRecordsHoldFromWhereTheyStand) {
     EXPECT_NEAR((place(file, 1) - place(file, 0)).norm(), 1000, 1e-3);
     EXPECT_THAT(
         file.report.lines(),
-        ElementsAre(HasSubstr("header records within the file move the antenna; they hold from there")));
+        ElementsAre(HasSubstr("header records within the file move the antenna; they apply from there on")));
   }
   const auto up = events(raised, 4, 1);
   EXPECT_NEAR((place(up, 1) - place(up, 0)).norm(), 2, 1e-6);
@@ -645,7 +645,7 @@ TEST(RinexObservation, HeaderRecordsHoldFromWhereTheyStand) {
   const auto again = events(header_line("ROOF", "MARKER NAME"), 3, 1);
   EXPECT_EQ(place(again, 1), place(again, 0));
   EXPECT_THAT(again.report.lines(), IsEmpty());
-  // An antenna that moves has no position until it stands again.
+  // A moving antenna has no position until it is stationary again.
   const auto driven = read(test::observations3() + epoch3(34, 1) + kG05 + epoch3(35, 0, 2) + epoch3(36, 1) +
                            kG05 + epoch3(37, 1, 3) + moved + epoch3(38, 1) + kG05);
   EXPECT_FALSE(driven.epochs.at(1).header->antenna_ecef());
@@ -689,7 +689,7 @@ TEST(RinexObservation, WrongFilesAreOneError) {
   EXPECT_THAT(what(""), HasSubstr("some.obs: is empty"));
   EXPECT_THAT(what("week,tow\n"), HasSubstr("some.obs:1: is not a RINEX file: the first line is not"));
   EXPECT_THAT(what(header_line("4.0                 COMPACT RINEX FORMAT", "CRINEX VERS   / TYPE")),
-              HasSubstr("version '4.0' of Hatanaka's compression is not read; versions 1.0 and 3.0"));
+              HasSubstr("version '4.0' of Hatanaka's compression is not supported; versions 1.0 and 3.0"));
   EXPECT_THAT(what(header_line("     3.04           N: GNSS NAV DATA    G", "RINEX VERSION / TYPE")),
               HasSubstr("this is a navigation file"));
   EXPECT_THAT(what(header_line("     5.00           OBSERVATION DATA", "RINEX VERSION / TYPE")),
@@ -704,11 +704,11 @@ TEST(RinexObservation, WrongFilesAreOneError) {
               HasSubstr("time system 'XYZ' is unknown"));
 }
 
-// As a plain file that is cut behind a line: the epochs that are whole, and a warning.
+// Like a plain file cut after a line: the complete epochs, and a warning.
 TEST(RinexObservation, GzipThatEndsEarlyIsReadUpToThere) {
   const TemporaryFolder folder;
   std::string text = test::observations3();
-  std::mt19937 random(1);  // digits that do not pack away
+  std::mt19937 random(1);  // digits that do not compress
   for (int i = 0; i < 3'000; ++i) {
     text += fmt::format("> 2019 04 28 {:2} {:2} {:2}.0000000  0  1\nG05{}\n", i / 3600, i / 60 % 60, i % 60,
                         field(2e7 + 1e-3 * static_cast<double>(random() % 1'000'000'000)));
@@ -754,10 +754,10 @@ TEST(RinexObservation, FilesPlainAndGzip) {
               HasSubstr("none.obs: no such file"));
   const auto empty = folder.write("empty.obs", test::observations3());
   EXPECT_THAT(error_of([&] { (void)read_rinex_observations(empty); }).what(),
-              HasSubstr("holds no L1-band observation of a wanted system"));
+              HasSubstr("has no L1-band observation of a wanted system"));
 }
 
-// Whatever the bytes, the reader ends with epochs or one InputError.
+// For any bytes, the reader returns epochs or one InputError.
 TEST(RinexObservation, SeededDamage) {
   const std::string satellite2 = field(1e8) + blank_field() + field(2e7) + "\n" + field(-10) + "\n";
   std::string three = test::observations3(), two = test::observations2();
@@ -803,7 +803,7 @@ TEST(RinexObservation, RecordedDrive) {
   }
   EXPECT_THAT(count, ElementsAre(testing::Pair(System::GPS, 11811U), testing::Pair(System::BeiDou, 14335U)));
   EXPECT_EQ(file.header.last, gps(13, 13, 53, 1'000'000));
-  // Read off the file: its first epoch's G02, and the first of 12:52:26.003, C03.
+  // Read from the file: its first epoch's G02, and the first of 12:52:26.003, C03.
   const auto& g02 = file.epochs[0].signals.at(0);
   EXPECT_EQ(file.epochs[0].receiver_time, gps(12, 44, 33, 997'000'000));
   EXPECT_EQ(g02.id, (SatelliteId{System::GPS, 2}));

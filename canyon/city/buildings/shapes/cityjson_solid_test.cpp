@@ -69,7 +69,7 @@ double surface_area(const city::Mesh& mesh, Material material) {
 }
 
 // A window in the middle of a wall and a door on its lower edge, both on a wall without holes, and a window
-// 20 cm behind it: the wall is built once, and the window behind it hides nothing.
+// 20 cm behind it: the wall is built once, and the window behind it is not cut out.
 TEST(CityJsonSolidTest, OpeningsAreCutOutOfTheirWalls) {
   std::vector<MapSurface> surfaces;
   for (const auto& face : block(0, 0, 0, 10, 8, 6)) surfaces.push_back(surface(face, {}, "WallSurface"));
@@ -84,7 +84,7 @@ TEST(CityJsonSolidTest, OpeningsAreCutOutOfTheirWalls) {
               0.02);  // the door is of the facade's material
 }
 
-// A hole that touches its ring along an edge, and one beyond it: what is left of the roof is built.
+// A hole that touches its ring along an edge, and one beyond it: the rest of the roof is built.
 TEST(CityJsonSolidTest, HolesThatTouchOrLieOutsideAreRepaired) {
   const std::vector<std::vector<Eigen::Vector3d>> holes{{{5, 0, 6}, {7, 0, 6}, {6, 2, 6}},
                                                         {{20, 20, 6}, {21, 20, 6}, {21, 21, 6}}};
@@ -125,8 +125,8 @@ TEST(CityJsonSolidTest, GableHouseIsWatertightWithItsVolumeAndMaterials) {
   EXPECT_EQ(mesh.vertices.size(), 10U);
   EXPECT_EQ(mesh.triangles.size(), 16U);  // 5 quadrilaterals and 2 pentagons: 5 * 2 + 2 * 3
   EXPECT_NO_THROW(city::check_mesh(mesh, "house"));
-  // 600 m^3 in the grid; the grid's scale at the place is 1.00005 (k = 0.9996 (1 + (191 km)^2 / 2 R^2)) in
-  // area.
+  // 600 m^3 in the grid; the grid's scale at this position is 1.00005 (k = 0.9996 (1 + (191 km)^2 / 2 R^2))
+  // in area.
   EXPECT_NEAR(volume(mesh), 600, 0.1);
   std::size_t roof = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -213,7 +213,7 @@ TEST(CityJsonSolidTest, OpenAndBrokenSurfacesAreSaid) {
   ASSERT_EQ(notes.size(), 3U);
   EXPECT_EQ(notes[0], "open: repaired 1 of 8 surfaces whose rings cross or touch");
   EXPECT_EQ(notes[1], "open: left out 2 of 8 surfaces that are not polygons");
-  EXPECT_EQ(notes[2], "open: its surfaces do not close");
+  EXPECT_EQ(notes[2], "open: its surfaces are not closed");
   EXPECT_EQ(mesh.triangles.size(), 12U);
   EXPECT_FALSE(append_surfaces(mesh, "nothing", {surfaces[6]}, frame(), notes));
   EXPECT_FALSE(append_surfaces(mesh, "none", {}, frame(), notes));

@@ -28,7 +28,7 @@ Eigen::AlignedBox2d bounds_of(const MapData& map, bool foliage) {
   return bounds;
 }
 
-// Half of the features with surfaces of their own reach below it: single cellars do not pull it down.
+// The median of the lowest heights: a single cellar does not lower it.
 std::optional<double> surveyed_ground_m(const MapData& map) {
   std::vector<double> lowest = lowest_heights_m(map);
   if (lowest.empty()) return std::nullopt;
@@ -38,20 +38,20 @@ std::optional<double> surveyed_ground_m(const MapData& map) {
 }
 
 constexpr double kGrid_m = 1e-3;
-/// Rounds as GEOS does with a grid of 1 mm: to the nearest of the numbers k / 1000, so that points snapped
-/// here and in GEOS are the same doubles.
+/// Rounds as GEOS does with a grid of 1 mm, to the nearest k / 1000, so that points snapped here and in GEOS
+/// are the same doubles.
 constexpr double kGridsPerMetre = 1000;
 constexpr double kSliver_m2 = 0.01;
-/// Mean width (twice the area over the perimeter) below which what an overlay leaves is a seam between two
-/// outlines that were meant to share an edge.
+/// Mean width (twice the area over the perimeter) below which a piece of an overlay is a gap between two
+/// outlines that should share an edge.
 constexpr double kSeam_m = 0.02;
-/// A vertex is the tip of a spike when the ring turns back on itself there and the sides are this close.
+/// A vertex is the tip of a spike if the ring turns back there and the sides are this close.
 constexpr double kSpike_m = 2e-3;
-/// The bound of check_mesh(); on the grid such coordinates are integers of 30 bits.
+/// The limit of check_mesh(); on the grid such coordinates are integers of 30 bits.
 constexpr double kFarthestPoint_m = 1e6;
 
-/// The ring from a to b to c turns back at b, and its sides there are closer than kSpike_m where the shorter
-/// one ends.
+/// The ring from a to b to c turns back at b, and at the end of the shorter side the sides are closer than
+/// kSpike_m.
 bool is_spike(const Point2& a, const Point2& b, const Point2& c) {
   const Point2 u = a - b, v = c - b;
   if (u.dot(v) <= 0) return false;
@@ -65,7 +65,7 @@ struct CleanedRing {
   bool spiked = false;
 };
 
-/// Snaps to the grid, drops the closing point, repeated points and spikes. Fewer than three points may stay.
+/// Snaps to the grid, drops the closing point, repeated points and spikes. May leave less than three points.
 CleanedRing clean(const std::vector<Point2>& raw) {
   CleanedRing cleaned;
   std::vector<Point2>& ring = cleaned.ring;
@@ -78,7 +78,7 @@ CleanedRing clean(const std::vector<Point2>& raw) {
       ring.push_back(snapped);
   }
   while (ring.size() > 1 && ring.front() == ring.back()) ring.pop_back();
-  // A spike's removal may lay bare another one (or a repeated point) beside it: go back by one.
+  // Removing a spike may expose another one (or a repeated point) next to it: go back by one.
   for (std::size_t i = 0, quiet = 0; ring.size() >= 3 && quiet < ring.size();) {
     const std::size_t n = ring.size();
     i %= n;
@@ -114,8 +114,8 @@ bool is_valid(const GEOSGeometry* geometry) {
   return geometry != nullptr && GEOSisValid_r(geos::context(), geometry) == 1;
 }
 
-/// The area that a ring means. A ring that crosses itself bounds all its lobes, however it winds about them:
-/// GEOS's structure method, where the other one takes out what is enclosed twice.
+/// The area inside a ring. A ring that crosses itself bounds all its lobes, whatever their winding (GEOS's
+/// structure method); the other method subtracts areas enclosed twice.
 geos::Geometry shape_of(const std::vector<Point2>& ring, bool& crossing) {
   geos::Geometry shell = geos::polygon(ring);
   crossing = shell && !is_valid(shell.get());
@@ -127,14 +127,14 @@ geos::Geometry shape_of(const std::vector<Point2>& ring, bool& crossing) {
   return geos::Geometry(GEOSMakeValidWithParams_r(geos::context(), shell.get(), params.get()));
 }
 
-/// The union on the grid; snap rounding makes a vertex wherever a ring passes another's vertex.
+/// The union on the grid; snap rounding adds a vertex if a ring passes another's vertex.
 geos::Geometry union_on_grid(std::vector<geos::Geometry> shapes) {
   const geos::Geometry all = geos::collection(std::move(shapes));
   if (!all) return nullptr;
   return geos::Geometry(GEOSUnaryUnionPrec_r(geos::context(), all.get(), kGrid_m));
 }
 
-/// Drops what is too small, and spikes that the overlay left where the polygon stays valid without them.
+/// Drops small pieces, and spikes left by the overlay if the polygon stays valid without them.
 std::vector<Polygon2> tidy(std::vector<Polygon2> polygons, double narrowest_m) {
   std::vector<Polygon2> result;
   for (Polygon2& polygon : polygons) {
@@ -276,7 +276,7 @@ std::vector<Polygon2> repair(const std::vector<Polygon2>& raw, std::vector<std::
     geos::Geometry shape = shape_of(outer.ring, crossing);
     if (crossing) note(notes, "self-crossing outline");
     if (raw.size() == 1 && polygon.holes.empty() && !crossing && shape) {
-      // Nothing for GEOS to do: by far the most frequent case.
+      // Nothing to do for GEOS: by far the most frequent case.
       if (twice_area(outer.ring) < 0) std::reverse(outer.ring.begin(), outer.ring.end());
       if (twice_area(outer.ring) < 2 * kSliver_m2) {
         note(notes, "outline without area");
@@ -387,8 +387,8 @@ std::vector<double> lowest_heights_m(const MapData& map) {
 Geodetic choose_origin(const MapData& map, const Terrain* terrain, const std::optional<Geodetic>& wanted) {
   const Eigen::AlignedBox2d bounds = bounds_of(map, true);
   if (bounds.isEmpty())
-    throw InputError(fmt::format("{}: there is nothing to build", map.source), "give a map with buildings");
-  // Trees and woods do not move the origin: with and without them a city stays in place.
+    throw InputError(fmt::format("{}: nothing to build", map.source), "give a map with buildings");
+  // Trees and woods do not move the origin, so that a city keeps its position with and without them.
   const Eigen::AlignedBox2d built = bounds_of(map, false);
   const LonLat middle = (built.isEmpty() ? bounds : built).center();
   Geodetic origin;
@@ -420,7 +420,7 @@ Geodetic choose_origin(const MapData& map, const Terrain* terrain, const std::op
     if (away > kFarthest_m) {
       throw InputError(
           fmt::format("{}: a corner of the map is {:.0f} km from the origin", map.source, away / 1e3),
-          "a city reaches at most 200 km: choose a part of the map with --bbox, or another origin");
+          "the limit is 200 km: choose a part of the map with --bbox, or another origin");
     }
   }
   return origin;

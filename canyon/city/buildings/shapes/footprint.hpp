@@ -21,48 +21,48 @@ using meshes::triangulate;
 using meshes::twice_area;
 
 [[nodiscard]] double perimeter(const std::vector<Point2>& ring);  ///< [m]
-[[nodiscard]] double area(const Polygon2& polygon);               ///< [m^2], holes taken out
+[[nodiscard]] double area(const Polygon2& polygon);               ///< [m^2], without the holes
 
-/// Whether rings ask more of GEOS than what they are worth: their sides cross or touch, beside at common
-/// corners, more than `most` times and 10 times more for each corner, or a polygon has more than 3,000 holes.
+/// Whether rings are too complex for GEOS: their sides cross or touch, other than at common corners, more
+/// than `most` times plus 10 times per corner, or a polygon has more than 3,000 holes.
 using PolygonLists = std::vector<const std::vector<Polygon2>*>;
 [[nodiscard]] bool is_tangled(const PolygonLists& polygons, std::size_t most = 20'000);
 inline constexpr std::size_t kMostCrossings = 1000;  ///< of one outline
 
-/// Makes valid polygons of rings as maps have them, with GEOS: orientation, repeated points, spikes,
-/// self-crossings, holes that touch or cross the outer ring, overlapping outers. Points closer than 1 mm
-/// become one (so that what leaves here stays distinct as floats), slivers below 0.01 m^2 vanish. An empty
-/// result means that nothing certain was left, or that the rings are tangled; `notes`
-/// gets what was repaired ("self-crossing outline") or why it is empty.
+/// Makes valid polygons from rings of maps, with GEOS: orientation, repeated points, spikes, self-crossings,
+/// holes that touch or cross the outer ring, overlapping outers. Merges points closer than 1 mm (so that
+/// results stay distinct as floats) and removes slivers below 0.01 m^2. An empty result means that nothing
+/// usable was left, or that the rings are tangled; `notes` gets the repair ("self-crossing outline") or the
+/// reason.
 [[nodiscard]] std::vector<Polygon2> repair(const std::vector<Polygon2>& raw, std::vector<std::string>& notes);
 
-/// a without b, a and b, or all of a: on the grid and clean as from repair(). Polygons must come from
-/// repair(). Subtract and intersect leave out pieces narrower than 2 cm on average (twice the area over the
-/// perimeter): seams between outlines that were meant to share an edge. Throw InputError where all of them
-/// together are tangled.
+/// a without b; a and b; or all of a: on the grid and clean as from repair(). Polygons must come from
+/// repair(). Subtract and intersect omit pieces narrower than 2 cm on average (twice the area over the
+/// perimeter): gaps between outlines that should share an edge. Throw InputError if all of the rings together
+/// are tangled.
 [[nodiscard]] std::vector<Polygon2> subtract(const std::vector<Polygon2>& a, const std::vector<Polygon2>& b);
 [[nodiscard]] std::vector<Polygon2> intersect(const std::vector<Polygon2>& a, const std::vector<Polygon2>& b);
 [[nodiscard]] std::vector<Polygon2> unite(const std::vector<Polygon2>& a);
 
-/// The band of a line, `half_width_m` to each side, cut off straight at its ends; corners are mitred. Empty
-/// for a line without length or that is tangled. @param half_width_m above 0
+/// The band along a line, `half_width_m` to each side, with flat ends and mitred corners. Empty for a tangled
+/// line or one without length. @param half_width_m above 0
 [[nodiscard]] std::vector<Polygon2> ribbon(const std::vector<Point2>& line, double half_width_m);
 
-/// A city reaches at most this far from its origin; beyond it there is a mistake.
+/// Largest distance of a feature from the origin; a larger one is a mistake.
 inline constexpr double kFarthest_m = 200e3;
 
-/// The lowest point of each feature that has surfaces of its own: ellipsoidal heights [m].
+/// The lowest point of each feature that has its own surfaces: ellipsoidal heights [m].
 [[nodiscard]] std::vector<double> lowest_heights_m(const MapData& map);
 
-/// `wanted`, or the place that BuildOptions::origin describes. Throws InputError for a map without any place,
-/// features beyond kFarthest_m, and a terrain without a height there.
+/// `wanted`, or the position described at BuildOptions::origin. Throws InputError for a map without any
+/// position, features beyond kFarthest_m, and a terrain without a height there.
 [[nodiscard]] geodesy::Geodetic choose_origin(const MapData& map, const Terrain* terrain,
                                               const std::optional<geodesy::Geodetic>& wanted);
 
-/// Finds outlines that were seen before: the same corners (to a millimetre), area (to 0.1 m^2) and bottom.
+/// Finds repeated outlines: the same corners (to a millimetre), area (to 0.1 m^2) and bottom.
 class SameOutlines {
  public:
-  /// The first item with this outline, or nothing, and then the item is kept.
+  /// The first item with this outline; if there is none, stores the item and returns nothing.
   [[nodiscard]] std::optional<std::size_t> add(std::size_t item, const std::vector<Polygon2>& polygons,
                                                double min_height_m);
 
@@ -76,36 +76,36 @@ class SameOutlines {
   std::unordered_map<std::size_t, std::vector<Seen>> by_hash_;
 };
 
-/// Trees of a row stand this far apart, the first at its beginning; at most 10,000 of a row.
+/// Distance of the trees of a row, the first at its beginning; at most 10,000 per row.
 inline constexpr double kTreeSpacing_m = 8;
-/// Where the trees of a Tree or TreeRow stand.
+/// Positions of the trees of a Tree or TreeRow.
 [[nodiscard]] std::vector<LonLat> tree_places(const MapFeature& feature);
 
-/// A building or part as far as it matters for which part belongs where. Polygons from repair(); strings and
-/// polygons are looked at, not kept.
+/// The properties of a building or part for assign_parts(). Polygons from repair(); keeps pointers to strings
+/// and polygons, which must outlive it.
 struct Outline {
   const std::string* id = nullptr;
   const std::string* belongs_to = nullptr;  ///< may be empty
   const std::vector<Polygon2>* polygons = nullptr;
 };
 
-/// A part lies in a building when at least this share of its own area does.
+/// A part is in a building if at least this fraction of its own area is.
 inline constexpr double kPartInsideShare = 0.5;
 
-/// For each part the index of the building it belongs to, or nothing for a part on its own. The map's word
-/// (`belongs_to` names the building, or the relation that the building belongs to as well) goes first. Among
-/// several such buildings, and where the map says nothing, the one that shares the largest area with the part
-/// is taken; without a word of the map it must hold kPartInsideShare of it. Buildings are found through a
-/// grid: the cost grows with the parts, not with parts times buildings.
+/// For each part the index of its building, or nothing for a separate part. The map's assignment
+/// (`belongs_to` names the building, or a relation that the building also belongs to) has priority. Among
+/// several such buildings, and without an assignment, the building with the largest common area is used;
+/// without an assignment it must contain kPartInsideShare of the part. A grid index finds buildings, so the
+/// cost grows with the parts, not with parts times buildings.
 [[nodiscard]] std::vector<std::optional<std::size_t>> assign_parts(const std::vector<Outline>& buildings,
                                                                    const std::vector<Outline>& parts);
 
 /// Sum of the polygons' areas [m^2].
 [[nodiscard]] double total_area(const std::vector<Polygon2>& polygons);
 
-/// The rest of an outline without its parts: pieces of at least kLeastPiece_m2 whose mean
-/// width (twice the area over the perimeter) is at least kLeastPieceWidth_m; less is how maps are drawn, not
-/// a wall.
+/// The rest of an outline without its parts: pieces of at least kLeastPiece_m2 with a mean width (twice the
+/// area over the perimeter) of at least kLeastPieceWidth_m. Smaller pieces are drawing inaccuracies, no
+/// walls.
 inline constexpr double kLeastPiece_m2 = 4;
 inline constexpr double kLeastPieceWidth_m = 0.5;
 [[nodiscard]] std::vector<Polygon2> uncovered(const std::vector<Polygon2>& outline,

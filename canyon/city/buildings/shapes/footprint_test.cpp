@@ -49,7 +49,7 @@ double total_area(const std::vector<Polygon2>& polygons) {
                          [](double sum, const Polygon2& p) { return sum + area(p); });
 }
 
-/// Checks the header's promises for polygons of repair() and the overlays.
+/// Checks the guarantees of the header for polygons of repair() and the overlays.
 void expect_clean(const std::vector<Polygon2>& polygons) {
   for (const Polygon2& polygon : polygons) {
     EXPECT_GT(twice_area(polygon.outer), 0);
@@ -67,8 +67,8 @@ void expect_clean(const std::vector<Polygon2>& polygons) {
   }
 }
 
-/// Checks a triangulation from the outside: areas add up, every ring edge belongs to one triangle, every
-/// other edge to two. Positions stand for corners, since rings may touch.
+/// Checks a triangulation independently: areas add up, every ring edge belongs to one triangle, every other
+/// edge to two. Corners are identified by position, because rings may touch.
 void expect_covers(const Polygon2& polygon, const std::vector<std::array<std::uint32_t, 3>>& triangles) {
   std::vector<Point2> points = polygon.outer;
   using Place = std::pair<double, double>;
@@ -146,7 +146,7 @@ TEST(Footprint, SnapsToMillimetres) {
 
 TEST(Footprint, RemovesSpikes) {
   std::vector<std::string> notes;
-  // The last one leans: its sides part by less than 2 mm over 5 m.
+  // The last one is tilted: its sides are less than 2 mm apart over 5 m.
   for (const Ring& ring : {Ring{{0, 0}, {10, 0}, {15, 0}, {10, 0}, {10, 5}, {0, 5}},
                            Ring{{0, 0}, {10, 0}, {10, 5}, {10, 9}, {10, 4}, {10, 5}, {0, 5}},
                            Ring{{0, 0}, {10, 0}, {10, 2}, {14, 5}, {10, 2.001}, {10, 5}, {0, 5}}}) {
@@ -167,7 +167,7 @@ TEST(Footprint, ABowTieBecomesItsTwoLobes) {
 }
 
 TEST(Footprint, WhatARingEnclosesTwiceStaysInside) {
-  // A loop whose ends overlap: two boxes of 20 x 4 and 4 x 20 m walked in one go, the corner twice.
+  // A loop whose ends overlap: boxes of 20 x 4 and 4 x 20 m in one ring, the corner twice.
   std::vector<std::string> notes;
   const auto polygons =
       repaired({{{{0, 0}, {20, 0}, {20, 4}, {0, 4}, {0, 0}, {4, 0}, {4, 20}, {0, 20}}, {}}}, notes);
@@ -184,8 +184,8 @@ TEST(Footprint, InnerRingsThatMeetTheOutline) {
       {{reversed(box(5, 5, 10, 10))}, 375},                         // either orientation
       {{box(0, 5, 10, 10)}, 350},                                   // along an edge
       {{box(-5, 5, 10, 10)}, 350},                                  // across the outline
-      {{box(-5, 5, 25, 10)}, 300},                                  // through and through: two polygons
-      {{box(30, 30, 40, 40)}, 400},                                 // elsewhere
+      {{box(-5, 5, 25, 10)}, 300},                                  // across the whole outline: two polygons
+      {{box(30, 30, 40, 40)}, 400},                                 // outside
       {{{{0, 10}, {5, 5}, {5, 15}}}, 375},                          // touching an edge with a corner
       {{{{0, 0}, {5, 2}, {2, 5}}}, 400 - 10.5},                     // touching a corner
       {{box(5, 5, 10, 10), box(10, 10, 15, 15)}, 350},              // touching each other
@@ -260,7 +260,7 @@ TEST(Footprint, Overlays) {
     expect_clean(polygons);
     EXPECT_NEAR(total_area(polygons), expected, 1e-9);
   }
-  // A seam of 5 mm along a side is no building.
+  // A gap of 5 mm along a side is no building.
   EXPECT_THAT(subtract(a, {{box(0, 0, 9.995, 10), {}}}), IsEmpty());
 }
 
@@ -307,7 +307,7 @@ TEST(Footprint, NeverTriangulatesCrossingRings) {
 }
 
 TEST(Footprint, AnyRingIsSurvived) {
-  // Random walks over a few places cross, touch and repeat themselves in every way there is.
+  // Random walks over a few points cross, touch and repeat themselves in every possible way.
   std::mt19937_64 random(11);
   for (int trial = 0; trial < 500; ++trial) {
     std::uniform_int_distribution<int> place(0, 3 + trial % 5), size(3, 14);
@@ -349,7 +349,7 @@ TEST(Footprint, TangledRingsAreToldAndCostNothing) {
   EXPECT_FALSE(is_tangled({&one, &one}));
   EXPECT_THROW((void)intersect(one, other), InputError);
 
-  // 36 storeys of 12 corners, each turned by a degree: 15,000 crossings that a map may have.
+  // 36 storeys of 12 corners, each rotated by a degree: 15,000 crossings that may occur in a map.
   std::vector<Polygon2> storeys(36);
   for (std::size_t k = 0; k < storeys.size(); ++k)
     for (int i = 0; i < 12; ++i)

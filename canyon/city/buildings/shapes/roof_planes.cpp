@@ -34,7 +34,7 @@ std::vector<Point2> convex_hull(std::vector<Point2> points) {
         hull.pop_back();
       hull.push_back(p);
     }
-    hull.pop_back();  // begins the other side
+    hull.pop_back();  // also begins the other side
     std::reverse(points.begin(), points.end());
   }
   return hull;
@@ -66,7 +66,7 @@ RoofRectangle smallest_rectangle(const std::vector<Point2>& hull) {
     const Point2 side = (hull[(i + 1) % hull.size()] - hull[i]).normalized();
     const RoofRectangle fitted = fit(hull, left_of(side));
     const double area = fitted.half_length_m * fitted.half_width_m;
-    // Opposite and adjacent sides give the same rectangle but for rounding: the first of them stays.
+    // Opposite and adjacent sides give the same rectangle except for rounding: the first is kept.
     if (area < smallest * (1 - 1e-9)) {
       smallest = area;
       best = fitted;
@@ -75,7 +75,7 @@ RoofRectangle smallest_rectangle(const std::vector<Point2>& hull) {
   return best;
 }
 
-/// Both sides of the ridge (or of the middle along it) at a distance-dependent height a + b |distance|.
+/// Both sides of the ridge (or of the middle along it), with height a + b |distance|.
 void add_pair(std::vector<RoofPlane>& planes, const Point2& origin, const Point2& direction, double a,
               double b) {
   planes.push_back({origin, b * direction, a});
@@ -95,10 +95,10 @@ Edge opposite(Edge e) {
   return (e << 32) | (e >> 32);
 }
 
-/// The lower envelope of planes over a plan. Planes are laid one after another over what is there: vertices
-/// know by how much the new plane is higher, edges on which that changes its sign get a vertex (one,
-/// whichever triangle asks), triangles are split there and those under which the plane is lower take its
-/// number. Pieces that were split needlessly are joined at the end.
+/// The lower envelope of planes over a plan. Planes are added one after another: each vertex stores by how
+/// much the new plane is higher, edges on which this value changes its sign get one vertex, triangles are
+/// split there, and triangles under which the new plane is lower get its number. Unnecessary splits are
+/// joined at the end.
 class Envelope {
  public:
   Envelope(const Plan& plan, const RoofPlane& first) : plan_(plan), points_(plan.corners) {
@@ -155,7 +155,7 @@ class Envelope {
         add(triangle, face_of(lowest));
         continue;
       }
-      // Turn the corner that is alone on its side, or the one on the plane, to the front.
+      // Rotates the corner that is alone on its side, or the one on the plane, to the front.
       while (sign(0) != 0 && !(sign(1) != sign(0) && sign(2) != sign(0) && sign(1) != 0 && sign(2) != 0))
         std::rotate(triangle.begin(), triangle.begin() + 1, triangle.end());
       const auto [a, b, c] = triangle;
@@ -183,7 +183,7 @@ class Envelope {
     const auto put = [&](std::uint32_t v) {
       if (place[v] != kNone) return place[v];
       place[v] = static_cast<std::uint32_t>(surface.vertices.size());
-      // Anew from the planes: exact at corners that cuts were drawn through.
+      // Recomputed from the planes: exact at corners that cuts pass through.
       double height = highest_m;
       for (const RoofPlane& plane : planes) height = std::min(height, plane.height_m(points_[v]));
       surface.vertices.emplace_back(points_[v].x(), points_[v].y(), std::max(0.0, height));
@@ -208,8 +208,8 @@ class Envelope {
   }
 
  private:
-  /// Lets the plane pass through vertices that it would miss by less than 1 mm along an edge, so that no two
-  /// vertices come closer than that there.
+  /// Moves the plane through vertices that it would miss by less than 1 mm along an edge, so that vertices
+  /// are at least 1 mm apart there.
   void snap(std::vector<double>& above) const {
     std::vector<std::uint32_t> on_plane;
     for (const Triangle& t : triangles_) {
@@ -225,9 +225,9 @@ class Envelope {
     for (const std::uint32_t v : on_plane) above[v] = 0;
   }
 
-  /// Joins triangles of one face and triangulates what comes out with no more vertices than it needs: added
-  /// ones stay where three faces meet and where two meet on the rim. Leaves all as it is where a joined face
-  /// cannot be triangulated.
+  /// Joins triangles of one face and retriangulates with as few vertices as possible: added vertices stay
+  /// where three faces meet and where two meet on the rim. Changes nothing if a joined face cannot be
+  /// triangulated.
   void join_faces() {
     const auto count = static_cast<std::uint32_t>(3 * triangles_.size());
     std::unordered_map<Edge, std::uint32_t> half_edges;  // 3 * triangle + corner
@@ -375,7 +375,7 @@ std::vector<RoofPlane> roof_planes(RoofShape shape, const RoofRectangle& rectang
   const Point2& o = rectangle.centre;
   const Point2 &along = rectangle.along, &across = rectangle.across;
   std::vector<RoofPlane> planes;
-  // rise (from + slope * distance / run) where distance is measured inwards from the sides.
+  // rise (from + slope * distance / run), with distance measured inwards from the sides.
   const auto add_slopes = [&](bool all_sides, double from, double slope) {
     const double reach = all_sides ? run : w;
     add_pair(planes, o, across, rise * (from + slope * w / reach), -rise * slope / reach);
@@ -431,7 +431,7 @@ Plan::Plan(const Polygon2& polygon)
   for (const auto& hole : polygon.holes) add_ring(hole.size());
   first.resize(corners.size());
   for (std::uint32_t i = 0; i < first.size(); ++i) first[i] = i;
-  if (!has_holes) return;  // a ring alone never touches itself
+  if (!has_holes) return;  // a single ring never touches itself
   std::vector<std::uint32_t> order = first;
   std::sort(order.begin(), order.end(), [this](std::uint32_t a, std::uint32_t b) {
     const Point2 &p = corners[a], &q = corners[b];

@@ -24,10 +24,10 @@ namespace {
 using city::Material;
 using city::Mesh;
 
-/// Lower walls, and roofs that rise less, are not made: what is left of them is as flat as the grid.
+/// Lower walls and roofs are not built, because they would be flat within the grid.
 constexpr double kLowest_m = 1e-3;
 constexpr double kLowestRoof_m = 0.01;
-/// Narrower outlines carry no ridge: its pieces would come near the millimetre to which outlines are snapped.
+/// Narrower outlines get no ridge: its pieces would be near the millimetre grid of outlines.
 constexpr double kNarrowestRoof_m = 0.1;
 
 /// Appends vertices and triangles to a mesh and closes them as one object.
@@ -40,7 +40,7 @@ class ObjectWriter {
     mesh_.vertices.emplace_back(x, y, z);
     return static_cast<std::uint32_t>(mesh_.vertices.size() - 1);
   }
-  /// Leaves out triangles that name a vertex twice.
+  /// Skips triangles that use a vertex twice.
   void triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, Material material) {
     if (a == b || b == c || c == a) return;
     mesh_.triangles.push_back({a, b, c});
@@ -56,7 +56,7 @@ class ObjectWriter {
   std::uint32_t first_;
 };
 
-/// The roof of a shape, empty where the outline does not bear it.
+/// The roof of a shape; empty if the outline is unsuitable for it.
 std::optional<RoofSurface> roof_surface(const Polygon2& polygon, const Plan& plan, const Shape& shape,
                                         double rise_m) {
   switch (shape.roof) {
@@ -83,7 +83,7 @@ using IndexRing = std::vector<std::uint32_t>;
 constexpr double kWeld_m = 1e-3;
 constexpr double kSmallest_m2 = 1e-6;
 
-/// Points, those within 1 mm as one (the first).
+/// Merges points within 1 mm (keeps the first).
 class Welder {
  public:
   std::uint32_t add(const Eigen::Vector3d& point) {
@@ -113,7 +113,7 @@ class Welder {
   std::map<std::array<std::int64_t, 3>, std::uint32_t> cells_;
 };
 
-/// Twice the vector area of a ring, to the side from which it is seen counter-clockwise (Newell's method).
+/// Twice the vector area of a ring, towards the side from which it is counter-clockwise (Newell's method).
 Eigen::Vector3d twice_area_vector(const IndexRing& ring, const std::vector<Eigen::Vector3d>& points) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (std::size_t i = 1; i + 1 < ring.size(); ++i)
@@ -139,7 +139,7 @@ IndexRing tidy(IndexRing ring) {
   return ring;
 }
 
-/// How far a ring's corners are off its plane [m].
+/// Largest distance of a ring's corners from its plane [m].
 double off_plane_m(const IndexRing& ring, const std::vector<Eigen::Vector3d>& points) {
   const Eigen::Vector3d normal = twice_area_vector(ring, points).normalized();
   double low = 0, high = 0;
@@ -151,15 +151,15 @@ double off_plane_m(const IndexRing& ring, const std::vector<Eigen::Vector3d>& po
   return high - low;
 }
 
-/// Triangles of a polygon in space with its front; empty for a ring that is not a polygon.
+/// Triangles of a polygon in space, with its front side; empty for a ring that is not a polygon.
 std::vector<Triangle> triangles_of(const IndexRing& outer, const std::vector<IndexRing>& inners,
                                    const std::vector<Eigen::Vector3d>& points) {
   if (outer.size() < 3) return {};
   const Eigen::Vector3d front = twice_area_vector(outer, points);
   if (!(0.5 * front.norm() > kSmallest_m2)) return {};
   if (outer.size() == 3 && inners.empty()) return {{outer[0], outer[1], outer[2]}};
-  // Seen along the axis closest to its normal, from its front side: a linear map, so that the triangulation
-  // is one of the polygon itself.
+  // Projects along the axis closest to its normal, from its front side: a linear map, so that the
+  // triangulation is one of the polygon itself.
   Eigen::Index axis = 0;
   front.cwiseAbs().maxCoeff(&axis);
   Eigen::Index u = (axis + 1) % 3;
@@ -270,7 +270,7 @@ std::vector<Polygon2> flat_polygons(const FacePlane& plane, const LocalSurface& 
   return repair({raw}, notes);
 }
 
-/// The openings of `all` that lie in a wall, flat in its plane.
+/// The openings in `all` that are in a wall, projected to its plane.
 std::vector<Polygon2> openings_in(const LocalSurface& wall, const FacePlane& plane,
                                   const std::vector<const LocalSurface*>& all) {
   std::vector<Polygon2> wall_polygons, found;
@@ -323,13 +323,14 @@ void append_solid(Mesh& mesh, const std::string& name, city::Surface surface, co
   double eaves = top - rise;
   std::optional<RoofSurface> roof = rise > 0 ? roof_surface(polygon, plan, shape, rise) : flat_surface(plan);
   if (!roof) {
-    notes.push_back(fmt::format("outline cannot bear roof:shape={}: flat at half the roof's height",
-                                buildings::name(shape.roof)));
+    notes.push_back(
+        fmt::format("outline is unsuitable for roof:shape={}: built flat at half the roof's height",
+                    buildings::name(shape.roof)));
     eaves = top - 0.5 * rise;
     roof = flat_surface(plan);
   }
 
-  // A roof that comes down to the bottom has no wall there: both have the same vertex.
+  // A roof that reaches the bottom has no wall there: both have the same vertex.
   ObjectWriter object(mesh);
   std::vector<std::uint32_t> low(plan.corners.size()), high(roof->vertices.size());
   for (std::size_t i = 0; i < low.size(); ++i) {
@@ -348,8 +349,8 @@ void append_solid(Mesh& mesh, const std::string& name, city::Surface surface, co
   }
   for (const auto& t : plan.triangles) object.triangle(low[t[2]], low[t[1]], low[t[0]], shape.facade);
   for (std::size_t i = 0; i < low.size(); ++i) {
-    // A fan goes from the corner at the left (seen from outside) to the rim of the roof, from right to left:
-    // roofs are concave along a wall, so that no triangle turns over.
+    // A fan from the left corner (seen from outside) to the rim of the roof, from right to left: roofs are
+    // concave along a wall, so no triangle flips.
     const std::uint32_t j = plan.next[i];
     std::uint32_t right = low[j], rim = high[j];
     object.triangle(low[i], right, rim, shape.facade);
@@ -427,7 +428,7 @@ bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vecto
   };
   std::vector<Triangle> triangles;
   std::vector<city::Material> materials;
-  std::vector<bool> open;  // of the triangles: nothing is there
+  std::vector<bool> open;  // of the triangles: closure surfaces, not built
   std::size_t left_out = 0, bent = 0, repaired = 0;
   const auto triangulated = [&](const LocalSurface& surface, const IndexRing& outer) {
     std::vector<IndexRing> inners;
@@ -462,8 +463,8 @@ bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vecto
         fmt::format("{}: left out {} of {} surfaces that are not polygons", name, left_out, surfaces.size()));
   }
   if (bent > 0) {
-    notes.push_back(fmt::format("{}: {} of {} surfaces are more than 0.5 m off their planes", name, bent,
-                                surfaces.size()));
+    notes.push_back(fmt::format("{}: {} of {} surfaces deviate by more than 0.5 m from their planes", name,
+                                bent, surfaces.size()));
   }
   const std::vector<Eigen::Vector3d>& points = welder.points();
   for (const auto& component : city::connected_components(triangles, points.size())) {
@@ -473,7 +474,7 @@ bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vecto
     for (std::size_t i = 0; i < own.size(); ++i) triangles[component[i]] = own[i];
   }
   const bool closed = watertight(triangles);
-  // Triangles that no ray can hit are removed last: the check that surfaces meet needs them.
+  // Degenerate triangles are removed last, because the test for closed surfaces needs them.
   std::vector<Triangle> kept;
   std::vector<city::Material> kept_materials;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -483,7 +484,7 @@ bool append_surfaces(city::Mesh& mesh, const std::string& name, const std::vecto
     kept_materials.push_back(materials[t]);
   }
   if (kept.empty()) return false;
-  if (!closed) notes.push_back(fmt::format("{}: its surfaces do not close", name));
+  if (!closed) notes.push_back(fmt::format("{}: its surfaces are not closed", name));
   const std::size_t first = mesh.triangles.size();
   city::append_object(mesh, name, city::Surface::Building, facade, points, kept);
   std::copy(kept_materials.begin(), kept_materials.end(),

@@ -35,7 +35,7 @@ BENCHMARK_CAPTURE(append, mansard_house, kHouse, RoofShape::Mansard);
 BENCHMARK_CAPTURE(append, round_house, kHouse, RoofShape::Round);
 BENCHMARK_CAPTURE(append, dome_house, kHouse, RoofShape::Dome);
 
-/// Repair and prism of an outline as maps have it, in city coordinates.
+/// Repair and prism of an outline as in maps, in city coordinates.
 void from_outline(benchmark::State& state) {
   Polygon2 raw = kEll;
   for (Point2& p : raw.outer) p += Point2(1234.5678, -987.6543);

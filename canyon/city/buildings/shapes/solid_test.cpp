@@ -159,7 +159,7 @@ Built build(const Polygon2& polygon, const Shape& shape, double base_m = 0, doub
   return built;
 }
 
-/// Roofs look up, floors down, walls are upright; materials follow; z stays between bottom and top. An onion
+/// Roofs face up, floors down, walls are upright; materials follow; z stays between bottom and top. An onion
 /// overhangs.
 void expect_sound(const Built& built, const Polygon2& polygon, const Shape& shape, double bottom_m,
                   double top_m) {
@@ -240,7 +240,7 @@ TEST(Solid, RoofsOverARectangleHaveTheirVolume) {
     const double k = std::cos(a), m = i == 7 ? 0 : std::cos(b);
     dome += (std::sin(b) - std::sin(a)) * (k * k + k * m + m * m) / 3;
   }
-  EXPECT_NEAR(dome, 2.0 / 3, 0.01);  // the half ellipsoid, but for the steps
+  EXPECT_NEAR(dome, 2.0 / 3, 0.01);  // the half ellipsoid, except for the steps
   const std::vector<std::pair<RoofShape, double>> cases = {
       {RoofShape::Gabled, l * w * r / 2},
       {RoofShape::Skillion, l * w * r / 2},
@@ -259,7 +259,7 @@ TEST(Solid, RoofsOverARectangleHaveTheirVolume) {
     Built built = build(straight, shape);
     expect_sound(built, straight, shape, 0, e + r);
     EXPECT_NEAR(built.check.volume_m3, l * w * e + volume, 1e-9 * l * w * e);
-    // Turned, corners are off by up to 0.7 mm.
+    // After rotation, corners are off by up to 0.7 mm.
     const Polygon2 leaning = cleaned({{turned(straight.outer, 33, {1000, 2000}), {}}}).at(0);
     built = build(leaning, shape);
     expect_sound(built, leaning, shape, 0, e + r);
@@ -327,16 +327,16 @@ TEST(Solid, EveryRoofOverRandomFootprintsIsClosed) {
 }
 
 TEST(Solid, CutsGoThroughCornersThatTheyWouldMissByAHair) {
-  // The ridge runs at y = 4.9995, a corner of the gable lies at 5.
+  // The ridge is at y = 4.9995, a corner of the gable at 5.
   const Polygon2 polygon{{{0, 0}, {20, 0}, {20, 5}, {20, 9.999}, {0, 9.999}}, {}};
   const Shape shape = shape_with(RoofShape::Gabled, 8, 3);
   const Built built = build(polygon, shape);
   expect_sound(built, polygon, shape, 0, 8);
-  EXPECT_THAT(built.mesh.vertices, SizeIs(5 + 5 + 1));  // the ridge's other end only
+  EXPECT_THAT(built.mesh.vertices, SizeIs(5 + 5 + 1));  // only the ridge's other end
   EXPECT_NEAR(built.check.volume_m3, 20 * 9.999 * 6.5, 1e-3 * 20 * 9.999);
 }
 
-/// Height of the roof above a place.
+/// Height of the roof above a position.
 double roof_at(const Built& built, const Point2& place) {
   double highest = -1e9;
   for (const auto& t : built.mesh.triangles) {
@@ -393,8 +393,8 @@ TEST(Solid, ASkillionSlopesDownTowardsItsDirection) {
 TEST(Solid, ADomeOverARoundFootprintIsSmooth) {
   const Polygon2 polygon = cleaned({{regular(64, 10), {}}}).at(0);
   const Built built = build(polygon, shape_with(RoofShape::Dome, 15, 10));
-  // No farther inside the half sphere than the steps' chords: r (1 - cos(5.625 deg)) = 0.048 m, and 0.012 m
-  // for the 64 corners.
+  // The maximum distance inside the half sphere is that of the steps' chords: r (1 - cos(5.625 deg)) = 0.048
+  // m, and 0.012 m for the 64 corners.
   for (double x = 0.5; x < 10; x += 0.7) {
     const double distance = Eigen::Vector3d(x, 0, roof_at(built, {x, 0}) - 5).norm();
     EXPECT_LT(distance, 10.001);
@@ -421,7 +421,7 @@ TEST(Solid, WhatADomeCannotCoverIsFlatAndSaidSo) {
 TEST(Solid, StandsOnTheSlopeOrFloatsAboveIt) {
   const Polygon2 polygon{box(0, 0, 10, 5), {}};
   Shape shape = shape_with(RoofShape::Gabled, 9, 3);
-  Built built = build(polygon, shape, 100, 98.5);  // the ground falls by 1.5 m
+  Built built = build(polygon, shape, 100, 98.5);  // the ground descends by 1.5 m
   expect_sound(built, polygon, shape, 98.5, 109);
   EXPECT_NEAR(built.check.volume_m3, 50 * (1.5 + 6 + 1.5), 1e-9);
   shape.min_height_m = 4;
@@ -474,7 +474,7 @@ TEST(SolidCheck, SeesHolesAndTurnedTriangles) {
   Mesh turned_triangle = mesh;
   std::swap(turned_triangle.triangles[3][0], turned_triangle.triangles[3][1]);
   EXPECT_FALSE(test::check_solid(turned_triangle, mesh.objects[0]).watertight);
-  Mesh moved = mesh;  // one corner of one triangle, by a hair
+  Mesh moved = mesh;  // one corner of one triangle, by a minimal distance
   moved.vertices.push_back(moved.vertices[moved.triangles[5][0]] + Eigen::Vector3d(0, 0, 1e-12));
   moved.triangles[5][0] = static_cast<std::uint32_t>(moved.vertices.size() - 1);
   EXPECT_FALSE(test::check_solid(moved, mesh.objects[0]).watertight);

@@ -58,7 +58,7 @@ TEST(CityAttributes, ValuesThatStandForNotKnownAreLeftOut) {
   CityAttributes flat{{"storeysAboveGround", "0"}};
   add_tags_of_attributes(flat);
   EXPECT_EQ(flat.at("building:levels"), "0") << "ShapeReader warns of it";
-  // A frame of concrete or steel carries facades of any material.
+  // A concrete or steel frame has facades of any material.
   CityAttributes framed{{"buildingStructureType", "604"}, {"height", "9"}, {"measuredHeight", "8"}};
   add_tags_of_attributes(framed);
   EXPECT_EQ(framed.at("building:structure"), "steel");

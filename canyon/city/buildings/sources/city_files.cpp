@@ -25,12 +25,12 @@
 namespace canyon::buildings {
 namespace {
 
-/// Opens a file at its beginning; called more than once where objects refer to later ones.
+/// Opens a file at its beginning; called again if objects refer to later ones.
 using OpenBytes = std::function<ByteReader()>;
 
-constexpr int kMostPasses = 4;  // references to geometries that refer to others, and so on
+constexpr int kMostPasses = 4;  // for references to geometries that refer to others, and so on
 
-/// Whether a file's envelope reaches the box; true where its place is not known.
+/// Whether a file's envelope touches the box; true if its position is not known.
 bool reaches_box(const GmlEnvelope& envelope, CityModel& model) {
   if (!model.options().box || envelope.system == nullptr) return true;
   const std::size_t system = model.system(*envelope.system, false, envelope.line);
@@ -73,12 +73,12 @@ void find_ids(const GmlElement& element, const std::set<std::string>& wanted, Gm
   for (const GmlElement& child : element.children) find_ids(child, wanted, library);
 }
 
-/// Elements of a file to which its objects refer and which stand outside them.
+/// Elements of a file that its objects reference and that are outside of them.
 class References {
  public:
   References(const std::filesystem::path& file, const OpenBytes& open) : file_(file), open_(open) {}
 
-  /// Reads the file until each of these is found, with what they refer to themselves.
+  /// Reads the file until each of these is found, with their own references.
   [[nodiscard]] GmlLibrary find(std::set<std::string> wanted) const {
     GmlLibrary library;
     for (int pass = 0; pass < kMostPasses && !wanted.empty(); ++pass) {
@@ -112,11 +112,11 @@ class References {
   const OpenBytes& open_;
 };
 
-/// Adds the objects of a file of CityGML to a model. Those of a file whose envelope lies outside the box are
-/// not read. @return whether the file was read
+/// Adds the objects of a CityGML file to a model. A file whose envelope is outside the box is not read.
+/// @return whether the file was read
 bool read_citygml(const std::filesystem::path& file, const OpenBytes& open, CityModel& model) {
   std::set<std::string> wanted;
-  std::set<std::size_t> waiting;  // numbers of the objects that refer to others
+  std::set<std::size_t> waiting;  // numbers of the objects with references to others
   bool reached = true;
   std::size_t number = 0;
   const GmlLibrary none;
@@ -151,7 +151,7 @@ bool read_citygml(const std::filesystem::path& file, const OpenBytes& open, City
   return true;
 }
 
-/// A file, perhaps one in an archive.
+/// A file, on the disk or in an archive.
 struct Tile {
   std::filesystem::path path;  ///< for messages: "tiles.zip/a/b.gml"
   std::string inside;          ///< GDAL's name of a file in an archive; empty for one on the disk
@@ -251,12 +251,12 @@ class CityFiles {
       model_.say(ReadReport::Level::Remark,
                  fmt::format("tiles       {} outside the box, not read", skipped_));
     if (foreign_ > 0)
-      model_.say(ReadReport::Level::Remark, fmt::format("tiles       {} other files passed over", foreign_));
+      model_.say(ReadReport::Level::Remark, fmt::format("tiles       {} other files ignored", foreign_));
     return model_.finish(name);
   }
 
  private:
-  /// False for files that are not city models.
+  /// Returns false for files that are not city models.
   bool read_tile(const Tile& tile, bool many) {
     const ModelKind kind = kind_of(tile);
     if (kind != ModelKind::CityGml && kind != ModelKind::CityJson && many) {

@@ -33,11 +33,11 @@ class CityFilesTest : public ::testing::Test {
   std::string tile(const std::string& id, double east, const std::string& srs = "EPSG:25832") const {
     return citygml(citygml_member(gml_building(id, gml_house(east))), srs);
   }
-  /// Four tiles below "set", of which one is cut off, and a file of another kind.
+  /// Four tiles below "set", one of them truncated, and a file of another kind.
   void write_set() const {
     write("set/a/one.gml", tile("one", 691000));
     write("set/a/two.xml", tile("two", 691100) + "\n");
-    // UTM 33 of the same place is far from it; "one" again; CityJSON.
+    // UTM 33 of the same position is far from it; "one" again; CityJSON.
     write("set/b/three.gml", citygml(citygml_member(gml_building("three", gml_house(244000))) +
                                          citygml_member(gml_building("three", gml_house(244050))),
                                      "EPSG:25833"));
@@ -53,7 +53,7 @@ class CityFilesTest : public ::testing::Test {
     EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("tile left out: ")));
     EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("cut.gml:")));
     EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("1 objects are in several files")));
-    EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("1 other files passed over")));
+    EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("1 other files ignored")));
     EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("EPSG:25833 (ETRS89 / UTM zone 33N) of 1 file")));
   }
   test::TemporaryFolder folder_;
@@ -87,7 +87,7 @@ TEST_F(CityFilesTest, OneFileThatIsCutOffIsAnError) {
     EXPECT_THAT(e.what(), HasSubstr("cut.gml:"));
     EXPECT_THAT(e.what(), HasSubstr("is cut short"));
   }
-  // A folder whose tiles are all damaged is refused, too.
+  // A folder with only damaged tiles is rejected, too.
   write("bad/a.gml", tile("a", 691000).substr(0, 3000));
   write("bad/b.gml", tile("b", 691000).substr(0, 3000));
   EXPECT_THROW((void)read_city_files({folder_ / "bad"}), InputError);
@@ -123,7 +123,7 @@ TEST_F(CityFilesTest, KindsByContent) {
   ASSERT_EQ(gzclose(out), Z_OK);
   EXPECT_EQ(model_kind(folder_ / "h.bin"), ModelKind::CityGml);
   EXPECT_EQ(read_city_files({folder_ / "h.bin"}).features.size(), 1U);
-  // A Gazebo model, and a tileset, are others' folders.
+  // A Gazebo model, and a tileset, are not folders of a city model.
   write("model/model.sdf", "<sdf/>");
   write("model/mesh.xml", gml);
   EXPECT_EQ(model_kind(folder_ / "model"), ModelKind::None);

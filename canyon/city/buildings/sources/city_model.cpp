@@ -20,7 +20,7 @@ namespace {
 
 enum class Role : std::uint8_t { Building, Part, Structure, Tree, Wood, Relief };
 
-/// The objects of CityGML 1.0 to 3.0 and CityJSON 1.0 to 2.0 that stand outdoors.
+/// The outdoor objects of CityGML 1.0 to 3.0 and CityJSON 1.0 to 2.0.
 const auto kRoles = dictionary<Role>(
     {{"Building", Role::Building},
      {"BuildingPart", Role::Part},
@@ -46,7 +46,7 @@ MapRing lon_lat(const std::vector<Eigen::Vector3d>& points) {
   return ring;
 }
 
-/// The outlines of surfaces, those that stand upright left out.
+/// The outlines of surfaces, without vertical ones.
 std::vector<MapPolygon> outlines_of(const std::vector<MapSurface>& surfaces) {
   constexpr double kThinnest_deg2 = 1e-13;  // 1 cm by 1 m
   std::vector<MapPolygon> outlines;
@@ -60,7 +60,7 @@ std::vector<MapPolygon> outlines_of(const std::vector<MapSurface>& surfaces) {
   return outlines;
 }
 
-/// Counts the buildings and parts, and those with each attribute by which facades are drawn.
+/// Counts the buildings and parts, and those with each attribute that affects facades.
 std::string attributes_line(const MapData& data) {
   std::size_t all = 0, uses = 0, years = 0, structures = 0, materials = 0;
   for (const MapFeature& feature : data.features) {
@@ -80,7 +80,7 @@ std::string attributes_line(const MapData& data) {
       uses, years, structures, materials);
 }
 
-/// Names of CityGML's and CityJSON's attributes and of common exports, beside the tags that Canyon reads.
+/// Names of CityGML's and CityJSON's attributes and of common exports, besides the tags that Canyon reads.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kSameAs{
     {{"measuredHeight", "height"},
      {"averageHeight", "height"},
@@ -102,7 +102,7 @@ constexpr std::array<std::string_view, 10> kOthers{{"function", "usage", "class"
                                                     "height", "species", "yearOfDemolition",
                                                     "dateOfDemolition", "terminationDate", "status"}};
 
-/// The Dutch register of buildings: torn down, not built, and permitted but not begun.
+/// The Dutch register of buildings: torn down, not built, and permitted but not started.
 constexpr std::array<std::string_view, 4> kGoneStatus{
     {"Pand gesloopt", "Niet gerealiseerd pand", "Bouwvergunning verleend", "Pand ten onrechte opgevoerd"}};
 
@@ -140,7 +140,7 @@ const auto kPlateauUses = dictionary<std::string_view>({{"401|421", "office"},
                                                         {"441|452", "industrial"},
                                                         {"451", "farm"}});
 
-/// PLATEAU's codes of structure. 610 (not wood) and 611 (not known) say nothing.
+/// PLATEAU's codes of structure. 610 (not wood) and 611 (not known) give no information.
 const auto kPlateauStructures = dictionary<std::string_view>(
     {{"601", "wood"}, {"602|603", "concrete"}, {"604|605", "steel"}, {"606", "masonry"}});
 
@@ -156,10 +156,10 @@ bool is_word(std::string_view text) {
          });
 }
 
-/// The value of `building` that one code or word stands for; empty where it is not known.
+/// The value of `building` for a code or word; empty if it is not known.
 std::string use_of(std::string_view value) {
   // "31001_2020", "2020", "411"
-  const std::string_view code = value.substr(value.find_last_of("_:") + 1);  // all of it without a mark
+  const std::string_view code = value.substr(value.find_last_of("_:") + 1);  // all without a separator
   const bool digits =
       !code.empty() && std::all_of(code.begin(), code.end(), [](char c) { return c >= '0' && c <= '9'; });
   if (!digits) return is_word(value) ? lower_case(value) : std::string();
@@ -169,7 +169,7 @@ std::string use_of(std::string_view value) {
   return found == uses.end() ? std::string() : std::string(found->second);
 }
 
-/// Whether an attribute's value stands for one that is not known, or cannot be.
+/// Whether an attribute's value means "not known", or is impossible.
 bool is_filler(std::string_view tag, std::string_view value) {
   const std::optional<double> number = parse_double(value);
   if (tag == "height") return number && (*number <= 0 || *number >= 2000);
@@ -208,7 +208,7 @@ void CityModel::drop_file() {
   --files_;
 }
 
-/// Tells objects apart, one that is given twice aside.
+/// Distinguishes objects, except for duplicates.
 std::string CityModel::id_and_place(const MapFeature& feature) {
   const LonLat middle = feature.bounds().center();
   return fmt::format("{} {:.7f} {:.7f}", feature.id, middle.x(), middle.y());
@@ -219,18 +219,17 @@ std::size_t CityModel::system(const std::string& ogc_name, bool east_first, int 
   if (name.empty() && !options_.model.crs.empty()) {
     name = reference_name(options_.model.crs);
     if (name.empty()) {
-      throw InputError(fmt::format("crs '{}' is not a reference system of EPSG", options_.model.crs),
+      throw InputError(fmt::format("crs '{}' is not an EPSG reference system", options_.model.crs),
                        "give its code, e.g. EPSG:25832, or EPSG:25832+7837 with heights");
     }
-    say(Level::Remark,
-        ogc_name.empty()
-            ? fmt::format("reference system taken from crs, {}", name)
-            : fmt::format("reference system \"{}\" is not known; {} taken from crs", ogc_name, name));
+    say(Level::Remark, ogc_name.empty() ? fmt::format("reference system from crs, {}", name)
+                                        : fmt::format("reference system \"{}\" is unknown; using {} from crs",
+                                                      ogc_name, name));
   }
   if (name.empty()) {
     throw InputError(file_, line,
                      ogc_name.empty()
-                         ? std::string("names no reference system: the place of the city is unknown")
+                         ? std::string("names no reference system: the position of the city is unknown")
                          : fmt::format("reference system \"{}\" is not one of EPSG or OGC's CRS84", ogc_name),
                      "name it with crs (--crs), e.g. EPSG:25832");
   }
@@ -261,20 +260,20 @@ Eigen::Vector3d CityModel::east_first(std::size_t index, const Eigen::Vector3d& 
     const bool likely = plausible(by_authority);
     const bool other = !system.east_first && plausible(!by_authority);
     if (!likely && !other) return by_authority ? Eigen::Vector3d(point.y(), point.x(), point.z()) : point;
-    // Many files put east first whatever the authority says.
+    // Many files put east first, independent of the authority's order.
     const bool unsure = likely && other && by_authority;
     const int told = unsure && handedness_ ? handedness_() : 0;
     system.swap = told != 0 ? told < 0 : likely ? by_authority : !by_authority;
     if (*system.swap != by_authority) {
       say(unsure ? Level::Guess : Level::Remark,
-          fmt::format("coordinates have {} first, against the order of {}'s axes, and are read so{}",
+          fmt::format("coordinates have {} first, against the axis order of {}, and are read so{}",
                       by_authority ? "east or longitude" : "north or latitude", system.name,
-                      told != 0 ? ": its roofs look up then" : ""));
+                      told != 0 ? ", because roofs face up only in this order" : ""));
     } else if (unsure && told == 0) {
       say(Level::Guess,
           fmt::format(
-              "coordinates are read with north or latitude first, the order of {}'s axes; the other one has "
-              "a place, too",
+              "coordinates are read with north or latitude first, the axis order of {}; the other order is "
+              "also possible",
               system.name));
     }
   }
@@ -326,7 +325,7 @@ void CityModel::keep(MapFeature feature, const CityObject& object) {
     ++tally_.outside;
     return;
   }
-  // Tiles repeat the objects on their seams.
+  // Neighbouring tiles repeat the objects on their borders.
   const std::string key = id_and_place(feature);
   if (files_ > 1 && seen_.count(key) > 0) {
     ++tally_.repeated;
@@ -334,8 +333,9 @@ void CityModel::keep(MapFeature feature, const CityObject& object) {
   }
   const auto [first, fresh] = here_.emplace(object.named ? feature.id : key, key);
   if (!fresh && first->second == key)
-    return leave_out("objects that the file has twice, with the same id at the same place", 1, Level::Remark);
-  if (!fresh) say(Level::Remark, "objects at different places have the same id: all are built");
+    return leave_out("objects that the file has twice, with the same id at the same position", 1,
+                     Level::Remark);
+  if (!fresh) say(Level::Remark, "objects at different positions have the same id: all are built");
   ++tally_.kinds[object.lod < 0 ? object.type : fmt::format("{} LoD {:g}", object.type, object.lod)];
   data_.features.push_back(std::move(feature));
   lods_.push_back(object.lod);
@@ -414,7 +414,7 @@ void CityModel::add_building(CityObject object, bool part) {
 }
 
 bool CityModel::leaves_out_low(const MapFeature& feature) {
-  constexpr double kLowest_m = 1;  // what is lower hides nothing from an antenna
+  constexpr double kLowest_m = 1;  // lower plants do not obstruct an antenna
   const auto height = feature.tags.find("height");
   const auto value = height == feature.tags.end() ? std::nullopt : parse_double(height->second);
   if (!value || *value >= kLowest_m) return false;
@@ -436,7 +436,7 @@ void CityModel::add_tree(CityObject object) {
     feature.line = {extent.center().head<2>()};
     feature.base_m = extent.min().z();
   } else {
-    leave_out("trees without a place");
+    leave_out("trees without a position");
     return;
   }
   if (!extent.isEmpty()) {
@@ -462,7 +462,7 @@ void CityModel::add_wood(CityObject object) {
     return;
   }
   const double thick_m = extent_of(object.surfaces).sizes().z();
-  constexpr double kThick_m = 1;  // a flat one on a slope has its height from an attribute
+  constexpr double kThick_m = 1;  // a flat cover on a slope gets its height from an attribute
   if (thick_m >= kThick_m) feature.tags.emplace("height", fmt::format("{:.2f}", thick_m));
   if (!leaves_out_low(feature)) keep(std::move(feature), object);
 }
@@ -484,7 +484,7 @@ void CityModel::finish_file() {
       if (tag != whole->second.end()) feature.tags.insert(*tag);
     }
   }
-  // A whole of less detail is its parts once more.
+  // A whole with less detail duplicates its parts.
   std::size_t kept = first_feature_;
   for (std::size_t i = first_feature_; i < features.size(); ++i) {
     const auto parts = lod_of_parts.find(features[i].id);
@@ -526,7 +526,7 @@ void CityModel::describe(MapData& data) const {
   if (!data.relief.empty()) remark(fmt::format("relief      {} surfaces of the ground", data.relief.size()));
   if (tally_.outside > 0) remark(fmt::format("box         {} objects outside left out", tally_.outside));
   if (tally_.repeated > 0)
-    remark(fmt::format("tiles       {} objects are in several files, taken once", tally_.repeated));
+    remark(fmt::format("tiles       {} objects are in several files, read once", tally_.repeated));
 }
 
 MapData CityModel::finish(const std::filesystem::path& name) {
@@ -546,7 +546,7 @@ MapData CityModel::finish(const std::filesystem::path& name) {
                      elsewhere
                          ? "check its reference system; eastings with their zone in front (32691000) are "
                            "EPSG:4647 and the like (--crs)"
-                         : "give a file of buildings, or a higher lod");
+                         : "give a file with buildings, or a higher lod");
   }
   for (const MapFeature& feature : data_.features) data_.bounds.extend(feature.bounds());
   data_.source = file;
@@ -561,8 +561,8 @@ MapData CityModel::finish(const std::filesystem::path& name) {
     data_.notes.say(
         Level::Guess,
         fmt::format(
-            "{}: lies at longitude {:.4f}, latitude {:.4f}, outside the area that its reference system "
-            "{} is made for; check that system and the coordinates",
+            "{}: is at longitude {:.4f}, latitude {:.4f}, outside the area for which its reference system "
+            "{} is defined; check this system and the coordinates",
             file, middle.x(), middle.y(), system.name));
   }
   return std::move(data_);
@@ -597,7 +597,7 @@ void add_tags_of_attributes(CityAttributes& tags) {
   const auto structure = kPlateauStructures.find(value_of(tags, "buildingStructureType"));
   if (structure == kPlateauStructures.end()) return;
   tags.emplace("building:structure", structure->second);
-  // Frames of concrete and steel carry facades of any material.
+  // Concrete and steel frames have facades of any material.
   if (structure->second == "wood") tags.emplace("building:material", "wood");
   if (structure->second == "masonry") tags.emplace("building:material", "brick");
 }

@@ -18,72 +18,74 @@
 
 namespace canyon::buildings {
 
-/// How files of a city model are read.
+/// Options for reading the files of a city model.
 struct CityReadOptions {
   ModelOptions model;
   TerrainOptions heights;
-  std::optional<LonLatBox> box;  ///< only what touches it
+  std::optional<LonLatBox> box;  ///< only objects that touch it
 };
 
-/// Whether a height above the ellipsoid [m] can be one of a building or of the ground below it: fill values
-/// and other units cannot.
+/// Whether a height above the ellipsoid [m] is plausible for a building or the ground below it; fill values
+/// and wrong units are not.
 [[nodiscard]] constexpr bool is_height_of_city(double height_m) {
   return height_m >= -500 && height_m <= 10'000;
 }
 
-/// The names under which CityModel::leave_out() counts them.
+/// Texts of items that CityModel::leave_out() counts.
 inline constexpr const char* kElsewhere = "rings outside the area of their reference system";
 
-/// The names and values of a city model's objects, by the names that the file gives them.
+/// The attribute values of a city model's objects, by the file's attribute names.
 using CityAttributes = std::map<std::string, std::string>;
 
-/// One object of a city model as its file has it, in WGS 84.
+/// One object of a city model as in its file, in WGS 84.
 struct CityObject {
   std::string id, type;
-  std::string parent;  ///< id of the object that it is a part of
+  std::string parent;  ///< id of the whole of which the object is a part
   CityAttributes attributes;
-  double lod = -1;  ///< of the surfaces; below 1 these are outlines; below 0: it has no geometry
+  double lod = -1;  ///< of the surfaces; below 1 these are outlines; below 0: no geometry
   std::vector<MapSurface> surfaces;
-  std::optional<Eigen::Vector3d> place;  ///< of a geometry that many objects share (lon, lat [deg], height)
+  std::optional<Eigen::Vector3d> place;  ///< of a geometry shared by many objects (lon, lat [deg], height)
   bool has_parts = false;
-  bool named = true;  ///< the file has its id
+  bool named = true;  ///< the id is from the file
 };
 
-/// Gathers the objects of the files of a city model, CityGML or CityJSON, as the features of a map: kinds,
-/// tags, what replaces what, and counts of what is left out.
+/// Collects the objects of the files of a city model, CityGML or CityJSON, as the features of a map: kinds,
+/// tags, replacements of wholes by parts, and counts of omitted objects.
 class CityModel {
  public:
   explicit CityModel(const CityReadOptions& options);
 
   [[nodiscard]] const CityReadOptions& options() const { return options_; }
 
-  /// Everything that is added after this call belongs to `file`.
+  /// Objects added after this call belong to `file`.
   void begin_file(const std::filesystem::path& file);
-  /// Takes back what was added since begin_file().
+  /// Removes everything added since begin_file().
   void drop_file();
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }
 
-  /// Numbers of reference systems are used until the model ends. Throws InputError as ReferenceSystem does.
-  /// @param ogc_name as the file names it; empty where it names none
-  /// @param east_first that the file's format puts east first, whatever the authority says
+  /// The number of a reference system, valid for the model's lifetime. Throws InputError as ReferenceSystem
+  /// does.
+  /// @param ogc_name as in the file; empty if the file names none
+  /// @param east_first the file's format puts east first, independent of the authority
   /// @param line for messages
   [[nodiscard]] std::size_t system(const std::string& ogc_name, bool east_first, int line);
   [[nodiscard]] const ReferenceSystem& reference(std::size_t system) const {
     return systems_[system].reference;
   }
-  /// Who tells whether the file's objects have east first (1), north first (-1), or neither (0): asked where
-  /// the authority lists north first and both orders have a place in the system's area of use.
+  /// Returns whether the file's objects have east first (1), north first (-1), or neither (0). Called if the
+  /// authority lists north first and both orders are in the system's area of use.
   using Handedness = std::function<int()>;
   void ask_handedness(Handedness handedness) { handedness_ = std::move(handedness); }
-  /// East (or longitude) first, as the file's order of axes is. That order is decided once for a file and
-  /// system, by the first point whose place tells it.
+  /// The point with east (or longitude) first, by the axis order of the file. This order is decided once for
+  /// a file and system, by the first point whose position is unambiguous.
   [[nodiscard]] Eigen::Vector3d east_first(std::size_t system, const Eigen::Vector3d& point);
-  /// Converts in place: east, north, height to longitude, latitude [deg], ellipsoidal height [m]; NaN where
-  /// the system does not reach. Longitudes are within 180 deg of the first of all.
+  /// Converts in place: east, north, height to longitude, latitude [deg], ellipsoidal height [m]; NaN outside
+  /// the system's range. Longitudes are within 180 deg of the first point's.
   void to_wgs84(std::size_t system, std::vector<Eigen::Vector3d>& points);
 
-  /// Converts in place to WGS 84: points of a geometry that many objects share [m], moved by `matrix` and
-  /// then to `origin` (of the file, east first). In a geographic system they are east, north, up about it.
+  /// Converts in place to WGS 84: points of a geometry shared by many objects [m], transformed by `matrix`
+  /// and then moved to `origin` (of the file, east first). In a geographic system they are east, north, up
+  /// about it.
   void place(std::size_t system, const Eigen::Matrix4d& matrix, const Eigen::Vector3d& origin,
              std::vector<Eigen::Vector3d>& points);
 
@@ -91,14 +93,14 @@ class CityModel {
   void leave_out(const std::string& what, std::size_t count = 1, Level level = Level::Loss) {
     tally_.notes.tell(level, "left out {} " + what, {}, count);
   }
-  /// One line of a kind; how often it was said is counted.
+  /// One line of a kind; repetitions are counted.
   void say(Level level, const std::string& line) { tally_.notes.tell(level, line); }
   void add(CityObject object);
-  /// Whether a city is built of objects of that type.
+  /// Whether a city has objects of that type.
   [[nodiscard]] static bool builds(std::string_view type);
 
-  /// The features, sorted by id. Throws InputError where there are none and no box is asked for.
-  /// @param name of all of the files, for messages
+  /// The features, sorted by id. Throws InputError if there are none and no box is requested.
+  /// @param name of all files, for messages
   [[nodiscard]] MapData finish(const std::filesystem::path& name);
 
  private:
@@ -109,7 +111,7 @@ class CityModel {
     std::optional<bool> swap;
     std::size_t files = 0;
   };
-  /// What describe() tells of all files so far.
+  /// The contents of describe() for all files so far.
   struct Tally {
     ReadReport notes;
     std::map<std::string, std::size_t> kinds;
@@ -135,39 +137,37 @@ class CityModel {
   std::vector<double> lods_;                              ///< of data_.features
   std::size_t first_feature_ = 0;                         ///< of the file
   std::size_t first_relief_ = 0;                          ///< likewise
-  std::map<std::string, CityAttributes> tags_of_wholes_;  ///< of the file's objects that have parts
-  std::set<std::string> seen_;                            ///< id and place of the features of other files
-  std::map<std::string, std::string> here_;               ///< the same of the file, by id
-  Tally tally_, tally_before_;                            ///< the second: before the file
+  std::map<std::string, CityAttributes> tags_of_wholes_;  ///< of the file's objects with parts
+  std::set<std::string> seen_;                            ///< id and position of the features of other files
+  std::map<std::string, std::string> here_;               ///< the same for this file, by id
+  Tally tally_, tally_before_;                            ///< the second: state before the file
   Handedness handedness_;
   std::size_t files_ = 0;
 };
 
-/// Whether add_tags_of_attributes() looks at an attribute of that name.
+/// Whether add_tags_of_attributes() uses an attribute of that name.
 [[nodiscard]] bool attribute_matters(std::string_view name);
 
-/// A value of an attribute, a length in metres; other attributes as they are. Nothing for a length in a unit
-/// that is not known.
-/// @param unit as files name it ("ft", "#m", "urn:ogc:def:uom:EPSG::9002", "[ft_i]"); metres where it is
-/// empty
+/// A value of an attribute: lengths are converted to metres, others returned unchanged. Empty for a length in
+/// an unknown unit.
+/// @param unit as in files ("ft", "#m", "urn:ogc:def:uom:EPSG::9002", "[ft_i]"); empty: metres
 [[nodiscard]] std::optional<std::string> value_in_metres(std::string_view name, std::string_view value,
                                                          std::string_view unit);
-/// Such values, for CityModel::leave_out().
+/// Counter text of these values, for CityModel::leave_out().
 inline constexpr const char* kOtherUnit = "attributes in units of length that are not known";
 
-/// Adds the tags of OpenStreetMap that the attributes of CityGML, CityJSON and of common extensions stand
-/// for, where these tags are not there yet: `height`, `building:levels`, `building:material`,
-/// `roof:material`, `start_date`, `diameter_crown`, and `building:structure` ("wood", "masonry", "concrete",
-/// "steel") of PLATEAU's structure codes. Values that stand for "not known" (-9999, year 0001) are left out.
+/// Adds missing OpenStreetMap tags from the attributes of CityGML, CityJSON and common extensions: `height`,
+/// `building:levels`, `building:material`, `roof:material`, `start_date`, `diameter_crown`, and
+/// `building:structure` ("wood", "masonry", "concrete", "steel") from PLATEAU's structure codes. Placeholders
+/// for "not known" (-9999, year 0001) are ignored.
 void add_tags_of_attributes(CityAttributes& tags);
 
-/// Whether attributes say that a building is torn down or was never built: a demolition or an end of its
-/// life that has_ended(), or such a status of the Dutch register of buildings.
+/// Whether attributes mark a building as torn down or never built: a demolition date or end of life that
+/// has_ended(), or such a status of the Dutch register of buildings.
 [[nodiscard]] bool is_gone(const CityAttributes& attributes);
 
-/// The value of the tag `building` for a building with these attributes, by its function, usage and class:
-/// the codes of AdV ("31001_2020", four digits), of PLATEAU (three digits), or a word. "yes" where none is
-/// known.
+/// The value of the tag `building` for these attributes, by function, usage and class: codes of AdV
+/// ("31001_2020", four digits), of PLATEAU (three digits), or a word. "yes" if none is known.
 [[nodiscard]] std::string building_use(const CityAttributes& attributes);
 
 }  // namespace canyon::buildings

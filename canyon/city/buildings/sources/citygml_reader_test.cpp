@@ -84,7 +84,7 @@ TEST_F(CityGmlTest, NamesOfReferenceSystems) {
   EXPECT_EQ(reference_name("urn:adv:crs:XYZ"), "");
 }
 
-// EPSG:6697 has latitude first; its plane part differs from WGS 84 by nothing that PROJ knows.
+// EPSG:6697 has latitude first; in the plane PROJ has no difference between it and WGS 84.
 TEST_F(CityGmlTest, LatitudeComesFirstWhereTheAuthoritySaysSo) {
   const std::string ring = "35.5 139.7 1 35.5 139.701 1 35.501 139.7 5 35.5 139.7 1";
   const std::string object = fmt::format("<bldg:Building gml:id=\"a\">{}</bldg:Building>",
@@ -94,7 +94,7 @@ TEST_F(CityGmlTest, LatitudeComesFirstWhereTheAuthoritySaysSo) {
     const Eigen::Vector3d corner = data.features.at(0).surfaces.at(0).outer.at(1);
     EXPECT_NEAR(corner.x(), 139.701, 1e-9) << name;
     EXPECT_NEAR(corner.y(), 35.5, 1e-9) << name;
-    EXPECT_THAT(data.notes.lines(), Not(Contains(HasSubstr("against the order"))));
+    EXPECT_THAT(data.notes.lines(), Not(Contains(HasSubstr("against the axis order"))));
   }
 }
 
@@ -105,7 +105,7 @@ TEST_F(CityGmlTest, OtherOrderOfAxesIsReadWhereOnlyThatIsPlausible) {
   const MapData data = read(citygml(citygml_member(object), "EPSG:6697"));
   EXPECT_NEAR(data.features.at(0).surfaces.at(0).outer.at(1).x(), 139.701, 1e-9);
   EXPECT_THAT(data.notes.lines(),
-              Contains(HasSubstr("east or longitude first, against the order of EPSG:6697's axes")));
+              Contains(HasSubstr("east or longitude first, against the axis order of EPSG:6697")));
   // Gauss-Krueger: EPSG has north first, Germany's files have east first.
   const std::string plane = "3500000 5500000 1 3500010 5500000 1 3500000 5500010 5 3500000 5500000 1";
   const MapData german = read(
@@ -116,7 +116,7 @@ TEST_F(CityGmlTest, OtherOrderOfAxesIsReadWhereOnlyThatIsPlausible) {
   EXPECT_NEAR(german.features.at(0).surfaces.at(0).outer.at(0).y(), 49.6, 0.1);
 }
 
-// In Berlin's old plane system (EPSG:3068, north first) both orders lie in the city.
+// In Berlin's old plane system (EPSG:3068, north first) both orders are in the city.
 TEST_F(CityGmlTest, HandednessTellsTheOrderOfAxesWherePlacesDoNot) {
   std::vector<std::string> swapped;
   for (const std::string& ring : gml_house(24000, 20000, 35)) {
@@ -128,7 +128,7 @@ TEST_F(CityGmlTest, HandednessTellsTheOrderOfAxesWherePlacesDoNot) {
   const MapData east =
       read(citygml(citygml_member(gml_building("a", gml_house(24000, 20000, 35))), "EPSG:3068"));
   const MapData north = read(citygml(citygml_member(gml_building("a", swapped)), "EPSG:3068"));
-  EXPECT_THAT(east.notes.lines(), Contains(HasSubstr("its roofs look up then")));
+  EXPECT_THAT(east.notes.lines(), Contains(HasSubstr("because roofs face up only in this order")));
   EXPECT_THAT(north.notes.lines(), Not(Contains(HasSubstr("roofs"))));
   for (const MapData& data : {east, north}) {
     const Eigen::Vector3d corner = data.features.at(0).surfaces.at(0).outer.at(0);
@@ -164,7 +164,7 @@ TEST_F(CityGmlTest, MissingSystemAsksForCrs) {
   options.model.crs = "EPSG:25832";
   const MapData data = read(text, options);
   EXPECT_NEAR(data.features.at(0).surfaces.at(0).outer.at(0).x(), 11.567052874164, 1e-9);
-  EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("taken from crs")));
+  EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("from crs")));
   options.model.crs = "Gauss";
   EXPECT_THAT(error_of(text, options), HasSubstr("crs 'Gauss'"));
 }
@@ -228,7 +228,7 @@ TEST_F(CityGmlTest, PartsInstallationsAndWhatTheyReplace) {
       "<bldg:Building gml:id=\"a\"><bldg:function>31001_2020</bldg:function>"
       "<bldg:yearOfConstruction>1999</bldg:yearOfConstruction>" +
       block + chimney + part + "</bldg:Building>");
-  ASSERT_EQ(data.features.size(), 2U);  // the block of LoD 1 is the part once more
+  ASSERT_EQ(data.features.size(), 2U);  // the block of LoD 1 duplicates the part
   EXPECT_EQ(data.features[0].id, "i");
   EXPECT_EQ(data.features[0].kind, FeatureKind::Structure);
   EXPECT_EQ(data.features[1].kind, FeatureKind::Part);
@@ -285,7 +285,7 @@ TEST_F(CityGmlTest, WindowsOfWallsAndHolesAndTriangles) {
   EXPECT_EQ(own.features[0].surfaces[1].outer.size(), 3U);
 }
 
-// The halves of a square have the same box; the same half drawn from another corner is the same.
+// The halves of a square have the same box; the same half from another start corner is the same.
 TEST_F(CityGmlTest, PolygonsThatAreThereTwiceAreTakenOnceAndHalvesAreNot) {
   const auto polygon = [](const char* ring) { return gml_member(gml_polygon({ring})); };
   const MapData data = read_object(
@@ -313,7 +313,7 @@ TEST_F(CityGmlTest, CavitiesOfSolidsAndMultiSolids) {
             2U);
 }
 
-// A bench whose shape is in the object's file once: turned by 90 deg and moved.
+// A bench whose shape is in the object's file once: rotated by 90 deg and moved.
 TEST_F(CityGmlTest, ImplicitGeometry) {
   const auto bench = [](const char* id, const char* shape, const char* place) {
     return citygml_member(fmt::format(
@@ -332,7 +332,7 @@ TEST_F(CityGmlTest, ImplicitGeometry) {
   ASSERT_EQ(data.features.size(), 2U);
   EXPECT_EQ(data.features[0].kind, FeatureKind::Structure);
   ASSERT_EQ(data.features[1].surfaces.at(0).outer.size(), 3U);
-  // (2, 1, 1) turned is (-1, 2, 1).
+  // (2, 1, 1) rotated is (-1, 2, 1).
   // echo "690999 5334002" | gdaltransform -s_srs EPSG:25832 -t_srs EPSG:4326
   EXPECT_NEAR(data.features[1].surfaces[0].outer[2].x(), 11.5670403446, 1e-8);
   EXPECT_NEAR(data.features[1].surfaces[0].outer[2].y(), 48.1305886932, 1e-8);
@@ -439,7 +439,7 @@ TEST_F(CityGmlTest, ObjectsThatAreThereTwiceAreTakenOnce) {
   other.replace(other.find("Building gml:id=\"b\""), 19, "Building gml:id=\"a\"");
   const MapData both = read(citygml(house + other));
   EXPECT_EQ(both.features.size(), 2U);
-  EXPECT_THAT(both.notes.lines(), Contains(HasSubstr("objects at different places have the same id")));
+  EXPECT_THAT(both.notes.lines(), Contains(HasSubstr("objects at different positions have the same id")));
 }
 
 TEST_F(CityGmlTest, Version3) {
@@ -516,7 +516,7 @@ TEST_F(CityGmlTest, BadInputIsOneClearError) {
   std::string deep;
   for (int i = 0; i < 1000; ++i) deep += "<a>";
   EXPECT_THAT(error_of("<CityModel><cityObjectMember>" + deep), HasSubstr("nested too deep"));
-  // Eastings with their zone in front.
+  // Eastings with their zone as prefix.
   std::string zone = good;
   for (std::size_t at = zone.find("691"); at != std::string::npos; at = zone.find("691", at + 6))
     zone.replace(at, 3, "32691");
@@ -526,7 +526,7 @@ TEST_F(CityGmlTest, BadInputIsOneClearError) {
   EXPECT_THAT(error_of(citygml("")), HasSubstr("has no building or other object"));
 }
 
-// Far coordinates leave their surfaces out and are counted; the rest stands.
+// Surfaces with distant coordinates are dropped and counted; the rest is kept.
 TEST_F(CityGmlTest, CoordinatesBeyondTheEarth) {
   std::vector<std::string> rings = gml_house();
   rings[6] = "1e9 1e9 500 1e9 2e9 500 2e9 1e9 500 1e9 1e9 500";

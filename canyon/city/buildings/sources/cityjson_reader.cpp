@@ -40,7 +40,7 @@ class CityJsonReader {
 
   void read() {
     const std::string_view text = file_.text();
-    // A sequence has a whole CityJSON object on its first line and more lines after it.
+    // A sequence has a complete CityJSON object on its first line, followed by more lines.
     const std::size_t end = text.find('\n');
     const bool sequence = end != std::string_view::npos && !trim(text.substr(end)).empty() &&
                           Json::try_parse(text.substr(0, end)).has_value();
@@ -54,7 +54,7 @@ class CityJsonReader {
           line_ = file_.line();
           if (trim(*line).empty()) continue;
           const Json root = parse(*line, line_);
-          if (!system_ || root["type"] == "CityJSON") {  // again where sequences were joined
+          if (!system_ || root["type"] == "CityJSON") {  // again if sequences were concatenated
             read_header(root);
             continue;
           }
@@ -63,7 +63,7 @@ class CityJsonReader {
         }
       }
     } catch (const JsonError& e) {
-      fail(fmt::format("not as CityJSON has it ({})", e.what()));
+      fail(fmt::format("not valid CityJSON ({})", e.what()));
     }
     notes_.require_most(good_);
     for (const std::string& line : notes_.lines()) model_.say(ReadReport::Level::Loss, line);
@@ -94,7 +94,7 @@ class CityJsonReader {
     if (root["type"] == "FeatureCollection" || root["type"] == "Feature")
       fail("is GeoJSON, which is not read as a map", "give OpenStreetMap data or CityJSON of the buildings");
     if (root["type"] == "CityJSONFeature") {
-      fail("a sequence begins with a CityJSON object, and this is a CityJSONFeature",
+      fail("a sequence must begin with a CityJSON object, but this is a CityJSONFeature",
            "give the whole sequence");
     }
     if (root["type"] != "CityJSON")
@@ -160,7 +160,7 @@ class CityJsonReader {
       if (!vertices_[i].allFinite())
         faults_[i] = "is outside the area of its reference system";
       else if (!is_height_of_city(vertices_[i].z()))
-        faults_[i] = "is beyond -500 to 10,000 m of height";
+        faults_[i] = "has a height outside -500 to 10,000 m";
     }
   }
 
@@ -255,7 +255,7 @@ class CityJsonReader {
     }
   }
 
-  /// The geometry that an instance repeats; null where the file has none of that number.
+  /// The geometry that an instance repeats; null if there is none of that number.
   const Json* template_of(const Json& instance) const {
     const Json& number = instance["template"];
     const Json& list = templates_["templates"];
@@ -281,7 +281,7 @@ class CityJsonReader {
     const Json& origin = instance["boundaries"];
     if (!origin.is_array() || origin.size() != 1 || !origin[0].is_integer() ||
         origin[0].get<long long>() < 0 || static_cast<std::size_t>(origin[0].get<long long>()) >= raw_.size())
-      fail_object(key, "a GeometryInstance does not name the number of a vertex");
+      fail_object(key, "a GeometryInstance has no vertex number");
     const auto number = static_cast<std::size_t>(origin[0].get<long long>());
     if (vertices_[number].allFinite()) object.place = vertices_[number];
     Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
@@ -343,7 +343,7 @@ class CityJsonReader {
     const Json& attributes = object["attributes"];
     if (!attributes.is_object()) return;
     for (const auto& [name, value] : attributes.members()) {
-      // CityJSON itself has metres; converters write units beside a value or about it.
+      // CityJSON itself uses metres; converters write units next to a value or around it.
       const Json& inner = value.is_object() && value.contains("value") ? value["value"] : value;
       std::string unit = value.is_object() ? text_of(value["uom"]) : "";
       if (unit.empty() && attribute_matters(name)) {
@@ -390,7 +390,7 @@ class CityJsonReader {
         try {
           read_object(key, object);
         } catch (const JsonError& e) {
-          fail_object(key, fmt::format("not as CityJSON has it ({})", e.what()));
+          fail_object(key, fmt::format("not valid CityJSON ({})", e.what()));
         }
       });
       if (notes_.losses() == bad) ++good_;
@@ -405,9 +405,9 @@ class CityJsonReader {
   std::optional<std::size_t> system_;
   Eigen::Vector3d scale_ = Eigen::Vector3d::Ones();
   Eigen::Vector3d translate_ = Eigen::Vector3d::Zero();
-  std::vector<Eigen::Vector3d> raw_;       ///< as the file has them, scaled
-  std::vector<Eigen::Vector3d> vertices_;  ///< lon, lat [deg], ellipsoidal height [m]; NaN where impossible
-  std::vector<std::string_view> faults_;   ///< of vertices, why they are no place; empty for good ones
+  std::vector<Eigen::Vector3d> raw_;       ///< as in the file, scaled
+  std::vector<Eigen::Vector3d> vertices_;  ///< lon, lat [deg], ellipsoidal height [m]; NaN if impossible
+  std::vector<std::string_view> faults_;   ///< of vertices, reason if invalid; empty for good ones
   Json templates_;
 };
 

@@ -106,17 +106,17 @@ TEST_F(CityJsonTest, SolidInUtmStandsWhereItShould) {
   EXPECT_NEAR(corner.x(), 11.567052874164, 1e-9);
   EXPECT_NEAR(corner.y(), 48.1305704172875, 1e-9);
   EXPECT_NEAR(corner.z(), 500, 1e-6);
-  // ETRS89 is WGS 84 for PROJ: GeographicLib's UTM says the same.
+  // For PROJ, ETRS89 equals WGS 84: GeographicLib's UTM agrees.
   const auto utm = test::geodetic_from_utm({32, true, 691010, 5334004});
   const Eigen::Vector3d ridge = house.surfaces[6].outer[3];
   EXPECT_NEAR(ridge.x(), geodesy::degrees(utm.longitude_rad), 1e-8);
   EXPECT_NEAR(ridge.y(), geodesy::degrees(utm.latitude_rad), 1e-8);
   EXPECT_NEAR(ridge.z(), 509, 1e-6);
-  // The grid is turned by 1.9 deg: its corners are the westernmost and northernmost in this order.
+  // The grid is rotated by 1.9 deg: its corners are the westernmost and northernmost in this order.
   const auto north = test::geodetic_from_utm({32, true, 691000, 5334008});
   EXPECT_NEAR(data.bounds.min().x(), 11.567052874164, 1e-9);
   EXPECT_NEAR(data.bounds.max().y(), geodesy::degrees(north.latitude_rad), 1e-8);
-  EXPECT_TRUE(any_contains(data.notes.lines(), "taken as ellipsoidal"));
+  EXPECT_TRUE(any_contains(data.notes.lines(), "read as ellipsoidal"));
   EXPECT_EQ(data.source, "city.json");
 }
 
@@ -144,7 +144,7 @@ TEST_F(CityJsonTest, DutchGridKeepsItsDatumShift) {
     EXPECT_TRUE(any_contains(data.notes.lines(), "--geoid-undulation"));
     EXPECT_FALSE(data.geoid_undulation_m);
   } else {
-    EXPECT_NEAR(height, 45.3, 1);  // NAP at Amersfoort lies some 43 m above the ellipsoid
+    EXPECT_NEAR(height, 45.3, 1);  // NAP at Amersfoort is some 43 m above the ellipsoid
   }
 }
 
@@ -196,7 +196,7 @@ TEST_F(CityJsonTest, FeetOfAProjectedSystemAreFeetInHeight) {
   EXPECT_NEAR(corner.x(), -74.0117232348781, 2e-5);  // NAD83's many transformations differ by a metre
   EXPECT_NEAR(corner.y(), 40.7128851399118, 2e-5);
   EXPECT_NEAR(corner.z(), 100 * 1200.0 / 3937.0, 1e-9);
-  EXPECT_TRUE(any_contains(data.notes.lines(), "heights taken in the unit"));
+  EXPECT_TRUE(any_contains(data.notes.lines(), "heights read in the unit"));
 }
 
 TEST_F(CityJsonTest, Versions) {
@@ -278,7 +278,7 @@ TEST_F(CityJsonTest, PartsNameTheirBuildingAndReplaceItsOutline) {
   EXPECT_EQ(c.tags.at("roof:material"), "metal");
   EXPECT_EQ(c.tags.count("note") + c.tags.count("list"), 0U);
   EXPECT_TRUE(any_contains(data.notes.lines(), "left out 1 city objects of type LandUse"));
-  EXPECT_TRUE(any_contains(data.notes.lines(), "left out 1 trees without a place"));
+  EXPECT_TRUE(any_contains(data.notes.lines(), "left out 1 trees without a position"));
   EXPECT_TRUE(any_contains(data.notes.lines(), "left out 2 buildings and parts without a geometry"));
 }
 
@@ -297,7 +297,7 @@ TEST_F(CityJsonTest, UnitsBesideAttributes) {
   EXPECT_EQ(height(R"("measuredHeight":100,"measuredHeight_uom":"ell")"), "");
 }
 
-// A template of one triangle, twice as large, about a vertex; a bridge and a wood of their own.
+// A template of one triangle, twice as large, about a vertex; a bridge and a wood as separate objects.
 TEST_F(CityJsonTest, TemplatesAndOtherObjects) {
   const std::string objects =
       R"("T":{"type":"SolitaryVegetationObject","attributes":{"crownDiameter":4},"geometry":[)"
@@ -380,7 +380,7 @@ TEST_F(CityJsonTest, OneBadObjectCostsOneObject) {
   }
 }
 
-// By cat.
+// Joined by cat.
 TEST_F(CityJsonTest, JoinedSequencesAreRead) {
   const auto sequence = [](const std::string& key, int east_m) {
     return fmt::format(
@@ -430,7 +430,7 @@ TEST_F(CityJsonTest, BadInputIsOneClearError) {
 }
 
 TEST_F(CityJsonTest, EveryTruncationAndManyDamagesAreErrorsOrRead) {
-  // No damage may crash; whatever is thrown is an InputError.
+  // No damage may crash; only InputError may be thrown.
   const std::string good = cityjson(cityjson_building("house", kHouseSolid));
   test::read_damaged(good, 37, "0123456789[]{}\",:-e. nul",
                      [this](const std::string& text) { return read(text); });

@@ -19,11 +19,11 @@
 
 namespace canyon {
 
-/// The address of a function of GDAL's shared library, which is loaded at the first call: it and what it
-/// needs are a hundred libraries, and most runs ask nothing of them. Throws InputError where it is not there.
+/// The address of a function of GDAL's shared library, which the first call loads: with its dependencies it
+/// is a hundred libraries, and most runs do not use it. Throws InputError if it is not installed.
 [[nodiscard]] void* gdal_function(const char* name);
 
-// Within this namespace these hide GDAL's own. A function that is not among them does not link.
+// In this namespace these hide GDAL's own declarations. A function that is not listed here does not link.
 // clang-format off
 #define CANYON_GDAL_FUNCTIONS(X) \
   X(CPLErrorReset) X(CPLGetErrorHandlerUserData) X(CPLGetLastErrorMsg) X(CPLPopErrorHandler) \
@@ -61,7 +61,7 @@ CANYON_GDAL_FUNCTIONS(CANYON_GDAL_FUNCTION)
 
 }  // namespace canyon
 
-/// GDAL's C handles as owners, for the sources of this folder. Every handle is used by one thread at a time.
+/// RAII owners of GDAL's C handles, for the sources of this folder. Use each handle on one thread at a time.
 namespace canyon::buildings::gdal {
 
 template <const auto& close>
@@ -84,7 +84,7 @@ using Transformation = Owner<OGRCoordinateTransformationH, OCTDestroyCoordinateT
   return text;
 }
 
-/// While it lives, GDAL and PROJ print nothing on this thread; message() has their text.
+/// During its lifetime GDAL and PROJ print nothing on this thread; message() has their text.
 class Quiet {
  public:
   Quiet() {
@@ -95,11 +95,11 @@ class Quiet {
   Quiet(const Quiet&) = delete;
   Quiet& operator=(const Quiet&) = delete;
 
-  /// The last error; empty where there was none.
+  /// The last error; empty if there was none.
   [[nodiscard]] std::string message() const { return short_line(CPLGetLastErrorMsg()); }
 };
 
-/// While it lives, an option of GDAL's has a value on this thread.
+/// During its lifetime a GDAL option has this value on this thread.
 class ThreadOption {
  public:
   ThreadOption(const char* name, const char* value) : name_(name) {
@@ -113,7 +113,7 @@ class ThreadOption {
   const char* name_;
 };
 
-/// The bytes of a file by GDAL's name of it, such as one in an archive; empty where it cannot be opened.
+/// The bytes of a file by its GDAL name, such as one in an archive; empty if it cannot be opened.
 [[nodiscard]] inline ByteReader bytes_of(const std::string& name) {
   const Quiet quiet;
   VSILFILE* const opened = VSIFOpenL(name.c_str(), "rb");
@@ -125,8 +125,8 @@ class ThreadOption {
   };
 }
 
-/// Any description that GDAL knows ("EPSG:7415", "EPSG:4326+5773", WKT), x east or longitude, y north or
-/// latitude whatever the authority's axis order. Null where it is not known.
+/// Any description that GDAL accepts ("EPSG:7415", "EPSG:4326+5773", WKT), x east or longitude, y north or
+/// latitude, independent of the authority's axis order. Null if it is not known.
 [[nodiscard]] inline SpatialReference spatial_reference(const std::string& text) {
   const Quiet quiet;
   SpatialReference reference(OSRNewSpatialReference(nullptr));
@@ -135,7 +135,7 @@ class ThreadOption {
   return reference;
 }
 
-/// The horizontal part alone, x east or longitude, y north or latitude.
+/// The horizontal part, x east or longitude, y north or latitude.
 [[nodiscard]] inline SpatialReference horizontal_part(OGRSpatialReferenceH whole) {
   SpatialReference reference(OSRClone(whole));
   OSRStripVertical(reference.get());
@@ -144,8 +144,8 @@ class ThreadOption {
   return reference;
 }
 
-/// Null where PROJ has no way. Without `ballpark`, ways that leave out a datum shift or a geoid, because its
-/// grid is not installed, count as none: PROJ would take them in silence.
+/// Null if PROJ has no operation. Without `ballpark`, operations that omit a datum shift or a geoid because
+/// its grid is not installed are excluded; PROJ would use them without a message.
 [[nodiscard]] inline Transformation transformation(OGRSpatialReferenceH from, OGRSpatialReferenceH to,
                                                    bool ballpark) {
   const Quiet quiet;
@@ -156,8 +156,8 @@ class ThreadOption {
   return result;
 }
 
-/// The exact way, else, with a note, one that takes the datums as the same. Throws InputError, in the name of
-/// `file`, where PROJ has none. @param way for messages: "from X to Y"
+/// The exact operation; else, with a note, one that treats the datums as equal. Throws InputError with `file`
+/// if PROJ has none. @param way for messages: "from X to Y"
 [[nodiscard]] inline Transformation best_transformation(OGRSpatialReferenceH from, OGRSpatialReferenceH to,
                                                         const std::filesystem::path& file,
                                                         const std::string& way, ReadReport& notes) {
@@ -167,8 +167,8 @@ class ThreadOption {
     throw InputError(file, 0, "PROJ cannot transform " + way,
                      "convert it to another reference system first, rasters with gdalwarp -t_srs EPSG:4326");
   }
-  notes.say(ReadReport::Level::Guess, file.filename().string() + ": PROJ knows no exact way " + way +
-                                          "; the datums are taken as the same");
+  notes.say(ReadReport::Level::Guess, file.filename().string() + ": PROJ has no exact operation " + way +
+                                          "; the datums are treated as equal");
   return guess;
 }
 

@@ -8,7 +8,7 @@
 namespace canyon::buildings {
 namespace {
 
-// This program links GDAL as well, for the rasters that its tests make.
+// This program also links GDAL, for the rasters made in its tests.
 TEST(Gdal, IsTheLibraryOfTheHeaders) {
   EXPECT_STREQ(::GDALVersionInfo("RELEASE_NAME"), GDAL_RELEASE_NAME);
   EXPECT_EQ(gdal_function("GDALVersionInfo"), reinterpret_cast<void*>(&::GDALVersionInfo));

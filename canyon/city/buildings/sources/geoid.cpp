@@ -18,16 +18,16 @@ struct KnownGeoid {
   int epsg;                                  ///< of the vertical reference system
   std::array<const char*, 3> geographiclib;  ///< file names, finest first
 };
-/// EPSG's codes beside the names of GeographicLib's data sets (its documentation of the class Geoid). The
-/// 1' grid of EGM2008 comes last: it takes long to open and differs from 5' by millimetres to centimetres.
-/// In the order of GeoidModel, behind ByFile.
+/// EPSG's codes with the names of GeographicLib's data sets (documentation of its class Geoid). The 1' grid
+/// of EGM2008 is last: it is slow to open and differs from 5' by millimetres to centimetres. In the order of
+/// GeoidModel, after ByFile.
 constexpr std::array<KnownGeoid, 3> kKnownGeoids{{{5798, {"egm84-15", "egm84-30", ""}},
                                                   {5773, {"egm96-5", "egm96-15", ""}},
                                                   {3855, {"egm2008-2_5", "egm2008-5", "egm2008-1"}}}};
 
 constexpr const char* kGridCure =
-    "give the geoid's undulation at the place in metres (geoid_undulation_m, --geoid-undulation), or install "
-    "the grid (Debian: proj-data for EGM96; others: geographiclib-get-geoids or projsync)";
+    "give the geoid's undulation at this position in metres (geoid_undulation_m, --geoid-undulation), or "
+    "install the grid (Debian: proj-data for EGM96; others: geographiclib-get-geoids or projsync)";
 
 /// A compound system for GDAL; empty for ByFile.
 std::string compound_name(GeoidModel model) {
@@ -70,10 +70,10 @@ int vertical_epsg(OGRSpatialReferenceH reference) {
 struct Geoid::Grid {
   std::filesystem::path file;
   std::string name;
-  gdal::Transformation compound_from_wgs84;             ///< PROJ's way,
+  gdal::Transformation compound_from_wgs84;             ///< PROJ's operation,
   double metres_per_unit = 1;                           ///< of its heights, or
   std::unique_ptr<GeographicLib::Geoid> geographiclib;  ///< GeographicLib's
-  std::mutex mutex;                                     ///< neither may be used by two threads at a time
+  std::mutex mutex;                                     ///< both are not thread-safe
 };
 
 Geoid::~Geoid() = default;
@@ -94,7 +94,7 @@ Geoid::Geoid(const Heights& heights) {
     char* unit = nullptr;
     metres_per_unit_ = OSRGetLinearUnits(reference.get(), &unit);
     if (std::abs(metres_per_unit_ - 1) > 1e-9) {
-      unit_note_ = fmt::format("{}: heights taken in the unit of {}, {} ({:.9g} m), since none is stated",
+      unit_note_ = fmt::format("{}: heights read in the unit of {}, {} ({:.9g} m), because no unit is given",
                                file, OSRGetName(reference.get()), unit, metres_per_unit_);
     }
   }
@@ -113,7 +113,7 @@ Geoid::Geoid(const Heights& heights) {
     if (up == OAO_Down) {
       throw InputError(heights.file, 0,
                        fmt::format("{} are depths, not heights", vertical_name(reference.get())),
-                       "turn them to heights first");
+                       "convert them to heights first");
     }
   }
   if (heights.options.geoid_undulation_m) {
@@ -125,14 +125,14 @@ Geoid::Geoid(const Heights& heights) {
   if (!above_datum && !ellipsoidal) {
     guessed_ = true;
     note_ = fmt::format(
-        "{}: heights taken as ellipsoidal, since its reference system names no vertical datum", file);
+        "{}: heights read as ellipsoidal, because its reference system names no vertical datum", file);
     return;
   }
   auto grid = std::make_unique<Grid>();
   grid->file = heights.file;
   const gdal::SpatialReference wgs84 = gdal::spatial_reference("EPSG:4979");
   if (ellipsoidal) {
-    // The datum may be another one: the difference is some metres, by PROJ's Helmert transformation.
+    // The datum may be another one: the difference is some metres, from PROJ's Helmert transformation.
     OSRSetAxisMappingStrategy(reference.get(), OAMS_TRADITIONAL_GIS_ORDER);
     note_ = fmt::format("{}: heights are ellipsoidal by its reference system", file);
     grid->name = "ellipsoidal heights";
@@ -157,9 +157,8 @@ Geoid::Geoid(const Heights& heights) {
     if (!grid->geographiclib && !heights.required && !by_user) {
       guessed_ = true;
       note_ = fmt::format(
-          "{}: heights above {} are taken as ellipsoidal (tens of metres off in many places), since no geoid "
-          "grid "
-          "for it is installed; {}",
+          "{}: heights above {} are read as ellipsoidal (errors of tens of metres in many areas), because no "
+          "geoid grid for it is installed; {}",
           file, why, kGridCure);
       return;
     }
@@ -185,7 +184,7 @@ double Geoid::undulation_m(const LonLat& place) const {
       throw InputError(grid_->file, 0, fmt::format("geoid of {}: {}", grid_->name, e.what()), kGridCure);
     }
   }
-  // A point on the ellipsoid lies N below the geoid. Foot systems answer in feet.
+  // A point on the ellipsoid is N below the geoid. Systems in feet give results in feet.
   const gdal::Quiet quiet;
   double x = longitude_near(place.x(), 0);
   double y = place.y();
@@ -194,7 +193,7 @@ double Geoid::undulation_m(const LonLat& place) const {
   if (OCTTransformEx(grid_->compound_from_wgs84.get(), 1, &x, &y, &z, &ok) == 0 || ok == 0 ||
       !std::isfinite(z)) {
     throw InputError(grid_->file, 0,
-                     fmt::format("the grid of {} does not reach longitude {:.5f}, latitude {:.5f}",
+                     fmt::format("the grid of {} does not cover longitude {:.5f}, latitude {:.5f}",
                                  grid_->name, place.x(), place.y()),
                      kGridCure);
   }

@@ -1,4 +1,4 @@
-// The only file that knows expat.
+// The only file that uses expat.
 #include "canyon/city/buildings/sources/gml_document.hpp"
 
 #include <expat.h>
@@ -20,9 +20,9 @@ namespace canyon::buildings {
 namespace {
 
 constexpr std::size_t kDeepest = 200;
-constexpr std::size_t kLongestText = 4096;  // of what holds no coordinates
+constexpr std::size_t kLongestText = 4096;  // without coordinates
 
-/// Nothing in these is built.
+/// Elements that are not built.
 const std::set<std::string_view> kPassedOver{
     "appearance",          "appearanceMember", "address",
     "interiorRoom",        "buildingRoom",     "interiorFurniture",
@@ -39,7 +39,7 @@ bool holds_coordinates(std::string_view name) {
   return is_one_of(name, {"posList", "pos", "coordinates", "lowerCorner", "upperCorner"});
 }
 
-/// Whether an element's points are its parent's: all from the numbers up to the ring.
+/// Whether an element passes its points to its parent: all from the numbers up to the ring.
 bool passes_points_up(std::string_view name) {
   return is_one_of(name, {"posList", "pos", "coordinates", "coord", "pointProperty", "LineString", "Curve",
                           "LineStringSegment", "segments", "curveMember"});
@@ -85,8 +85,8 @@ class GmlParser {
  private:
   struct Open {
     GmlElement element;
-    int dimension = 0;        ///< srsDimension that holds here; 0: not said
-    bool has_system = false;  ///< said here
+    int dimension = 0;        ///< srsDimension in effect here; 0: none
+    bool has_system = false;  ///< given here
   };
 
   [[noreturn]] void fail(std::string_view problem, std::string_view cure) const {
@@ -98,12 +98,12 @@ class GmlParser {
     const XML_Error code = XML_GetErrorCode(parser_.get());
     if (at_end || code == XML_ERROR_NO_ELEMENTS || code == XML_ERROR_UNCLOSED_TOKEN)
       fail("is cut short", "fetch the file again");
-    if (code == XML_ERROR_UNKNOWN_ENCODING) fail("is in an encoding that is not read", "save it as UTF-8");
+    if (code == XML_ERROR_UNKNOWN_ENCODING) fail("is in an unsupported encoding", "save it as UTF-8");
     fail(fmt::format("is not well-formed XML ({})", XML_ErrorString(code)),
          "fetch the file again, or export it again");
   }
 
-  // Expat is C: no exception may pass through it.
+  // Expat is C: exceptions must not pass through it.
   template <typename Act>
   static void guard(void* self, const Act& act) {
     GmlParser& parser = *static_cast<GmlParser*>(self);
@@ -127,7 +127,7 @@ class GmlParser {
   static void on_entity(void* self, const XML_Char* name, int, const XML_Char*, int, const XML_Char*,
                         const XML_Char*, const XML_Char*, const XML_Char*) {
     guard(self, [&](GmlParser& parser) {
-      parser.fail(fmt::format("declares the entity '{}', which is not read", name),
+      parser.fail(fmt::format("declares the entity '{}', which is not supported", name),
                   "city models need none: remove the declaration");
     });
   }
@@ -135,10 +135,10 @@ class GmlParser {
   void begin(std::string_view name, const XML_Char** attributes) {
     if (passed_over_ > 0 || kPassedOver.count(name) > 0) {
       ++passed_over_;
-      if (passed_over_ > kDeepest) fail("has elements nested too deep", "is it a city model?");
+      if (passed_over_ > kDeepest) fail("has elements that are nested too deeply", "is it a city model?");
       return;
     }
-    if (stack_.size() >= kDeepest) fail("has elements nested too deep", "is it a city model?");
+    if (stack_.size() >= kDeepest) fail("has elements that are nested too deeply", "is it a city model?");
     if (stack_.empty() && name != "CityModel" && name != "FeatureCollection") {
       fail(fmt::format("is XML, but not CityGML: its first element is {}", name),
            "give a file whose first element is CityModel");
@@ -181,7 +181,7 @@ class GmlParser {
                                    : systems_.emplace_back(std::make_shared<const std::string>(name));
   }
 
-  /// The box of an object names the system of all of the object.
+  /// The box of an object gives the reference system of the whole object.
   void hand_system_up() {
     if (stack_.size() < 3) return;
     Open& object = stack_[stack_.size() - 3];
@@ -237,7 +237,7 @@ class GmlParser {
       if (!whole) element.positions.clear();
       parent.rings.push_back(std::move(element.positions));
     } else if (!element.rings.empty() && (is_one_of(element.name, {"exterior", "outerBoundaryIs"}))) {
-      // The children of a polygon: its rings, the outer one first. Those of a solid have surfaces.
+      // The children of a polygon: its rings, the exterior first. Children of a solid have surfaces.
       parent.rings.insert(parent.rings.begin(), std::make_move_iterator(element.rings.begin()),
                           std::make_move_iterator(element.rings.end()));
     } else if (!element.rings.empty() && is_one_of(element.name, {"interior", "innerBoundaryIs"})) {
@@ -290,7 +290,7 @@ class GmlParser {
     if (dimension != 2 && dimension != 3) dimension = numbers.size() % 3 == 0 ? 3 : 2;
     const auto step = static_cast<std::size_t>(dimension);
     if (damaged || numbers.size() % step != 0) {
-      // The ring that it is of is left out.
+      // The ring that contains it is dropped.
       element.positions.push_back(Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
       text.clear();
       return;
@@ -314,7 +314,7 @@ class GmlParser {
   std::unique_ptr<std::remove_pointer_t<XML_Parser>, FreeParser> parser_;
   std::vector<Open> stack_;
   std::vector<std::shared_ptr<const std::string>> systems_;
-  std::size_t passed_over_ = 0;  ///< open elements of what is passed over
+  std::size_t passed_over_ = 0;  ///< open elements inside a skipped element
   std::exception_ptr failure_;
   bool ended_ = false;
 };
@@ -332,7 +332,7 @@ ByteReader file_bytes(const std::filesystem::path& path) {
   return [file, path](char* to, std::size_t size) {
     const std::size_t n = file->read(to, size, 0);
     if (n == 0 && file->cut_short())
-      throw InputError(path, 0, "gzip data is damaged or cut short", "fetch the file again");
+      throw InputError(path, 0, "gzip data are damaged or cut short", "fetch the file again");
     return n;
   };
 }

@@ -16,7 +16,7 @@
 namespace canyon::buildings {
 namespace {
 
-/// Where a geometry that many objects share stands: CityGML's implicit geometry.
+/// The position of a geometry shared by many objects: CityGML's implicit geometry.
 struct GmlPlacement {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();  ///< before the reference point is added
   const GmlElement* reference = nullptr;                 ///< a Point
@@ -27,27 +27,27 @@ struct GmlFace {
   const GmlElement* polygon = nullptr;
   bool reversed = false;
   std::string_view semantic;  ///< name of the thematic surface; empty without one
-  int placement = -1;         ///< number of its GmlPlacement; -1: it has coordinates of its own
+  int placement = -1;         ///< index of its GmlPlacement; -1: it has its own coordinates
 };
 
 /// The polygons of one level of detail: of the object's own geometry, and of its thematic surfaces.
 struct GmlDetail {
   std::vector<GmlFace> own, thematic;
-  std::vector<GmlFace> footprint;  ///< of lod0FootPrint, of which lod0RoofEdge may be another view
+  std::vector<GmlFace> footprint;  ///< of lod0FootPrint; lod0RoofEdge may describe the same
 };
 
-/// Follows the geometry properties of objects, with their references.
+/// Collects geometry properties of objects, including their references.
 class GmlFaces {
  public:
   GmlFaces(const GmlElement& root, const GmlLibrary& library);
 
-  /// The levels of detail that an object has; the objects in it are passed over.
+  /// The levels of detail of an object, without nested objects.
   [[nodiscard]] std::map<int, GmlDetail> details_of(const GmlElement& object);
 
   [[nodiscard]] const std::vector<GmlPlacement>& placements() const { return placements_; }
-  /// Ids that were referred to and are not there.
+  /// Referenced ids that do not exist.
   [[nodiscard]] const std::set<std::string>& missing() const { return missing_; }
-  /// How many geometries are in files of their own.
+  /// The number of geometries in external files.
   [[nodiscard]] std::size_t external() const { return external_; }
 
  private:
@@ -81,20 +81,20 @@ bool has_surfaces(std::string_view property) {
          kind != "PointCloud" && kind != "Network";
 }
 
-/// Whether a thematic surface is seen from rooms only.
+/// Whether a thematic surface is visible only from rooms.
 bool is_inside(std::string_view surface) {
   return surface == "InteriorWallSurface" || surface == "CeilingSurface" || surface == "FloorSurface";
 }
 
-/// The semantics that CityGML 3.0 calls otherwise.
+/// The older names of semantics renamed in CityGML 3.0.
 std::string_view semantic_name(std::string_view surface) {
   if (surface == "WindowSurface") return "Window";
   if (surface == "DoorSurface") return "Door";
   return surface;
 }
 
-/// Where two descriptions of a face agree, whatever corner they begin with and whichever way they turn: the
-/// number of corners, the sum of their hashes, and the placement.
+/// Equal for two descriptions of a face, independent of start corner and orientation: the number of corners,
+/// the sum of their hashes, and the placement.
 using FaceKey = std::tuple<std::size_t, std::uint64_t, int>;
 
 std::uint64_t hash_of(const Eigen::Vector3d& point) {
@@ -129,7 +129,7 @@ Eigen::Vector3d twice_area_vector(const GmlFace& face) {
   return face.reversed ? Eigen::Vector3d(-normal) : normal;
 }
 
-/// The sum of twice the faces' areas, by which descriptions are compared.
+/// The sum of twice the faces' areas, to compare descriptions.
 double area_of(const std::vector<GmlFace>& faces) {
   double sum = 0;
   for (const GmlFace& face : faces) sum += twice_area_vector(face).norm();
@@ -146,7 +146,7 @@ void GmlFaces::index(const GmlElement& element) {
 }
 
 const GmlElement* GmlFaces::resolve(const std::string& href) {
-  const std::string id = href.substr(href.find('#') + 1);  // all of it without a mark
+  const std::string id = href.substr(href.find('#') + 1);  // the whole reference if there is no '#'
   if (const auto found = by_id_.find(id); found != by_id_.end()) return found->second;
   if (const auto found = library_.find(id); found != library_.end()) return &found->second;
   missing_.insert(id);
@@ -240,8 +240,8 @@ void GmlFaces::collect_implicit(const GmlElement& geometry, GmlFace like, int de
     if (const GmlElement* relative = geometry.child(name)) collect(*relative, like, depth + 1, faces);
 }
 
-/// The faces of a level of detail, each polygon once: the thematic surfaces, and what the object's own
-/// geometry has beside them. Where both are shells of their own, the larger one.
+/// The faces of a level of detail, each polygon once: the thematic surfaces, and additional faces of the
+/// object's own geometry. If both are separate shells, the larger one.
 std::vector<GmlFace> merged_faces(const GmlDetail& detail) {
   std::vector<GmlFace> faces;
   std::set<FaceKey> seen;
@@ -259,7 +259,7 @@ std::vector<GmlFace> merged_faces(const GmlDetail& detail) {
   const std::size_t beside = faces.size() - thematic;
   const bool one_shell = thematic == 0 || 2 * beside <= detail.own.size();
   if (one_shell) return faces;
-  // Two views of the same thing.
+  // Two descriptions of the same object.
   const bool own = area_of(detail.own) > area_of(detail.thematic);
   faces.clear();
   seen.clear();
@@ -267,7 +267,7 @@ std::vector<GmlFace> merged_faces(const GmlDetail& detail) {
   return faces;
 }
 
-/// Objects beside those of CityModel::builds() that it counts.
+/// Objects other than those of CityModel::builds() that it counts.
 const std::set<std::string_view> kCounted{"MassPointRelief",
                                           "BreaklineRelief",
                                           "RasterRelief",
@@ -283,11 +283,11 @@ const std::set<std::string_view> kCounted{"MassPointRelief",
                                           "GenericOccupiedSpace",
                                           "GenericUnoccupiedSpace",
                                           "GenericThematicSurface"};
-/// Objects that CityModel::add() knows, and those that it only counts.
+/// Objects that CityModel::add() uses, and those that it only counts.
 bool is_city_object(std::string_view name) {
   return CityModel::builds(name) || kCounted.count(name) > 0;
 }
-/// Hold other objects and have no geometry.
+/// Container objects without geometry.
 bool only_holds_others(std::string_view name) {
   return name == "ReliefFeature" || name == "CityObjectGroup";
 }
@@ -307,7 +307,7 @@ class GmlObjectReader {
     object.named = !element.id.empty();
     object.type = element.name;
     object.parent = parent;
-    // Objects inside this object take their polygons first.
+    // Nested objects claim their polygons first.
     for (const GmlElement& property : element.children) {
       for (const GmlElement& child : property.children) {
         if (!is_gml_object(child.name)) continue;
@@ -326,11 +326,11 @@ class GmlObjectReader {
   void count_what_is_missing() {
     if (!faces_.missing().empty())
       model_.leave_out("references to geometries that the file does not have", faces_.missing().size());
-    if (faces_.external() > 0) model_.leave_out("geometries in files of their own", faces_.external());
+    if (faces_.external() > 0) model_.leave_out("geometries in external files", faces_.external());
   }
 
  private:
-  /// @param holder has the text of the value and its unit
+  /// @param holder element with the text of the value and its unit
   void take(const std::string& name, const GmlElement& holder, CityAttributes& attributes) {
     if (const auto value = value_in_metres(name, trim(holder.text), holder.unit))
       attributes.emplace(name, *value);
@@ -366,7 +366,7 @@ class GmlObjectReader {
     read_attributes(element, attributes);
   }
 
-  /// The levels of detail that may be taken, the best first. One that has rooms, and outlines, come last.
+  /// The usable levels of detail, best first. Levels with rooms, and outlines, are last.
   [[nodiscard]] std::vector<int> preferred(const std::map<int, GmlDetail>& details) const {
     constexpr int kWithRooms = 4;
     const ModelOptions& wanted = model_.options().model;
@@ -398,7 +398,7 @@ class GmlObjectReader {
     if (!faces_.placements().empty()) place_object(object);
   }
 
-  /// The first implicit geometry of the object that is read.
+  /// The first implicit geometry of the current object.
   void place_object(CityObject& object) {
     const std::size_t first = placements_seen_;
     placements_seen_ = faces_.placements().size();
@@ -476,7 +476,7 @@ class GmlObjectReader {
             finite && std::any_of(ring.begin(), ring.end(),
                                   [](const Eigen::Vector3d& p) { return !is_height_of_city(p.z()); });
         if (low_or_high) {
-          model_.leave_out("rings beyond -500 to 10,000 m of height");
+          model_.leave_out("rings with heights outside -500 to 10,000 m");
           ring.clear();
         }
         if (raw.empty())
@@ -553,11 +553,11 @@ int handedness(const GmlElement& object) {
   }
   for (const GmlElement& property : object.children) {
     for (const GmlElement& child : property.children) {
-      // The parts decide where the whole has no shape of its own.
+      // The parts decide if the whole has no shape of its own.
       if (roofs == 0 && is_gml_object(child.name)) roofs = handedness(child);
     }
   }
-  // Grounds are the faces that are drawn the wrong way round most often.
+  // Ground faces have the wrong orientation most often.
   const double told = roofs != 0 ? roofs : volume != 0 ? volume : -grounds;
   return told > 0 ? 1 : told < 0 ? -1 : 0;
 }

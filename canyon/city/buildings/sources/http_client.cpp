@@ -23,23 +23,23 @@ namespace {
 constexpr long kMaxConnect_s = 30;
 constexpr const char* kUserAgent = "Canyon/0.1 (GNSS receiver emulator; reads maps and 3D Tiles of cities)";
 
-/// A reply as it comes in.
+/// A reply during reception.
 struct Incoming {
   HttpAnswer answer;
   std::uint64_t largest = 0;
   bool too_large = false;
   bool elsewhere = false;    ///< redirects to other servers are followed
-  std::string url;           ///< of the reply that comes in, after redirects
+  std::string url;           ///< of the current reply, after redirects
   bool redirects = false;    ///< its status is 3xx
   bool from_public = false;  ///< a redirect came from a public address
   std::string refused;       ///< why a redirect is not followed
   CURL* handle = nullptr;
 
-  /// Takes a Location header. False where it is not followed.
+  /// Handles a Location header. False if it is not followed.
   bool redirect(const std::string& to);
 };
 
-/// A part of an address, or of what a relative one means there; empty where it has none.
+/// A part of an address, resolved against a relative one; empty if it has none.
 std::string part_of(const std::string& url, CURLUPart part, const std::string& relative = {}) {
   const std::unique_ptr<CURLU, decltype(&curl_url_cleanup)> parsed(curl_url(), &curl_url_cleanup);
   const unsigned flags = part == CURLUPART_PORT ? CURLU_DEFAULT_PORT : 0;
@@ -72,7 +72,7 @@ bool Incoming::redirect(const std::string& to) {
   return refused.empty();
 }
 
-/// Opens a connection; none from a public address to a private one.
+/// Opens a connection, but none from a public address to a private one.
 extern "C" curl_socket_t canyon_http_socket(void* user, curlsocktype /*purpose*/, struct curl_sockaddr* to) {
   auto& incoming = *static_cast<Incoming*>(user);
   std::array<char, NI_MAXHOST> ip{};
@@ -90,7 +90,7 @@ extern "C" std::size_t canyon_http_body(char* data, std::size_t size, std::size_
   const std::size_t bytes = size * count;
   if (bytes > incoming.largest - incoming.answer.body.size()) {
     incoming.too_large = true;
-    return 0;  // ends the transfer
+    return 0;  // aborts the transfer
   }
   incoming.answer.body.append(data, bytes);
   return bytes;
@@ -106,7 +106,7 @@ extern "C" std::size_t canyon_http_header(char* data, std::size_t size, std::siz
     answer.retry_after_s.reset();  // of a reply that redirects
     incoming.redirects = line.find(" 3") == line.find(' ');
   }
-  if (name == "location" && incoming.redirects && !incoming.redirect(value)) return 0;  // ends the transfer
+  if (name == "location" && incoming.redirects && !incoming.redirect(value)) return 0;  // aborts the transfer
   if (name == "retry-after") {
     if (const auto seconds = parse_integer(value))
       answer.retry_after_s = static_cast<double>(std::max(*seconds, 0LL));
@@ -126,12 +126,13 @@ extern "C" std::size_t canyon_http_header(char* data, std::size_t size, std::siz
 }
 
 void require_curl() {
-  // Called once, before the first handle. Never cleaned up: other users of libcurl may live in the process.
+  // Called once, before the first handle. Never cleaned up, because the process may have other users of
+  // libcurl.
   static const CURLcode code = curl_global_init(CURL_GLOBAL_DEFAULT);
   if (code != CURLE_OK) throw InputError(fmt::format("libcurl cannot start: {}", curl_easy_strerror(code)));
 }
 
-/// One request. Its place in memory must not change: libcurl writes into it.
+/// One request. It must not be moved in memory: libcurl writes into it.
 struct Request {
   Request(std::size_t which, std::string address, const HttpGetOptions& options)
       : number(which),
@@ -146,7 +147,7 @@ struct Request {
     set(CURLOPT_URL, url.c_str());
     set(CURLOPT_CONNECTTIMEOUT, std::min(static_cast<long>(timeout_s), kMaxConnect_s));
     set(CURLOPT_USERAGENT, kUserAgent);
-    set(CURLOPT_ACCEPT_ENCODING, "");  // all that libcurl can unpack
+    set(CURLOPT_ACCEPT_ENCODING, "");  // all encodings that libcurl can unpack
     set(CURLOPT_FOLLOWLOCATION, 1L);
     set(CURLOPT_MAXREDIRS, 5L);
 #if LIBCURL_VERSION_NUM >= 0x075500
@@ -171,7 +172,7 @@ struct Request {
     curl_easy_setopt(handle.get(), option, value);
   }
 
-  /// The reply of a request that has ended. Throws InputError where it is not whole.
+  /// The reply of a completed request. Throws InputError if it is incomplete.
   HttpAnswer answer(CURLcode code) {
     if (code != CURLE_OK) fail(code);
     long status = 0;
@@ -188,12 +189,12 @@ struct Request {
   std::unique_ptr<CURL, decltype(&curl_easy_cleanup)> handle;
 
  private:
-  /// The messages name the server: the rest of an address may hold a key.
+  /// The messages contain only the server: the rest of an address may contain a key.
   [[noreturn]] void fail(CURLcode code) const {
     const std::string known = part_of(url, CURLUPART_HOST), host = known.empty() ? url : known;
     if (!incoming.refused.empty()) {
       throw InputError(fmt::format("{} redirects {}, which is not followed", host, incoming.refused),
-                       "if you trust it, give the address that it redirects to");
+                       "if you trust it, give the redirected address");
     }
     const std::string said = detail[0] != '\0' ? detail.data() : curl_easy_strerror(code);
     switch (code) {
@@ -202,19 +203,19 @@ struct Request {
       case CURLE_COULDNT_CONNECT:
         throw InputError(fmt::format("cannot reach {}: {}", host, said), "check the network, or give a file");
       case CURLE_OPERATION_TIMEDOUT:
-        throw InputError(fmt::format("{} did not answer within {} s: {}", host, timeout_s, said),
-                         "try again later, ask for a smaller box, or give a file");
+        throw InputError(fmt::format("{} did not respond within {} s: {}", host, timeout_s, said),
+                         "try again later, request a smaller box, or give a file");
       case CURLE_PARTIAL_FILE:
       case CURLE_RECV_ERROR:
       case CURLE_GOT_NOTHING:
       case CURLE_HTTP2_STREAM:
-        throw InputError(fmt::format("the answer of {} ended early: {}", host, said), "try again");
+        throw InputError(fmt::format("the response of {} ended early: {}", host, said), "try again");
       default:
         break;
     }
     if (incoming.too_large) {
-      throw InputError(fmt::format("the answer of {} is larger than {} bytes", host, incoming.largest),
-                       "ask for a smaller box, or give a file");
+      throw InputError(fmt::format("the response of {} is larger than {} bytes", host, incoming.largest),
+                       "request a smaller box, or give a file");
     }
     throw InputError(fmt::format("the request to {} failed: {}", host, said),
                      "check the address and the network, or give a file");
@@ -228,15 +229,14 @@ void http_get_all(const std::vector<std::string>& urls, const HttpGetOptions& op
   require_curl();
   const std::unique_ptr<CURLM, decltype(&curl_multi_cleanup)> multi(curl_multi_init(), &curl_multi_cleanup);
   if (!multi) throw InputError("libcurl cannot make requests");
-  std::map<CURL*, std::unique_ptr<Request>>
-      running;  // those left at the end leave `multi` with their handles
+  std::map<CURL*, std::unique_ptr<Request>> running;  // remaining handles are removed from `multi` at the end
   for (std::size_t next = 0; next < urls.size() || !running.empty();) {
     while (next < urls.size() && running.size() < static_cast<std::size_t>(options.connections)) {
       auto request = std::make_unique<Request>(next, urls[next], options);
       ++next;
       request->set(CURLOPT_LOW_SPEED_LIMIT, 1L);
       request->set(CURLOPT_LOW_SPEED_TIME, static_cast<long>(options.timeout_s));
-      // A server that sends a byte a second ends here.
+      // Limits a server that sends a byte a second.
       request->set(CURLOPT_TIMEOUT, 20L * options.timeout_s);
       CURL* const handle = request->handle.get();
       curl_multi_add_handle(multi.get(), handle);
@@ -306,8 +306,7 @@ std::filesystem::path downloads_folder(const std::filesystem::path& cache) {
   if (xdg != nullptr && *xdg != '\0') return std::filesystem::path(xdg) / "canyon";
   const char* home = std::getenv("HOME");
   if (home != nullptr && *home != '\0') return std::filesystem::path(home) / ".cache" / "canyon";
-  throw InputError("there is no folder to keep downloads in",
-                   "set HOME or XDG_CACHE_HOME, or name a cache folder");
+  throw InputError("there is no folder for downloads", "set HOME or XDG_CACHE_HOME, or name a cache folder");
 }
 
 }  // namespace canyon::buildings

@@ -16,7 +16,7 @@ void HeightDefaults::validate() const {
 void visit(options::Visitor& v, HeightDefaults& o) {
   v.number({"level_height_m", "m", "storey height of a map's buildings with levels and no height"}, o.level_m,
            {0, 20, true});
-  v.number({"default_height_m", "m", "height where a map has neither height, levels nor a known type"},
+  v.number({"default_height_m", "m", "height if a map has neither height, levels nor a known type"},
            o.building_m, {0.1, 1000});
   v.named_numbers({"heights", "m", "heights by building type: [house=7, office=20]", "docs/city.md"},
                   o.by_type, {0.1, 1000}, "TYPE=METRES");
@@ -30,7 +30,7 @@ void TerrainOptions::validate() const {
 
 void visit(options::Visitor& v, TerrainOptions& o) {
   static constexpr std::string_view kGeoids[]{"by_file", "EGM84", "EGM96", "EGM2008"};
-  // Geoid undulations lie within -107 and +86 m (EGM2008).
+  // Geoid undulations are within -107 and +86 m (EGM2008).
   v.number({"geoid_undulation_m", "m",
             "height of mean sea level above the ellipsoid: added to the heights of terrain and city models, "
             "subtracted in NMEA, UBX, MAVLink and GPX",
@@ -38,8 +38,8 @@ void visit(options::Visitor& v, TerrainOptions& o) {
            o.geoid_undulation_m, {-150, 150});
   v.choice(
       {"geoid", "",
-       "instead: a geoid whose grid is installed, of heights without a vertical datum and of sea level; "
-       "by_file: the datum that terrain or the city model names, sea level is the ellipsoid without one"},
+       "instead: a geoid with an installed grid, for heights without a vertical datum and for sea level; "
+       "by_file: the datum named by the terrain or city model; without one, sea level is the ellipsoid"},
       o.geoid, kGeoids);
 }
 
@@ -65,7 +65,7 @@ void visit(options::Visitor& v, ModelOptions& o) {
             "3, else 4"},
            o.lod, {0, 4});
   v.text({"crs", "",
-          "reference system of CityGML and CityJSON that name none: EPSG:25832, with heights "
+          "reference system of CityGML and CityJSON files that name none: EPSG:25832, with heights "
           "EPSG:25832+7837",
           "the file's"},
          o.crs);
@@ -78,19 +78,19 @@ void BuildOptions::validate() const {
 
 void visit(options::Visitor& v, BuildOptions& o) {
   visit(v, o.heights);
-  v.boolean({"foliage", "", "read trees, tree rows and woods of a map too"}, o.foliage);
+  v.boolean({"foliage", "", "also read trees, tree rows and woods of a map"}, o.foliage);
   v.boolean({"tunnels", "",
-             "build roofs over a map's roads and railways with tunnel or covered, and walls beside tunnels"},
+             "build roofs over a map's roads and railways with tunnel or covered, and walls along tunnels"},
             o.tunnels);
   v.boolean({"bridges", "", "build the decks of a map's bridges"}, o.bridges);
   v.number({"terrain_margin_m", "m", "margin of a map's terrain beyond the outermost building"},
            o.terrain_margin_m, {0, 100e3});
-  v.number({"terrain_spacing_m", "m", "distance between the height posts of that terrain"},
+  v.number({"terrain_spacing_m", "m", "distance between the height posts of this terrain"},
            o.terrain_spacing_m, {1, 1000});
-  v.number({"tree_height_m", "m", "height of trees where the map has none"}, o.tree_height_m, {1, 150});
-  v.number({"tree_crown_m", "m", "crown diameter of trees where the map has none"}, o.tree_crown_m,
+  v.number({"tree_height_m", "m", "height of trees without a height in the map"}, o.tree_height_m, {1, 150});
+  v.number({"tree_crown_m", "m", "crown diameter of trees without one in the map"}, o.tree_crown_m,
            {0.5, 50});
-  v.number({"wood_height_m", "m", "height of woods where the map has none"}, o.wood_height_m, {1, 150});
+  v.number({"wood_height_m", "m", "height of woods without a height in the map"}, o.wood_height_m, {1, 150});
 }
 
 }  // namespace canyon::buildings

@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kHeadBytes = std::size_t{1} << 16;
 
-/// The name of the first element, with its namespace's prefix; empty where the text shows none.
+/// The name of the first element, with its namespace's prefix; empty if there is none.
 std::string_view root_name(std::string_view text) {
   for (std::size_t at = text.find('<'); at != std::string_view::npos; at = text.find('<', at)) {
     const std::string_view rest = text.substr(at);
@@ -43,7 +43,7 @@ std::string unpacked_head(const std::filesystem::path& path) {
   try {
     GzipFile file(path);
     return first_bytes([&file](char* to, std::size_t size) { return file.read(to, size, 0); }, kHeadBytes);
-  } catch (const InputError&) {  // who reads it says what is wrong
+  } catch (const InputError&) {  // the reader reports the error
     return {};
   }
 }
@@ -93,7 +93,7 @@ ModelKind model_kind_of_text(std::string_view head) {
     return head.find("\"CityJSON") != std::string_view::npos ? ModelKind::CityJson : ModelKind::None;
   if (head.front() != '<') return ModelKind::None;
   std::string_view root = root_name(head);
-  root = root.substr(root.find(':') + 1);  // all of it without a prefix
+  root = root.substr(root.find(':') + 1);  // the whole name if there is no prefix
   const bool collection =
       root == "FeatureCollection" && lower_case(head).find("opengis.net/citygml") != std::string::npos;
   return root == "CityModel" || collection ? ModelKind::CityGml : ModelKind::None;

@@ -1,6 +1,6 @@
 #include "canyon/city/buildings/sources/osm_file.hpp"
 
-// The only file that reads OSM formats: libosmium's readers, and their errors turned into InputError.
+// The only file that reads OSM formats: uses libosmium's readers, and converts their errors to InputError.
 #include "canyon/city/buildings/sources/osm_objects.hpp"
 
 #include <fmt/format.h>
@@ -38,7 +38,7 @@ struct Attribute {
   std::string_view text, name, value;
 };
 
-/// The attribute at `at`, which moves behind it; nothing at the end of a tag and in text that is not XML.
+/// The attribute at `at`, which moves past it; nothing at the end of a tag and in text that is not XML.
 std::optional<Attribute> take_attribute(std::string_view xml, std::size_t& at) {
   const std::size_t begin = xml.find_first_not_of(kBlanks, at);
   const std::size_t equals = xml.find('=', at);
@@ -93,7 +93,7 @@ class OverpassXml {
     add_tags(node);
     xml_ += "</node>\n";
   }
-  static constexpr std::int64_t kNowhere = -1'000'000'000'000;  ///< the id of a node that is not there
+  static constexpr std::int64_t kNowhere = -1'000'000'000'000;  ///< the id of a missing node
   /// The id of a node of a geometry without ids.
   std::int64_t id_at(double lat, double lon) {
     const auto next = kNowhere - 1 - static_cast<std::int64_t>(ids_.size());
@@ -107,10 +107,10 @@ class OverpassXml {
     const bool listed = nodes.is_array();
     const std::size_t count = listed ? nodes.size() : geometry.is_array() ? geometry.size() : 0;
     if (listed && geometry.is_array() && geometry.size() != count)
-      throw JsonError(fmt::format("way {} has {} nodes and {} places", id, count, geometry.size()));
+      throw JsonError(fmt::format("way {} has {} nodes and {} positions", id, count, geometry.size()));
     if (count == 0) ++without_nodes_;
     for (std::size_t i = 0; i < count; ++i) {
-      // Null: a node outside the box that was asked for. Its way names a node that is not there.
+      // Null: a node outside the requested box. Its way refers to a node that is not in the data.
       const bool placed = geometry.is_array() && i < geometry.size() && geometry[i].is_object();
       const double lat = placed ? geometry[i]["lat"].get<double>() : 0;
       const double lon = placed ? geometry[i]["lon"].get<double>() : 0;
@@ -143,10 +143,10 @@ class OverpassXml {
   std::size_t without_nodes_ = 0;
 };
 
-/// OSM XML with those attributes of nodes, ways and relations that matter to buildings: users, change sets
-/// and times are left out, for libosmium refuses files by them (user ids above 31 bits), and an object that
-/// JOSM has marked with action='delete' becomes visible='false' (OSM wiki, JOSM file format). Lines keep
-/// their numbers. Text that is not XML comes back as it is.
+/// OSM XML with only the attributes needed for buildings. Users, change sets and times are dropped, because
+/// libosmium rejects files by them (user ids above 31 bits). An object marked by JOSM with action='delete'
+/// becomes visible='false' (OSM wiki, JOSM file format). Lines keep their numbers. Text that is not XML is
+/// returned unchanged.
 std::string plain_osm_xml(std::string_view xml) {
   std::string plain;
   plain.reserve(xml.size());
@@ -190,14 +190,14 @@ std::string plain_osm_xml(std::string_view xml) {
   return plain;
 }
 
-/// Overpass JSON (`out body` with nodes, or `out geom`) as OSM XML. Ways without node ids get ids of their
-/// own, and members of relations with a geometry become ways. Throws InputError where the text is not
-/// Overpass JSON, where the server gave up (`remark`), and where ways have no geometry.
+/// Converts Overpass JSON (`out body` with nodes, or `out geom`) to OSM XML. Ways without node ids get new
+/// ids, and members of relations with a geometry become ways. Throws InputError if the text is not Overpass
+/// JSON, if the server aborted (`remark`), and if ways have no geometry.
 std::string osm_xml_from_overpass(const std::filesystem::path& path, std::string_view json) {
   try {
     const Json root = Json::parse(json);
     if (root["remark"].is_string() && root["remark"].text().find("error") != std::string::npos) {
-      throw InputError(path, 0, fmt::format("Overpass gave up: {}", root["remark"].text()),
+      throw InputError(path, 0, fmt::format("Overpass aborted: {}", root["remark"].text()),
                        "fetch it again with more time, or in smaller pieces");
     }
     if (!root["elements"].is_array()) {
@@ -209,7 +209,7 @@ std::string osm_xml_from_overpass(const std::filesystem::path& path, std::string
     if (xml.ways_without_nodes() > 0) {
       throw InputError(path, 0,
                        fmt::format("{} ways have neither nodes nor geometry", xml.ways_without_nodes()),
-                       "ask Overpass with 'out geom', or 'out body; >; out skel'");
+                       "query Overpass with 'out geom', or 'out body; >; out skel'");
     }
     return text;
   } catch (const JsonError& e) {
@@ -217,15 +217,15 @@ std::string osm_xml_from_overpass(const std::filesystem::path& path, std::string
   }
 }
 
-/// Larger files go to libosmium as they are, in pieces: editors save no larger maps.
+/// Larger files are passed to libosmium unchanged, in pieces: editors do not save larger maps.
 constexpr std::uintmax_t kLargestEdited = std::uintmax_t{1} << 26;
 
-/// libosmium's name of the format of a file that is not PBF, by its bytes.
+/// libosmium's format name for a file that is not PBF, from its bytes.
 std::string format_of_xml(std::string_view head) {
   return is_gzip(head) ? "osm.gz" : is_bzip2(head) ? "osm.bz2" : "osm";
 }
 
-/// Throws osmium::pbf_error for a blob without a type: libosmium compares it by a null pointer.
+/// Throws osmium::pbf_error for a blob without a type: libosmium would compare a null pointer.
 void check_blob_types(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   std::array<unsigned char, 4> length{};
@@ -234,7 +234,7 @@ void check_blob_types(const std::filesystem::path& path) {
     const std::uint32_t size = std::uint32_t{length[0]} << 24 | std::uint32_t{length[1]} << 16 |
                                std::uint32_t{length[2]} << 8 | length[3];
     if (size > static_cast<std::uint32_t>(osmium::io::detail::max_blob_header_size))
-      return;  // libosmium says so
+      return;  // libosmium reports it
     header.resize(size);
     if (!in.read(header.data(), size)) return;
     constexpr int kType = 1, kDataSize = 3;  // fileformat.proto
@@ -253,8 +253,8 @@ void check_blob_types(const std::filesystem::path& path) {
   }
 }
 
-/// Throws osmium::pbf_error for tags with a zero byte within: libosmium looks for their ends, which may be
-/// beyond the list.
+/// Throws osmium::pbf_error for tags that contain a zero byte: libosmium searches for their ends, which may
+/// be beyond the list.
 void check_tags(const osmium::TagList& tags) {
   const auto* const bytes = reinterpret_cast<const unsigned char*>(&tags);
   const unsigned char* const begin = bytes + sizeof(osmium::TagList);
@@ -263,7 +263,7 @@ void check_tags(const osmium::TagList& tags) {
   if (end[-1] != 0 || std::count(begin, end, 0) % 2 != 0) throw osmium::pbf_error("a tag has a zero byte");
 }
 
-/// Makes an object's ids and references those of the file that is the n-th, as OsmId says.
+/// Changes an object's ids and references to those of the n-th file, as described at OsmId.
 void number_by_file(osmium::OSMObject& object, OsmId n) {
   if (n == 0) return;
   const auto own = [n](OsmId id) { return id < 0 && id > -kOwnIds ? id - n * kOwnIds : id; };
@@ -281,7 +281,7 @@ OsmFile open_osm_file(const std::filesystem::path& path) {
   check_input_file(path);
   const std::string head = read_head(path, 64);
   if (head.empty()) throw InputError(path, 0, "is empty or cannot be read", "fetch the map again");
-  // A PBF file begins with the length of a BlobHeader whose type is "OSMHeader".
+  // A PBF file begins with the length of a BlobHeader of type "OSMHeader".
   if (head[0] == '\0' && head.find("OSMHeader") != std::string::npos) return {path, "pbf", {}};
   if (std::filesystem::file_size(path) > kLargestEdited) return {path, format_of_xml(head), {}};
   const TextFile file(path);
@@ -291,10 +291,10 @@ OsmFile open_osm_file(const std::filesystem::path& path) {
     throw InputError(path, 0, "is not an OpenStreetMap file",
                      "give an extract as .osm, .osm.gz, .osm.bz2, .osm.pbf or Overpass JSON");
   }
-  // What Overpass writes behind the data where it could not finish.
+  // Overpass writes a remark after the data if it could not finish.
   const std::size_t remark = text.rfind("<remark>");
   if (remark != std::string_view::npos && text.find("runtime error", remark) != std::string_view::npos) {
-    throw InputError(path, 0, "Overpass gave up: a part of the map is missing",
+    throw InputError(path, 0, "Overpass aborted: a part of the map is missing",
                      "fetch it again with more time, or in smaller pieces");
   }
   return {path, "osm", plain_osm_xml(file.text())};
@@ -306,7 +306,7 @@ void for_each_object(const std::vector<OsmFile>& files, osmium::osm_entity_bits:
     const std::filesystem::path& path = source.path;
     try {
       if (source.format == "pbf") check_blob_types(path);
-      // An absolute path, since libosmium reads "-" and "http:" as something else.
+      // An absolute path, because libosmium interprets "-" and "http:".
       const osmium::io::File file =
           source.text ? osmium::io::File{source.text->data(), source.text->size(), source.format}
                       : osmium::io::File{std::filesystem::absolute(path).string(), source.format};
@@ -333,18 +333,18 @@ void for_each_object(const std::vector<OsmFile>& files, osmium::osm_entity_bits:
                        "fetch it again");
     } catch (const osmium::format_version_error& error) {
       throw InputError(path, 0, fmt::format("is OpenStreetMap data of version '{}'", error.version),
-                       "version 0.6 is read: fetch a new extract");
+                       "fetch a new extract in version 0.6");
     } catch (const osmium::invalid_location& error) {
       throw InputError(
           path, 0,
-          fmt::format("holds a coordinate that is not a number or beyond the Earth ({})", error.what()));
+          fmt::format("has a coordinate that is not a number or not on the Earth ({})", error.what()));
     } catch (const std::exception& error) {
       const std::string_view what = error.what();
-      // Compressions and features of PBF that libosmium lacks.
+      // Compressions and features of PBF not supported by libosmium.
       if (what.find("not supported") != std::string_view::npos ||
           what.find("unknown compression") != std::string_view::npos) {
-        throw InputError(path, 0, fmt::format("is a variant that is not read ({})", what),
-                         "convert it to PBF of zlib, such as with osmium cat -f pbf -o NEW.osm.pbf");
+        throw InputError(path, 0, fmt::format("is an unsupported variant ({})", what),
+                         "convert it to PBF with zlib, e.g. with osmium cat -f pbf -o NEW.osm.pbf");
       }
       throw InputError(path, 0, fmt::format("is cut short or damaged ({})", error.what()), "fetch it again");
     }

@@ -10,21 +10,21 @@
 
 namespace canyon::buildings {
 
-/// A file of OpenStreetMap, or its text where that had to be changed for libosmium.
+/// A file of OpenStreetMap, or its text if it was changed for libosmium.
 struct OsmFile {
   std::filesystem::path path;
   std::string format;
   std::optional<std::string> text;
 };
 
-/// Tells the format by the content. Throws InputError for what is not OpenStreetMap's, and for a download
-/// that Overpass gave up.
+/// Detects the format by content. Throws InputError for files not from OpenStreetMap, and for a download that
+/// Overpass aborted.
 [[nodiscard]] OsmFile open_osm_file(const std::filesystem::path& path);
 
 using UseOsmObject = std::function<void(const osmium::OSMObject&)>;
-/// Calls `use` with each object of the kinds `bits` in each file, those that are not visible among them; ids
-/// and references below zero as OsmId says.
-/// Throws InputError for a file that is damaged or of another version.
+/// Calls `use` with each object of the kinds `bits` in each file, including invisible ones; ids and
+/// references below zero are mapped as described at OsmId. Throws InputError for a file that is damaged or of
+/// another version.
 void for_each_object(const std::vector<OsmFile>& files, osmium::osm_entity_bits::type bits,
                      const UseOsmObject& use);
 

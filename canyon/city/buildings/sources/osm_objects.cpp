@@ -15,7 +15,7 @@
 namespace canyon::buildings {
 namespace {
 
-/// No wall is longer than this: who touches the box has a node in the widened one.
+/// Longer walls do not occur: a feature that touches the box has a node in the widened one.
 constexpr double kBoxMargin_deg = 0.02;
 
 bool tags_matter(const osmium::TagList& list, bool foliage) {
@@ -32,7 +32,7 @@ bool contains(const std::vector<OsmId>& set, OsmId id) {
   return std::binary_search(set.begin(), set.end(), id);
 }
 
-/// The place in `objects` for a new version of an object; nullptr where a newer one is already there.
+/// The entry in `objects` for a new version of an object; nullptr if it already has a newer one.
 template <typename Object>
 Object* place_for(std::map<OsmId, Object>& objects, OsmId id, std::uint32_t version) {
   const auto [at, fresh] = objects.try_emplace(id);
@@ -42,8 +42,8 @@ Object* place_for(std::map<OsmId, Object>& objects, OsmId id, std::uint32_t vers
   return &at->second;
 }
 
-/// Calls `add` with each visible object, which keeps those that matter by place_for(), and drops those of
-/// which a newer version is deleted or does not matter. In one file in the order of ids no object is twice.
+/// Calls `add` with each visible object, which stores relevant ones by place_for(). Drops objects whose newer
+/// version is deleted or not relevant. In a single file sorted by id, no object occurs twice.
 template <typename Object, typename Add>
 void read_newest(const std::vector<OsmFile>& files, osmium::osm_entity_bits::type bits,
                  std::map<OsmId, Object>& objects, const Add& add) {
@@ -93,7 +93,7 @@ class ObjectReader {
     objects_.notes.tell(level, what, osm_name(osmium::item_type_to_name(object.type()), object.id()));
   }
 
-  /// The tags of an object that can matter.
+  /// The relevant tags of an object.
   static TagMap tags_of(const osmium::OSMObject& object) {
     TagMap tags;
     for (const osmium::Tag& tag : object.tags()) tags.emplace(tag.key(), tag.value());
@@ -166,7 +166,7 @@ class ObjectReader {
     const bool newer = known != objects_.ways.end() && known->second.version < fresh.version;
     for (const osmium::NodeRef& node : way.nodes()) {
       fresh.nodes.push_back(node.ref());
-      // "out geom" of Overpass and osmium's add-locations-to-ways put the places here.
+      // "out geom" of Overpass and osmium's add-locations-to-ways write the positions here.
       const bool placed = node.location().valid();
       if (placed && !places_in_ways_.emplace(node.ref(), node.location()).second && newer)
         places_in_ways_[node.ref()] = node.location();
@@ -181,7 +181,7 @@ class ObjectReader {
     if (OsmWay* place = place_for(objects_.ways, way.id(), way.version())) *place = std::move(fresh);
   }
 
-  /// Members of relations were kept wherever they are.
+  /// Members of relations were kept at any position.
   void drop_what_is_far() {
     std::vector<OsmId> keep;
     for (auto at = objects_.relations.begin(); at != objects_.relations.end();) {
@@ -243,7 +243,7 @@ class ObjectReader {
       place->tags = std::move(tags);
       place->place = place_of(node.location());
     } else if (*kind.kind == FeatureKind::Building && kind.left_out.empty()) {
-      tell(ReadReport::Level::Remark, "{} points tagged building, left out since they have no outline", node);
+      tell(ReadReport::Level::Remark, "{} points tagged building, left out: no outline", node);
     }
   }
 
@@ -255,7 +255,7 @@ class ObjectReader {
     return found != places_in_ways_.end() && found->second.valid() ? found->second : osmium::Location();
   }
 
-  /// Longitudes near the middle of the box, else near the first place that is asked for.
+  /// Longitudes near the middle of the box, else near the first position.
   [[nodiscard]] LonLat place_of(const osmium::Location& location) {
     if (!middle_longitude_) middle_longitude_ = location.lon();
     return {longitude_near(location.lon(), *middle_longitude_), location.lat()};
@@ -280,7 +280,7 @@ class ObjectReader {
   OsmObjects objects_;
   std::vector<OsmId> member_ways_;   ///< sorted
   std::vector<OsmId> nodes_in_box_;  ///< sorted
-  std::vector<OsmId> wanted_;        ///< sorted; the two below go with it
+  std::vector<OsmId> wanted_;        ///< sorted; the next two members have the same order
   std::vector<osmium::Location> places_;
   std::vector<std::uint32_t> versions_;
   std::unordered_map<OsmId, osmium::Location> places_in_ways_;
@@ -298,22 +298,22 @@ bool is_street(const osmium::OSMObject& way) {
          std::find(std::begin(kStreets), std::end(kStreets), kind) != std::end(kStreets);
 }
 
-// Prefixes of things that are gone or not there yet (OSM wiki, "Lifecycle prefix").
+// Prefixes of things that no longer exist or do not exist yet (OSM wiki, "Lifecycle prefix").
 constexpr std::array<std::string_view, 12> kLifecyclePrefixes{
     "demolished", "razed",    "removed", "destroyed",    "abandoned", "was",
     "dismantled", "proposed", "planned", "construction", "historic",  "ruined"};
-// Values of the key "building", and keys of their own ("demolished=2019").
+// Values of the key "building", and keys on their own ("demolished=2019").
 constexpr std::array<std::string_view, 6> kGoneValues{"demolished", "razed",      "removed",
                                                       "destroyed",  "dismantled", "collapsed"};
 constexpr std::array<std::string_view, 3> kNotThereValues{"proposed", "planned", "was"};
-// Only a stated height of these is known.
+// Only a tagged height of these is known.
 constexpr std::array<std::string_view, 4> kUnfinishedValues{"construction", "ruins", "ruin", "foundation"};
 
-// Values of "man_made" that are as high as buildings, and mapped without that key.
+// Values of "man_made" as high as buildings, which are mapped without the key building.
 constexpr std::array<std::string_view, 7> kStructures{"silo",    "storage_tank",  "water_tower", "gasometer",
                                                       "chimney", "cooling_tower", "tower"};
 
-/// A building that nobody uses stands (OSM wiki, "Key:disused:*").
+/// An unused building still exists (OSM wiki, "Key:disused:*").
 constexpr const char* kDisused = "disused:building";
 
 bool positive(const std::string_view text) {
@@ -338,7 +338,7 @@ bool is_no(std::string_view value) {
   return word == "no" || word == "false" || word == "0" || word == "none";
 }
 
-/// Whether "-1", "-2;-1" and "-2--1" lists storeys, and none above the ground.
+/// Whether "-1", "-2;-1" and "-2--1" list storeys, and none above the ground.
 bool all_below_ground(std::string_view levels) {
   const auto pieces = split(levels, ';');
   return !levels.empty() && std::all_of(pieces.begin(), pieces.end(), [](std::string_view piece) {
@@ -350,7 +350,7 @@ bool all_below_ground(std::string_view levels) {
   });
 }
 
-/// Whether a tag says that a building is above the ground.
+/// Whether a tag shows that a building is above the ground.
 bool rises(const TagMap& tags) {
   constexpr std::array kKeys{
       "height",      "building:height", "est_height", "building:levels", "building:levels:aboveground",
@@ -370,7 +370,7 @@ bool underground(const TagMap& tags) {
   return false;
 }
 
-/// A road or railway under a roof or on a bridge. Passages through buildings are in these already.
+/// A road or railway under a roof or on a bridge. Passages through buildings are part of the buildings.
 bool is_passage(const TagMap& tags) {
   if (tag(tags, "highway").empty() && tag(tags, "railway").empty()) return false;
   const auto says = [&](const char* key) {
@@ -437,7 +437,7 @@ StreetMap read_streets(const std::vector<std::filesystem::path>& paths) {
     if (street == nullptr) return;
     for (const osmium::NodeRef& node : static_cast<const osmium::Way&>(object).nodes()) {
       street->nodes.push_back(node.ref());
-      places[node.ref()].location = node.location();  // most files have it with the node alone
+      places[node.ref()].location = node.location();  // most files store it only with the node
     }
   });
   for_each_object(files, osmium::osm_entity_bits::node, [&](const osmium::OSMObject& object) {

@@ -13,29 +13,29 @@
 
 namespace canyon::buildings {
 
-/// The kind of feature that an OSM object's tags describe.
+/// The kind of feature that the tags of an OSM object describe.
 struct OsmClass {
-  std::optional<FeatureKind> kind;  ///< empty: nothing of interest
-  std::string left_out;             ///< why it is not built although it is of that kind; empty: it is
+  std::optional<FeatureKind> kind;  ///< empty: not used
+  std::string left_out;             ///< reason if it is not built although it has this kind; else empty
 };
 
-/// Reasons in OsmClass::left_out that may be mistakes of the map: these are warnings.
+/// Reasons in OsmClass::left_out that may be mistakes in the map; these are warnings.
 inline constexpr const char* kEnded = "with an end_date";
 inline constexpr const char* kBelow = "with zero storeys above the ground and some below";
 
-/// True where a key can matter to classify(): a quick sieve.
+/// True if a key may matter to classify(): a fast filter.
 [[nodiscard]] bool key_matters(std::string_view key, bool foliage);
 
-/// Sorts a way or relation by its tags. An object with both `building` and `building:part` is a Building:
-/// other parts cut their share out of it.
+/// Classifies a way or relation by its tags. An object with both `building` and `building:part` is a
+/// Building; other parts are cut out of it.
 [[nodiscard]] OsmClass classify(const TagMap& tags, bool foliage);
 
-/// True where the tags say nothing about the object itself (type, source, notes): an old-style multipolygon,
-/// whose outer ways carry the tags.
+/// True if the tags describe only metadata (type, source, notes): an old-style multipolygon, whose outer ways
+/// have the tags.
 [[nodiscard]] bool says_nothing(const TagMap& tags);
 
-/// Ids below zero are of objects that no server has seen (JOSM), and count in their file alone: those of the
-/// n-th file (from 0) are lower by n * kOwnIds.
+/// Ids below zero are of objects that were never uploaded to a server (JOSM), and are valid only in their
+/// file: those of the n-th file (from 0) are lowered by n * kOwnIds.
 using OsmId = std::int64_t;
 inline constexpr OsmId kOwnIds = OsmId{1} << 48;
 /// "way/123"; "way/-1@2" of the second file.
@@ -46,8 +46,8 @@ struct OsmWay {
   TagMap tags;
   OsmClass kind;
   std::vector<OsmId> nodes;
-  bool near_box = false;       ///< with a box: a node of it lies in the widened box
-  std::vector<LonLat> places;  ///< of `nodes`, once resolve() found them all; else empty
+  bool near_box = false;       ///< with a box: it has a node in the widened box
+  std::vector<LonLat> places;  ///< of `nodes`, if resolve() found all of them; else empty
 };
 
 struct OsmMember {
@@ -70,19 +70,19 @@ struct OsmTree {
   LonLat place = LonLat::Zero();
 };
 
-/// The objects of several files that can matter, each id once (the highest version, or the first file's of
-/// equal ones), ways with the places of their nodes.
+/// The objects of several files that can matter, each id once (the highest version; of equal versions the
+/// first file's), ways with the positions of their nodes.
 struct OsmObjects {
   std::map<OsmId, OsmTree> trees;
   std::map<OsmId, OsmWay> ways;
   std::map<OsmId, OsmRelation> relations;
-  ReadReport notes;                  ///< of single objects
-  std::size_t foliage_left_out = 0;  ///< trees, tree rows and woods, where none are wanted
+  ReadReport notes;                  ///< about single objects
+  std::size_t foliage_left_out = 0;  ///< trees, tree rows and woods, if foliage is not enabled
 };
 
-/// Reads in passes (relations, ways, nodes), so that memory goes with what is wanted, not with the files.
-/// With a box, only what has a node in the box, widened by two hundredths of a degree, is kept, whole.
-/// Throws InputError, as read_osm().
+/// Reads in passes (relations, ways, nodes), so that memory grows with the wanted objects, not with the
+/// files. With a box, only objects with a node in the box, widened by two hundredths of a degree, are kept,
+/// completely. Throws InputError as read_osm() does.
 [[nodiscard]] OsmObjects read_osm_objects(const std::vector<std::filesystem::path>& paths,
                                           const OsmReadOptions& options);
 

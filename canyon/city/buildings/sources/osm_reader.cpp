@@ -1,4 +1,4 @@
-// OSM objects to map features: outlines, multipolygons, building relations, foliage.
+// Converts OSM objects to map features: outlines, multipolygons, building relations, foliage.
 #include "canyon/city/buildings/sources/osm_reader.hpp"
 
 #include <fmt/format.h>
@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-// GCC sees a user name of size 0 in libosmium's packed objects once all is inlined.
+// After inlining, GCC assumes a user name of size 0 in libosmium's packed objects.
 #if defined(__GNUC__) && __GNUC__ >= 11
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wstringop-overread"
@@ -29,11 +29,11 @@
 namespace canyon::buildings {
 namespace {
 
-/// Members that bound a multipolygon, as ways whose places are known, with their roles.
+/// Members that bound a multipolygon, as ways with known positions, with their roles.
 using RingMembers = std::vector<std::pair<const OsmWay*, std::string>>;
 
-/// libosmium's places are within +-180 deg: those of a map on the antimeridian are handed to it turned by so
-/// many degrees.
+/// libosmium's positions are within +-180 deg; those of a map on the antimeridian are rotated by this angle
+/// [deg] for libosmium.
 double turn_for_osmium(const RingMembers& members) {
   for (const auto& [way, role] : members)
     for (const LonLat& place : way->places)
@@ -49,7 +49,7 @@ MapRing ring_of(const osmium::NodeRefList& nodes, double turn) {
   return ring;
 }
 
-/// libosmium's form of a way: the assembler takes no other.
+/// libosmium's form of a way, required by the assembler.
 std::size_t append_way(osmium::memory::Buffer& buffer, OsmId id, const OsmWay& way, double turn) {
   {
     osmium::builder::WayBuilder builder(buffer);
@@ -89,8 +89,8 @@ bool inside(const LonLat& point, const MapRing& ring) {
   return odd;
 }
 
-/// The ring of a closed way: last point and points repeated in a row taken out. Empty where the way is not
-/// closed or has fewer than three corners; `problem` says which.
+/// The ring of a closed way, without the last point and repeated points. Empty if the way is not closed or
+/// has fewer than three corners; `problem` gets the reason.
 MapRing ring_of(const OsmWay& way, std::string& problem) {
   if (way.places.size() < 2 || way.places.front() != way.places.back()) {
     problem = "outline not closed";
@@ -132,15 +132,15 @@ std::vector<MapPolygon> by_roles(const RingMembers& members) {
   return polygons;
 }
 
-/// Polygons of a multipolygon relation by libosmium's area assembler: open ways are joined, roles decided by
-/// the geometry. Where rings cross each other or themselves, closed member ways are taken by their roles as
-/// they are (repair() makes the best of them) and `note` says so. Empty where neither works; `note` says why.
+/// Polygons of a multipolygon relation by libosmium's area assembler: open ways are joined, roles follow from
+/// the geometry. If rings cross each other or themselves, closed member ways are used by their roles (for
+/// repair()), with a `note`. Empty if neither works; `note` gets the reason.
 std::vector<MapPolygon> assemble(OsmId id, const RingMembers& members, std::string& note) {
   osmium::memory::Buffer ways(4096, osmium::memory::Buffer::auto_grow::yes);
   std::vector<std::size_t> offsets;
   const double turn = turn_for_osmium(members);
   for (std::size_t i = 0; i < members.size(); ++i) {
-    // The assembler takes a way once; ids only need to differ as the ways do.
+    // The assembler uses a way once; ids only need to be different for different ways.
     const auto same = std::find_if(members.begin(), members.begin() + static_cast<std::ptrdiff_t>(i),
                                    [&](const auto& member) { return member.first == members[i].first; });
     if (same != members.begin() + static_cast<std::ptrdiff_t>(i))
@@ -170,17 +170,17 @@ std::vector<MapPolygon> assemble(OsmId id, const RingMembers& members, std::stri
   }
   std::vector<MapPolygon> polygons = by_roles(members);
   note = polygons.empty() ? "rings that do not close or cross each other"
-                          : "rings that cross or touch wrongly, taken one by one";
+                          : "rings that cross or touch wrongly, read one by one";
   return polygons;
 }
 
-/// True where polygons, line and box have a point in common (borders included; in degrees as if on a plane).
+/// True if polygons, line and box have a point in common (borders included; degrees treated as planar).
 bool touches(const MapFeature& feature, const LonLatBox& box) {
   namespace geos = meshes::geos;
   const geos::Geometry area = geos::polygon(
       {{box.west, box.south}, {box.east, box.south}, {box.east, box.north}, {box.west, box.north}});
   const auto meets = [&](const geos::Geometry& shape) {
-    return shape && GEOSIntersects_r(geos::context(), area.get(), shape.get()) != 0;  // 2: GEOS does not know
+    return shape && GEOSIntersects_r(geos::context(), area.get(), shape.get()) != 0;  // 2: GEOS error
   };
   return meets(geos::line(feature.line)) ||
          std::any_of(feature.polygons.begin(), feature.polygons.end(), [&](const MapPolygon& polygon) {
@@ -188,7 +188,7 @@ bool touches(const MapFeature& feature, const LonLatBox& box) {
          });
 }
 
-/// A feature, or something of a feature's kind that is counted but not built.
+/// A feature, or an object that is counted as such but not built.
 struct Candidate {
   MapFeature feature;
   std::string left_out;
@@ -204,7 +204,7 @@ class FeatureMaker {
   /// Nodes, ways, relations, each by id.
   MapData make() {
     read_building_relations();
-    make_multipolygons();  // before ways, since they take some over
+    make_multipolygons();  // before ways, because they replace some
     make_ways();
     std::vector<Candidate> all;
     for (auto& [id, tree] : objects_.trees) {
@@ -277,7 +277,7 @@ class FeatureMaker {
       }
       if (any && !missing.empty()) {
         notes_.tell(
-            Level::Loss, "{} building relations with members that are not in the map, built of the others",
+            Level::Loss, "{} building relations with members that are not in the map, built from the others",
             fmt::format("{} (without {})", osm_name("relation", id),
                         fmt::join(missing.begin(),
                                   missing.begin() + std::min<std::ptrdiff_t>(std::ssize(missing), 20), " ")));
@@ -285,7 +285,7 @@ class FeatureMaker {
     }
   }
 
-  /// Kind and tags of a member of a type=building relation: its role counts where its tags say nothing.
+  /// Kind and tags of a member of a type=building relation: its role applies if its tags give no kind.
   void apply_membership(const std::map<OsmId, Membership>& memberships, OsmId id, OsmClass& kind,
                         TagMap& tags, std::string& belongs_to) const {
     const auto found = memberships.find(id);
@@ -324,7 +324,7 @@ class FeatureMaker {
       complete = complete && way != objects_.ways.end() && !way->second.places.empty();
       if (way == objects_.ways.end()) continue;
       members.emplace_back(member.ref, &member);
-      // Old style: the outer ways carry the tags.
+      // Old style: the outer ways have the tags.
       if (member.role != "inner" && says_nothing(relation.tags) && !kind.kind && way->second.kind.kind) {
         kind = way->second.kind;
         feature.tags.insert(way->second.tags.begin(), way->second.tags.end());
@@ -339,10 +339,10 @@ class FeatureMaker {
       return;
     if (!complete || members.empty()) {
       if (kind.left_out.empty())
-        notes_.tell(Level::Loss, "{} multipolygons that the map holds in part only, left out", feature.id);
+        notes_.tell(Level::Loss, "{} multipolygons of which the map has only a part, left out", feature.id);
       return;
     }
-    // Several whole buildings under one relation: each way says more of itself than the relation does.
+    // Several whole buildings in one relation: each way has more specific tags than the relation.
     const auto stands_alone = [&](const std::pair<OsmId, const OsmMember*>& member) {
       const OsmWay& way = objects_.ways.at(member.first);
       std::string ignored;
@@ -414,7 +414,7 @@ class FeatureMaker {
         if (problem.empty()) feature.polygons.push_back({std::move(ring), {}});
       }
       if (!problem.empty()) {
-        // Roads run out of every extract.
+        // Roads extend beyond every extract.
         if (kind.left_out.empty() && feature.kind != FeatureKind::Passage)
           notes_.tell(Level::Loss, "{} ways, " + problem + ", left out", feature.id);
         continue;
@@ -424,7 +424,7 @@ class FeatureMaker {
     }
   }
 
-  /// Keeps what touches the box, and the parts of buildings that do, so that no building is cut.
+  /// Keeps features that touch the box, and the parts of these buildings, so that no building is cut.
   void keep_in_box(std::vector<Candidate>& all) const {
     std::set<std::string> relations;
     const LonLatBox box = options_.box->unwrapped();
@@ -456,7 +456,7 @@ class FeatureMaker {
   const OsmReadOptions& options_;
   ReadReport notes_;
   std::map<OsmId, Membership> way_memberships_, relation_memberships_;
-  std::set<OsmId> taken_over_;  ///< ways that a multipolygon stands for
+  std::set<OsmId> taken_over_;  ///< ways replaced by a multipolygon
   std::vector<Candidate> ways_, multipolygons_;
 };
 
@@ -473,7 +473,7 @@ MapData read_osm(const std::vector<std::filesystem::path>& paths, const OsmReadO
     return feature.kind == FeatureKind::Building || feature.kind == FeatureKind::Part;
   });
   if (!building) {
-    std::string problem = options.box ? "holds no building in the box" : "holds no building";
+    std::string problem = options.box ? "has no building in the box" : "has no building";
     const std::vector<std::string> notes = map.notes.lines();
     if (!notes.empty()) problem += fmt::format(" ({})", fmt::join(notes, "; "));
     throw InputError(map.source, 0, problem,

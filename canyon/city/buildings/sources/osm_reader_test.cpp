@@ -88,7 +88,7 @@ TEST_F(OsmReader, ReadsClosedWaysWithTheirTags) {
   EXPECT_EQ(house.kind, FeatureKind::Building);
   EXPECT_EQ(house.tags.at("height"), "5");
   ASSERT_EQ(house.polygons.size(), 1U);
-  ASSERT_EQ(house.polygons[0].outer.size(), 4U);  // the repeated last point is gone
+  ASSERT_EQ(house.polygons[0].outer.size(), 4U);  // without the repeated last point
   EXPECT_DOUBLE_EQ(house.polygons[0].outer[0].x(), 114.1);
   EXPECT_DOUBLE_EQ(house.polygons[0].outer[0].y(), 22.3);
   EXPECT_TRUE(map.bounds.min().isApprox(LonLat(114.1, 22.3), 1e-12));
@@ -131,7 +131,7 @@ TEST_F(OsmReader, AMultipolygonStandsForItsTaggedOuterWay) {
                .square(2, 10.001, 50.001, 0.001, {{"building", "hut"}})
                .relation(5, {{"way", 1, "outer"}, {"way", 2, "inner"}},
                          {{"type", "multipolygon"}, {"building", "office"}, {"name", "relation"}}));
-  // The inner ring is a building of its own in the courtyard.
+  // The inner ring is a separate building in the courtyard.
   EXPECT_THAT(ids(map), ElementsAre("way/2", "relation/5"));
   const MapFeature& office = feature(map, "relation/5");
   EXPECT_EQ(office.tags.at("building"), "office");
@@ -184,7 +184,7 @@ TEST_F(OsmReader, BuildingRelationsNameWhatBelongsTogether) {
   EXPECT_EQ(feature(map, "way/1").tags.at("height"), "50");
   EXPECT_EQ(feature(map, "way/1").belongs_to, "relation/21");
   EXPECT_EQ(feature(map, "way/2").kind, FeatureKind::Part);
-  EXPECT_EQ(feature(map, "way/3").kind, FeatureKind::Part);  // by its role alone
+  EXPECT_EQ(feature(map, "way/3").kind, FeatureKind::Part);  // only by its role
   EXPECT_EQ(feature(map, "way/3").belongs_to, "relation/21");
   EXPECT_EQ(feature(map, "relation/20").belongs_to, "relation/21");
   EXPECT_EQ(feature(map, "way/4").belongs_to, "");
@@ -287,7 +287,7 @@ TEST_F(OsmReader, AnUnfinishedAnswerOfOverpassIsRefused) {
   for (const char* remark :
        {"<remark> runtime error: Query timed out</remark>", "<remark>\nruntime error: out of memory"})
     EXPECT_THAT(problem_of_text(std::string(map).insert(map.find("<node"), remark)),
-                HasSubstr("Overpass gave up"));
+                HasSubstr("Overpass aborted"));
 }
 
 TEST_F(OsmReader, SkipsWhatIsIncompleteByName) {
@@ -308,8 +308,8 @@ TEST_F(OsmReader, SkipsWhatIsIncompleteByName) {
       map.notes.lines(),
       testing::UnorderedElementsAre(
           "1 multipolygons of rings that do not close or cross each other, left out: relation/9",
-          "3 multipolygons that the map holds in part only, left out: relation/6, relation/7, relation/8",
-          "1 points tagged building, left out since they have no outline: node/500",
+          "3 multipolygons of which the map has only a part, left out: relation/6, relation/7, relation/8",
+          "1 points tagged building, left out: no outline: node/500",
           "1 ways, outline not closed, left out: way/3",
           "1 ways, outline of fewer than three corners, left out: way/4",
           "1 ways, with nodes that are not in the map, left out: way/2",
@@ -327,7 +327,7 @@ TEST_F(OsmReader, NamesTwentyOfManyAndCountsTheRest) {
 }
 
 TEST_F(OsmReader, TakesCrossingRingsOneByOne) {
-  // The inner ring sticks out of the outer one: no valid multipolygon, but the outline is certain.
+  // The inner ring extends beyond the outer one: no valid multipolygon, but the outline is certain.
   const MapData map = read(OsmText()
                                .square(1, 10, 50, 0.002)
                                .square(2, 10.001, 50.0005, 0.002)
@@ -335,7 +335,7 @@ TEST_F(OsmReader, TakesCrossingRingsOneByOne) {
   ASSERT_THAT(ids(map), ElementsAre("relation/3"));
   EXPECT_EQ(map.features[0].polygons.at(0).outer.size(), 4U);
   EXPECT_EQ(map.features[0].polygons.at(0).inners.size(), 1U);
-  EXPECT_THAT(map.notes.lines(), ElementsAre(HasSubstr("taken one by one: relation/3")));
+  EXPECT_THAT(map.notes.lines(), ElementsAre(HasSubstr("read one by one: relation/3")));
 }
 
 TEST_F(OsmReader, ABowTieIsLeftToTheRepair) {
@@ -378,12 +378,12 @@ TEST_F(OsmReader, ABoxTakesWholeFeaturesThatTouchIt) {
   text.square(6, 10.012, 50, 0.001, {{"building:part", "yes"}});
   OsmReadOptions options;
   options.box = LonLatBox{9.999, 49.999, 10.010, 50.01};
-  // 6 lies within the bounds of 4, which sticks out of the box.
+  // 6 is within the bounds of 4, which extends beyond the box.
   EXPECT_THAT(ids(read(text, options)), ElementsAre("way/1", "way/2", "way/4", "way/5", "way/6"));
   options.box = LonLatBox{10.0005, 50.0002, 10.0006, 50.0003};  // within 1 and 4
   EXPECT_THAT(ids(read(text, options)), ElementsAre("way/1", "way/4", "way/5", "way/6"));
   options.box = LonLatBox{-10, -50, -9, -49};
-  EXPECT_THAT(problem(text.write(folder_ / "map.osm"), options), HasSubstr("holds no building in the box"));
+  EXPECT_THAT(problem(text.write(folder_ / "map.osm"), options), HasSubstr("has no building in the box"));
 }
 
 TEST_F(OsmReader, ABoxKeepsRelationsWhole) {
@@ -422,7 +422,7 @@ TEST_F(OsmReader, MergesFilesTakingEachObjectOnce) {
 TEST_F(OsmReader, TheNewestVersionCountsAlsoWhereItDoesNotMatterAnyMore) {
   const OsmText::Tags field{{"landuse", "brownfield"}}, tree{{"natural", "tree"}};
   OsmText places, older, newer;
-  // Nodes of a house that stays, of one that goes or moves, and of where it moves to.
+  // Nodes of a house that is unchanged, of one that is deleted or moves, and of its new position.
   places.square(1, 10, 50, 0.001, kBuilding).square(2, 10.01, 50, 0.001).square(3, 10.01, 51, 0.001);
   older.way(5, {20, 21, 22, 23, 20}, kBuilding).way(6, {20, 21, 22, 23, 20}, kBuilding);
   older.relation(7, {{"way", 2, "outer"}}, kMultipolygon).node(8, 10.001, 50, tree);
@@ -442,7 +442,7 @@ TEST_F(OsmReader, TheNewestVersionCountsAlsoWhereItDoesNotMatterAnyMore) {
   const OsmText history = OsmText(places).append(older).append(newer);
   EXPECT_THAT(ids(read(history, options)), ElementsAre("way/1"));
   EXPECT_THAT(ids(read(OsmText(newer).append(older).append(places), options)), ElementsAre("way/1"));
-  // The newest place of a node, in any order.
+  // The newest position of a node, in any order.
   const auto moved = OsmText().node(10, 9.999, 50, {}, 2).write(folder_ / "moved.osm");
   for (const auto& files : {std::vector{a, moved}, std::vector{moved, a}})
     EXPECT_NEAR(read_osm(files).bounds.min().x(), 9.999, 1e-9);
@@ -458,7 +458,7 @@ TEST_F(OsmReader, StreetsAreThoseOfTheNewestVersion) {
   EXPECT_EQ(read_streets({b, a}).pieces.size(), 1U);
 }
 
-// JOSM numbers what is new by -1, -2, ... in each file.
+// JOSM numbers new objects by -1, -2, ... in each file.
 TEST_F(OsmReader, NewObjectsAreThoseOfTheirFile) {
   OsmText a, b;
   a.square(-1, 10, 50, 0.001, kBuilding).square(-2, 10.01, 50, 0.001);
@@ -532,7 +532,7 @@ TEST_F(OsmReader, ReadsEveryCompressionByContent) {
                        .write(folder_ / "map.osm");
   for (const char* format :
        {"osm.gz", "osm.bz2", "pbf", "pbf,pbf_dense_nodes=false", "pbf,pbf_compression=none"}) {
-    const auto path = folder_ / "download";  // no suffix to go by
+    const auto path = folder_ / "download";  // no suffix
     {
       osmium::io::Reader reader{xml.string()};
       osmium::io::Writer writer{osmium::io::File{path.string(), format}, osmium::io::overwrite::allow};
@@ -540,7 +540,7 @@ TEST_F(OsmReader, ReadsEveryCompressionByContent) {
       writer.close();
     }
     EXPECT_THAT(ids(read_osm({path})), ElementsAre("way/1", "way/2")) << format;
-    // Cut anywhere, it is refused, and the file is named; a PBF cut between two blobs has lost its ways.
+    // A truncated file is rejected by name; a PBF truncated between two blobs lacks its ways.
     const std::string bytes = test::read_bytes(path);
     for (const std::size_t size : {bytes.size() - 3, bytes.size() / 2, std::size_t{20}}) {
       const std::string what = problem_of_text(bytes.substr(0, size), "cut");
@@ -550,7 +550,7 @@ TEST_F(OsmReader, ReadsEveryCompressionByContent) {
   }
 }
 
-// A blob header of a length alone: libosmium would compare its type by a null pointer, and take it.
+// A blob header with only a length: libosmium would compare its type with a null pointer, and accept it.
 TEST_F(OsmReader, PbfBlobsWithoutATypeAreRefused) {
   const auto path = folder_ / "map.pbf";
   {
@@ -588,9 +588,9 @@ TEST_F(OsmReader, BadFilesGiveOneClearError) {
   EXPECT_THAT(problem_of_text("<?xml version='1.0'?><gpx version='1.1'></gpx>"),
               HasSubstr("is XML, but no OpenStreetMap data"));
   EXPECT_THAT(problem_of_text("<html><body>504</body></html>"), HasSubstr("is a web page"));
-  EXPECT_THAT(problem_of_text("<osm version=\"0.6\"></osm>"), HasSubstr("map.osm: holds no building"));
+  EXPECT_THAT(problem_of_text("<osm version=\"0.6\"></osm>"), HasSubstr("map.osm: has no building"));
   EXPECT_THAT(problem_of_text(OsmText().square(1, 0, 0, 1, {{"building", "no"}}).text()),
-              HasSubstr("holds no building (1 left out, building=no: way/1)"));
+              HasSubstr("has no building (1 left out, building=no: way/1)"));
   const std::string whole = OsmText().square(1, 10, 50, 0.001, kBuilding).text();
   EXPECT_THAT(problem_of_text(whole.substr(0, whole.size() / 2)), HasSubstr("is cut short or damaged"));
   EXPECT_THAT(problem_of_text("<osm version=\"0.5\"></osm>"), HasSubstr("map.osm"));
@@ -600,10 +600,10 @@ TEST_F(OsmReader, BadFilesGiveOneClearError) {
   EXPECT_THAT(problem(folder_ / "map.osm", options), HasSubstr("west bound 10 of the box is east of"));
 }
 
-// Smallest inputs of faults that users of other programs reported; tests/data/cases has where from.
+// Minimal inputs for faults reported by users of other programs; tests/data/cases has the sources.
 TEST_F(OsmReader, DoesNotBuildWhatAnEditorDeleted) {
   EXPECT_THAT(ids(read_osm({test::case_file("osm-josm-delete/edited.osm")})), ElementsAre("way/1"));
-  // A change file and a history say it by visible or by a section; the latest version counts.
+  // A change file and a history mark it by visible or by a section; the latest version counts.
   const std::string whole =
       OsmText().square(1, 10, 50, 0.001, kBuilding).square(10, 11, 50, 0.001, kBuilding).text();
   std::ofstream(folder_ / "whole.osm") << whole;
@@ -625,7 +625,7 @@ TEST_F(OsmReader, ReadsOverpassJson) {
   ASSERT_EQ(map.features.size(), 1U);
   EXPECT_EQ(map.features[0].tags.at("height"), "20");
   EXPECT_NEAR(area(map.features[0].polygons.at(0).outer), 4e-8, 1e-13);
-  // out geom: places in ways, and in members of relations; a quotation mark in a tag.
+  // out geom: positions in ways, and in members of relations; a quotation mark in a tag.
   const auto json = [&](const std::string& elements) {
     std::ofstream(folder_ / "o.json") << R"({"version": 0.6, "elements": [)" << elements << "]}";
     return folder_ / "o.json";
@@ -655,12 +655,12 @@ TEST_F(OsmReader, ReadsOverpassJson) {
   EXPECT_THAT(ids(clipped), ElementsAre("way/9"));
   EXPECT_THAT(clipped.notes.lines(),
               IsSupersetOf({HasSubstr("3 ways, with nodes that are not in the map, left out: way/10"),
-                            HasSubstr("multipolygons that the map holds in part only, left out")}));
+                            HasSubstr("multipolygons of which the map has only a part, left out")}));
   EXPECT_THAT(
       problem(json(R"({"type":"way","id":9,"center":{"lat":48,"lon":11},"tags":{"building":"yes"}})")),
-      HasSubstr("ask Overpass with 'out geom'"));
+      HasSubstr("query Overpass with 'out geom'"));
   std::ofstream(folder_ / "o.json") << R"({"elements": [], "remark": "runtime error: Query timed out"})";
-  EXPECT_THAT(problem(folder_ / "o.json"), HasSubstr("Overpass gave up: runtime error"));
+  EXPECT_THAT(problem(folder_ / "o.json"), HasSubstr("Overpass aborted: runtime error"));
   std::ofstream(folder_ / "o.json") << R"({"a": 1})";
   EXPECT_THAT(problem(folder_ / "o.json"), HasSubstr("neither CityJSON nor Overpass"));
 }
@@ -681,7 +681,7 @@ TEST_F(OsmReader, OneWrongPlaceCostsOneBuilding) {
               HasSubstr("map.osm"));
 }
 
-// Two buildings, one of which the antimeridian cuts, a multipolygon across it with a courtyard, and one
+// Two buildings, one of which crosses the antimeridian, a multipolygon across it with a courtyard, and one
 // beyond.
 OsmText across_the_antimeridian() {
   OsmText text;
@@ -726,7 +726,7 @@ TEST_F(OsmReader, TakesABoxAcrossTheAntimeridian) {
 }
 
 TEST_F(OsmReader, TakesPlacesWrittenInWays) {
-  // Overpass's answer to "out geom".
+  // Overpass's response to "out geom".
   const std::string text =
       "<osm version=\"0.6\"><way id=\"1\"><nd ref=\"1\" lat=\"50\" lon=\"10\"/><nd ref=\"2\" lat=\"50\" "
       "lon=\"10.001\"/><nd ref=\"3\" lat=\"50.001\" lon=\"10\"/><nd ref=\"1\" lat=\"50\" lon=\"10\"/>"

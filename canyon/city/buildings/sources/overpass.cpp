@@ -24,10 +24,10 @@ namespace {
 
 constexpr std::size_t kMostTiles = 10'000;
 constexpr double kLongestWait_s = 60;
-constexpr double kFirstWait_s = 5;  // doubled with each try, where the server names no time
+constexpr double kFirstWait_s = 5;  // doubled with each retry, if the server gives no time
 constexpr std::string_view kOrFile = "or give a file (such as an extract as .osm.pbf)";
 
-/// A piece of a server's answer for a message: one line, tags taken out.
+/// The start of a server's response for a message: one line, without tags.
 std::string excerpt(std::string_view body) {
   std::string out;
   bool tag = false;
@@ -50,7 +50,7 @@ std::string excerpt(std::string_view body) {
   return std::string(trim(out));
 }
 
-/// Asks, and asks again where the server is busy. Returns the body of a reply with status 200.
+/// Sends a query, and retries if the server is busy. Returns the body of a reply with status 200.
 std::string ask(const std::string& query, const OverpassOptions& options) {
   double wait_s = kFirstWait_s;
   for (int attempt = 0;; ++attempt) {
@@ -63,7 +63,7 @@ std::string ask(const std::string& query, const OverpassOptions& options) {
                             : reply.status == 504 ? " (the server is too busy)"
                                                   : "";
       throw InputError(
-          fmt::format("{} answered with HTTP status {}{}{}{}", options.url, reply.status, meaning,
+          fmt::format("{} responded with HTTP status {}{}{}{}", options.url, reply.status, meaning,
                       attempt > 0 ? fmt::format(" to each of {} requests", attempt + 1) : "",
                       said.empty() ? "" : ": " + said),
           busy ? fmt::format("try again later, {}", kOrFile)
@@ -75,7 +75,7 @@ std::string ask(const std::string& query, const OverpassOptions& options) {
   }
 }
 
-/// The text of Overpass's <remark>, where it reports a failure amid a good status.
+/// The text of Overpass's <remark>, which may report a failure despite a good status.
 std::string remark_of(std::string_view body) {
   const std::size_t begin = body.find("<remark>");
   if (begin == std::string_view::npos) return {};
@@ -83,7 +83,7 @@ std::string remark_of(std::string_view body) {
   return excerpt(body.substr(begin, end == std::string_view::npos ? end : end - begin));
 }
 
-/// Throws unless a body is a whole OSM XML document.
+/// Throws unless a body is a complete OSM XML document.
 void check_osm(std::string_view body, const OverpassOptions& options) {
   const std::string_view head = body.substr(0, 4096);
   const std::size_t start = head.find_first_not_of("\xEF\xBB\xBF \t\r\n");
@@ -91,20 +91,20 @@ void check_osm(std::string_view body, const OverpassOptions& options) {
                    (head.substr(start, 5) == "<?xml" || head.substr(start, 4) == "<osm");
   if (!xml) {
     const std::string said = excerpt(body);
-    throw InputError(fmt::format("{} answered with something that is not OpenStreetMap XML{}", options.url,
+    throw InputError(fmt::format("{} responded with something other than OpenStreetMap XML{}", options.url,
                                  said.empty() ? "" : ": " + said),
                      fmt::format("check the address of the endpoint, {}", kOrFile));
   }
-  // The server ends queries that take too long with a remark and half of the data. It comes after the data
-  // and tags cannot hold an unescaped '<'.
+  // The server aborts long queries with a remark and partial data. The remark is after the data, and tags
+  // cannot contain an unescaped '<'.
   const std::string remark = remark_of(body);
   if (!remark.empty()) {
-    throw InputError(fmt::format("{} gave up: {}", options.url, remark),
+    throw InputError(fmt::format("{} aborted: {}", options.url, remark),
                      "allow more time, or fetch in smaller tiles");
   }
   const std::string_view tail = trim(body);
   if (tail.size() < 6 || tail.substr(tail.size() - 6) != "</osm>") {
-    throw InputError(fmt::format("the answer of {} ends early, after {} bytes", options.url, body.size()),
+    throw InputError(fmt::format("the response of {} ends early, after {} bytes", options.url, body.size()),
                      "try again");
   }
 }
@@ -113,8 +113,8 @@ std::string box_text(const LonLatBox& box) {
   return fmt::format("{:.7f},{:.7f},{:.7f},{:.7f}", box.south, box.west, box.north, box.east);
 }
 
-/// Overpass QL: what reads as a building, relations that own such ways (old-style multipolygons, building
-/// relations), and all that they are made of.
+/// Overpass QL: building candidates, relations with such ways (old-style multipolygons, building relations),
+/// and all their members.
 std::string map_query(const LonLatBox& box, const OverpassOptions& options) {
   std::string query = fmt::format(
       "[out:xml][timeout:{}][bbox:{}];\n"
@@ -171,7 +171,7 @@ std::string quoted(std::string_view text) {
   return out + '"';
 }
 
-/// One found place.
+/// A place in the result.
 struct Found {
   std::string name;
   LonLatBox box;
@@ -184,7 +184,7 @@ struct Found {
   }
 };
 
-/// "A, B, C": the place A within areas named B and C.
+/// Query for "A, B, C": the place A within areas named B and C.
 std::string place_query(const std::vector<std::string_view>& pieces, int timeout_s) {
   std::string query = fmt::format("[out:json][timeout:{}];\n", timeout_s);
   std::string within;
@@ -204,14 +204,14 @@ std::string place_query(const std::vector<std::string_view>& pieces, int timeout
 std::vector<Found> places_of(const std::string& body, const OverpassOptions& options, bool& point) {
   const auto damaged = [&] {
     const std::string said = excerpt(body);
-    return InputError(fmt::format("{} answered with something that is not a list of places{}", options.url,
+    return InputError(fmt::format("{} responded with something other than a list of places{}", options.url,
                                   said.empty() ? "" : ": " + said),
                       "check the address of the endpoint, or give a box");
   };
   const Json answer = Json::try_parse(body).value_or(Json());
   if (!answer["elements"].is_array()) throw damaged();
   if (answer["remark"].is_string()) {
-    throw InputError(fmt::format("{} gave up: {}", options.url, excerpt(answer["remark"].text())),
+    throw InputError(fmt::format("{} aborted: {}", options.url, excerpt(answer["remark"].text())),
                      "allow more time, or give a box");
   }
   std::vector<Found> places;
@@ -248,8 +248,8 @@ std::vector<Found> places_of(const std::string& body, const OverpassOptions& opt
 void OverpassOptions::validate() const {
   const bool web = url.rfind("https://", 0) == 0 || url.rfind("http://", 0) == 0;
   if (!web || std::any_of(url.begin(), url.end(), [](unsigned char c) { return c <= ' ' || c == 0x7f; })) {
-    throw InputError(fmt::format("'{}' is not an address of an Overpass endpoint", excerpt(url)),
-                     "it looks like https://overpass-api.de/api/interpreter");
+    throw InputError(fmt::format("'{}' is not the address of an Overpass endpoint", excerpt(url)),
+                     "give one such as https://overpass-api.de/api/interpreter");
   }
   options::check(*this, "download");
 }
@@ -259,8 +259,8 @@ void visit(options::Visitor& v, OverpassOptions& o) {
   std::string cache = o.cache.string();
   v.text({"cache", "", "folder for downloads", "~/.cache/canyon"}, cache);
   if (v.reads()) o.cache = cache;
-  v.integer({"timeout_s", "s", "of one request"}, o.timeout_s, 1, 3600);
-  v.integer({"retries", "", "after HTTP status 429 and 5xx"}, o.retries, 0, 10);
+  v.integer({"timeout_s", "s", "timeout of one request"}, o.timeout_s, 1, 3600);
+  v.integer({"retries", "", "retries after HTTP status 429 and 5xx"}, o.retries, 0, 10);
   v.number({"tile_deg", "deg", "side of a tile; larger boxes are fetched tile by tile"}, o.tile_deg,
            {0.001, 10});
   v.boolean({"foliage", "", "also read trees, tree rows and woods"}, o.foliage);
@@ -276,7 +276,7 @@ std::vector<std::filesystem::path> download_osm(
   make_output_folder(folder);
   std::vector<std::filesystem::path> files;
   for (const LonLatBox& tile : tiles) {
-    OverpassOptions untimed = options;  // the time allowed does not change the answer
+    OverpassOptions untimed = options;  // the timeout does not affect the result
     untimed.timeout_s = 0;
     const std::uint64_t hash = fnv1a(options.url + '\n' + map_query(tile, untimed));
     const std::filesystem::path file =
@@ -301,9 +301,8 @@ LonLatBox find_place(const std::string& name, const OverpassOptions& options) {
       std::any_of(pieces.begin(), pieces.end(), [](std::string_view p) { return p.empty(); }) ||
       std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; });
   if (bad) {
-    throw InputError(
-        fmt::format("'{}' is not a name of a place", excerpt(name)),
-        "give a name as the map has it, with larger places after commas: Tsim Sha Tsui, Hong Kong");
+    throw InputError(fmt::format("'{}' is not the name of a place", excerpt(name)),
+                     "give a name as in the map, with larger places after commas: Tsim Sha Tsui, Hong Kong");
   }
   const std::filesystem::path folder = downloads_folder(options.cache);
   make_output_folder(folder);
@@ -320,15 +319,15 @@ LonLatBox find_place(const std::string& name, const OverpassOptions& options) {
                        "give a box around it: west,south,east,north");
     }
     throw InputError(fmt::format("no place named '{}' was found", name),
-                     "write it as the map does, or give a box: west,south,east,north");
+                     "write it as in the map, or give a box: west,south,east,north");
   }
-  // A town and its boundary come as several objects; the largest stands for those inside it.
+  // A town and its boundary are several objects; the largest represents those inside it.
   const auto largest = std::max_element(
       places.begin(), places.end(), [](const Found& a, const Found& b) { return a.extent() < b.extent(); });
   for (const Found& place : places) {
     if (largest->holds(place.box)) continue;
-    throw InputError(fmt::format("'{}' names several places apart, {} and {} among {}", name, largest->name,
-                                 place.name, places.size()),
+    throw InputError(fmt::format("'{}' names several places that are far apart, {} and {} among {}", name,
+                                 largest->name, place.name, places.size()),
                      "add the region or country after a comma, or give a box");
   }
   if (!kept) write_own_file(file, body);

@@ -13,10 +13,10 @@ struct OverpassOptions {
   std::string url = "https://overpass-api.de/api/interpreter";
   std::filesystem::path cache;  ///< folder; empty: $XDG_CACHE_HOME/canyon or ~/.cache/canyon
   int timeout_s = 180;          ///< of one request; [1, 3600]
-  /// Retries after 429 and 5xx, [0, 10]; waits as Retry-After says (else 5 s, 10 s, ...), at most 60 s.
+  /// Retries after 429 and 5xx, [0, 10]; waits as given by Retry-After (else 5 s, 10 s, ...), at most 60 s.
   int retries = 3;
-  /// Boxes larger than this are fetched in equal tiles, each cached: an interrupted download resumes.
-  /// [0.001, 10]; a box of more than 10,000 tiles is refused.
+  /// Larger boxes are fetched in equal tiles, each cached, so an interrupted download resumes. [0.001, 10]; a
+  /// box of more than 10,000 tiles is rejected.
   double tile_deg = 0.05;
   bool foliage = false;
   void validate() const;
@@ -24,18 +24,18 @@ struct OverpassOptions {
 /// Visits its fields.
 void visit(options::Visitor& v, OverpassOptions& o);
 
-/// Downloads buildings, parts and (if asked) foliage of a box as .osm files (one for each tile) in the cache
-/// and returns their paths, for read_osm(); `progress` gets tiles done and in all. Tiles that are there
-/// already are not downloaded again. One request at a time, with a User-Agent that names Canyon. Throws
-/// InputError: offline, refused, timed out, HTTP status, an answer that is not OSM XML or ends early.
+/// Downloads buildings, parts and (if enabled) foliage of a box as .osm files (one for each tile) to the
+/// cache and returns their paths, for read_osm(); `progress` gets the numbers of finished and of all tiles.
+/// Cached tiles are not downloaded again. One request at a time, with User-Agent Canyon. Throws InputError:
+/// offline, refused, timed out, HTTP status, a response that is not OSM XML or is truncated.
 [[nodiscard]] std::vector<std::filesystem::path> download_osm(
     const LonLatBox& box, const OverpassOptions& options,
     const std::function<void(std::size_t, std::size_t)>& progress = {});
 
-/// Box of a named place ("Tsim Sha Tsui, Hong Kong": the place, then areas around it, each by `name` or
-/// `name:en`), asked from the same endpoint and kept in the same cache: bounds of the largest boundary or
-/// place of that name. Throws likewise, and where there is no such place, only a point without bounds, or
-/// several apart.
+/// Box of a named area ("Tsim Sha Tsui, Hong Kong": the area, then areas around it, each by `name` or
+/// `name:en`), requested from the same endpoint and kept in the same cache: bounds of the largest boundary or
+/// place of that name. Throws likewise, and if there is no such area, only a point without bounds, or several
+/// distant ones.
 [[nodiscard]] LonLatBox find_place(const std::string& name, const OverpassOptions& options);
 
 }  // namespace canyon::buildings

@@ -42,8 +42,8 @@ std::string reply(const std::string& status, const std::string& body, const std:
                      body.size(), headers, body);
 }
 
-/// An HTTP server on 127.0.0.1 that answers each connection with the next stored bytes and keeps what was
-/// asked. An empty answer keeps the connection open, silent, until the client or the test goes.
+/// An HTTP server on 127.0.0.1 that sends the next stored bytes on each connection and stores the requests.
+/// An empty response keeps the connection open, silent, until the client or the test ends.
 class StoredServer {
  public:
   explicit StoredServer(std::vector<std::string> replies) : replies_(std::move(replies)) {
@@ -120,7 +120,7 @@ class Overpass : public ::testing::Test {
     out.timeout_s = 20;
     return out;
   }
-  /// The message of a download of the box, by a server's answers.
+  /// The error message of a download of the box, with a server's responses.
   std::string download_problem(const std::vector<std::string>& replies, int timeout_s = 20) {
     const StoredServer server(replies);
     OverpassOptions asked = options(server);
@@ -157,7 +157,7 @@ TEST_F(Overpass, AnAnswerIsKeptAndReadsAsAMap) {
   // Only plain characters in the name.
   EXPECT_EQ(paths[0].filename().string().find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789._-"),
             std::string::npos);
-  // A second time the server, which has no second answer, is not asked.
+  // The second time the server, which has no second response, gets no request.
   EXPECT_EQ(download_osm(kBox, options(server)), paths);
   ASSERT_THAT(server.requests(), SizeIs(1));
   EXPECT_THAT(server.requests()[0], AllOf(HasSubstr("POST /api/interpreter HTTP/1.1"),
@@ -174,7 +174,7 @@ TEST_F(Overpass, FoliageIsAnotherQuestion) {
   EXPECT_NE(download_osm(kBox, asked), without);
   ASSERT_THAT(server.requests(), SizeIs(2));
   EXPECT_THAT(server.requests()[1], HasSubstr("tree_row"));
-  asked.timeout_s = 30;  // but more time is not
+  asked.timeout_s = 30;  // but another timeout is not
   EXPECT_THAT(download_osm(kBox, asked), SizeIs(1));
 }
 
@@ -203,27 +203,27 @@ TEST_F(Overpass, ARefusalIsNotRepeated) {
 
 TEST_F(Overpass, WhatIsNoWholeMapIsNotKept) {
   EXPECT_THAT(download_problem({reply("200 OK", "<!DOCTYPE html><html><title>Login</title></html>")}),
-              HasSubstr("something that is not OpenStreetMap XML: Login"));
+              HasSubstr("something other than OpenStreetMap XML: Login"));
   EXPECT_THAT(download_problem({reply("200 OK", "")}), HasSubstr("not OpenStreetMap XML"));
-  // The server stops within the document, with and without saying how long it is.
+  // The server stops inside the document, with and without a content length.
   EXPECT_THAT(download_problem({reply("200 OK", map_.substr(0, map_.size() / 2))}),
               HasSubstr("ends early, after"));
   const std::string whole = reply("200 OK", map_);
   EXPECT_THAT(download_problem({whole.substr(0, whole.size() - 40)}),
-              HasSubstr("the answer of 127.0.0.1 ended early"));
+              HasSubstr("the response of 127.0.0.1 ended early"));
   EXPECT_THAT(download_problem({"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n5\r\n<osm "}),
-              HasSubstr("the answer of 127.0.0.1 ended early"));
+              HasSubstr("the response of 127.0.0.1 ended early"));
   EXPECT_THAT(download_problem({"\r\n"}), Not(IsEmpty()));
-  // Overpass runs out of time or memory amid a good status.
+  // Overpass runs out of time or memory despite a good status.
   EXPECT_THAT(download_problem(
                   {reply("200 OK",
                          "<?xml version=\"1.0\"?><osm version=\"0.6\"><remark> runtime error: Query timed "
                          "out in \"query\" at line 2 </remark></osm>")}),
-              HasSubstr("gave up: runtime error: Query timed out"));
+              HasSubstr("aborted: runtime error: Query timed out"));
 }
 
 TEST_F(Overpass, ASilentServerRunsOutOfTime) {
-  EXPECT_THAT(download_problem({""}, 1), HasSubstr("127.0.0.1 did not answer within 1 s"));
+  EXPECT_THAT(download_problem({""}, 1), HasSubstr("127.0.0.1 did not respond within 1 s"));
 }
 
 TEST_F(Overpass, OfflineIsSaidPlainly) {
@@ -254,7 +254,7 @@ TEST_F(Overpass, AnInterruptedDownloadGoesOn) {
   EXPECT_THAT(steps, ElementsAre(1, 1, 2));
   ASSERT_THAT(paths, SizeIs(2));
   EXPECT_THAT(server.requests(), SizeIs(3));
-  // The tiles meet, and the same building in both is read once.
+  // The tiles are adjacent, and the same building in both is read once.
   EXPECT_THAT(server.requests()[0], HasSubstr("22.2900000%2C114.1700000%2C22.3300000%2C114.2200000"));
   EXPECT_THAT(server.requests()[2], HasSubstr("22.2900000%2C114.2200000%2C22.3300000%2C114.2700000"));
   EXPECT_EQ(read_osm(paths).features.size(), 1U);
@@ -280,9 +280,9 @@ TEST_F(Overpass, OptionsAreChecked) {
   };
   EXPECT_EQ(said([](OverpassOptions&) {}), "");
   EXPECT_THAT(said([](OverpassOptions& o) { o.url = "file:///etc/passwd"; }),
-              HasSubstr("not an address of an Overpass"));
+              HasSubstr("not the address of an Overpass"));
   EXPECT_THAT(said([](OverpassOptions& o) { o.url = "https://a b"; }),
-              HasSubstr("not an address of an Overpass"));
+              HasSubstr("not the address of an Overpass"));
   EXPECT_THAT(said([](OverpassOptions& o) { o.timeout_s = 0; }), HasSubstr("timeout_s of the download is 0"));
   EXPECT_THAT(said([](OverpassOptions& o) { o.retries = 11; }), HasSubstr("retries of the download is 11"));
   EXPECT_THAT(said([](OverpassOptions& o) { o.tile_deg = std::numeric_limits<double>::quiet_NaN(); }),
@@ -318,7 +318,7 @@ TEST_F(Overpass, FindsAPlaceByName) {
   // area["name"="Hong Kong"], and quotes in a name stay within its string.
   EXPECT_THAT(server.requests()[0], AllOf(HasSubstr("area%5B%22name%22%3D%22Hong%20Kong%22%5D"),
                                           HasSubstr("%22Tsim%20%5C%22Sha%5C%22%20Tsui%22")));
-  EXPECT_EQ(find_place("Tsim \"Sha\" Tsui, Hong Kong", options(server)).west, 114.16);  // kept
+  EXPECT_EQ(find_place("Tsim \"Sha\" Tsui, Hong Kong", options(server)).west, 114.16);  // cached
   EXPECT_THAT(server.requests(), SizeIs(1));
 }
 
@@ -343,13 +343,14 @@ TEST_F(Overpass, SaysWhyAPlaceHasNoBox) {
   EXPECT_THAT(
       said(place(R"({"type":"relation","id":1,"bounds":{"minlat":1,"minlon":1,"maxlat":2,"maxlon":2}},)"
                  R"({"type":"relation","id":2,"bounds":{"minlat":5,"minlon":1,"maxlat":6,"maxlon":2}})")),
-      AllOf(HasSubstr("names several places apart, relation/"), HasSubstr("add the region or country")));
+      AllOf(HasSubstr("names several places that are far apart, relation/"),
+            HasSubstr("add the region or country")));
   EXPECT_THAT(said(place(R"({"type":"relation","id":1,"bounds":[1,2]})")), HasSubstr("not a list of places"));
-  EXPECT_THAT(said(reply("200 OK", "<html>Login</html>")), HasSubstr("not a list of places: Login"));
+  EXPECT_THAT(said(reply("200 OK", "<html>Login</html>")), HasSubstr("other than a list of places: Login"));
   EXPECT_THAT(said(reply("200 OK", R"({"elements":[],"remark":"runtime error: out of memory"})")),
-              HasSubstr("gave up: runtime error: out of memory"));
+              HasSubstr("aborted: runtime error: out of memory"));
   for (const char* bad : {"", " , ", "a,,b", "a\nb"}) {
-    EXPECT_THAT(said(place(""), bad), HasSubstr("is not a name of a place")) << bad;
+    EXPECT_THAT(said(place(""), bad), HasSubstr("is not the name of a place")) << bad;
   }
   EXPECT_THAT(files(), IsEmpty());
 }
@@ -368,8 +369,7 @@ TEST_F(Overpass, TheCacheIsTheUsers) {
   setenv("HOME", folder_.path().c_str(), 1);
   EXPECT_EQ(download_osm(kBox, asked).at(0).parent_path(), folder_ / ".cache" / "canyon");
   unsetenv("HOME");
-  EXPECT_THAT(test::refusal([&] { (void)download_osm(kBox, asked); }),
-              HasSubstr("no folder to keep downloads in"));
+  EXPECT_THAT(test::refusal([&] { (void)download_osm(kBox, asked); }), HasSubstr("no folder for downloads"));
   if (!old_xdg.empty()) setenv("XDG_CACHE_HOME", old_xdg.c_str(), 1);
   if (!old_home.empty()) setenv("HOME", old_home.c_str(), 1);
 }

@@ -21,24 +21,23 @@
 namespace canyon::buildings {
 namespace {
 
-/// The files beside a raster, and those that it names, are none of the web's.
+/// Blocks network access for files next to a raster and files that it references.
 struct NoServers : gdal::ThreadOption {
   NoServers() : ThreadOption("CPL_VSIL_CURL_ALLOWED_FILENAME", "none") {}
 };
 
-/// Metres of one unit of a band (GDALRasterBand::GetUnitType); empty where the band names none.
+/// Metres of one unit of a band (GDALRasterBand::GetUnitType); empty if the band names none.
 std::optional<double> metres_of_band(const std::string& unit, const std::filesystem::path& path) {
   if (unit.empty()) return std::nullopt;
   if (const auto metres = metres_of_unit(lower_case(unit))) return metres;
-  throw InputError(path, 0,
-                   fmt::format("its band 1 is in \"{}\", not a unit of length that Canyon knows", unit),
+  throw InputError(path, 0, fmt::format("its band 1 is in \"{}\", which is not a known unit of length", unit),
                    "set the band's unit to metres or feet, or use a height raster");
 }
 
 constexpr double kMetresPerDegree = 111'320;  // of latitude
 
-/// Heights of ground above sea level: the lowest shore is at -430 m, the highest summit at 8,849 m. Others
-/// are fill values that the raster does not declare.
+/// Plausible heights of ground above sea level: the lowest shore is at -430 m, the highest summit at 8,849 m.
+/// Others are fill values that the raster does not declare.
 bool is_possible(double height_m) {
   return height_m >= -500 && height_m <= 9000;
 }
@@ -49,27 +48,27 @@ struct Raster::Impl {
   std::filesystem::path path;
   gdal::Dataset dataset;
   GDALRasterBandH band = nullptr;
-  GDALRasterBandH mask = nullptr;  ///< null where every pixel counts
+  GDALRasterBandH mask = nullptr;  ///< null if every pixel counts
   int width = 0;
   int height = 0;
-  bool degrees = false;                    ///< geographic: x is known but for full turns
+  bool degrees = false;                    ///< geographic: x is modulo 360 deg
   std::array<double, 6> pixel_from_map{};  ///< GDAL's affine order; pixel corners are whole numbers
   double first_x = 0, last_x = 0;          ///< bounds of x
   double factor = 1, addend_m = 0;         ///< metres = value * factor + addend
-  gdal::Transformation map_from_wgs84;     ///< null where the raster is in longitude and latitude of WGS 84
+  gdal::Transformation map_from_wgs84;     ///< null if the raster is in longitude and latitude of WGS 84
   std::optional<Geoid> geoid;
   ReadReport notes;
-  mutable std::mutex mutex;  ///< over the handles of GDAL and PROJ, and what follows
-  mutable std::map<std::pair<int, int>, std::optional<double>> impossible;  ///< what is taken for such pixels
+  mutable std::mutex mutex;  ///< guards the handles of GDAL and PROJ, and the next member
+  mutable std::map<std::pair<int, int>, std::optional<double>> impossible;  ///< pixels: replacements
   mutable double first_impossible_m = 0;
-  double post_spacing_m = 0;  ///< the smaller of the two
+  double post_spacing_m = 0;  ///< the smaller of both directions
 
   void open();
   void georeference(const TerrainOptions& options);
   void read_band();
   /// [m], before the geoid; the caller holds the mutex.
   std::optional<double> sample(double x, double y) const;
-  /// Pixels of a window [m], row by row; NaN where there is no data.
+  /// Pixels of a window [m], row by row; NaN if there is no data.
   std::vector<double> window(int left, int top, int columns, int rows) const {
     return values({left, top, columns, rows}, columns, rows);
   }
@@ -82,8 +81,8 @@ struct Raster::Impl {
 };
 
 void Raster::Impl::open() {
-  // Formats of heights alone: others name files and servers to read (VRT, WMS), by their content whatever the
-  // file's name. The rest is not even registered, since files beside a raster open by any driver that is.
+  // Only formats with heights: the content of others (VRT, WMS) may reference files and servers. Others are
+  // not even registered, because any registered driver opens files next to a raster.
   static std::once_flag registered;
   std::call_once(registered, [] {
     for (void (*add)() :
@@ -98,17 +97,17 @@ void Raster::Impl::open() {
   // Some rasters are folders.
   std::filesystem::is_directory(path, ignored) ? InputFiles::current().add(path) : check_input_file(path);
   const gdal::Quiet quiet;
-  // Without it some drivers drop the vertical part of the reference system.
+  // Without this option some drivers drop the vertical part of the reference system.
   const gdal::ThreadOption geotiff("GTIFF_REPORT_COMPD_CS", "YES");
   const gdal::ThreadOption others("REPORT_COMPD_CS", "YES");
-  // Whole numbers have no NaN: GDAL would read 0.
+  // Integers have no NaN: GDAL would read 0.
   const gdal::ThreadOption ascii("AAIGRID_DATATYPE", "Float64");
   dataset.reset(GDALOpenEx(path.string().c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
                            kDrivers.data(), nullptr, nullptr));
   if (!dataset) {
     throw InputError(path, 0, fmt::format("not a raster that GDAL can read ({})", quiet.message()),
                      "give GeoTIFF, SRTM .hgt, DTED, an Arc/Info grid, .img, .bil, USGS DEM or .xyz; "
-                     "gdal_translate makes GeoTIFF of others");
+                     "convert others to GeoTIFF with gdal_translate");
   }
 }
 
@@ -126,8 +125,8 @@ void Raster::Impl::read_band() {
         fmt::format("its band 1 is a picture ({}), not heights", GDALGetColorInterpretationName(colour)),
         "give a height raster, heights in band 1");
   }
-  // Files may state blocks and pixels that they do not store (sparse), or that pack well: deflate, a thousand
-  // to one.
+  // Files may declare blocks and pixels that they do not store (sparse), or that are highly compressed:
+  // deflate, a thousand to one.
   int block_width = 0, block_height = 0;
   GDALGetBlockSize(band, &block_width, &block_height);
   const double pixel = GDALGetDataTypeSizeBytes(GDALGetRasterDataType(band));
@@ -142,7 +141,7 @@ void Raster::Impl::read_band() {
   if (pixel * block_width * block_height > std::max(64e6, 1000 * stored) ||
       pixel * width * height > std::max(1.1e9, 10'000 * stored)) {
     throw InputError(path, 0,
-                     fmt::format("{:.0f} bytes state {} x {} pixels in blocks of {} x {}", stored, width,
+                     fmt::format("{:.0f} bytes declare {} x {} pixels in blocks of {} x {}", stored, width,
                                  height, block_width, block_height),
                      "cut out the part with the city by gdal_translate -projwin, with -co TILED=YES");
   }
@@ -185,8 +184,8 @@ void Raster::Impl::georeference(const TerrainOptions& options) {
   const double unit_m = degrees ? kMetresPerDegree : OSRGetLinearUnits(map.get(), nullptr);
   post_spacing_m = unit_m * std::min(std::hypot(map_from_pixel[1], map_from_pixel[4]),
                                      std::hypot(map_from_pixel[2], map_from_pixel[5]));
-  // SRTM: heights above EGM96 (USGS, SRTM collection user guide, section 3.0); DTED: above mean sea level as
-  // EGM96 gives it (MIL-PRF-89020B, 3.5).
+  // SRTM: heights above EGM96 (USGS, SRTM collection user guide, section 3.0); DTED: above mean sea level of
+  // EGM96 (MIL-PRF-89020B, 3.5).
   if (driver == "SRTMHGT" || driver == "DTED") heights.prescribed = "EPSG:4326+5773";
   const char* unit = GDALGetRasterUnitType(band);
   heights.metres_per_unit = metres_of_band(unit != nullptr ? unit : "", path);
@@ -205,7 +204,7 @@ void Raster::Impl::georeference(const TerrainOptions& options) {
 std::optional<double> Raster::Impl::sample(double x, double y) const {
   const double column = pixel_from_map[0] + x * pixel_from_map[1] + y * pixel_from_map[2];
   const double row = pixel_from_map[3] + x * pixel_from_map[4] + y * pixel_from_map[5];
-  // Rounding of the projection must not open a gap between tiles that meet: a millionth of a pixel.
+  // Rounding of the projection must not open a gap between adjacent tiles: a millionth of a pixel.
   constexpr double kEdge = 1e-6;
   if (!(column >= -kEdge && row >= -kEdge && column <= width + kEdge && row <= height + kEdge))
     return std::nullopt;
@@ -222,7 +221,7 @@ std::optional<double> Raster::Impl::sample(double x, double y) const {
       const double weight_x = columns == 1 ? 1 : i == 0 ? 1 - (u - left) : u - left;
       const double weight_y = rows == 1 ? 1 : j == 0 ? 1 - (v - top) : v - top;
       const double weight = weight_x * weight_y;
-      if (weight < 1e-9) continue;  // on a pixel's centre, but for rounding
+      if (weight < 1e-9) continue;  // at a pixel's centre, except for rounding
       double height_m = heights[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns) +
                                 static_cast<std::size_t>(i)];
       if (!std::isfinite(height_m)) return std::nullopt;
@@ -258,7 +257,7 @@ std::vector<double> Raster::Impl::values(const Window& of, int columns, int rows
   return values;
 }
 
-// The mean of the possible heights on the closest ring of pixels that has any.
+// The mean of the plausible heights on the closest ring of pixels that has any.
 std::optional<double> Raster::Impl::instead_of_impossible(int column, int row) const {
   const auto [known, fresh] = impossible.try_emplace({column, row});
   if (!fresh) return known->second;
@@ -269,7 +268,7 @@ std::optional<double> Raster::Impl::instead_of_impossible(int column, int row) c
     double sum = 0;
     int count = 0;
     for (const double height_m : window(left, top, right - left + 1, bottom - top + 1)) {
-      if (!is_possible(height_m)) continue;  // neither is NaN
+      if (!is_possible(height_m)) continue;  // also excludes NaN
       sum += height_m;
       ++count;
     }
@@ -302,7 +301,7 @@ RasterSummary Raster::summary() const {
       {0, 0, impl_->width, impl_->height}, std::min(impl_->width, kMost), std::min(impl_->height, kMost));
   std::size_t empty = 0;
   for (const double height_m : heights) {
-    if (!is_possible(height_m)) {  // neither is NaN
+    if (!is_possible(height_m)) {  // also excludes NaN
       ++empty;
       continue;
     }
@@ -333,9 +332,9 @@ ReadReport Raster::notes() const {
   if (!impl_->impossible.empty()) {
     notes.say(
         ReadReport::Level::Loss,
-        fmt::format("{}: {} of the posts in use are beyond -500 to 9,000 m (such as {:g} m) and are not "
-                    "ground: filled from "
-                    "those around; declare the no-data value, e.g. with gdal_edit.py -a_nodata",
+        fmt::format("{}: {} of the posts in use are outside -500 to 9,000 m (such as {:g} m) and are not "
+                    "ground: filled from those around; declare the no-data value, e.g. with gdal_edit.py "
+                    "-a_nodata",
                     name, impl_->impossible.size(), impl_->first_impossible_m));
   }
   return notes;
@@ -357,7 +356,7 @@ std::optional<double> Raster::height_m(const LonLat& place) const {
       const gdal::Quiet quiet;
       int ok = 0;
       if (OCTTransformEx(impl_->map_from_wgs84.get(), 1, &x, &y, nullptr, &ok) == 0 || ok == 0)
-        return std::nullopt;  // beyond the projection's reach
+        return std::nullopt;  // outside the projection's range
     }
     if (impl_->degrees) x = longitude_near(x, 0.5 * (impl_->first_x + impl_->last_x));
     height = impl_->sample(x, y);

@@ -12,14 +12,14 @@ namespace canyon::buildings {
 /// The heights of a raster, from at most 256 x 256 of its posts.
 struct RasterSummary {
   int columns = 0, rows = 0;
-  double spacing_m = 0;          ///< between neighbouring posts, the smaller of the two
-  std::optional<LonLat> middle;  ///< longitude and latitude [deg]; empty where the projection does not say it
+  double spacing_m = 0;          ///< between neighbouring posts, the smaller of both directions
+  std::optional<LonLat> middle;  ///< longitude and latitude [deg]; empty if the projection cannot convert it
   std::optional<double> lowest_m, highest_m;  ///< as in the file, without fill values; empty without a height
-  double empty_share = 0;  ///< of posts without data, and of those beyond -500 to 9,000 m: [0, 1]
+  double empty_share = 0;  ///< fraction of posts without data or outside -500 to 9,000 m: [0, 1]
 };
 
-/// One height raster behind GDAL: band 1, in any projection. Any thread may ask; blocks are read when they
-/// are needed and kept in GDAL's block cache (GDAL_CACHEMAX bounds it).
+/// One height raster read by GDAL: band 1, in any projection. Thread-safe; blocks are read on demand and kept
+/// in GDAL's block cache (bounded by GDAL_CACHEMAX).
 class Raster {
  public:
   /// Throws InputError as Terrain does.
@@ -28,14 +28,14 @@ class Raster {
   Raster(Raster&&) noexcept;
 
   /// Ellipsoidal height [m] at longitude and latitude [deg]: bilinear between pixel centres, constant over
-  /// the outermost half pixel. Empty outside the raster and where one of the pixels that count is no-data.
-  /// A pixel beyond -500 to 9,000 m is not ground: it counts as the mean of those around it. Throws
-  /// InputError for a damaged file.
+  /// the outermost half pixel. Empty outside the raster and if one of the pixels used is no-data. A pixel
+  /// outside -500 to 9,000 m is not ground: it is replaced by the mean of its neighbours. Throws InputError
+  /// for a damaged file.
   [[nodiscard]] std::optional<double> height_m(const LonLat& place) const;
-  /// Where height_m() answers: ellipsoidal height of mean sea level [m]; empty where heights are ellipsoidal.
+  /// If height_m() has a value: ellipsoidal height of mean sea level [m]; empty if heights are ellipsoidal.
   [[nodiscard]] std::optional<double> geoid_undulation_m(const LonLat& place) const;
-  /// Which geoid was added and why, or that heights are taken as ellipsoidal; and such pixels among those
-  /// that were asked for.
+  /// Which geoid was added and why, or that heights are read as ellipsoidal; and replaced pixels among those
+  /// that were used.
   [[nodiscard]] ReadReport notes() const;
   [[nodiscard]] RasterSummary summary() const;
 

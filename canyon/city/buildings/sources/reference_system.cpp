@@ -17,7 +17,7 @@ namespace canyon::buildings {
 
 namespace {
 
-/// The names of AdV (Germany's surveying offices) for plane systems and heights; EPSG's codes.
+/// The names of AdV (Germany's surveying authorities) for plane systems and heights, with EPSG's codes.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kAdvNames{
     {{"ETRS89_UTM31", "25831"},
      {"ETRS89_UTM32", "25832"},
@@ -32,12 +32,12 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kAdvName
      {"DE_DHHN12_NOH", "7699"},
      {"DE_DHHN85_NOH", "5784"}}};
 
-/// "EPSG:25832+7837" of "urn:adv:crs:ETRS89_UTM32*DE_DHHN2016_NH*GCG2016"; empty where a part is not known.
+/// "EPSG:25832+7837" of "urn:adv:crs:ETRS89_UTM32*DE_DHHN2016_NH*GCG2016"; empty if a part is not known.
 std::string adv_reference(std::string_view name) {
   std::string codes;
   int parts = 0;
   for (const std::string_view part : split(name, '*')) {
-    if (parts++ == 2) break;  // the geoid comes third
+    if (parts++ == 2) break;  // the geoid is the third part
     const auto known = std::find_if(kAdvNames.begin(), kAdvNames.end(),
                                     [part](const auto& pair) { return pair.first == part; });
     if (known == kAdvNames.end()) return {};
@@ -52,7 +52,7 @@ std::string adv_reference(std::string_view name) {
 std::string reference_name(std::string_view ogc_name) {
   constexpr std::string_view kAdv = "urn:adv:crs:";
   if (ogc_name.substr(0, kAdv.size()) == kAdv) return adv_reference(ogc_name.substr(kAdv.size()));
-  // "http://www.opengis.net/gml/srs/epsg.xml#31467", as GML 2 has it; "EPSG:25832+7837", GDAL's own way.
+  // "http://www.opengis.net/gml/srs/epsg.xml#31467", from GML 2; "EPSG:25832+7837", GDAL's own form.
   const std::size_t hash = ogc_name.find("epsg.xml#");
   if (hash != std::string_view::npos)
     return reference_name("EPSG:" + std::string(ogc_name.substr(hash + std::strlen("epsg.xml#"))));
@@ -70,7 +70,7 @@ std::string reference_name(std::string_view ogc_name) {
     const std::size_t next = ogc_name.find("EPSG", at + 4);
     std::string_view piece = ogc_name.substr(at + 4, next == std::string_view::npos ? next : next - at - 4);
     piece = piece.substr(0, piece.find_first_of("&,+"));
-    // ":7415", "::7415", ":9.8:7415", "/0/7415": the code comes last.
+    // ":7415", "::7415", ":9.8:7415", "/0/7415": the code is last.
     const std::size_t separator = piece.find_last_of(":/");
     const std::string_view code = separator == std::string_view::npos ? piece : piece.substr(separator + 1);
     if (code.empty() || code.size() > 9) return {};
@@ -109,8 +109,8 @@ ReferenceSystem::ReferenceSystem(const std::filesystem::path& file, const std::s
     area_of_use_ = area;
   const gdal::SpatialReference wgs84 = gdal::spatial_reference("EPSG:4326");
   if (OSRIsSame(map.get(), wgs84.get()) == 0) {
-    // The horizontal part goes alone: with heights whose grid is missing, PROJ would drop the shift between
-    // the horizontal datums too (100 m in the Netherlands).
+    // Only the horizontal part: with heights whose grid is missing, PROJ would also drop the shift between
+    // the horizontal datums (100 m in the Netherlands).
     wgs84_from_map_ =
         gdal::best_transformation(map.get(), wgs84.get(), file, "from " + name + " to WGS 84", notes_);
   }
@@ -142,7 +142,7 @@ void ReferenceSystem::plane_to_wgs84(std::vector<double>& x, std::vector<double>
                                      std::vector<int>& ok) const {
   if (wgs84_from_map_) {
     const gdal::Quiet quiet;
-    // GDAL counts in int.
+    // GDAL counts with int.
     constexpr std::size_t kBatch = 1 << 20;
     for (std::size_t first = 0; first < x.size(); first += kBatch) {
       const std::size_t count = std::min(kBatch, x.size() - first);

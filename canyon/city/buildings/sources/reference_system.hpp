@@ -16,28 +16,28 @@ namespace canyon::buildings {
 /// GDAL's name for OGC's name of a reference system: "https://www.opengis.net/def/crs/EPSG/0/7415",
 /// "urn:ogc:def:crs:EPSG::7415", "EPSG:7415" give "EPSG:7415"; two of them in one name (crs-compound) give
 /// "EPSG:28992+5709"; OGC's CRS84 and CRS84h are EPSG:4326 and EPSG:4979; the names of Germany's surveying
-/// offices, "urn:adv:crs:ETRS89_UTM32*DE_DHHN2016_NH", likewise ("EPSG:25832+7837"). Empty for anything else.
+/// authorities, "urn:adv:crs:ETRS89_UTM32*DE_DHHN2016_NH", likewise ("EPSG:25832+7837"). Else empty.
 [[nodiscard]] std::string reference_name(std::string_view ogc_name);
 
-/// Coordinates of a file to WGS 84. East (or longitude) comes first and north second, whatever the order of
-/// the authority's axes; north_first() tells that order.
+/// Converts coordinates of a file to WGS 84. East (or longitude) comes first and north second, independent of
+/// the authority's axis order, which north_first() returns.
 class ReferenceSystem {
  public:
   /// @param name for GDAL, as reference_name() gives it
-  /// Heights: through Geoid, and as ellipsoidal where their geoid is not at hand (notes() say so); without a
-  /// vertical part they are in the unit of a projected system, else in metres. Throws InputError for a system
-  /// that PROJ does not know or that is neither projected nor geographic.
+  /// Heights: by Geoid, and as ellipsoidal if their geoid is not available (with a note); without a vertical
+  /// part they are in the unit of a projected system, else in metres. Throws InputError for a system that
+  /// PROJ does not know or that is neither projected nor geographic.
   ReferenceSystem(const std::filesystem::path& file, const std::string& name, const TerrainOptions& options);
 
-  /// Converts in place: x, y, z to longitude, latitude [deg], ellipsoidal height [m]; NaN where PROJ has no
-  /// answer (beyond the projection's reach).
+  /// Converts in place: x, y, z to longitude, latitude [deg], ellipsoidal height [m]; NaN if PROJ has no
+  /// result (outside the projection's range).
   void to_wgs84(std::vector<Eigen::Vector3d>& points) const;
 
-  /// Whether a point of the file, east first, has a place on the Earth, in the area of use.
+  /// Whether a point of the file, east first, has a position on the Earth in the area of use.
   [[nodiscard]] bool finds(const Eigen::Vector2d& point) const;
 
-  /// Whether a place lies where the system is meant to be used (EPSG's area of use), or within a degree of
-  /// it; true where that is not known.
+  /// Whether a position is in the system's area of use (from EPSG), or within a degree of it; true if the
+  /// area is not known.
   [[nodiscard]] bool in_area_of_use(const LonLat& place) const;
 
   [[nodiscard]] const Geoid& geoid() const { return *geoid_; }
@@ -51,7 +51,7 @@ class ReferenceSystem {
  private:
   void plane_to_wgs84(std::vector<double>& x, std::vector<double>& y, std::vector<int>& ok) const;
 
-  gdal::Transformation wgs84_from_map_;  ///< null where the coordinates are longitude and latitude already
+  gdal::Transformation wgs84_from_map_;  ///< null if the coordinates are longitude and latitude already
   std::optional<Geoid> geoid_;
   std::optional<LonLatBox> area_of_use_;
   bool geographic_ = false, north_first_ = false;

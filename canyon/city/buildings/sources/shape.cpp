@@ -1,4 +1,4 @@
-// Height, roof and material of a building by its tags: OSM wiki, "Simple 3D Buildings".
+// Height, roof and material of a building from its tags: OSM wiki, "Simple 3D Buildings".
 #include "canyon/city/buildings/sources/shape.hpp"
 
 #include <fmt/format.h>
@@ -16,12 +16,12 @@
 namespace canyon::buildings {
 namespace {
 
-constexpr double kHighest_m = 2000;          // above it a value is a slip
-constexpr double kThinnest_m = 0.1;          // a building lower than this is a slip
+constexpr double kHighest_m = 2000;          // a larger value is a mistake
+constexpr double kThinnest_m = 0.1;          // a lower building is a mistake
 constexpr double kMostLevels = 200;          // the highest building has 163
 constexpr double kSlab_m = 0.3;              // thickness of a roof on pillars
-constexpr double kLowestTaggedLevel_m = 2;   // storey heights outside do not tell how
-constexpr double kHighestTaggedLevel_m = 8;  // high the storeys are
+constexpr double kLowestTaggedLevel_m = 2;   // storey heights outside these limits
+constexpr double kHighestTaggedLevel_m = 8;  // are not used
 
 constexpr std::array<std::pair<RoofShape, std::string_view>, 10> kRoofNames{
     {{RoofShape::Flat, "flat"},
@@ -35,7 +35,7 @@ constexpr std::array<std::pair<RoofShape, std::string_view>, 10> kRoofNames{
      {RoofShape::Gambrel, "gambrel"},
      {RoofShape::Mansard, "mansard"}}};
 
-// Shapes without a form of their own, by the nearest one that has the same eaves and ridge.
+// Shapes without an implementation, by the nearest one with the same eaves and ridge.
 const auto kRoofFallbacks = dictionary<RoofShape>(
     {{"gable|pitched|saltbox|double_saltbox|gabled_height_moved|gabled_row|crosspitched|"
       "cross_gabled",
@@ -49,7 +49,7 @@ const auto kRoofFallbacks = dictionary<RoofShape>(
      {"barrel", RoofShape::Round},
      {"terrace", RoofShape::Flat}});
 
-/// A feature's tags, read with complaints.
+/// A feature's tags; reading them may add warnings.
 class Tags {
  public:
   Tags(const std::map<std::string, std::string>& tags, const std::string& id,
@@ -59,7 +59,7 @@ class Tags {
   [[nodiscard]] std::string_view text(const char* key) const { return tag(tags_, key); }
   void warn(std::string_view problem) const { warnings_.push_back(fmt::format("{}: {}", id_, problem)); }
 
-  /// The first of `keys` that holds a length within [lowest, kHighest_m].
+  /// The first of `keys` with a length within [lowest, kHighest_m].
   [[nodiscard]] std::optional<double> length_m(std::initializer_list<const char*> keys, double lowest) const {
     for (const char* key : keys) {
       const std::string_view value = text(key);
@@ -110,7 +110,7 @@ RoofShape read_roof_shape(const Tags& tags) {
     if (word == shape_name) return shape;
   const auto fallback = kRoofFallbacks.find(word);
   if (fallback != kRoofFallbacks.end()) return fallback->second;
-  tags.warn(fmt::format("roof:shape={} is not known; built flat", Tags::shown(text)));
+  tags.warn(fmt::format("roof:shape={} is unknown; built flat", Tags::shown(text)));
   return RoofShape::Flat;
 }
 
@@ -137,7 +137,7 @@ city::Material first_material(const Tags& tags, std::initializer_list<const char
   return city::Material::Concrete;
 }
 
-// Commercial buildings only where they are new; see facades_from_tags().
+// Commercial buildings only if they are new; see facades_from_tags().
 const auto kFacadesOfUses = dictionary<city::FacadeMix>(
     {{"house|detached|semidetached_house|terrace|bungalow|cabin|hut|farm|church|chapel|cathedral|mosque|"
       "temple|shrine|synagogue|monastery|castle|garage|garages|shed|barn|stable",
@@ -153,7 +153,7 @@ std::string building_type(const Tags& tags) {
   return {};
 }
 
-/// Builds a Shape from its tags, in the order in which one depends on another.
+/// Builds a Shape from its tags, in the order of their dependencies.
 class ShapeReader {
  public:
   ShapeReader(const Tags& tags, const HeightDefaults& defaults) : tags_(tags), defaults_(defaults) {
@@ -194,16 +194,16 @@ class ShapeReader {
                              shown("height")));
       min_height_.reset();
     }
-    // building:levels counts from the ground, those below building:min_level included; some count otherwise.
+    // building:levels counts from the ground, with those below building:min_level; some maps count otherwise.
     if (levels_ && min_level_ && *levels_ > 0 && *levels_ <= *min_level_) {
       tags_.warn(fmt::format(
-          "building:levels={} does not reach above building:min_level={}; taken as the storeys above it",
+          "building:levels={} does not reach above building:min_level={}; read as the storeys above it",
           *levels_, *min_level_));
       *levels_ += *min_level_;
     }
   }
 
-  /// The storey height that height and storeys imply where both are tagged, else the default.
+  /// The storey height that follows from height and storeys if both are tagged, else the default.
   void set_storey_height() {
     level_m_ = defaults_.level_m;
     if (height_ && levels_ && *levels_ > 0) {
@@ -228,7 +228,7 @@ class ShapeReader {
       }
       tags_.warn(fmt::format("storeys and roof add up to {} m; left out", shape_.height_m));
     }
-    if (levels_ && *levels_ == 0) tags_.warn("zero storeys give no height; it is that of its type");
+    if (levels_ && *levels_ == 0) tags_.warn("zero storeys give no height; the height of its type is used");
     const auto by_type = defaults_.by_type.find(type_);
     shape_.height_m = by_type != defaults_.by_type.end() ? by_type->second : defaults_.building_m;
     shape_.height_source = HeightSource::Default;
@@ -238,18 +238,18 @@ class ShapeReader {
     const double walls_m = *levels_ * defaults_.level_m;
     if (roof_height_) return walls_m + *roof_height_;
     if (roof_levels_ > 0 || !pitched()) return walls_m + roof_levels_ * defaults_.level_m;
-    // A roof without a height stands on the storeys: one storey high, at most half of what is below it.
+    // A roof without a height is added to the storeys: one storey high, at most half of the height below it.
     const double below_m = walls_m - std::min(walls_m, min_height_.value_or(0));
     return walls_m + std::min(defaults_.level_m, below_m / 2);
   }
 
   void set_bottom() {
     if (min_height_.value_or(0) > shape_.height_m - kThinnest_m) {
-      if (height_) {  // min_height_ is that of building:min_level: the height is the surer one
+      if (height_) {  // min_height_ is from building:min_level: the height is more reliable
         tags_.warn(fmt::format("building:min_level={} reaches height={}; left out", min_level_.value_or(0),
                                shown("height")));
         min_height_.reset();
-      } else {  // all that is known is that something stands above min_height
+      } else {  // only known: something is above min_height
         shape_.height_m = min_height_.value_or(0) + std::max(defaults_.level_m, kThinnest_m);
         shape_.height_source = HeightSource::Default;
       }
@@ -276,12 +276,12 @@ class ShapeReader {
                          : roof_m                                           ? HeightSource::Levels
                                                                             : HeightSource::Default;
     shape_.roof_height_m = std::min(roof_m.value_or(default_m), most_m);
-    // Rounding must not push the eaves below the bottom.
+    // Rounding must not move the eaves below the bottom.
     while (shape_.height_m - shape_.roof_height_m < shape_.min_height_m)
       shape_.roof_height_m = std::nextafter(shape_.roof_height_m, 0.0);
   }
 
-  /// The roof's height by its own storeys, else what the building's storeys leave of the height.
+  /// The roof's height by its own storeys, else the rest of the height above the building's storeys.
   [[nodiscard]] std::optional<double> roof_of_levels(double most_m, double default_m) const {
     if (roof_levels_ > 0) {
       const double wanted_m = roof_levels_ * (height_ ? level_m_ : defaults_.level_m);
@@ -290,12 +290,12 @@ class ShapeReader {
           fmt::format("roof:levels={} are higher than the building's {} m; left out", roof_levels_, most_m));
     } else if (height_ && levels_ && *levels_ > 0) {
       const double left_m = *height_ - *levels_ * defaults_.level_m;
-      if (left_m >= default_m / 2 && left_m <= most_m / 2) return left_m;  // a plausible share
+      if (left_m >= default_m / 2 && left_m <= most_m / 2) return left_m;  // a plausible part
     }
     return std::nullopt;
   }
 
-  /// A roof on pillars is free below; a bridge between buildings has one storey.
+  /// A roof on pillars is open below; a bridge between buildings has one storey.
   void set_bottom_on_pillars() {
     if (min_height_ || (type_ != "roof" && type_ != "carport" && type_ != "bridge")) return;
     const double thickness_m = type_ == "bridge" ? defaults_.level_m : kSlab_m;
@@ -321,7 +321,7 @@ class ShapeReader {
   const Tags& tags_;
   const HeightDefaults& defaults_;
   const std::string type_ = building_type(tags_);
-  // Tags that count; a tag that contradicts another is emptied.
+  // Valid tags; of two contradicting tags one is cleared.
   std::optional<double> height_, min_height_, levels_, min_level_, roof_height_;
   double roof_levels_ = 0;
   double level_m_ = 0;  ///< height of a storey
@@ -331,7 +331,7 @@ class ShapeReader {
 constexpr double kMetresPerFoot = 0.3048;  // international foot and inch, exact
 constexpr double kMetresPerInch = 0.0254;
 
-/// Takes a decimal number (point or comma, sign, no exponent) off the front of `text`.
+/// Consumes a decimal number (point or comma, sign, no exponent) at the front of `text`.
 std::optional<double> take_number(std::string_view& text) {
   std::size_t end = 0;
   bool digits = false;
@@ -349,7 +349,7 @@ std::optional<double> take_number(std::string_view& text) {
   if (!digits) return {};
   std::string number(text.substr(0, end));
   if (mark != std::string_view::npos && number[mark] == ',') {
-    // "1,500" is fifteen hundred to some and one and a half to others.
+    // "1,500" is ambiguous: fifteen hundred, or one and a half.
     if (number.size() - mark - 1 == 3) return {};
     number[mark] = '.';
   }
@@ -377,7 +377,7 @@ Shape shape_from_tags(const std::map<std::string, std::string>& raw, const Heigh
 
 city::FacadeMix facades_from_tags(const std::map<std::string, std::string>& tags) {
   using city::FacadeMix;
-  // Coated glass came to buildings about 1980 and has been usual in new ones since about 1995.
+  // Coated glass was introduced in buildings about 1980 and has been usual in new ones since about 1995.
   constexpr int kFirstCoated = 1980, kUsuallyCoated = 1995;
   const auto text = [&tags](const char* key) {
     const auto found = tags.find(key);

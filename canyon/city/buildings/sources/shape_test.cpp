@@ -164,7 +164,7 @@ TEST(HeightDefaults, ValidateNamesTheField) {
   EXPECT_THAT(problem(type), HasSubstr("heights is church=1500; it must be at least 0.1 and at most 1000 m"));
 }
 
-// Simple 3D Buildings: height is the top of the roof, the roof included.
+// Simple 3D Buildings: height is the top of the roof.
 TEST(ShapeFromTags, HeightIncludesTheRoof) {
   const Shape shape = read({{"building", "yes"},
                             {"height", "20 m"},
@@ -274,7 +274,7 @@ TEST(ShapeFromTags, RoofShapesFallBackToTheirKin) {
   EXPECT_EQ(roof("Conical"), RoofShape::Pyramidal);
   std::vector<std::string> warnings;
   EXPECT_EQ(read({{"building", "yes"}, {"roof:shape", "butterfly"}}, &warnings).roof, RoofShape::Flat);
-  EXPECT_THAT(warnings, ElementsAre("way/7: roof:shape='butterfly' is not known; built flat"));
+  EXPECT_THAT(warnings, ElementsAre("way/7: roof:shape='butterfly' is unknown; built flat"));
   EXPECT_EQ(read({{"building", "yes"}, {"roof:shape", "gabled"}, {"roof:height", "0"}}).roof,
             RoofShape::Flat);
 }
@@ -312,7 +312,7 @@ TEST(ShapeFromTags, LeavesAbsurdValuesOutWithAWarning) {
        18,
        12,
        0,
-       "taken as the storeys above it"},
+       "read as the storeys above it"},
       {{{"building", "yes"}, {"height", "12"}, {"roof:shape", "dome"}, {"roof:height", "13"}},
        12,
        0,

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kMostPosts = 25e6;
 
-/// Height of a triangle's plane at a place inside of it; empty outside.
+/// Height of a triangle's plane at a position inside it; empty outside.
 std::optional<double> height_in(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                                 const LonLat& place) {
   const LonLat ab = (b - a).head<2>(), ac = (c - a).head<2>(), ap = place - a.head<2>();
@@ -81,8 +81,8 @@ std::optional<double> Terrain::geoid_undulation_m(const LonLat& place) const {
 
 std::optional<double> Terrain::local_height_m(const geodesy::LocalFrame& frame,
                                               const Eigen::Vector2d& place) const {
-  // Away from the origin the frame's vertical leans from the ellipsoid's normal (1.6 mrad at 10 km), so that
-  // the place on the map depends on z: a fixed point that gains a factor lean * slope in each step.
+  // Away from the origin the frame's vertical is tilted against the ellipsoid's normal (1.6 mrad at 10 km):
+  // the map position depends on z. A fixed-point iteration, whose error falls by tilt * slope in each step.
   double z = 0;
   for (int step = 0; step < 50; ++step) {
     const geodesy::Geodetic at = frame.geodetic_from_local({place.x(), place.y(), z});
@@ -126,7 +126,7 @@ void Terrain::append(city::Mesh& mesh, const geodesy::LocalFrame& frame, const E
             "the height rasters cover {:.1f} % of the city's ground ({:.0f} m x {:.0f} m about longitude "
             "{:.5f}, latitude {:.5f}); the rest is outside or no-data",
             share, size.x(), size.y(), geodesy::degrees(at.longitude_rad), geodesy::degrees(at.latitude_rad)),
-        "add rasters that cover it, fill their holes, or lessen the terrain's margin");
+        "add rasters that cover it, fill their holes, or reduce the terrain's margin");
   }
   city::append_object(mesh, "terrain", city::Surface::Terrain, city::Material::Ground, sheet.vertices,
                       sheet.triangles);
@@ -212,7 +212,7 @@ std::optional<double> Tin::height_m(const LonLat& place) const {
 double Tin::height_of_nearest_m(const LonLat& place) const {
   const auto cell = cell_of(place);
   double nearest = std::numeric_limits<double>::infinity(), height = 0;
-  // Wider and wider squares of cells about the place; one more after the first that has corners.
+  // Growing squares of cells around the position; one more after the first with corners.
   bool found = false;
   for (std::size_t ring = 0, last = cells_[0]; ring <= last; ++ring) {
     const bool before = found;

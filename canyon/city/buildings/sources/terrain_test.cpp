@@ -42,14 +42,14 @@ struct Made {
   bool georeference = true;
 };
 
-/// Writes a raster whose pixels hold f(x, y) at their centres.
+/// Writes a raster whose pixels have the value f(x, y) at their centres.
 void make_raster(const std::filesystem::path& path, const Made& made,
                  const std::function<double(double, double)>& f) {
-  GDALRegister_GTiff();  // no more than raster.cpp: what is registered opens files beside rasters
+  GDALRegister_GTiff();  // as in raster.cpp: any registered driver opens files next to rasters
   const gdal::Quiet quiet;
   const GDALDriverH driver = GDALGetDriverByName(made.driver.c_str());
   ASSERT_NE(driver, nullptr);
-  // GeoTIFF 1.1 keeps the vertical part of the reference system.
+  // GeoTIFF 1.1 stores the vertical part of the reference system.
   std::string version = "GEOTIFF_VERSION=1.1";
   std::array<char*, 2> creation{version.data(), nullptr};
   const gdal::Dataset dataset(GDALCreate(driver, path.string().c_str(), made.width, made.height, made.bands,
@@ -104,7 +104,7 @@ class TerrainTest : public ::testing::Test {
   test::TemporaryFolder folder_;
 };
 
-// A fill value that the raster does not declare is not ground: it counts as what lies around it.
+// An undeclared fill value is not ground: it is replaced by its neighbours.
 TEST_F(TerrainTest, ImpossibleHeightsAreFilledAndSaid) {
   for (const double fill : {32767.0, -9999.0, 1e20, -3.4e38}) {
     SCOPED_TRACE(fill);
@@ -123,7 +123,7 @@ TEST_F(TerrainTest, ImpossibleHeightsAreFilledAndSaid) {
   EXPECT_FALSE(Terrain({folder_ / "all.tif"}).height_m({114.0495, 22.4505}));
 }
 
-// Formats that name files or servers are none of terrain's, whatever the file is called.
+// Formats that reference files or servers are not supported for terrain, whatever the file's name.
 TEST_F(TerrainTest, ReadsFormatsOfHeightsAlone) {
   const test::LocalListener server(100);
   const std::string web = fmt::format("http://127.0.0.1:{}/x.tif", server.port());
@@ -157,7 +157,7 @@ TEST_F(TerrainTest, ReadsFormatsOfHeightsAlone) {
         << name;
   }
   EXPECT_TRUE(contains(error_of([&] { (void)Terrain({"/vsicurl/" + web}); }), "no such file"));
-  // What lies beside a raster opens by its own driver.
+  // A file next to a raster is opened by its own driver.
   for (const char* ending : {".aux.xml", ".msk", ".ovr"}) {
     make_raster(folder_ / "beside.tif", {}, plane);
     const std::string file = std::string("beside.tif") + ending;
@@ -172,7 +172,7 @@ TEST_F(TerrainTest, ReadsFormatsOfHeightsAlone) {
     EXPECT_NEAR(raster.height_m({114.05, 22.45}).value_or(0), plane(114.05, 22.45), 1e-9) << ending;
     std::filesystem::remove(folder_ / file);
   }
-  EXPECT_EQ(server.next(), -1);  // nobody has asked
+  EXPECT_EQ(server.next(), -1);  // no request arrived
 }
 
 TEST_F(TerrainTest, PlaneIsSampledExactly) {
@@ -185,7 +185,7 @@ TEST_F(TerrainTest, PlaneIsSampledExactly) {
     ASSERT_TRUE(height) << place.transpose();
     EXPECT_NEAR(*height, plane(place.x(), place.y()), 1e-9) << place.transpose();
   }
-  // The outermost half pixel holds its pixel's value.
+  // The outermost half pixel has its pixel's value.
   EXPECT_NEAR(terrain.height_m({114.0, 22.5}).value(), plane(114.0005, 22.4995), 1e-9);
   for (const LonLat& outside :
        {LonLat(113.9999, 22.4), LonLat(114.2001, 22.4), LonLat(114.1, 22.5001), LonLat(114.1, 22.3499)}) {
@@ -193,7 +193,7 @@ TEST_F(TerrainTest, PlaneIsSampledExactly) {
   }
   EXPECT_FALSE(terrain.height_m({std::nan(""), 22.4}));
   ASSERT_EQ(terrain.notes().lines().size(), 1U);
-  EXPECT_TRUE(contains(terrain.notes().lines()[0], "taken as ellipsoidal")) << terrain.notes().lines()[0];
+  EXPECT_TRUE(contains(terrain.notes().lines()[0], "read as ellipsoidal")) << terrain.notes().lines()[0];
 }
 
 TEST_F(TerrainTest, ProjectedRasterAgreesWithGeographicLibsUtm) {
@@ -220,7 +220,7 @@ TEST_F(TerrainTest, ProjectedRasterAgreesWithGeographicLibsUtm) {
 
 TEST_F(TerrainTest, RotatedRasterAndLongitudesPast180) {
   Made made;
-  made.west = 285;  // 75 deg west, as some global grids count
+  made.west = 285;  // 75 deg west, as in some global grids
   made.north = 41;
   make_raster(folder_ / "past.tif", made, [](double x, double y) { return 10 * (x - 285) + y; });
   const Terrain terrain({folder_ / "past.tif"});
@@ -253,7 +253,7 @@ TEST_F(TerrainTest, NoDataIsNoAnswerAndTheNextRasterIsAsked) {
   const Terrain alone({folder_ / "hole.tif"});
   EXPECT_DOUBLE_EQ(alone.height_m({114.05, 22.4}).value(), 7);
   EXPECT_FALSE(alone.height_m({114.15, 22.4}));
-  EXPECT_FALSE(alone.height_m({114.1002, 22.4}));  // between a pixel that counts and one that does not
+  EXPECT_FALSE(alone.height_m({114.1002, 22.4}));  // between a valid pixel and an invalid one
   make_raster(folder_ / "below.tif", {}, [](double, double) { return 3.0; });
   const Terrain both({folder_ / "hole.tif", folder_ / "below.tif"});
   EXPECT_DOUBLE_EQ(both.height_m({114.05, 22.4}).value(), 7);
@@ -264,7 +264,7 @@ TEST_F(TerrainTest, NoDataIsNoAnswerAndTheNextRasterIsAsked) {
   EXPECT_FALSE(Terrain({folder_ / "nan.tif"}).height_m({114.15, 22.4}));
 }
 
-// GDAL takes a grid of whole numbers for integers, which have no NaN.
+// GDAL reads a grid of whole numbers as integers, which have no NaN.
 TEST_F(TerrainTest, NanAmongWholeNumbersOfAnAsciiGrid) {
   std::string rows;
   for (int row = 0; row < 20; ++row) {
@@ -341,13 +341,13 @@ TEST_F(TerrainTest, HeightsWithoutAUnitAreInThatOfTheirReferenceSystem) {
       const auto guesses = raster->notes().lines(ReadReport::Level::Guess);
       EXPECT_EQ(guesses.size(), c.told ? 1U : 0U);
       if (c.told) {
-        EXPECT_TRUE(contains(guesses.at(0), "r.tif: heights taken in the unit of")) << guesses.at(0);
+        EXPECT_TRUE(contains(guesses.at(0), "r.tif: heights read in the unit of")) << guesses.at(0);
       }
     }
   }
 }
 
-// What a small file states is not worth gigabytes: sparse GeoTIFF of one huge block, and of many.
+// A small file may declare gigabytes: sparse GeoTIFF of one huge block, and of many.
 TEST_F(TerrainTest, PixelsThatAFileDoesNotStoreAreBounded) {
   GDALRegister_GTiff();
   const auto sparse = [&](const char* name, int size, const char* block) {
@@ -427,7 +427,7 @@ TEST_F(TerrainTest, Egm96IsAddedWhereTheDatumSaysSo) {
 }
 
 TEST_F(TerrainTest, DatumWithoutGridIsAnErrorWithTheCure) {
-  // EGM2008's grid is in no Debian package; where someone has it, heights change instead.
+  // EGM2008's grid is in no Debian package; if it is installed, heights change instead.
   Made made;
   made.crs = "EPSG:4326+3855";
   make_raster(folder_ / "egm2008.tif", made, plane);
@@ -453,7 +453,7 @@ TEST_F(TerrainTest, GeographicLibsGeoidFilesAreUsedWherePROJHasNoGrid) {
   make_raster(folder_ / "egm2008.tif", made, plane);
   ASSERT_EQ(setenv("GEOGRAPHICLIB_GEOID_PATH", folder_.path().c_str(), 1), 0);
   const Terrain terrain({folder_ / "egm2008.tif"});
-  // The user names the datum of a raster that names none.
+  // The user names the datum of a raster without one.
   make_raster(folder_ / "plain.tif", {}, plane);
   TerrainOptions named;
   named.geoid = GeoidModel::EGM2008;
@@ -484,7 +484,7 @@ TEST_F(TerrainTest, SrtmTileIsReadAndIsEgm96) {
   TerrainOptions options;
   options.geoid_undulation_m = 0;
   const Terrain raw({path}, options);
-  // Post (column, row) stands at longitude 114 + column / 1200, latitude 23 - row / 1200.
+  // Post (column, row) is at longitude 114 + column / 1200, latitude 23 - row / 1200.
   EXPECT_NEAR(raw.height_m({114 + 300 / 1200.0, 23 - 500 / 1200.0}).value(), 300 - 1000 + 2500, 1e-6);
   EXPECT_NEAR(raw.height_m({114 + 300.25 / 1200.0, 23 - 500.5 / 1200.0}).value(), 300.25 - 1001 + 2500, 1e-6);
   EXPECT_NEAR(raw.height_m({114, 23}).value(), 2500, 1e-6);
@@ -502,7 +502,7 @@ TEST_F(TerrainTest, SrtmTileIsReadAndIsEgm96) {
 }
 
 TEST_F(TerrainTest, SheetFollowsTheEllipsoidOverTenKilometres) {
-  // Constant ellipsoidal height 55 m: posts must lie at that height, far from the plane z = 55 m.
+  // Constant ellipsoidal height 55 m: posts must be at that height, far from the plane z = 55 m.
   Made made;
   made.west = 113.9;
   made.width = made.height = 600;

@@ -19,7 +19,7 @@ std::vector<MapSurface> sheet(int n, int gap = -1) {
       if (j * n + i == gap) continue;
       MapSurface low, high;
       low.outer = {at(i, j), at(i + 1, j), at(i + 1, j + 1)};
-      high.outer = {at(i, j), at(i, j + 1), at(i + 1, j + 1)};  // looks down
+      high.outer = {at(i, j), at(i, j + 1), at(i + 1, j + 1)};  // faces down
       surfaces.push_back(low);
       surfaces.push_back(high);
     }
